@@ -4,6 +4,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "studies/coupled/coupled_rows.h"
 #include "tests/runtime/played_box.h"
 #include "tests/runtime/world/played_world.h"
 #include "tests/support/box_corridor.h"
@@ -88,28 +89,6 @@ struct Piercing {
 
 // ---- against dense solves --------------------------------------------------------------------------------------------
 
-// The row that holds the displacement of a place: tetrahedron by a search through all.
-struct PlaceInside {
-  std::array<std::int32_t, 4> node;
-  Eigen::Vector4d weight;
-  double edge;
-};
-PlaceInside place_inside(const TouchedBody& of, Vector3d x) {
-  PlaceInside best;
-  double most = -1;
-  for (const auto& t : of.body.mesh.tetrahedra) {
-    Eigen::Matrix4d corners = Eigen::Matrix4d::Ones();
-    for (int c = 0; c < 4; ++c) corners.block<3, 1>(0, c) = of.node(t[c]);
-    const Eigen::Vector4d k = corners.fullPivLu().solve(Eigen::Vector4d(x[0], x[1], x[2], 1));
-    if (k.minCoeff() <= most) continue;
-    most = k.minCoeff();
-    best = {{t[0], t[1], t[2], t[3]}, k, 0};
-    for (int a = 0; a < 4; ++a)
-      for (int b = a + 1; b < 4; ++b) best.edge += (of.node(t[a]) - of.node(t[b])).norm() / 6;
-  }
-  return best;
-}
-
 // Places of a needle that is in the tissue at rest on its axis, held across an axis that has moved, beside nodes that are gripped.
 struct HeldAcross {
   Vector3d force = Vector3d::Zero(), torque = Vector3d::Zero();
@@ -119,45 +98,36 @@ HeldAcross hold_across(const std::vector<double>& depths, double tip_depth, Vect
                        const std::vector<palpate_grip>& grips = {}) {
   const DenseBody dense = pierced_body();
   const MatrixXd c = dense_compliance(dense);
-  const double shear = dense.young / (2 * (1 + dense.poisson)), nu = dense.poisson;
-  std::vector<VectorXd> rows;
-  std::vector<double> target, soft;
+  std::vector<studies::Row> rows;
   std::vector<Vector3d> along, at;
   const Vector3d side = direction.unitOrthogonal(), other = direction.cross(side);
   const auto hold = [&](double depth, double length) {
     const Vector3d x = kEntry + depth * kInwards;
-    const PlaceInside place = place_inside(box(), x);
+    const studies::PlaceInside place = studies::place_inside(box().body.mesh.nodes, box().body.mesh.tetrahedra, x);
     for (const Vector3d& across : {side, other}) {
-      VectorXd row = VectorXd::Zero(c.rows());
-      for (int k = 0; k < 4; ++k) row.segment<3>(3 * place.node[k]) += place.weight[k] * across;
-      rows.push_back(row), along.push_back(across), at.push_back(tip + (depth - tip_depth) * direction);
-      target.push_back(across.dot(tip - x));
-      soft.push_back((3 - 4 * nu) / (8 * std::numbers::pi * (1 - nu) * shear * length) *
-                     std::max(0.25, std::log(0.3 * place.edge / kRadius)));
+      studies::Row& row = rows.emplace_back();
+      for (int k = 0; k < 4; ++k) row.add(0, place.node[k], place.weight[k] * across);
+      row.target = across.dot(tip - x);
+      row.softness = studies::softness_across_shaft(dense.young, dense.poisson, place.edge, kRadius, length);
+      along.push_back(across), at.push_back(tip + (depth - tip_depth) * direction);
     }
   };
   hold(tip_depth, 2.5e-3);
   double before = 0;
   for (const double depth : depths) hold(depth, depth - before), before = depth;
-  const std::size_t of_needle = rows.size();
   for (const palpate_grip& grip : grips)
     for (int d = 0; d < 3; ++d) {
-      rows.push_back(VectorXd::Unit(c.rows(), 3 * grip.node + d));
-      target.push_back(grip.displacement[d]), soft.push_back(0);
+      studies::Row& row = rows.emplace_back();
+      row.add(0, grip.node, Vector3d::Unit(d)), row.target = grip.displacement[d];
     }
-  const auto count = static_cast<Eigen::Index>(rows.size());
-  MatrixXd h(count, c.rows());
-  VectorXd d(count), s(count);
-  for (Eigen::Index i = 0; i < count; ++i) h.row(i) = rows[i], d[i] = target[i], s[i] = soft[i];
-  MatrixXd system = h * c * h.transpose();
-  system.diagonal() += s;
-  const VectorXd r = system.ldlt().solve(d);
+  const studies::CoupledAnswer full =
+      studies::solve_coupled(rows, {{[&](const MatrixXd& loads) { return MatrixXd(c * loads); }, c.rows()}});
   HeldAcross result;
-  for (std::size_t i = 0; i < of_needle; ++i) {
-    const Vector3d f = r[static_cast<Eigen::Index>(i)] * along[i];
+  for (std::size_t i = 0; i < along.size(); ++i) {
+    const Vector3d f = full.force[static_cast<Eigen::Index>(i)] * along[i];
     result.force -= f, result.torque -= (at[i] - kEntry).cross(f);
   }
-  result.u = c * (h.transpose() * r);
+  result.u = full.u[0];
   return result;
 }
 

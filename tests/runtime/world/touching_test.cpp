@@ -1,4 +1,5 @@
 // Organs that touch one another: against full solves and Hertz, at rest, pushed at random, overlapping, with friction.
+#include "studies/coupled/coupled_rows.h"
 #include "tests/runtime/world/random_pushes.h"
 #include "tests/runtime/world/touching_world.h"
 
@@ -27,25 +28,9 @@ Eigen::MatrixXd compliance_along_z(const TouchedBody& body, const std::vector<st
   return c;
 }
 
-// Forces r >= 0 with c r >= d where r > 0 holds the equality: single rows join and leave until all hold.
+// Forces of rows that only push.
 Eigen::VectorXd unilateral(const Eigen::MatrixXd& c, const Eigen::VectorXd& d) {
-  std::vector<bool> holds(static_cast<std::size_t>(d.size()), true);
-  for (;;) {
-    std::vector<Eigen::Index> held;
-    for (Eigen::Index i = 0; i < d.size(); ++i)
-      if (holds[static_cast<std::size_t>(i)]) held.push_back(i);
-    const Eigen::VectorXd r = Eigen::MatrixXd(c(held, held)).llt().solve(Eigen::VectorXd(d(held)));
-    Eigen::Index worst = 0;
-    if (r.minCoeff(&worst) < 0) {
-      holds[static_cast<std::size_t>(held[static_cast<std::size_t>(worst)])] = false;
-      continue;
-    }
-    Eigen::VectorXd all = Eigen::VectorXd::Zero(d.size());
-    all(held) = r;
-    const Eigen::VectorXd gap = c * all - d;
-    if (gap.minCoeff(&worst) > -1e-12) return all;
-    holds[static_cast<std::size_t>(worst)] = true;
-  }
+  return studies::solve_rows(c, d, std::vector<bool>(static_cast<std::size_t>(d.size()), true));
 }
 
 std::int32_t node_at(const TouchedBody& body, const Vector3d& place) {

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "studies/coupled/coupled_rows.h"
 #include "tests/runtime/moved_box.h"
 #include "tests/runtime/world/touching_world.h"
 
@@ -211,8 +212,22 @@ TEST(WorldLinks, AClipHasTheForceOfADenseSolveOfBothOrgans) {
     std::vector<VectorXd> u;
     for (const Organ& organ : linked.organs) u.push_back(VectorXd::Zero(organ.body->dofs()));
     const Vector3d x0 = linked.end_of(0, 1, u) - linked.end_of(0, 0, u);
-    const Matrix3d system = softness_of(linked, 0, 0) + softness_of(linked, 0, 1) + Matrix3d::Identity() / k;
-    const Vector3d expected = system.llt().solve(x0), found(linked.state().force);
+    std::vector<studies::CoupledBody> bodies;
+    for (const Organ& organ : linked.organs)
+      bodies.push_back(
+          {[c = organ.compliance](const MatrixXd& loads) { return MatrixXd(*c * loads); }, organ.body->dofs()});
+    std::vector<studies::Row> rows(3);
+    for (int d = 0; d < 3; ++d) {
+      studies::Row& row = rows[static_cast<std::size_t>(d)];
+      row.target = x0[d], row.softness = 1 / k;
+      for (int e = 0; e < 2; ++e)
+        for (int v = 0; v < 3; ++v)
+          row.add(static_cast<std::size_t>(e),
+                  linked.organs[e].body->body.triangles[linked.links[0].ends[e].triangle][v],
+                  (e ? -1 : 1) * linked.links[0].ends[e].barycentric[v] * linked.organs[e].turn().transpose() *
+                      Vector3d::Unit(d));
+    }
+    const Vector3d expected = studies::solve_coupled(rows, bodies).force, found(linked.state().force);
     // Single precision of the stored columns, 6e-8, times the condition of three nodes' compliance, some tens.
     EXPECT_LT((found - expected).norm(), 3e-6 * expected.norm());
     EXPECT_NEAR(linked.state().tension, expected.norm(), 3e-6 * expected.norm());

@@ -1,0 +1,141 @@
+// Rows that hold or press elastic bodies, solved together with the whole of these bodies in double precision: what the runtime's answers are
+// compared with, by the study of scenes and by the tests.
+#pragma once
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+namespace palpate::studies {
+
+// A body: what forces on its nodes ([dofs][columns] N) move all its nodes by ([dofs][columns] m), and where supports and loads have moved
+// it without them ([dofs] m, or empty: nowhere).
+struct CoupledBody {
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> under;
+  Eigen::Index dofs = 0;
+  Eigen::VectorXd moved = {};
+};
+
+// One equation: the sum of weight times displacement is target less softness times the row's force.
+struct Row {
+  struct Term {
+    std::size_t body;
+    Eigen::Index dof;
+    double weight;
+  };
+  std::vector<Term> terms;
+  double target = 0;         // m
+  double softness = 0;       // m/N
+  bool only_pushes = false;  // the force is 0 or more; where it is 0, the sum may be larger than the target
+
+  void add(std::size_t body, std::int32_t node, const Eigen::Vector3d& weight) {
+    for (int d = 0; d < 3; ++d)
+      if (weight[d] != 0) terms.push_back({body, 3 * node + d, weight[d]});
+  }
+};
+
+struct CoupledAnswer {
+  Eigen::VectorXd force;           // N, of each row
+  std::vector<Eigen::VectorXd> u;  // m, of each body
+};
+
+// Forces r with c r = d; of rows that only push r >= 0 and, where r = 0, c r >= d. Single rows join and leave until all hold.
+inline Eigen::VectorXd solve_rows(const Eigen::MatrixXd& c, const Eigen::VectorXd& d,
+                                  const std::vector<bool>& only_pushes) {
+  std::vector<bool> holds(static_cast<std::size_t>(d.size()), true);
+  const auto at = [](Eigen::Index i) { return static_cast<std::size_t>(i); };
+  const double rounding = 1e-12 + 1e-12 * (d.size() ? d.cwiseAbs().maxCoeff() : 0);
+  for (int turn = 0; turn < 1000; ++turn) {
+    std::vector<Eigen::Index> held;
+    for (Eigen::Index i = 0; i < d.size(); ++i)
+      if (holds[at(i)]) held.push_back(i);
+    const Eigen::VectorXd r = Eigen::MatrixXd(c(held, held)).ldlt().solve(Eigen::VectorXd(d(held)));
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(d.size());
+    all(held) = r;
+    const Eigen::VectorXd over = c * all - d;
+    Eigen::Index pulls = -1, opens = -1;
+    for (Eigen::Index i = 0; i < d.size(); ++i) {
+      if (!only_pushes[at(i)]) continue;
+      if (holds[at(i)] && all[i] < 0 && (pulls < 0 || all[i] < all[pulls])) pulls = i;
+      if (!holds[at(i)] && over[i] < -rounding && (opens < 0 || over[i] < over[opens])) opens = i;
+    }
+    if (pulls < 0 && opens < 0) return all;
+    if (pulls >= 0)
+      holds[at(pulls)] = false;
+    else
+      holds[at(opens)] = true;
+  }
+  throw std::runtime_error("the reference for rows that only push found no answer in 1000 turns");
+}
+
+inline CoupledAnswer solve_coupled(const std::vector<Row>& rows, const std::vector<CoupledBody>& bodies) {
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd c = Eigen::MatrixXd::Zero(count, count);
+  Eigen::VectorXd d(count);
+  std::vector<bool> only_pushes;
+  std::vector<Eigen::MatrixXd> under;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(bodies[b].dofs, count);
+    for (Eigen::Index i = 0; i < count; ++i)
+      for (const Row::Term& term : rows[static_cast<std::size_t>(i)].terms)
+        if (term.body == b) loads(term.dof, i) += term.weight;
+    under.push_back(bodies[b].under(loads));
+    c += loads.transpose() * under.back();
+  }
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Row& row = rows[static_cast<std::size_t>(i)];
+    c(i, i) += row.softness, d[i] = row.target, only_pushes.push_back(row.only_pushes);
+    for (const Row::Term& term : row.terms)
+      if (const Eigen::VectorXd& moved = bodies[term.body].moved; moved.size() > 0)
+        d[i] -= term.weight * moved[term.dof];
+  }
+  CoupledAnswer answer{solve_rows(0.5 * (c + c.transpose()), d, only_pushes), {}};
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    answer.u.push_back(under[b] * answer.force);
+    if (bodies[b].moved.size() > 0) answer.u.back() += bodies[b].moved;
+  }
+  return answer;
+}
+
+// ---- a needle ----------------------------------------------------------------------------------------------------------
+
+// A place inside a tetrahedron.
+struct PlaceInside {
+  std::array<std::int32_t, 4> node{};
+  Eigen::Vector4d weight = Eigen::Vector4d::Zero();
+  double edge = 0;  // m, the mean of the tetrahedron's
+  std::size_t tetrahedron = 0;
+};
+
+// Of all tetrahedra the one that x is farthest inside of. nodes, tetrahedra: as of a mesh.
+template <class Nodes, class Tetrahedra>
+PlaceInside place_inside(const Nodes& nodes, const Tetrahedra& tetrahedra, const Eigen::Vector3d& x) {
+  PlaceInside best;
+  double most = -1e300;
+  for (std::size_t e = 0; e < tetrahedra.size(); ++e) {
+    Eigen::Matrix4d corners = Eigen::Matrix4d::Ones();
+    for (int c = 0; c < 4; ++c)
+      corners.block<3, 1>(0, c) = Eigen::Vector3d(nodes[static_cast<std::size_t>(tetrahedra[e][c])].data());
+    const Eigen::Vector4d k = corners.partialPivLu().solve(Eigen::Vector4d(x[0], x[1], x[2], 1));
+    if (!(k.minCoeff() > most)) continue;
+    most = k.minCoeff();
+    best = {{tetrahedra[e][0], tetrahedra[e][1], tetrahedra[e][2], tetrahedra[e][3]}, k, 0, e};
+    for (int a = 0; a < 4; ++a)
+      for (int b = a + 1; b < 4; ++b) best.edge += (corners.block<3, 1>(0, a) - corners.block<3, 1>(0, b)).norm() / 6;
+  }
+  return best;
+}
+
+// m/N, across a thin shaft for a piece of the length: what the tissue gives way by that the mesh does not resolve (docs/method.md, section 21).
+inline double softness_across_shaft(double young, double poisson, double edge, double radius, double length) {
+  const double shear = young / (2 * (1 + poisson));
+  return (3 - 4 * poisson) / (8 * std::numbers::pi * (1 - poisson) * shear * length) *
+         std::max(0.25, std::log(0.3 * edge / radius));
+}
+
+}  // namespace palpate::studies

@@ -1,0 +1,278 @@
+#include "studies/scenes/costs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+
+#include "formats/program.h"
+#include "studies/timing/timing.h"
+
+namespace palpate::scenes {
+namespace {
+
+using Eigen::Vector3d;
+using Json = nlohmann::ordered_json;
+
+constexpr double kHere[3] = {0, 0, 0};
+
+double thread_us() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
+}
+
+Vector3d in_world(const palpate_pose& pose, const Vector3d& p) {
+  const Eigen::Quaterniond turn(pose.orientation[0], pose.orientation[1], pose.orientation[2], pose.orientation[3]);
+  return turn * p + Vector3d(pose.position);
+}
+
+// A tool of one point that is pressed into a place of the first organ and goes to and fro there.
+class PointTool {
+ public:
+  explicit PointTool(const SurfacePlace& place) : place_(place) {}
+  std::vector<palpate_tool> at(double depth) {
+    point_ = place_.point - depth * place_.outward;
+    palpate_tool tool = palpate_default_tool();
+    tool.points = point_.data(), tool.point_count = 1;
+    return {tool};
+  }
+
+ private:
+  SurfacePlace place_;
+  Vector3d point_ = Vector3d::Zero();
+};
+
+class Costs {
+ public:
+  Costs(const BakedOrgan& baked, const ScenesOptions& options)
+      : baked_(baked),
+        options_(options),
+        box_(box_of(baked.body())),
+        side_(place_at_the_side(baked.body(), box_)),
+        plain_(open_bundle(baked.bundle(0))) {
+    first_touch_ = gap_of_first_touch(plain_.get(), box_, 1e-3 * box_.size());
+  }
+
+  std::vector<Json> run() {
+    begin("one organ, one tool");
+    organs();
+    pairs();
+    modes();
+    links();
+    grips();
+    needle();
+    return rows_;
+  }
+
+ private:
+  // Touches that the warm-up and the timed part of every world take; prepare: moves what moves, and returns the tools.
+  template <class Prepare>
+  void time(const std::string& axis, const std::string& setting, int count, PlayedWorld& world, Prepare prepare) {
+    std::vector<double> times;
+    for (int s = 0; s < options_.steps + 100; ++s) {
+      const std::vector<palpate_tool> tools = prepare(s);
+      const double start = thread_us();
+      world.touch(tools);
+      const double spent = thread_us() - start;
+      if (s >= 100) times.push_back(spent);
+    }
+    const double median = studies::percentile(times, 0.5);
+    if (axis == "reference") reference_ = median;
+    rows_.push_back({{"axis", axis},
+                     {"setting", setting},
+                     {"count", count},
+                     {"median_us", median},
+                     {"worst_us", *std::ranges::max_element(times)},
+                     {"ratio", median / reference_}});
+  }
+
+  // The point comes from outside, goes in by 1 % of the organ's size, and moves to and fro by a tenth of that.
+  auto pressing_tool() {
+    return [this, tool = PointTool(side_)](int s) mutable {
+      const double deep = 0.01 * box_.size();
+      return tool.at(s < 50 ? deep * (s - 25) / 25 : deep * (1 + 0.1 * std::sin(0.05 * s)));
+    };
+  }
+
+  // Measures the reference anew, because the speed of a machine drifts.
+  void begin(const std::string& axis) {
+    say("timing: " + axis);
+    PlayedWorld world({{plain_.get(), pose_at(Vector3d(kHere))}}, touching_scene());
+    if (rows_.empty()) time("reference", "one organ, one tool", 1, world, pressing_tool());
+    std::vector<Json> kept = rows_;
+    time("reference", "one organ, one tool", 1, world, pressing_tool());
+    rows_ = kept;
+  }
+
+  void organs() {
+    begin("organs");
+    for (int count = 1; count <= options_.organs; count *= 2)
+      for (const auto& [setting, apart, max_pairs] :
+           {std::tuple("they pass through one another", 0.01, 0), std::tuple("may touch, far", 3.0, 200),
+            std::tuple("may touch, near", 0.005, 200)}) {
+        const auto stack = stack_of(plain_.get(), box_, count, apart * box_.size(), first_touch_);
+        PlayedWorld world(stack, touching_scene(), max_pairs);
+        time("organs", setting, count, world, pressing_tool());
+      }
+  }
+
+  void pairs() {
+    begin("pairs");
+    for (const int wanted : options_.quick ? std::vector<int>{1, 10} : std::vector<int>{1, 10, 30, 100}) {
+      PlayedWorld world(
+          {{plain_.get(), pose_at(Vector3d(kHere))}, {plain_.get(), over(box_, first_touch_ + 0.005 * box_.size())}},
+          touching_scene(), 500);
+      double gap = first_touch_ + 0.005 * box_.size();
+      const double pace = 2e-4 * box_.size(), deepest = first_touch_ - 0.35 * box_.depth();
+      while (world.pressing() < wanted && gap > deepest) world.place(1, over(box_, gap -= pace)), world.touch();
+      const int pressing = world.pressing();
+      for (const auto& [setting, share] : {std::pair("keep their places", 1e-4), std::pair("move on", 5e-3)})
+        time("pairs", setting, pressing, world, [&, share = share](int s) {
+          world.place(1, over(box_, gap + share * box_.size() * std::sin(0.05 * s)));
+          return std::vector<palpate_tool>();
+        });
+      if (pressing < wanted) break;  // a small organ has no more vertices there
+    }
+  }
+
+  void modes() {
+    begin("modes");
+    for (const int added : {0, 1, 4, 12}) {
+      if (added > options_.modes) break;
+      const BundlePointer bundle = open_bundle(baked_.bundle(added));
+      palpate_scene_def def = touching_scene();
+      const int count = baked_.own_modes() + added;
+      def.motions = count > 0;
+      PlayedWorld world({{bundle.get(), pose_at(Vector3d(kHere))}}, def);
+      std::vector<double> amounts(static_cast<std::size_t>(count));
+      auto tool = pressing_tool();
+      time("modes", "amounts change in each touch", count, world, [&](int s) {
+        for (std::size_t m = 0; m < amounts.size(); ++m) amounts[m] = 1e-6 * std::sin(0.1 * s + static_cast<double>(m));
+        if (count > 0) palpate_scene_set_motions(world.scene(0), amounts.data(), count, nullptr);
+        return tool(s);
+      });
+    }
+  }
+
+  void links() {
+    begin("links");
+    const auto organs = stack_of(plain_.get(), box_, 2, 0.03 * box_.size(), first_touch_);
+    for (const int count : options_.quick ? std::vector<int>{0, 10} : std::vector<int>{0, 1, 10, 30}) {
+      for (const auto& [setting, kind] :
+           {std::pair("springs", PALPATE_LINK_SPRING), std::pair("slack threads", PALPATE_LINK_THREAD)}) {
+        PlayedWorld world(organs, touching_scene(), 0, std::max(count, 1));
+        auto list = springs_between(touchable_places(baked_.body(), static_cast<std::size_t>(count)), organs,
+                                    kind == PALPATE_LINK_SPRING ? 0.9 : 1.5, 5);
+        for (palpate_world_link& link : list) link.kind = kind;
+        world.set_links(list);
+        auto tool = pressing_tool();
+        time("links", setting, static_cast<int>(list.size()), world, [&](int s) {
+          palpate_pose pose = organs[1].pose;
+          pose.position[(box_.axis + 1) % 3] += 2e-3 * box_.size() * std::sin(0.05 * s);
+          world.place(1, pose);
+          return tool(s);
+        });
+      }
+    }
+  }
+
+  void grips() {
+    begin("grips");
+    for (const int count : options_.quick ? std::vector<int>{1, 4} : std::vector<int>{1, 4, 16, 64}) {
+      const auto places = touchable_places(baked_.body(), static_cast<std::size_t>(count));
+      PlayedWorld world({{plain_.get(), pose_at(Vector3d(kHere))}}, free_scene());
+      std::vector<palpate_grip> grips(places.size(), palpate_default_grip());
+      for (std::size_t g = 0; g < grips.size(); ++g) {
+        grips[g].kind = PALPATE_GRIP_SURFACE_POINT, grips[g].triangle = places[g].triangle;
+        std::ranges::copy(kMiddle, grips[g].barycentric);
+      }
+      time("grips", "points", static_cast<int>(grips.size()), world, [&](int s) {
+        for (palpate_grip& grip : grips) grip.displacement[2] = 0.01 * box_.size() * std::sin(0.05 * s);
+        palpate_tool tool = palpate_default_tool();
+        tool.grips = grips.data(), tool.grip_count = static_cast<int>(grips.size());
+        return std::vector<palpate_tool>{tool};
+      });
+    }
+  }
+
+  void needle() {
+    begin("needle");
+    palpate_scene_def def = free_scene();
+    def.needles = 1, def.needle_places = 64;
+    const double deep = 0.6 * baked_.way().length;
+    for (const int wanted : options_.quick ? std::vector<int>{2, 8} : std::vector<int>{2, 8, 16, 32}) {
+      PlayedWorld world({{plain_.get(), pose_at(Vector3d(kHere))}}, def);
+      const double spacing = std::max(1e-4, deep / (wanted + 1));
+      palpate_needle needle{};
+      const auto put = [&](double depth, double aside) {
+        needle = needle_on(baked_.way(), depth, spacing, aside), needle.friction = 2;
+        palpate_tool tool = palpate_default_tool();
+        tool.id = 0, tool.needle = &needle, tool.has_torque = 1;
+        return std::vector<palpate_tool>{tool};
+      };
+      for (double depth = -0.02 * deep; depth < deep; depth += std::min(spacing / 4, deep / 100))
+        world.touch(put(depth, 0));
+      const palpate_needle_state* const state = palpate_scene_needle_state(world.scene(0), 0);
+      const int places = state ? state->places : 0;
+      time("needle", "held, moved aside", places, world,
+           [&](int s) { return put(deep, 2e-3 * box_.size() * std::sin(6e-3 * s)); });
+    }
+  }
+
+  const BakedOrgan& baked_;
+  const ScenesOptions& options_;
+  const Box box_;
+  const SurfacePlace side_;
+  const BundlePointer plain_;
+  double first_touch_ = 0, reference_ = 1;
+  std::vector<Json> rows_;
+};
+
+}  // namespace
+
+std::vector<OrganAt> stack_of(palpate_bundle* bundle, const Box& box, int count, double apart, double touching_gap) {
+  std::vector<OrganAt> stack;
+  // From one pair to the next: their boxes do not meet.
+  const double pitch = 2 * box.depth() + touching_gap + 2 * apart;
+  for (int k = 0; k < count; ++k) {
+    palpate_pose pose = k % 2 ? over(box, touching_gap + apart) : pose_at({0, 0, 0});
+    pose.position[box.axis] += box.sign * pitch * (k / 2);
+    stack.push_back({bundle, pose});
+  }
+  return stack;
+}
+
+std::vector<palpate_world_link> springs_between(const std::vector<SurfacePlace>& places,
+                                                const std::vector<OrganAt>& organs, double rest_share,
+                                                double stiffness) {
+  std::vector<palpate_world_link> links(places.size(), palpate_default_world_link());
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    palpate_world_link& link = links[l];
+    link.kind = PALPATE_LINK_SPRING, link.stiffness = stiffness;
+    Vector3d end[2];
+    for (int e = 0; e < 2; ++e) {
+      link.organ[e] = e, link.ends[e].kind = PALPATE_END_SURFACE_POINT, link.ends[e].triangle = places[l].triangle;
+      std::ranges::copy(kMiddle, link.ends[e].barycentric);
+      end[e] = in_world(organs[static_cast<std::size_t>(e)].pose, places[l].point);
+    }
+    link.rest_length = rest_share * (end[1] - end[0]).norm();
+  }
+  return links;
+}
+
+palpate_needle needle_on(const Way& way, double depth, double spacing, double aside) {
+  palpate_needle needle = palpate_default_needle();
+  needle.triangle = way.entry.triangle, needle.radius = 0.5e-3, needle.spacing = spacing;
+  std::ranges::copy(kMiddle, needle.barycentric);
+  Eigen::Map<Vector3d>(needle.tip) = way.entry.point + depth * way.inwards + aside * way.inwards.unitOrthogonal();
+  Eigen::Map<Vector3d>(needle.direction) = way.inwards;
+  return needle;
+}
+
+std::vector<Json> measure_costs(const BakedOrgan& baked, const ScenesOptions& options) {
+  return Costs(baked, options).run();
+}
+
+}  // namespace palpate::scenes

@@ -1,0 +1,104 @@
+#include "studies/scenes/full_body.h"
+
+#include <Eigen/Sparse>
+
+#include "precompute/elements/motion_loads.h"
+
+namespace palpate::scenes {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// K of the dofs that are free; place[dof]: its row, or -1.
+Eigen::SparseMatrix<double> free_stiffness(const BlockMatrix& k, const std::vector<Index>& place, Index count) {
+  std::vector<Eigen::Triplet<double, int>> entries;
+  for (std::int32_t row = 0; row < k.rows; ++row)
+    for (auto at = static_cast<std::size_t>(k.first[static_cast<std::size_t>(row)]);
+         at < static_cast<std::size_t>(k.first[static_cast<std::size_t>(row) + 1]); ++at)
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+          const Index a = place[static_cast<std::size_t>(3 * row + i)],
+                      b = place[static_cast<std::size_t>(3 * k.column[at] + j)];
+          if (a >= 0 && b >= 0)
+            entries.emplace_back(static_cast<int>(a), static_cast<int>(b),
+                                 k.block[at][static_cast<std::size_t>(3 * i + j)]);
+        }
+  Eigen::SparseMatrix<double> matrix(count, count);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+}  // namespace
+
+FullBody::FullBody(ElasticBody body, Element element)
+    : body_(std::move(body)), discretisation_(discretise(body_, element)) {
+  const auto& fixed = discretisation_.fixed;
+  std::vector<Index> place(3 * fixed.size(), -1);
+  for (std::size_t n = 0; n < fixed.size(); ++n)
+    for (std::size_t d = 0; d < 3; ++d)
+      if (!fixed[n][d])
+        place[3 * n + d] = static_cast<Index>(free_.size()), free_.push_back(static_cast<Index>(3 * n + d));
+  factor_ = std::make_unique<studies::CholmodFactor>(
+      free_stiffness(discretisation_.stiffness, place, static_cast<Index>(free_.size())));
+}
+
+studies::CoupledBody FullBody::coupled(VectorXd moved) const {
+  return {[this](const MatrixXd& forces) { return under(forces); }, 3 * static_cast<Index>(body_.nodes.size()),
+          std::move(moved)};
+}
+
+MatrixXd FullBody::solved(const MatrixXd& node_forces) const {
+  MatrixXd u = MatrixXd::Zero(node_forces.rows(), node_forces.cols());
+  if (node_forces.cols() > 0) u(free_, Eigen::all) = factor_->solve(MatrixXd(node_forces(free_, Eigen::all)));
+  return u;
+}
+
+VectorXd FullBody::vertices_of(const VectorXd& nodes) const {
+  const std::vector<double> read =
+      read_vertices(discretisation_, {nodes.data(), static_cast<std::size_t>(nodes.size())});
+  return Eigen::Map<const VectorXd>(read.data(), static_cast<Index>(read.size()));
+}
+
+MatrixXd FullBody::under(const MatrixXd& vertex_forces) const {
+  const auto nodes = static_cast<Index>(discretisation_.fixed.size());
+  MatrixXd forces = MatrixXd::Zero(3 * nodes, vertex_forces.cols());
+  const TouchFunctionals& touch = discretisation_.touch;
+  for (Index v = 0; v < vertex_forces.rows() / 3; ++v) {
+    if (touch.weight.empty()) {
+      forces.middleRows<3>(3 * v) += vertex_forces.middleRows<3>(3 * v);
+      continue;
+    }
+    for (auto at = touch.nodes.first[static_cast<std::size_t>(v)];
+         at < touch.nodes.first[static_cast<std::size_t>(v) + 1]; ++at)
+      forces.middleRows<3>(3 * touch.nodes.item[static_cast<std::size_t>(at)]) +=
+          touch.weight[static_cast<std::size_t>(at)] * vertex_forces.middleRows<3>(3 * v);
+  }
+  const MatrixXd u = solved(forces);
+  MatrixXd read(vertex_forces.rows(), vertex_forces.cols());
+  for (Index c = 0; c < u.cols(); ++c) read.col(c) = vertices_of(u.col(c));
+  return read;
+}
+
+VectorXd FullBody::moved_by(const std::vector<double>& amounts) const {
+  const std::vector<MotionLoad> loads = motion_loads(body_, discretisation_);
+  VectorXd force = VectorXd::Zero(3 * static_cast<Index>(discretisation_.fixed.size())), imposed = force;
+  for (std::size_t m = 0; m < loads.size(); ++m) {
+    force += amounts[m] * Eigen::Map<const VectorXd>(loads[m].force.data(), force.size());
+    if (!loads[m].imposed.empty())
+      imposed += amounts[m] * Eigen::Map<const VectorXd>(loads[m].imposed.data(), force.size());
+  }
+  const VectorXd u = solved(force) + imposed;
+  VectorXd read = vertices_of(u);
+  for (Index i = 0; i < read.size(); ++i)
+    if (body_.fixed[static_cast<std::size_t>(i / 3)][static_cast<std::size_t>(i % 3)]) read[i] = u[i];
+  return read;
+}
+
+double FullBody::swept(std::size_t motion, const VectorXd& u) const {
+  const std::vector<MotionLoad> loads = motion_loads(body_, discretisation_);
+  return Eigen::Map<const VectorXd>(loads[motion].sweep.data(), u.size()).dot(u);
+}
+
+}  // namespace palpate::scenes

@@ -1,0 +1,104 @@
+#include "studies/scenes/played_world.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "formats/errors.h"
+
+namespace palpate::scenes {
+
+BundlePointer open_bundle(const std::filesystem::path& file) {
+  palpate_bundle* bundle = nullptr;
+  palpate_error error = {};
+  if (palpate_bundle_open_file(file.c_str(), nullptr, &bundle, &error) != PALPATE_OK)
+    throw InputError(fmt::format("{}: {}", file.string(), error.text));
+  return BundlePointer(bundle);
+}
+
+palpate_scene_def free_scene() {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.force_limit = def.force_slew = def.torque_limit = def.torque_slew = def.max_tool_speed = def.release_distance =
+      INFINITY;
+  def.max_operations = 100'000'000, def.max_points = 256, def.max_tools = 2;
+  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT;
+  return def;
+}
+
+palpate_scene_def touching_scene() {
+  palpate_scene_def def = free_scene();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
+  return def;
+}
+
+palpate_pose pose_at(const Eigen::Vector3d& position) {
+  palpate_pose pose = palpate_default_pose();
+  Eigen::Map<Eigen::Vector3d>(pose.position) = position;
+  return pose;
+}
+
+PlayedWorld::PlayedWorld(const std::vector<OrganAt>& organs, const palpate_scene_def& scene, int max_pairs,
+                         int max_links) {
+  std::vector<palpate_world_organ> list(organs.size(), palpate_default_world_organ());
+  for (std::size_t k = 0; k < organs.size(); ++k)
+    list[k].bundle = organs[k].bundle, list[k].def = &scene, list[k].pose = &organs[k].pose;
+  for (const OrganAt& organ : organs)
+    surface_nodes_.push_back(palpate_bundle_describe(organ.bundle).surface_node_count);
+  palpate_world_def def = palpate_default_world_def();
+  def.organs = list.data(), def.organ_count = static_cast<int>(list.size());
+  def.force_limit = def.force_slew = def.torque_limit = def.torque_slew = INFINITY;
+  def.max_pairs = max_pairs, def.max_links = max_links;
+  palpate_error error = {};
+  if (palpate_world_create(&def, &world_, &error) != PALPATE_OK) throw OperationError(error.text);
+  memory_.resize(palpate_world_contacts_bytes(world_) / 8 + 1);
+  contacts_ = reinterpret_cast<palpate_world_contacts*>(memory_.data());
+}
+
+PlayedWorld::~PlayedWorld() {
+  palpate_world_destroy(world_);
+}
+
+palpate_step_flags PlayedWorld::touch(const std::vector<palpate_tool>& tools) {
+  return palpate_world_touch(world_, tools.data(), static_cast<int>(tools.size()), 1e-3, contacts_, 8 * memory_.size());
+}
+
+void PlayedWorld::place(int organ, const palpate_pose& pose) {
+  palpate_scene_set_pose(scene(organ), &pose, nullptr);
+}
+
+void PlayedWorld::set_links(const std::vector<palpate_world_link>& links) {
+  palpate_error error = {};
+  if (palpate_world_set_links(world_, links.data(), static_cast<int>(links.size()), &error) != PALPATE_OK)
+    throw OperationError(error.text);
+}
+
+const palpate_world_contacts* PlayedWorld::contacts() const {
+  return contacts_;
+}
+
+Eigen::Vector3d PlayedWorld::on_tool(int tool) const {
+  return Eigen::Vector3d(palpate_world_contacts_tool(contacts_, tool)->force_raw);
+}
+
+std::vector<const palpate_world_pair*> PlayedWorld::pairs() const {
+  std::vector<const palpate_world_pair*> pairs;
+  for (int i = 0; i < contacts_->pair_count; ++i) pairs.push_back(palpate_world_contacts_pair(contacts_, i));
+  return pairs;
+}
+
+int PlayedWorld::pressing() const {
+  int count = 0;
+  for (const palpate_world_pair* pair : pairs()) count += pair->pressure > 0;
+  return count;
+}
+
+Eigen::VectorXd PlayedWorld::shape(int organ) const {
+  const int nodes = surface_nodes_[static_cast<std::size_t>(organ)];
+  std::vector<float> u(3 * static_cast<std::size_t>(nodes));
+  palpate_shape_out out = palpate_default_shape_out();
+  out.displacements = u.data(), out.node_capacity = nodes;
+  palpate_scene_shape(scene(organ), palpate_world_contacts_organ(contacts_, organ), &out);
+  return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
+}
+
+}  // namespace palpate::scenes

@@ -1,0 +1,59 @@
+// A world of the C API as the study plays it.
+#pragma once
+
+#include <palpate/palpate_world.h>
+
+#include <Eigen/Dense>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+namespace palpate::scenes {
+
+struct BundleCloser {
+  void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
+};
+using BundlePointer = std::unique_ptr<palpate_bundle, BundleCloser>;
+// Errors: InputError.
+BundlePointer open_bundle(const std::filesystem::path& file);
+
+// Without limits of force and torque: point contact, no collision.
+palpate_scene_def free_scene();
+// The same with collision and contacts that only push, as organs that touch need.
+palpate_scene_def touching_scene();
+
+palpate_pose pose_at(const Eigen::Vector3d& position);
+
+struct OrganAt {
+  palpate_bundle* bundle;
+  palpate_pose pose;
+};
+
+class PlayedWorld {
+ public:
+  // Errors: OperationError.
+  PlayedWorld(const std::vector<OrganAt>& organs, const palpate_scene_def& scene, int max_pairs = 0, int max_links = 0);
+  PlayedWorld(const PlayedWorld&) = delete;
+  ~PlayedWorld();
+
+  palpate_step_flags touch(const std::vector<palpate_tool>& tools = {});
+  void place(int organ, const palpate_pose& pose);
+  // Errors: OperationError.
+  void set_links(const std::vector<palpate_world_link>& links);
+
+  palpate_scene* scene(int organ) const { return palpate_world_scene(world_, organ); }
+  const palpate_world* get() const { return world_; }
+  const palpate_world_contacts* contacts() const;
+  Eigen::Vector3d on_tool(int tool) const;  // N, without the device's limits
+  std::vector<const palpate_world_pair*> pairs() const;
+  int pressing() const;                    // pairs with a force
+  Eigen::VectorXd shape(int organ) const;  // [3 surface nodes] m
+
+ private:
+  palpate_world* world_ = nullptr;
+  std::vector<int> surface_nodes_;
+  std::vector<std::uint64_t> memory_;
+  palpate_world_contacts* contacts_ = nullptr;
+};
+
+}  // namespace palpate::scenes

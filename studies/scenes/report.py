@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""report.py FOLDER/scene-costs.json -o FOLDER/report.html: the page of the study of scenes."""
+import json
+import os
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
+from page import Page, Plot, number, percent, study_and_output  # noqa: E402
+
+AXES = {"organs": ("Organs", "organs in the world"), "pairs": ("Places where two organs press", "places that press"),
+        "modes": ("Motions and loads", "modes"), "links": ("Links between two organs", "links"),
+        "grips": ("Grips", "points that a tool holds"), "needle": ("A needle", "places that the needle holds")}
+
+
+def told(row):
+    return (f"{row['count']} {row['axis']}, {row['setting']}: median {number(row['median_us'])} us, worst {number(row['worst_us'])} us, "
+            f"{number(row['ratio'])} times one organ with one tool")
+
+
+def costs(page, study):
+    page.heading("What a touch takes")
+    reference = next(p for p in study["points"] if p["axis"] == "reference")
+    page.words(f"Processor time of the touching thread, medians of {study['steps']:,} touches. The ratio is that to the touch of one organ with one "
+               f"tool that presses it, which took {number(reference['median_us'])} us and is measured anew before each axis. Worst: the longest "
+               "single touch; on a busy machine it says more about the machine.")
+    plots = []
+    for axis, (title, label) in AXES.items():
+        rows = [p for p in study["points"] if p["axis"] == axis]
+        if not rows:
+            continue
+        plot = Plot(title, label, "touch, us", log_y=True)
+        for setting in dict.fromkeys(p["setting"] for p in rows):
+            own = [p for p in rows if p["setting"] == setting]
+            colour = plot.series
+            plot.curve(own, "count", "median_us", told, label=f"{setting}, median")
+            plot.series = colour
+            plot.curve(own, "count", "worst_us", told, joined=False, faint=True)
+        plots.append((plot, f"touch-{axis}", "Lines: medians. Faint: the longest touch."))
+    page.plots(plots)
+    page.table(("axis", "setting", "count", "median, us", "worst, us", "ratio"),
+               [(p["axis"], p["setting"], p["count"], p["median_us"], p["worst_us"], p["ratio"]) for p in study["points"]],
+               folded="Every time")
+
+
+def errors(page, study):
+    page.heading("Each effect against a full solve")
+    page.words("The full solve has all nodes of all organs, a direct factor of each stiffness matrix in double precision, and the conditions of the "
+               "effect as rows of one system. Force: length of the difference over the force. Field: the 2-norm over the surface nodes of all organs, "
+               "relative. Single precision of what a bundle stores is 6e-8. A grasp is given to the full solve as the forces of its jaws, so that only "
+               "the shape is compared. Organs that press: once with the surface between the nodes smooth, as the runtime takes it, and once flat.")
+    page.table(("effect", "force, N", "error of the force", "largest displacement, mm", "error of the field"),
+               [(e["effect"], e["force_N"], e["force_error"], e["field_mm"], e["field_error"]) for e in study["errors"]], whole=True)
+    rows = [e for e in study["errors"] if e["field_error"]]
+    plot = Plot("Error against a full solve", "relative error", "", log_x=True, size=(10.5, 0.8 + 0.45 * len(rows)))
+    plot.points([e["field_error"] for e in rows], list(range(len(rows)))[::-1],
+                [f"{e['effect']}: field {percent(e['field_error'])}" for e in rows], label="field")
+    forces = [(e, len(rows) - 1 - i) for i, e in enumerate(rows) if e["force_error"]]
+    plot.points([e["force_error"] for e, _ in forces], [y for _, y in forces],
+                [f"{e['effect']}: force {percent(e['force_error'])}" for e, _ in forces], label="force")
+    plot.axes.set_yticks(range(len(rows)), [e["effect"] for e in rows][::-1])
+    page.plot(plot, "errors")
+
+
+def main():
+    arguments = study_and_output(__doc__)
+    with open(arguments.study) as stream:
+        study = json.load(stream)
+    machine = study["machine"]
+    page = Page(f"Scenes of several organs and effects: {study['vertices']:,} vertices of the surface",
+                "What a touch takes by what a scene has, and what each effect is off against a full solve of the coupled system.")
+    errors(page, study)
+    costs(page, study)
+    page.heading("How it was measured")
+    page.words(f"{machine['processor']}, {machine['cores']} cores; load when the study ended: {number(machine['load'])}. palpate "
+               f"{study['program_version']}; {study['mesh']}, held as {study['boundary']} says; took {number(study['took_s'])} s. All organs are copies "
+               "of this one. As data: <code>scene-costs.json</code> and <code>scene-costs.csv</code>.")
+    page.write(arguments.output)
+
+
+if __name__ == "__main__":
+    main()
