@@ -4,6 +4,7 @@
 
 #include "tests/runtime/moved_box.h"
 #include "tests/runtime/world/touching_world.h"
+#include "tests/stability/conflict.h"
 #include "tests/stability/held_places.h"
 #include "tests/stability/stability_case.h"
 
@@ -12,19 +13,6 @@ namespace {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-// N/m: no node resists with more than its own block of K, however much others hold it.
-double stiffest(const TouchedBody& body) {
-  const Eigen::MatrixXd k = body.stiffness();
-  double most = 0;
-  for (Eigen::Index n = 0; n < k.rows() / 3; ++n) most = std::max(most, k.block<3, 3>(3 * n, 3 * n).norm());
-  return most;
-}
-
-// NaN stays.
-void keep(double value, double* most) {
-  *most = std::isnan(value) || value > *most ? value : *most;
-}
 
 // What the steps of a world told, of all organs.
 struct Told {
@@ -55,7 +43,6 @@ double confined(double area, double height, double way) {
   constexpr double young = 5400, poisson = 0.45;
   return young * (1 - poisson) / ((1 + poisson) * (1 - 2 * poisson)) * area * way / height;
 }
-constexpr palpate_step_flags kOfConflict = PALPATE_STEP_REGULARISED | PALPATE_STEP_SOLVE_INEXACT;
 
 // 60 x 40 x 3 mm, held at one end.
 const TouchedBody& thin_lobe() {
