@@ -154,6 +154,38 @@ for (const wasm of wasms) {
     close();
   });
 
+  test(`${wasm}: links hold organs together: their laws, opposite forces, breaking, refusals`, () => {
+    const bundle = runtime.openBundle(files.box), apart = 0.09;
+    // The second box is turned half about z, so that the free faces look at one another.
+    const pose = { position: [0.12 + apart, 0.05, 0], orientation: [0, 0, 0, 1] }, linked = { collision: "off", contact: "point", ...room };
+    const world = runtime.createWorld([{ bundle, effects: linked }, { bundle, effects: linked, pose }], { maxLinks: 2 });
+    const fixed = (triangle) => [0, 1, 2].some((v) => bundle.fixed[3 * bundle.triangles[3 * triangle + v]]);
+    const free = Array.from({ length: bundle.triangles.length / 3 }, (_, t) => t).filter((t) => !fixed(t));
+    const end = (organ, k) => ({ organ, triangle: free[k], barycentric: [0.2, 0.3, 0.5] });
+    const spring = { kind: "spring", ends: [end(0, 3), end(1, 7)], restLength: 0.02, stiffness: 5, id: 4 };
+    const thread = { kind: "thread", ends: [end(0, 9), { world: [0.03, 0.02, 0.5] }], restLength: 5 };
+    world.setLinks([spring, thread]);
+    for (let touch = 0; touch < 50; ++touch) assert.equal(world.touch(1e-3), 0);
+    const [taut, slack] = world.links;
+    assert.deepEqual([taut.id, taut.condition, slack.condition], [4, "taut", "slack"]);
+    assert.ok(taut.tension > 0.05 && Math.abs(taut.tension - 5 * (taut.length - 0.02)) < 1e-6, "its law");
+    const line = taut.ends[1].map((x, d) => x - taut.ends[0][d]);
+    line.forEach((x, d) => assert.ok(Math.abs(taut.force[d] - (taut.tension * x) / taut.length) < 1e-3 * taut.tension, "along the line, in the world"));
+    for (const organ of world.organs) assert.ok((organ.shape(), Math.max(...organ.displacements.map(Math.abs))) > 1e-5, "both organs give way");
+    world.setLinks([{ ...spring, stiffness: 10 }, thread]);
+    world.touch(1e-3);
+    assert.ok(world.links[0].tension > taut.tension, "stiffer at run time");
+    world.setLinks([{ kind: "clip", ends: [end(0, 3), end(1, 7)], breakingForce: 1e-6 }]);
+    assert.ok(world.touch(1e-3) & (1 << 14), "LINK_BROKE");
+    assert.equal(world.links[0].condition, "broken");
+    refused(() => world.setLinks([{ ...spring, kind: "glue" }]), /expected a kind thread, spring, clip, found glue/);
+    refused(() => world.setLinks([{ ...spring, ends: [end(0, 3), end(5, 7)] }]), /organ/);
+    assert.throws(() => world.setLinks([spring, spring, spring]), /3 links; the world was made for 2/);
+    assert.equal(world.links.length, 1, "the world keeps its links");
+    world.destroy();
+    bundle.close();
+  });
+
   test(`${wasm}: motions of a scene: amounts, held volumes, refusals`, () => {
     const bundle = runtime.openBundle(files.breathing), scene = bundle.createScene({ collision: "deformed", motions: true });
     assert.deepEqual(bundle.motions, [["piston", "piston"], ["turn", "rotation"], ["filling", "pressure"], ["weight", "gravity"]].map(([name, kind]) => ({ name, kind })));

@@ -10,11 +10,14 @@ import { reader, writer } from "./struct.js";
  *   radius?: number, runsOn?: boolean, id?: number}} Link
  *  A suture, clip, ligament or spring, as palpate_link; two ends. restLength, radius: m; stiffness: N/m; breakingForce: N. What is left
  *  out is the default of palpate.h. */
+/** @typedef {Omit<Link, "ends"> & {ends: ((SurfacePoint & {organ: number}) | {world: ArrayLike<number>})[]}} WorldLink
+ *  A link of a world, as palpate_world_link: each end on a surface names its organ, by its index in the world's organs. */
 /** @typedef {{place: SurfacePoint, opposite?: SurfacePoint, position: ArrayLike<number>, orientation?: ArrayLike<number>, radius: number,
  *   closing?: number, friction?: number, clampForce?: number, id?: number}} Grasp
  *  Jaws that hold tissue, as palpate_grasp. position, orientation: of the tool in the world, m and a quaternion w x y z. */
 /** @typedef {{id: number, condition: "slack" | "taut" | "broken", broken: number, restLength: number, length: number, tension: number,
- *   force: number[], ends: number[][]}} LinkState  A link after a touch, as palpate_link_state; in the organ's frame. */
+ *   force: number[], ends: number[][]}} LinkState  A link after a touch, as palpate_link_state; in the organ's frame, that of a world in the
+ *  world. */
 /** @typedef {{condition: "open" | "holds" | "slips" | "let-go", force: number[], torque: number[], place: number[], slipped: number,
  *   frictionLimit: number}} GraspState  A grasp after a touch, as palpate_grasp_state; in the world. */
 
@@ -26,12 +29,24 @@ const END_SURFACE_POINT = 1, END_WORLD = 2;
 
 /** @param {Runtime} runtime @param {number} at @param {Link} link */
 export function fillLink(runtime, at, link) {
-  const put = writer(runtime, "palpate_link", at), kind = KINDS.indexOf(link.kind) + 1;
+  fill(runtime, "palpate_link", runtime.api.palpate_init_link, at, link);
+}
+
+/** @param {Runtime} runtime @param {number} at @param {WorldLink} link */
+export function fillWorldLink(runtime, at, link) {
+  fill(runtime, "palpate_world_link", runtime.api.palpate_init_world_link, at, link);
+  const put = writer(runtime, "palpate_world_link", at);
+  link.ends.forEach((end, e) => put.integer("organ", "world" in end ? -1 : end.organ, e));
+}
+
+/** What both kinds of link have. @param {Runtime} runtime @param {string} struct @param {Function} init @param {number} at @param {Link} link */
+function fill(runtime, struct, init, at, link) {
+  const put = writer(runtime, struct, at), kind = KINDS.indexOf(link.kind) + 1;
   if (kind === 0) throw new PalpateError(ARGUMENT, `link: expected a kind ${KINDS.join(", ")}, found ${link.kind}`);
   if (link.ends?.length !== 2) throw new PalpateError(ARGUMENT, `link: expected two ends, found ${link.ends?.length}`);
-  runtime.api.palpate_init_link(at, runtime.field("palpate_link"));
+  init(at, runtime.field(struct));
   put.integer("kind", kind);
-  link.ends.forEach((end, e) => fillEnd(runtime, at + runtime.field("palpate_link.ends") + e * runtime.field("palpate_link_end"), end));
+  link.ends.forEach((end, e) => fillEnd(runtime, at + runtime.field(`${struct}.ends`) + e * runtime.field("palpate_link_end"), end));
   put.integer("id", link.id ?? -1);
   put.integer("runs_on", link.runsOn ? 1 : 0);
   put.number("rest_length", link.restLength);

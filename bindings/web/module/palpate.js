@@ -40,6 +40,7 @@ export { PalpateError, Scene, World };
  *  Where the organ's frame is in the world: m; a quaternion w x y z of length 1; m/s; rad/s about the world's axes. What is left
  *  out is the identity, or zero. */
 /** @typedef {import("./links.js").Link} Link */
+/** @typedef {import("./links.js").WorldLink} WorldLink */
 /** @typedef {import("./links.js").Grasp} Grasp */
 /** @typedef {import("./needles.js").Needle} Needle */
 /** @typedef {import("./needles.js").NeedleState} NeedleState */

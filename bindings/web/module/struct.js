@@ -20,8 +20,8 @@ export function writer(runtime, struct, at) {
   const where = (/** @type {string} */ field) => at + runtime.field(`${struct}.${field}`);
   return {
     address: (/** @type {string} */ field, /** @type {number} */ value) => runtime.heap.data.setUint32(where(field), value, true),
-    integer: (/** @type {string} */ field, /** @type {number | undefined} */ value) => {
-      if (value !== undefined) runtime.heap.data.setInt32(where(field), value, true);
+    integer: (/** @type {string} */ field, /** @type {number | undefined} */ value, i = 0) => {
+      if (value !== undefined) runtime.heap.data.setInt32(where(field) + 4 * i, value, true);
     },
     number: (/** @type {string} */ field, /** @type {number | undefined} */ value) => {
       if (value !== undefined) runtime.heap.data.setFloat64(where(field), value, true);

@@ -1,4 +1,5 @@
 // A world: several organs and the tools that touch them, stepped together, as palpate_world.h has it.
+import { fillWorldLink, readLinkState } from "./links.js";
 import { Scene } from "./scene.js";
 import { fillPose, SceneDef } from "./scene_def.js";
 import { reader, writer } from "./struct.js";
@@ -9,12 +10,14 @@ import { ToolMemory } from "./tool_memory.js";
 /** @typedef {import("./palpate.js").Pose} Pose */
 /** @typedef {import("./palpate.js").Tool} Tool */
 /** @typedef {import("./scene.js").TouchedContacts} TouchedContacts */
+/** @typedef {import("./links.js").WorldLink} WorldLink */
+/** @typedef {import("./links.js").LinkState} LinkState */
 /** @typedef {{bundle: Bundle, effects?: Effects, pose?: Pose}} Organ
  *  Several organs may have one bundle. maxTools and maxPoints of all organs of a world must be the same. */
-/** @typedef {{maxPairs?: number, friction?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number}} WorldOptions
+/** @typedef {{maxPairs?: number, maxLinks?: number, friction?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number}} WorldOptions
  *  maxPairs: places at most where organs are held apart; left out: they pass through one another. Above 0 it needs collision "deformed"
- *  and deformation "linear" of all organs. friction: Coulomb's coefficient between organs. The limits are of each tool, all organs
- *  together. */
+ *  and deformation "linear" of all organs. maxLinks: links of the world at most (setLinks); above 0 it needs deformation "linear" of all
+ *  organs. friction: Coulomb's coefficient between organs. The limits are of each tool, all organs together. */
 /** @typedef {{flags: number, nearTools: number, force: number[], torque: number[], pressed: number[]}} OrganState
  *  An organ after a touch, as palpate_world_organ_state: in the world, N and N m; force: by all tools; pressed: by all other organs. */
 /** @typedef {{organs: number[], node: number, triangle: number, barycentric: number[], place: number[], normal: number[], force: number[],
@@ -25,6 +28,7 @@ export class World {
   #tools;
   #contactsAt = 0;
   #contactsBytes = 0;
+  #linksAt = 0;
   /** @type {TouchedContacts[]} */
   #contacts;
 
@@ -46,6 +50,8 @@ export class World {
     }
     this.#contactsBytes = runtime.api.palpate_world_contacts_bytes(this.pointer) >>> 0;
     this.#contactsAt = runtime.heap.takeZeros(this.#contactsBytes);
+    this.maxLinks = options.maxLinks ?? 0;
+    this.#linksAt = runtime.heap.takeZeros(Math.max(1, this.maxLinks) * runtime.field("palpate_world_link"));
     for (const contacts of this.#contacts) contacts.at = this.#contactsAt;
   }
 
@@ -53,6 +59,21 @@ export class World {
    *  @param {Tool[]} tools known by their id, or by their order */
   setTools(tools) {
     this.#tools.set(tools);
+  }
+
+  /** Gives the world its links between organs, as Scene.setLinks gives a scene its own. @param {WorldLink[]} links */
+  setLinks(links) {
+    const { runtime } = this, size = runtime.field("palpate_world_link");
+    if (links.length > this.maxLinks) throw new RangeError(`${links.length} links; the world was made for ${this.maxLinks}`);
+    links.forEach((link, i) => fillWorldLink(runtime, this.#linksAt + i * size, link));
+    runtime.check((error) => runtime.api.palpate_world_set_links(this.pointer, this.#linksAt, links.length, error));
+  }
+  /** The links of the world after the last touch(), in their order: copies. @returns {LinkState[]} */
+  get links() {
+    const states = [];
+    for (let at = 0; (at = this.runtime.api.palpate_world_link_state(this.pointer, states.length) >>> 0) !== 0;)
+      states.push(readLinkState(this.runtime, at));
+    return states;
   }
 
   /** The touch step of all organs. @param {number} dt s since the last touch @returns {number} flag bits of all organs together, 0: full trust */
@@ -148,6 +169,7 @@ export class World {
     for (const organ of this.organs) organ.releaseMemory();
     this.runtime.api.palpate_world_destroy(this.pointer);
     this.#tools.release();
+    this.runtime.heap.release(this.#linksAt);
     this.runtime.heap.release(this.#contactsAt);
   }
 
@@ -190,6 +212,7 @@ function createWorld(runtime, organs, defs, options) {
     put.address("organs", first);
     put.integer("organ_count", organs.length);
     put.integer("max_pairs", options.maxPairs);
+    put.integer("max_links", options.maxLinks);
     put.number("friction", options.friction);
     put.number("force_limit", options.forceLimit);
     put.number("force_slew", options.forceSlew);
