@@ -141,9 +141,9 @@ def needle_actors(tip, handle, radius, size):
     return [offscreen.rod(tip, handle, radius, STEEL), offscreen.sphere(tip, 1.6 * radius, STEEL)]
 
 
-def held_actors(held_file, surface, size):
+def held_actors(held_file, surface, size, lift=0.012):
     """Actors of the links and of the discs of grasps; labels (place, place, text) of the stretches that bear a force; the outward
-    normals at them. A link that is broken is not drawn."""
+    normals at them. A link that is broken is not drawn. lift: of the organ's size, by which lines are drawn above the surface."""
     if not os.path.exists(held_file):
         return [], [], []
     grid = offscreen.read_grid(held_file)
@@ -159,7 +159,7 @@ def held_actors(held_file, surface, size):
                 continue
             ends = points[ids]
             # A line between two places of a bent surface lies inside it: it is drawn above them.
-            above = 0.012 * size * views.unit(sum(normals_at(surface, ends)))
+            above = lift * size * views.unit(sum(normals_at(surface, ends)))
             actors.append(offscreen.rod(*(ends + above), 0.004 * size, THREAD if condition == TAUT else SLACK))
             actors += [offscreen.sphere(end + above, 0.007 * size, THREAD) for end in ends]
             places += [ends[0]]
@@ -276,6 +276,10 @@ def main():
         more, labels, seen = held_actors(organ_file.replace("organ_", "held_"), surface, size)
         actors, tensions, normals = actors + more, tensions + labels, normals + seen
 
+    # Links between organs are lines through the air, which the side that they end on does not show.
+    more, labels, _ = held_actors(tools_file.replace("tools_", "links_"), surface, size, lift=0)
+    actors, tensions = actors + more, tensions + labels
+
     figure, panels = plt.subplots(1, 2, figsize=(16, 7.2))
     figure.subplots_adjust(left=0.003, right=0.928, bottom=0.005, top=0.94, wspace=0.01)
     for panel, look_from in zip(panels, views.two_views(np.array(normals))):
@@ -292,7 +296,7 @@ def main():
     bar.ax.tick_params(labelsize=14)
     figure.suptitle("%s, %.2f s, from two sides; red: force of the %s on the %s; orange: path; striped: held%s"
                     % (summary["scene"], time, "organs" if len(organs) > 1 else "organ", "tools" if len(summary["tools"]) > 1 else "tool",
-                       ("; thick lines: between tissues" if borders else "") + ("; blue: links" if any(each.get("links") for each in organs) else "") +
+                       ("; thick lines: between tissues" if borders else "") + ("; blue: links" if any(each.get("links") for each in [*organs, summary]) else "") +
                        ("; grey: needle" if needles else "") + ("; violet: discs of a grasp" if any(tool.get("grasp") for tool in summary["tools"]) else "")),
                     fontsize=16, y=0.985)
     picture_file.save(figure, arguments.output, [arguments.scene])

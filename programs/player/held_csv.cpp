@@ -10,11 +10,6 @@
 
 namespace palpate {
 
-const char* word_of(palpate_link_condition condition) {
-  static constexpr const char* words[] = {"slack", "taut", "broken"};
-  return words[condition];
-}
-
 const char* word_of(palpate_grasp_condition condition) {
   static constexpr const char* words[] = {"open", "holds", "slips", "let go"};
   return words[condition];

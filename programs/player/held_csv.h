@@ -42,8 +42,7 @@ class HeldCsvFiles {
   std::optional<std::ofstream> links_, grasps_, needles_;
 };
 
-// "slack", "taut", "broken"; "open", "holds", "slips", "let go".
-const char* word_of(palpate_link_condition condition);
+// "open", "holds", "slips", "let go".
 const char* word_of(palpate_grasp_condition condition);
 
 }  // namespace palpate

@@ -60,20 +60,33 @@ bool take_numbers(const SceneConfig::Link& link, const LinkStretch& stretch, dou
   return *rest_length != length_before || *stiffness != stiffness_before;
 }
 
+const char* word_of(palpate_link_condition condition) {
+  static constexpr const char* words[] = {"slack", "taut", "broken"};
+  return words[condition];
+}
+
 void LinkPeak::add(const palpate_link_state* state, double at) {
   if (!state) return;
   if (std::fabs(state->tension) > std::fabs(tension)) tension = state->tension, time = at;
   if (state->condition == PALPATE_LINK_BROKEN && !broken) broken = at;
+  if (state->condition == last_) return;
+  last_ = state->condition;
+  if (event_count++ < kMostEvents) events.push_back({at, last_});
 }
 
 void LinkPeak::put(nlohmann::ordered_json* entry) const {
   (*entry)["peak_tension_N"] = tension, (*entry)["peak_time_s"] = time;
   (*entry)["broken_s"] = broken ? nlohmann::ordered_json(*broken) : nlohmann::ordered_json(nullptr);
+  (*entry)["event_count"] = event_count;
+  nlohmann::ordered_json& list = (*entry)["events"] = nlohmann::ordered_json::array();
+  for (const Event& event : events) list.push_back({{"time_s", event.time}, {"became", word_of(event.to)}});
 }
 
 std::string LinkPeak::sentence() const {
-  return fmt::format("largest tension {:.3g} N, at {:.3g} s{}", tension, time,
-                     broken ? fmt::format("; broke at {:.3g} s", *broken) : std::string());
+  std::string text = fmt::format("largest tension {:.3g} N, at {:.3g} s", tension, time);
+  if (broken) return text + fmt::format("; broke at {:.3g} s", *broken);
+  if (event_count > 1) text += fmt::format("; became taut or slack {} times", event_count);
+  return text;
 }
 
 }  // namespace palpate

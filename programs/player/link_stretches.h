@@ -54,15 +54,29 @@ bool take_numbers(const std::vector<SceneConfig::Link>& links, const std::vector
   return changed;
 }
 
-// What became of a stretch.
+// "slack", "taut", "broken".
+const char* word_of(palpate_link_condition condition);
+
+// What became of a stretch: its largest tension, and when it became taut, slack or broke.
 struct LinkPeak {
+  struct Event {
+    double time;  // s
+    palpate_link_condition to;
+  };
+  static constexpr std::size_t kMostEvents = 100;  // that are kept: a stretch may tremble
+
   double tension = 0, time = 0;
   std::optional<double> broken;  // s
+  std::vector<Event> events;     // the first ones
+  std::size_t event_count = 0;   // those that are not kept too
 
   // Call it between the touch of that time, s, and the next one. state: nullptr: nothing.
   void add(const palpate_link_state* state, double at);
   void put(nlohmann::ordered_json* entry) const;
   std::string sentence() const;  // "largest tension ..."
+
+ private:
+  palpate_link_condition last_ = PALPATE_LINK_SLACK;
 };
 
 }  // namespace palpate

@@ -283,6 +283,18 @@ void add_needle(const PlayedOrgan& organ, std::size_t tool, HeldGrid& held) {
   held.add(VTK_LINE, {tip, end}, -1, static_cast<int>(tool), state->condition, 0);
 }
 
+// Their ends are in the world.
+void write_links_between_organs(const WorldPlayer& player, const std::filesystem::path& file) {
+  HeldGrid held;
+  const auto& stretches = player.links().stretches();
+  for (std::size_t s = 0; s < stretches.size(); ++s)
+    if (const palpate_link_state* state =
+            palpate_world_link_state(player.runtime_world(), static_cast<std::int32_t>(s)))
+      held.add(VTK_LINE, {std::to_array(state->ends[0]), std::to_array(state->ends[1])},
+               static_cast<int>(stretches[s].link), -1, state->condition, state->tension);
+  write_grid(held.grid, file);
+}
+
 void write_held(const PlayedOrgan& organ, const Frame& frame, const float* positions,
                 const std::filesystem::path& file) {
   HeldGrid held;
@@ -396,6 +408,7 @@ ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const Player& player
 ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const WorldPlayer& player,
                        const std::vector<BundleFields>& fields)
     : ShapeFiles(folder) {
+  world_ = &player;
   for (std::size_t k = 0; k < player.organ_count(); ++k)
     organs_.push_back(std::make_unique<Organ>(player.organ(k), fields[k], '_' + player.scene().organs[k].name,
                                               Frame(&player.pose(k))));
@@ -435,6 +448,8 @@ void ShapeFiles::write(const WorldShapeRecord& shapes) {
       folder_ / parts[0]);
   for (std::size_t k = 0; k < organs_.size(); ++k)
     if (shapes.organs[k].node_count > 0) write_organ(*organs_[k], shapes.organs[k], parts);
+  if (!world_->links().empty())
+    write_links_between_organs(*world_, folder_ / parts.emplace_back(fmt::format("shapes/links_{:06}.vtu", written_)));
   add_entries(shapes.organs[0].time, parts);
 }
 

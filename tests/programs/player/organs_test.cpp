@@ -134,7 +134,12 @@ TEST_F(PlayedOrgans, LinksJoinOrgans) {
   EXPECT_EQ(summary["links"][0]["organs"], "one+other");
   EXPECT_NEAR(summary["links"][0]["peak_tension_N"].get<double>(), number(last, "tension_N"), 1e-3);
   EXPECT_TRUE(summary["links"][1]["broken_s"].is_number());
+  EXPECT_EQ(summary["links"][1]["events"].back()["became"], "broken");
+  EXPECT_EQ(summary["links"][1]["events"].back()["time_s"], summary["links"][1]["broken_s"]);
+  EXPECT_EQ(summary["links"][0]["events"], json::parse(R"([{"time_s": 0.0, "became": "taut"}])"));
   EXPECT_EQ(summary["touches_with_flag"]["LINK_BROKE"], 1);
+  EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("shapes/links_000000.vtu"));
+  EXPECT_THAT(read_text(folder_ / "out/shapes/links_000000.vtu"), HasSubstr("Name=\"tension\""));
   EXPECT_THAT(ended.errors, HasSubstr("link \"ligament\" of one+other: largest tension"));
   const Ended explained = run("scene.toml --explain");
   EXPECT_EQ(explained.code, 0) << explained.errors;
