@@ -71,12 +71,13 @@ class Costs {
   template <class Prepare>
   void time(const std::string& axis, const std::string& setting, int count, PlayedWorld& world, Prepare prepare) {
     std::vector<double> times;
+    palpate_step_flags flags = 0;
     for (int s = 0; s < options_.steps + 100; ++s) {
       const std::vector<palpate_tool> tools = prepare(s);
       const double start = thread_us();
-      world.touch(tools);
+      const palpate_step_flags raised = world.touch(tools);
       const double spent = thread_us() - start;
-      if (s >= 100) times.push_back(spent);
+      if (s >= 100) times.push_back(spent), flags |= raised;
     }
     const double median = studies::percentile(times, 0.5);
     if (axis == "reference") reference_ = median;
@@ -85,7 +86,8 @@ class Costs {
                      {"count", count},
                      {"median_us", median},
                      {"worst_us", *std::ranges::max_element(times)},
-                     {"ratio", median / reference_}});
+                     {"ratio", median / reference_},
+                     {"flags", flags}});
   }
 
   // The point comes from outside, goes in by 1 % of the organ's size, and moves to and fro by a tenth of that.

@@ -12,9 +12,19 @@ AXES = {"organs": ("Organs", "organs in the world"), "pairs": ("Places where two
         "grips": ("Grips", "points that a tool holds"), "needle": ("A needle", "places that the needle holds")}
 
 
+# As palpate.h has them, from bit 0 on.
+FLAGS = ("BAD_INPUT", "CONTACTS_DROPPED", "REGULARISED", "RESPONSE_RANGE", "FORCE_LIMITED", "BUNDLE_LOST", "NOT_TOUCHABLE", "UNSOLVED", "OTHER_BUNDLE",
+         "TRACKING_LOST", "WORK_DEFERRED", "SOLVE_INEXACT", "DISCS_THINNED", "DEFORMATION_BEHIND", "LINK_BROKE", "MOTION_LIMITED")
+
+
+def flags_of(row):
+    """The names of the flags that the touches of a row raised."""
+    return ", ".join(name for bit, name in enumerate(FLAGS) if row["flags"] >> bit & 1)
+
+
 def told(row):
     return (f"{row['count']} {row['axis']}, {row['setting']}: median {number(row['median_us'])} us, worst {number(row['worst_us'])} us, "
-            f"{number(row['ratio'])} times one organ with one tool")
+            f"{number(row['ratio'])} times one organ with one tool" + (f"; {flags_of(row)}" if row["flags"] else ""))
 
 
 def costs(page, study):
@@ -37,8 +47,8 @@ def costs(page, study):
             plot.curve(own, "count", "worst_us", told, joined=False, faint=True)
         plots.append((plot, f"touch-{axis}", "Lines: medians. Faint: the longest touch."))
     page.plots(plots)
-    page.table(("axis", "setting", "count", "median, us", "worst, us", "ratio"),
-               [(p["axis"], p["setting"], p["count"], p["median_us"], p["worst_us"], p["ratio"]) for p in study["points"]],
+    page.table(("axis", "setting", "count", "median, us", "worst, us", "ratio", "step flags"),
+               [(p["axis"], p["setting"], p["count"], p["median_us"], p["worst_us"], p["ratio"], flags_of(p)) for p in study["points"]],
                folded="Every time")
 
 
