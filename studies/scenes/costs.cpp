@@ -200,6 +200,7 @@ class Costs {
   }
 
   void needle() {
+    if (!baked_.full().is_linear()) return;  // needles are in linear elements alone
     begin("needle");
     palpate_scene_def def = free_scene();
     def.needles = 1, def.needle_places = 64;

@@ -289,6 +289,7 @@ class Errors {
 
   // A needle that went in without resistance and is then moved aside: the tissue at rest at its places is held across its new axis.
   void needle() {
+    if (!full_.is_linear()) return;
     palpate_scene_def def = free_scene();
     def.needles = 1;
     PlayedWorld world({alone()}, def);
