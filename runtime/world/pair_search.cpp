@@ -273,10 +273,12 @@ bool PairSearch::stands(const OrganGroup& group, const OrganPair& pair, Vec3 at,
 }
 
 // Whether a pair stays where it is although the nearest place to its vertex, which is at `at`, is on another side of the second organ. Without
-// this a pair that presses near an edge would be lost, and its vertex would be found again when the organs are deep in one another.
-bool PairSearch::keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at) const {
+// this a pair that presses near an edge would be lost, and its vertex would be found again when the organs are deep in one another. A vertex that
+// has come out beside its place is no longer held by it.
+bool PairSearch::keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at, bool outside) const {
   Vec3 outward;
-  return pair.reaction.x > 0 && length(at - place_now(group, pair, &outward)) < group.reach;
+  return pair.reaction.x > 0 &&
+         length(at - place_now(group, pair, &outward)) < (outside ? kStays * group.margin : group.reach);
 }
 
 // Looks at a vertex. True where it is near the other organ: *pair, which holds the pair of the last step where there was one, is then up
@@ -317,7 +319,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   Vec3 place = anchor_under(group, under, at, &found);
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
   if (dot(found.normal, facing) > kFaces) {
-    if (!held || !keeps_place(group, *pair, p)) return false;
+    if (!held || !keeps_place(group, *pair, p, nearest.outside)) return false;
     pair->near = near;
     note_where(group, p, pair);
     return true;

@@ -115,7 +115,7 @@ class PairSearch {
   Vec3 anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) const;
   Vec3 place_now(const OrganGroup& group, const OrganPair& pair, Vec3* outward) const;
   bool stands(const OrganGroup& group, const OrganPair& pair, Vec3 at, double* moved) const;
-  bool keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at) const;
+  bool keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at, bool outside) const;
   void note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) const;
   void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found, Vec3* place) const;
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
