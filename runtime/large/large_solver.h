@@ -59,7 +59,7 @@ class LargeSolver {
   // A state is solved where one more step would find less than this share's square of the energy.
   static constexpr double kTolerance = 0.01;
   // A step leaves its state unfinished where the residual (LargeOutcome) before the last move exceeds this.
-  static constexpr double kUnfinished = 0.05;
+  static constexpr double kUnfinished = 0.035;
   // No step may bring a tetrahedron to this share of its volume.
   static constexpr double kLeastVolume = 0.02;
 
