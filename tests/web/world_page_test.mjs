@@ -49,6 +49,59 @@ process.env.PALPATE_WORLD = `${folder}/three-boxes.toml`;
 process.env.PALPATE_WORLD_BUNDLES = `below=${bundles.breathing} above=${bundles.box} aside=${bundles.box}`;
 const expected = playScene(palpateRun, folder, "three-boxes", sceneText(), 2);
 
+// Three tools and two links: a needle and a probe on one box, forceps on the other one, which a thread draws together and a spring pulls to
+// the first one.
+execFileSync(process.env.WRITE_TINY_BUNDLE, [`${folder}/pierced.h5`, "corridor"]);
+const heldScene = `name = "held boxes"
+unit = "mm"
+[effects]
+law = "unilateral"
+[limits]
+displacement = 0.1
+needle_places = 12
+${organ("pierced", "pierced")}${organ("aside", "box", "position = [0, 90, 0]")}
+[[tool]]
+name = "needle"
+organ = "pierced"
+near = [60, 24, 19]
+depth = [[0, -2], [0.15, 30], [0.2, 70], [0.6, 70], [0.7, -5]]
+[tool.needle]
+direction = [-1, 0, 0]
+radius = 0.5
+friction = 1
+puncture_force = 0.05
+cutting_force = 0.02
+[[tool]]
+name = "forceps"
+organ = "aside"
+path = [[0, 60, 115, 20], [0.1, 60, 115, 20], [0.35, 64, 115, 22]]
+[tool.grasp]
+near = [60, 25, 20]
+radius = 6
+closed = [[0.05, 0.3]]
+[[tool]]
+name = "probe"
+organ = "pierced"
+points = [[0, 0, 0]]
+disc_radius = 8
+near = [30, 25, 40]
+depth = [[0, -3], [0.2, 4], [0.35, -3]]
+[[link]]
+name = "suture"
+kind = "thread"
+organ = "aside"
+places = [[40, 10, 40], [50, 25, 40], [40, 40, 40]]
+rest_lengths = [[0, 40], [0.2, 20]]
+[[link]]
+name = "ligament"
+kind = "spring"
+organs = ["pierced", "aside"]
+places = [[50, 50, 20], [50, 0, 20]]
+rest_length = 20
+stiffness = 3
+`;
+const heldExpected = playScene(palpateRun, folder, "held-boxes", heldScene, 3);
+
 const shown = (page) => page.evaluate(() => {
   const { positions, ...rest } = globalThis.palpateWorld.shown;
   return rest;
@@ -97,6 +150,32 @@ test("the scene's tools play to the forces of palpate-run; organs, motions and t
   const played = await page.evaluate(() => [...globalThis.palpateWorld.shown.played]), wanted = expected.forces.flat(2);
   assert.ok(wanted.some((newton) => Math.abs(newton) > 0.1) && expected.forces.some(([, forceps]) => Math.hypot(...forceps) > 0.05), "both tools are felt");
   assert.ok(relativeDifference(played, wanted) < 1e-5, `${relativeDifference(played, wanted)}`);
+  await closed(page);
+});
+
+test("needles, links and more than two tools play to the forces of palpate-run, and the page tells how they hold", async () => {
+  const page = await opened();
+  const files = [["scene.toml", heldScene], ["pierced.h5", readFileSync(`${folder}/pierced.h5`)], ["box.h5", readFileSync(bundles.box)]];
+  await page.setInputFiles("#file", files.map(([name, content]) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(content) })));
+  await until(page, () => document.getElementById("name").textContent === "held boxes" && globalThis.palpateWorld.shown.links.length === 3);
+  // The links hold the organs before the scene plays too.
+  await until(page, () => globalThis.palpateWorld.shown.holds.some(({ name, condition, tension }) => name === "ligament" && condition === "taut" && tension > 0.02));
+  await page.evaluate(() => {
+    globalThis.told = new Set();
+    globalThis.rows = 0;
+    new MutationObserver(() => {
+      for (const words of document.getElementById("trust").textContent.split(" · ")) globalThis.told.add(words.replace(/[\d.]+ (mm|N|s)/, "# $1"));
+      globalThis.rows = Math.max(globalThis.rows, [...document.querySelectorAll("#readout .tool")].filter((row) => !row.hidden).length);
+    }).observe(document.getElementById("trust"), { childList: true });
+  });
+  await page.click("#play");
+  await until(page, () => globalThis.palpateWorld.shown.played);
+  const played = await page.evaluate(() => [...globalThis.palpateWorld.shown.played]), wanted = heldExpected.forces.flat(2);
+  for (const tool of [0, 1, 2]) assert.ok(heldExpected.forces.some((step) => Math.hypot(...step[tool]) > 0.03), `tool ${tool + 1} is felt`);
+  assert.ok(relativeDifference(played, wanted) < 1e-5, `${relativeDifference(played, wanted)}`);
+  const told = await page.evaluate(() => [...globalThis.told]);
+  for (const words of [/^needle: (cuts, )?# mm in the tissue$/, /^needle: at the end of the corridor, # mm in the tissue$/, /^forceps: holds$/, /^suture: taut, # N$/, /^ligament: taut, # N$/]) assert.ok(told.some((one) => words.test(one)), `${words} of ${told}`);
+  assert.equal(await page.evaluate(() => globalThis.rows), 3);
   await closed(page);
 });
 
@@ -173,7 +252,8 @@ test("any organ is pressed and pulled; organs press one another; motions play, s
   const box = ["box.h5", readFileSync(bundles.box)], breathing = ["breathing.h5", readFileSync(bundles.breathing)];
   await refusal(/box\.h5: expected a scene file of several organs/, box);
   await refusal(/\[\[organ\]\] below: expected its bundle as below\.h5 or breathing\.h5 beside the scene, found box\.h5/, ["scene.toml", sceneText()], box);
-  await refusal(/the scene has link, which this page cannot play; palpate-run can/, ["scene.toml", sceneText('[[link]]\nname = "thread"\n')], box, breathing);
+  await refusal(/the scene has carried, which this page cannot play; palpate-run can/, ["scene.toml", sceneText('[[carried]]\nname = "tumour"\n')], box, breathing);
+  await refusal(/\[\[link\]\] 1: expected kind thread, spring or clip/, ["scene.toml", sceneText('[[link]]\nname = "knot"\nkind = "knot"\n')], box, breathing);
   await refusal(/\[\[motion\]\] tide: expected one of the motions of the bundle of below \(piston, turn, filling, weight\), found another name/, ["scene.toml", sceneText().replace('name = "piston"', 'name = "tide"')], box, breathing);
   await refusal(/found a scene of one/, ["scene.toml", 'unit = "mm"\n'], box);
   await refusal(/breathing\.h5: .*\w/, ["scene.toml", sceneText()], box, ["breathing.h5", "no bundle"]);

@@ -1,9 +1,12 @@
 // The messages between the page and the worker.
+import type { GraspState, LinkState } from "../../module/links.js";
+import type { NeedleState } from "../../module/needles.js";
 import type { BundleInfo, Effects, RenderMesh } from "../../module/palpate.js";
-import type { LinkState } from "./device_link";
+import type { LinkState as DeviceState } from "./device_link";
 import type { Nodule } from "./nodules";
 
-export const TOOL_COUNT = 2;
+export const TOOL_COUNT = 2; // that the pointer, the keys and devices hold
+export const MOST_TOOLS = 8; // of a scene file, as palpate-run has them
 export const TOUCH_HZ = 1000;
 export const DEFORM_HZ = 100; // solves of the body beside the touch, as in palpate-run
 
@@ -74,12 +77,32 @@ export interface Mesh {
   soft: Int32Array; // triangles over an elastic foundation
 }
 
+// What a scene's tool is drawn as, where it is not a finger or a probe.
+export type ToolBody = { kind: "jaws"; closed: boolean } | { kind: "needle"; axis: Vector; length: number }; // axis: from the handle to the tip; m
+
 export interface ToolFrame {
   point: Vector;
   force: Vector; // N, on the tool
   contacts: number;
   depth: number; // m, from the point where the tool met the organ; 0 before that
   normal: Vector | null; // outward, of the plane that its disc is drawn in, where the effect `dent` tells it
+  radius?: number; // m, of its disc, jaws or shaft; left out: the page's
+  body?: ToolBody;
+}
+
+// What holds tissue in a scene, to be told in words.
+export type Hold =
+  | { kind: "needle"; name: string; condition: NeedleState["condition"]; depth: number; isFull: boolean } // isFull: it has no place left
+  | { kind: "grasp"; name: string; condition: GraspState["condition"] }
+  | { kind: "link"; name: string; condition: LinkState["condition"]; tension: number }; // N
+
+export const MOST_LINKS_DRAWN = 1000; // as many as palpate.h has
+
+// A stretch of a link, to be drawn.
+export interface DrawnLink {
+  kind: "thread" | "spring" | "clip";
+  ends: [Vector, Vector]; // m, in the world
+  condition: LinkState["condition"];
 }
 
 export interface Sample {
@@ -153,6 +176,6 @@ export type FromWorker =
   | { type: "saved"; as: SavedFile; text: string; difference: number } // difference: of the file's forces from those felt, N
   | { type: "costs"; costs: Cost[] }
   | { type: "path"; path: Path | null }
-  | { type: "linked"; state: LinkState; tools: string[] } // tools: of devices that are there
+  | { type: "linked"; state: DeviceState; tools: string[] } // tools: of devices that are there
   | { type: "tried"; trial: Trial }
   | Frame;

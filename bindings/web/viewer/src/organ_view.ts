@@ -6,6 +6,7 @@ import {
 import { colourByDisplacement, colourOwnByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { frontOf, OrganCamera } from "./organ_camera";
+import { LinkFigures } from "./link_figures";
 import { NoduleMarks } from "./nodule_marks";
 import type { Answer } from "./nodule_task";
 import type { Nodule } from "./nodules";
@@ -14,7 +15,7 @@ import { chosenQuality, isChosen, SlowFrames, type Quality } from "./quality";
 import { Section, type SectionAxis } from "./section";
 import { roomLight, Tissue } from "./tissue";
 import { ToolFigure } from "./tool_figure";
-import { TOOL_COUNT, type Frame, type Mesh, type ToolFrame, type Vector } from "./messages";
+import { TOOL_COUNT, type Frame, type DrawnLink, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 
@@ -62,6 +63,9 @@ export class OrganView {
   private touchable = new Points(new BufferGeometry(), new PointsMaterial({ size: 5, sizeAttenuation: false }));
   private soft = new Object3(new BufferGeometry(), new MeshBasicMaterial({ transparent: true, opacity: 0.55, depthWrite: false })); // triangles over a foundation
   private tools = Array.from({ length: TOOL_COUNT }, () => new ToolFigure());
+  private links = new LinkFigures();
+  private seesThrough = false; // the tissue hides no needle
+  private inks = { halo: "#ffffff", forces: [] as string[], further: "#000000" };
   private lines = new PointerLines();
   private lights: { light: DirectionalLight | HemisphereLight | AmbientLight; high: number; low: number }[];
   private slow = new SlowFrames();
@@ -91,8 +95,8 @@ export class OrganView {
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
     this.renderer.localClippingEnabled = true;
-    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.lines.group);
-    for (const { material } of [this.soft, this.wire, this.fixed, this.touchable]) shownThrough(material, FINE_HIDES);
+    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.links.group, this.lines.group);
+    for (const material of [this.soft.material, this.wire.material, this.fixed.material, this.touchable.material, ...this.links.materials]) shownThrough(material, FINE_HIDES);
     // The browser may have thrown the picture away.
     canvas.addEventListener("webglcontextrestored", () => (this.stale = true));
     canvas.ownerDocument.addEventListener("visibilitychange", this.again);
@@ -206,10 +210,11 @@ export class OrganView {
     this.surface.material.side = this.section.cut.visible ? DoubleSide : FrontSide;
     this.inside.visible = inside.length > 0 && !this.section.cut.visible;
     const skin = this.surface.material;
-    if (skin.transparent !== this.inside.visible) {
-      skin.transparent = this.inside.visible;
-      skin.opacity = this.inside.visible ? 0.35 : 1;
-      skin.depthWrite = !this.inside.visible;
+    const isClear = this.inside.visible || this.seesThrough;
+    if (skin.transparent !== isClear) {
+      skin.transparent = isClear;
+      skin.opacity = isClear ? 0.35 : 1;
+      skin.depthWrite = !isClear;
       skin.needsUpdate = true;
     }
     if (!this.inside.visible) return;
@@ -250,7 +255,8 @@ export class OrganView {
     this.fixed.material.color = new Color(held);
     this.soft.material.color = new Color(soft);
     this.touchable.material.color = new Color(touchable);
-    this.tools.forEach((tool, t) => tool.dress(halo, forces[t]));
+    this.inks = { halo, forces, further: ink };
+    this.tools.forEach((tool, t) => tool.dress(halo, forces[t] ?? ink));
     this.lines.dress(ink);
     this.noduleMarks.dress(touchable, forces[0]);
     this.again();
@@ -267,17 +273,39 @@ export class OrganView {
     this.stale = true;
   }
 
-  // radii: of the tools' discs, one for all or of each tool. pointers: of the tools that one holds, in pixels of the canvas. Returns the position of
+  moveLinks(links: DrawnLink[]) {
+    this.stale ||= links.length > 0 || this.links.count > 0;
+    this.links.move(links);
+  }
+
+  // A figure for each tool of a scene.
+  private makeTools(count: number) {
+    while (this.tools.length < count) {
+      const tool = new ToolFigure();
+      tool.dress(this.inks.halo, this.inks.further);
+      if (this.quality === "low") tool.dull();
+      this.tools.push(tool);
+      this.scene.add(tool.group);
+    }
+  }
+
+  // radii: of the tools' discs where a tool's frame has none, one for all or of each tool. pointers: of the tools that one holds, in pixels of the canvas. Returns the position of
   // each tool's label, likewise.
   moveTools(frames: (ToolFrame | null)[], radii: number | number[], pointers: ([x: number, y: number] | null)[] = []): ([x: number, y: number] | null)[] {
-    const { camera } = this.camera, touched = frames.some(Boolean);
+    const { camera } = this.camera, touched = frames.some(Boolean), pierced = frames.some((frame) => frame?.body?.kind === "needle");
+    this.makeTools(frames.length);
+    if (pierced !== this.seesThrough) {
+      this.seesThrough = pierced;
+      this.again();
+    }
     this.stale ||= touched || this.touched;
     this.touched = touched;
     const places = frames.map((frame, t) => {
-      const tip = this.tools[t].move(frame, typeof radii === "number" ? radii : radii[t], camera);
+      const tip = this.tools[t].move(frame, frame?.radius ?? (typeof radii === "number" ? radii : radii[t]), camera);
       return tip && this.toScreen(tip);
     });
-    this.surface.material.shade(this.tools.map((tool) => tool.shade));
+    this.tools.slice(frames.length).forEach((tool) => tool.move(null, 0, camera));
+    this.surface.material.shade(this.tools.slice(0, TOOL_COUNT).map((tool) => tool.shade));
     this.lines.move(frames.map((frame, t) => {
       const at = pointers[t], tip = this.tools[t].shade?.tip;
       return frame && at && tip ? { from: tip, to: this.atPixel(at, new Vector3(...frame.point)) } : null;

@@ -1,20 +1,29 @@
 // The tools of a scene of several organs at each touch, as palpate-run moves them.
-import type { Bundle, Grasp, Tool } from "../../module/palpate.js";
-import { TOUCH_HZ, type Vector } from "./messages";
+import type { Grasp } from "../../module/links.js";
+import type { Needle } from "../../module/needles.js";
+import type { Tool } from "../../module/palpate.js";
+import { TOUCH_HZ, type DrawnLink, type Hold, type ToolFrame, type Vector } from "./messages";
 import { valueAt } from "./motion_clocks";
 import { alongRows } from "./path_files";
-import { nearestPlace, type SurfacePlace } from "./surface_places";
+import { SceneLinks } from "./scene_links";
+import { placeOn, type SurfacePlace } from "./surface_places";
 import { nodesFor } from "./touch_scene";
-import { OrganFrame, type WorldPart } from "./touch_world";
-import type { SceneGrasp, SceneTool, WorldScene } from "./world_scene";
-import { word } from "./words";
+import { OrganFrame, type TouchWorld, type WorldPart } from "./touch_world";
+import type { SceneGrasp, SceneNeedle, SceneTool, WorldScene } from "./world_scene";
 
-const MOST_NODES = 3000, LEAST_OF_MANY = 1000, NODES_OF_DISC = 96; // as palpate-run has them (programs/player/played_organ.cpp)
+export const MOST_NODES = 3000; // of palpate.h
+const LEAST_OF_MANY = 1000, NODES_OF_DISC = 96, NODES_OF_PLACE = 4; // as palpate-run has them (programs/player/played_organ.cpp)
+const NEEDLE_PLACES = 32; // where the file says nothing else
+const DRAWN_OUTSIDE = 0.05; // m of a needle's shaft, which is drawn as long as its way and this
 
 interface PlayedTool {
   tool: SceneTool;
   at: (time: number) => Vector;
   grasp: Grasp | null;
+  graspNormal: Vector | null; // of the surface at rest where the jaws take it, in the world
+  needle: Needle | null;
+  needleLength: number; // m, as it is drawn
+  openAt: Vector; // m, from the tool's place to its open jaws
 }
 
 export class ScenePlay {
@@ -23,9 +32,13 @@ export class ScenePlay {
   readonly room: { maxTools: number; maxPoints: number }; // that each organ's scene needs
   readonly forces: Float64Array; // [step][tool][x y z] N, on the tool, of the touches until now
   private tools: PlayedTool[];
+  private links: SceneLinks;
+  private needlePlaces: number;
 
-  // Throws an Error where a tool has no place on its organ.
+  // Throws an Error where a tool or a link has no place on its organ.
   constructor(private scene: WorldScene, parts: WorldPart[]) {
+    this.links = new SceneLinks(scene, parts);
+    this.needlePlaces = scene.needlePlaces ?? NEEDLE_PLACES;
     this.tools = scene.tools.map((tool) => playedTool(tool, scene.organs[tool.organ].name, parts[tool.organ]));
     this.steps = Math.floor(durationOf(scene) * TOUCH_HZ * (1 + 1e-9)) + 1;
     this.forces = new Float64Array(3 * scene.tools.length * this.steps);
@@ -37,8 +50,20 @@ export class ScenePlay {
   partOf(part: WorldPart, organ: number): WorldPart {
     const { maxPoints } = this.room, grasps = this.scene.tools.filter((tool) => tool.organ === organ).flatMap(({ grasp }) => grasp ?? []);
     const held = grasps.reduce((sum, { opposite }) => sum + NODES_OF_DISC * (opposite ? 2 : 1), 0);
-    const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held);
-    return { ...part, effects: { ...part.effects, ...this.room, maxContactNodes: this.scene.maxContactNodes ?? nodes, grasps: grasps.length > 0 } };
+    const needles = this.scene.tools.filter((tool) => tool.organ === organ && tool.needle).length, pierced = NODES_OF_PLACE * (this.needlePlaces + 2) * needles;
+    const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced);
+    const holds = { maxLinks: this.links.count(organ), grasps: grasps.length > 0, needles: needles > 0, needlePlaces: this.needlePlaces };
+    return { ...part, effects: { ...part.effects, ...this.room, maxContactNodes: this.scene.maxContactNodes ?? nodes, ...holds } };
+  }
+
+  // Links between organs.
+  get maxLinks(): number {
+    return this.links.count(null);
+  }
+
+  // Before a touch: the links as they are now.
+  hold(world: TouchWorld) {
+    this.links.hold(world, this.time);
   }
 
   get time(): number {
@@ -61,11 +86,44 @@ export class ScenePlay {
   }
 
   tool(index: number, place: Vector | null): Tool {
-    const { tool, grasp } = this.tools[index], { discRadius, friction, hold, organ } = tool;
-    const shape = { discRadius, friction, hold, organ, reference: tool.grasp ? (place ?? [0, 0, 0]) : undefined };
+    const { tool, grasp, needle } = this.tools[index], { discRadius, friction, hold, organ } = tool;
+    const shape = { id: index, discRadius, friction, hold, organ, reference: grasp || needle ? (place ?? [0, 0, 0]) : undefined };
     if (!place) return shape;
     const closed = grasp && graspAt(tool.grasp!, grasp, place, this.time);
-    return { ...shape, points: tool.points.flatMap((point) => place.map((x, d) => x + point[d])), ...(closed ? { grasp: closed } : {}) };
+    return {
+      ...shape, points: tool.points.flatMap((point) => place.map((x, d) => x + point[d])), ...(closed ? { grasp: closed } : {}),
+      ...(needle ? { needle: { ...needle, tip: place } } : {}),
+    };
+  }
+
+  // How a tool of the last touch is drawn, in place of a finger or a probe.
+  drawn(index: number, place: Vector, { world }: TouchWorld): Partial<ToolFrame> {
+    const { tool, grasp, graspNormal, needle, needleLength, openAt } = this.tools[index], organ = world.organs[tool.organ];
+    if (needle) {
+      return { depth: organ.needle(index)?.depth ?? 0, radius: needle.radius, body: { kind: "needle", axis: [...Array.from(needle.direction)] as Vector, length: needleLength } };
+    }
+    if (!grasp) return { radius: tool.discRadius };
+    const state = organ.grasp(index), closed = state?.condition === "holds" || state?.condition === "slips";
+    // The jaws are drawn where the tissue is that they hold, which need not be on the tool's path.
+    if (closed) state!.place.forEach((x, d) => (openAt[d] = x - place[d]));
+    return { point: place.map((x, d) => x + openAt[d]) as Vector, normal: graspNormal, radius: grasp.radius, body: { kind: "jaws", closed } };
+  }
+
+  // What holds tissue after the last touch.
+  told(world: TouchWorld): Hold[] {
+    const ofTools = this.tools.flatMap(({ tool: { name, organ: of, needle, grasp } }, t): Hold[] => {
+      const organ = world.world.organs[of];
+      if (needle) {
+        const state = organ.needle(t);
+        return [{ kind: "needle", name, condition: state?.condition ?? "outside", depth: state?.depth ?? 0, isFull: (state?.places ?? 0) >= this.needlePlaces }];
+      }
+      return grasp ? [{ kind: "grasp", name, condition: organ.grasp(t)?.condition ?? "open" }] : [];
+    });
+    return [...ofTools, ...this.links.told(world)];
+  }
+
+  drawnLinks(world: TouchWorld): DrawnLink[] {
+    return this.links.drawn(world);
   }
 }
 
@@ -76,33 +134,44 @@ function durationOf({ tools, motions }: WorldScene): number {
 }
 
 function playedTool(tool: SceneTool, organ: string, { bundle, pose }: WorldPart): PlayedTool {
-  const at = (near: Vector) => placeOn(bundle, near, tool.name, organ), { grasp, place } = tool;
+  const at = (near: Vector) => placeOn(bundle, near, `[[tool]] ${tool.name}`, organ), { grasp, needle, place } = tool, frame = new OrganFrame(pose);
+  const entry = needle && at(needle.entry), into = needle && (needle.direction ?? opposite(entry!.normal));
+  const rows = tool.path ?? pathInto(place!, at(place!.near), into, frame), taken = grasp && at(grasp.near), first = grasp?.closed[0]?.[0] ?? 0;
   const held: Grasp | null = grasp && {
-    place: at(grasp.near), ...(grasp.opposite ? { opposite: at(grasp.opposite) } : {}), position: [0, 0, 0], radius: grasp.radius,
+    place: taken!, ...(grasp.opposite ? { opposite: at(grasp.opposite) } : {}), position: [0, 0, 0], radius: grasp.radius,
     friction: grasp.friction, clampForce: grasp.clampForce,
   };
-  return { tool, at: alongRows(tool.path ?? pathInto(place!, at(place!.near), new OrganFrame(pose))), grasp: held };
+  const takenAt = taken && inWorld(taken.point, frame), from = alongRows(rows)(first);
+  return {
+    tool, at: alongRows(rows), grasp: held, graspNormal: taken && turnedIntoWorld(taken.normal, frame), openAt: (takenAt ? takenAt.map((x, d) => x - from[d]) : [0, 0, 0]) as Vector,
+    needle: needle && neededBy(needle, entry!, turnedIntoWorld(into!, frame)),
+    needleLength: Math.max(...rows.map(([, ...end]) => Math.hypot(...end.map((x, d) => x - rows[0][d + 1])))) + DRAWN_OUTSIDE,
+  };
 }
 
-// Along the normal of the place, in the world.
-function pathInto({ depth }: { depth: number[][] }, { point, normal }: SurfacePlace, frame: OrganFrame): number[][] {
+const neededBy = ({ radius, friction, punctureForce, cuttingForce, spacing }: SceneNeedle, place: SurfacePlace, direction: Vector): Needle =>
+  ({ place, tip: [0, 0, 0], direction, radius, friction, punctureForce, cuttingForce, spacing });
+
+const opposite = (normal: Vector) => normal.map((x) => -x) as Vector;
+
+function inWorld(point: Vector, frame: OrganFrame): Vector {
+  const moved = [...point];
+  frame.toWorld(moved);
+  return moved as Vector;
+}
+function turnedIntoWorld(direction: Vector, frame: OrganFrame): Vector {
+  const origin = inWorld([0, 0, 0], frame);
+  return inWorld(direction, frame).map((x, d) => x - origin[d]) as Vector;
+}
+
+// Along the normal of the place, or along a needle, in the world.
+function pathInto({ depth }: { depth: number[][] }, { point, normal }: SurfacePlace, into: Vector | null, frame: OrganFrame): number[][] {
+  const along = into ?? opposite(normal);
   return depth.map(([time, deep]) => {
-    const place = point.map((x, d) => x - deep * normal[d]);
+    const place = point.map((x, d) => x + deep * along[d]);
     frame.toWorld(place);
     return [time, ...place];
   });
-}
-
-function placeOn(bundle: Bundle, near: Vector, tool: string, organ: string): SurfacePlace {
-  const place = nearestPlace(bundle, near), away = place ? Math.hypot(...place.point.map((x, d) => x - near[d])) : 0;
-  if (!place || away > diagonalOf(bundle)) throw new Error(word(place ? "world.far" : "world.untouchable", { tool, organ, away: (1000 * away).toPrecision(3) }));
-  return place;
-}
-
-function diagonalOf({ info, nodes }: Bundle): number {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < 3 * info.surfaceNodeCount; ++i) (low[i % 3] = Math.min(low[i % 3], nodes[i])), (high[i % 3] = Math.max(high[i % 3], nodes[i]));
-  return Math.hypot(...low.map((x, d) => high[d] - x));
 }
 
 // The jaws at a time; null: they are open. id: which closing it is.

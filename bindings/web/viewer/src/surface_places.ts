@@ -2,6 +2,7 @@
 import { Triangle, Vector3 } from "three";
 import type { Bundle } from "../../module/palpate.js";
 import type { Vector } from "./messages";
+import { word } from "./words";
 
 export interface SurfacePlace {
   point: Vector;
@@ -10,10 +11,11 @@ export interface SurfacePlace {
   barycentric: Vector;
 }
 
-// null where no triangle has three touchable nodes. near: m, in the organ's frame.
-export function nearestPlace({ info, nodes, triangles, touchable }: Bundle, near: Vector): SurfacePlace | null {
+// null where no triangle has three touchable nodes. near: m, in the organ's frame. within: links end on the whole surface.
+export function nearestPlace({ info, nodes, triangles, touchable }: Bundle, near: Vector, within: "touchable" | "surface" = "touchable"): SurfacePlace | null {
   const canTouch = new Uint8Array(info.surfaceNodeCount), p = new Vector3(...near), on = new Vector3(), triangle = new Triangle();
-  for (const node of touchable) canTouch[node] = 1;
+  if (within === "surface") canTouch.fill(1);
+  else for (const node of touchable) canTouch[node] = 1;
   const corner = (node: number, into: Vector3) => into.set(nodes[3 * node], nodes[3 * node + 1], nodes[3 * node + 2]);
   const setTriangle = (t: number) => [triangle.a, triangle.b, triangle.c].forEach((into, c) => corner(triangles[3 * t + c], into));
   let best = -1, least = Infinity;
@@ -28,6 +30,19 @@ export function nearestPlace({ info, nodes, triangles, touchable }: Bundle, near
   triangle.closestPointToPoint(p, on);
   const weights = triangle.getBarycoord(on, new Vector3())!.toArray() as Vector;
   return { point: on.toArray() as Vector, normal: normalAt(best, weights, triangles, nodes), triangle: best, barycentric: weights };
+}
+
+// The same; throws an Error where the place is farther away than the organ is large. what: the part of the scene that asks, for the Error.
+export function placeOn(bundle: Bundle, near: Vector, what: string, organ: string, within: "touchable" | "surface" = "touchable"): SurfacePlace {
+  const place = nearestPlace(bundle, near, within), away = place ? Math.hypot(...place.point.map((x, d) => x - near[d])) : 0;
+  if (!place || away > diagonalOf(bundle)) throw new Error(word(place ? "world.far" : "world.untouchable", { what, organ, away: (1000 * away).toPrecision(3) }));
+  return place;
+}
+
+function diagonalOf({ info, nodes }: Bundle): number {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < 3 * info.surfaceNodeCount; ++i) (low[i % 3] = Math.min(low[i % 3], nodes[i])), (high[i % 3] = Math.max(high[i % 3], nodes[i]));
+  return Math.hypot(...low.map((x, d) => high[d] - x));
 }
 
 // The weighted normals of the triangle's corners, each as long as twice the area around it.

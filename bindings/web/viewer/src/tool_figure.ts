@@ -1,6 +1,6 @@
 // A tool as it is drawn: a fingertip for a wide disc, a probe with a shaft for a narrow one or a point; and the arrow of the force on it.
 import {
-  BufferAttribute, CapsuleGeometry, CircleGeometry, Color, CylinderGeometry, DoubleSide, Group, LatheGeometry, type Material, Mesh as Object3, MeshBasicMaterial,
+  BoxGeometry, BufferAttribute, CapsuleGeometry, CircleGeometry, Color, CylinderGeometry, DoubleSide, Group, LatheGeometry, type Material, Mesh as Object3, MeshBasicMaterial,
   MeshLambertMaterial, MeshPhysicalMaterial, Matrix4, Quaternion, RingGeometry, Shape, ShapeGeometry, SphereGeometry, Vector2, Vector3, type BufferGeometry, type PerspectiveCamera,
 } from "three";
 import type { ToolFrame } from "./messages";
@@ -9,6 +9,8 @@ const NEWTON = 0.03; // m of arrow
 const LONGEST_ARROW = 0.08, SHORTEST_ARROW = 0.012; // m
 const FINGER = 0.0045; // m: a disc of this radius or more is a fingertip's
 const POINT = 0.0014; // m, radius of the ball of a tool without a disc
+const THINNEST = 0.0007; // m, radius of a needle's shaft as it is drawn
+const OPEN_JAWS = 0.22; // rad, of each jaw
 const ALONG_VIEW = 0.94; // cosine from which an arrow along the line of sight is drawn as a ring
 const FOLLOWS = 0.35; // share of a turn that a frame makes, so that a tool turns smoothly
 
@@ -31,15 +33,21 @@ export class ToolFigure {
   readonly group = new Group();
   private finger = fingertip();
   private probe = flatProbe();
-  private needle = ballProbe();
+  private ball = ballProbe();
+  private forceps = forceps();
+  private needle = hypodermic();
   private arrow = new ForceArrow();
   private normal = new Vector3();
   private rod = { tip: new Vector3(), end: new Vector3(), radius: 0 };
   private shown = false;
 
   constructor() {
-    this.group.add(this.finger.group, this.probe.group, this.needle.group, this.arrow.group);
+    this.group.add(...this.bodies.map((body) => body.group), this.arrow.group);
     this.group.visible = false;
+  }
+
+  private get bodies(): Body[] {
+    return [this.finger, this.probe, this.ball, this.forceps, this.needle];
   }
 
   // What the arrow is drawn with.
@@ -71,8 +79,11 @@ export class ToolFigure {
     if (!frame) return (this.shown = false), null;
     const point = new Vector3(...frame.point), force = new Vector3(...frame.force), newtons = force.length();
     this.turn(frame, force, newtons);
-    const body = radius === 0 ? this.needle : radius >= FINGER ? this.finger : this.probe, size = radius || POINT;
-    for (const one of [this.finger, this.probe, this.needle]) one.group.visible = one === body;
+    const { body: wanted } = frame, size = wanted?.kind === "needle" ? Math.max(radius, THINNEST) : radius || POINT;
+    const body = wanted?.kind === "jaws" ? this.forceps : wanted ? this.needle : radius === 0 ? this.ball : radius >= FINGER ? this.finger : this.probe;
+    for (const one of this.bodies) one.group.visible = one === body;
+    if (wanted?.kind === "jaws") this.forceps.open(wanted.closed ? 0 : OPEN_JAWS);
+    if (wanted?.kind === "needle") this.needle.lengthen(wanted.length / size);
     body.group.position.copy(point);
     body.group.scale.setScalar(size);
     body.group.matrix.makeBasis(...frameAround(this.normal, camera));
@@ -86,10 +97,11 @@ export class ToolFigure {
 
   // The drawn plane's normal where the runtime tells it, else the force's direction.
   private turn(frame: ToolFrame, force: Vector3, newtons: number) {
-    const wanted = frame.normal ? new Vector3(...frame.normal) : newtons > 1e-3 ? force.clone().normalize() : null;
+    const axis = frame.body?.kind === "needle" ? frame.body.axis : null;
+    const wanted = axis ? new Vector3(...axis).negate() : frame.normal ? new Vector3(...frame.normal) : newtons > 1e-3 ? force.clone().normalize() : null;
     if (!wanted) return;
     if (!this.shown || this.normal.lengthSq() === 0) this.normal.copy(wanted);
-    else if (frame.normal) this.normal.copy(wanted);
+    else if (frame.normal || axis) this.normal.copy(wanted);
     else this.normal.lerp(wanted, FOLLOWS).normalize();
   }
 }
@@ -159,6 +171,31 @@ function ballProbe(): Body {
   group.add(new Object3(new CylinderGeometry(0.45, 0.45, 30, 24).rotateX(0.5 * Math.PI).translate(0, 0, 16), steel()));
   group.add(new Object3(new CylinderGeometry(1.3, 1.3, 16, 32).rotateX(0.5 * Math.PI).translate(0, 0, 38), grip()));
   return { group, end: UP.clone().multiplyScalar(20), thick: 1 };
+}
+
+// Two jaws that meet at the tissue, a joint, a shaft and a handle.
+function forceps(): Body & { open: (angle: number) => void } {
+  const group = new Group(), hinge = 9, jaws = [1, -1].map((side) => {
+    const jaw = new Group(), blade = new BoxGeometry(1.1, 0.5, hinge).translate(0, 0.28 * side, -hinge / 2);
+    jaw.add(new Object3(blade, steel()));
+    jaw.position.z = hinge - 0.4;
+    group.add(jaw);
+    return { jaw, side };
+  });
+  group.add(new Object3(new SphereGeometry(1, 24, 16).translate(0, 0, hinge), steel()));
+  group.add(new Object3(new CylinderGeometry(0.7, 0.7, 26, 24).rotateX(0.5 * Math.PI).translate(0, 0, hinge + 13), steel()));
+  group.add(new Object3(new CylinderGeometry(1.2, 1.2, 14, 24).rotateX(0.5 * Math.PI).translate(0, 0, hinge + 32), grip()));
+  return { group, end: UP.clone().multiplyScalar(16), thick: 0.8, open: (angle) => jaws.forEach(({ jaw, side }) => (jaw.rotation.x = side * angle)) };
+}
+
+// A shaft with a tip of two radii, and a hub behind it. lengthen: in radii, from the tip to the hub.
+function hypodermic(): Body & { lengthen: (length: number) => void } {
+  const group = new Group(), tip = 4, end = new Vector3();
+  const shaft = new Object3(new CylinderGeometry(1, 1, 1, 16).rotateX(0.5 * Math.PI).translate(0, 0, 0.5), steel());
+  const hub = new Object3(new CylinderGeometry(4, 2, 14, 24).rotateX(0.5 * Math.PI).translate(0, 0, 7), grip());
+  shaft.position.z = tip;
+  group.add(new Object3(new CylinderGeometry(1, 0.05, tip, 16).rotateX(0.5 * Math.PI).translate(0, 0, tip / 2), steel()), shaft, hub);
+  return { group, end, thick: 1, lengthen: (length) => ((shaft.scale.z = length - tip), (hub.position.z = length), end.set(0, 0, length)) };
 }
 
 // ---- the arrow -------------------------------------------------------------------------------------------------------

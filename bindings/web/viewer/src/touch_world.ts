@@ -1,5 +1,5 @@
 // A world of the runtime that measures the time of its touches. The worker's loop steps it.
-import type { Bundle, Pose, Runtime, Tool, World, WorldOptions } from "../../module/palpate.js";
+import type { Bundle, Pose, RenderMesh, Runtime, Tool, World, WorldOptions } from "../../module/palpate.js";
 import { TOUCH_HZ, type PageEffects, type Vector } from "./messages";
 import { BodySolves } from "./touch_scene";
 
@@ -7,6 +7,7 @@ export interface WorldPart {
   bundle: Bundle;
   effects: PageEffects;
   pose: Pose;
+  mesh?: RenderMesh; // a finer mesh that follows the organ
 }
 
 export class TouchWorld {
@@ -16,7 +17,7 @@ export class TouchWorld {
   private frames: OrganFrame[];
 
   constructor(runtime: Runtime, parts: WorldPart[], options: WorldOptions) {
-    this.world = runtime.createWorld(parts.map(({ bundle, pose, effects: { fine, dent, ...effects } }) => ({ bundle, pose, effects })), options);
+    this.world = runtime.createWorld(parts.map(({ bundle, pose, mesh, effects: { fine, dent, inside, ...effects } }) => ({ bundle, pose, effects: { ...effects, renderMesh: mesh } })), options);
     this.solves = parts.map(({ effects }) => new BodySolves(effects));
     this.frames = parts.map(({ pose }) => new OrganFrame(pose));
   }
@@ -37,7 +38,7 @@ export class TouchWorld {
   }
 
   shape(): number {
-    return this.world.organs.reduce((flags, organ) => flags | organ.shape(), 0);
+    return this.world.organs.reduce((flags, organ) => flags | organ.shape() | (organ.vertexCount ? organ.skin() : 0), 0);
   }
 
   // The surface of an organ in the last shape, in the world.

@@ -7,6 +7,7 @@ import { Cross } from "./cross";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords } from "./effects";
 import { element } from "./elements";
 import { Gamepads } from "./gamepad";
+import { playedWords } from "./holds";
 import { JoinedOrgans } from "./joined_organs";
 import { Keys } from "./keys";
 import { frameArrays, frameBytes, type ColourBy } from "./messages";
@@ -382,15 +383,14 @@ class WorldPage {
     }
     if (this.newest) this.view.move(this.newest.shape);
     const frames = this.newest?.frame.tools ?? [];
-    this.readout.label(frames, this.view.moveTools(frames, this.discsDrawn, this.pointer.places));
+    this.view.moveLinks(this.newest?.frame.links ?? []);
+    this.readout.label(frames, this.view.moveTools(frames, this.discDrawn, this.pointer.places));
     this.view.render();
   }
 
-  // m; 0: the tools have no disc.
-  private get discsDrawn(): number | number[] {
-    const { tools, organs } = this.scene!;
-    if (this.newest?.frame.playing != null) return [0, 1].map((t) => tools[t]?.discRadius || (tools[t]?.grasp?.radius ?? 0));
-    return organs.some(({ effects }) => effects.contact === "patch") ? this.settings.discRadius : 0;
+  // m, of the pointer's tools; 0: they have no disc.
+  private get discDrawn(): number {
+    return this.scene!.organs.some(({ effects }) => effects.contact === "patch") ? this.settings.discRadius : 0;
   }
 
   private take(frame: WorldFrame) {
@@ -416,7 +416,7 @@ class WorldPage {
     }
     this.rate.add(frame.touches, frame.at);
     byId("touch-rate").textContent = frame.touches ? this.rate.words : word("times.at-rest");
-    byId("trust").textContent = frame.playing === null ? "" : word("world.playing", { seconds: fixed(frame.playing, 1) });
+    byId("trust").textContent = playedWords(frame.playing, frame.holds);
     const words = flagWords(frame.flags);
     if (frame.lost) words.push(word("notice.lost", { count: frame.lost }));
     if (words.length || this.flagged) this.tellUser(words.join("; "));
@@ -428,7 +428,7 @@ class WorldPage {
   // What the page shows now, for scripts.
   get shown() {
     const { frame, shape } = this.newest ?? {};
-    return { positions: shape?.positions ?? null, tools: frame?.tools ?? [], organs: frame?.organs ?? [], clocks: frame?.clocks ?? [], playing: frame?.playing ?? null, played: this.played };
+    return { positions: shape?.positions ?? null, tools: frame?.tools ?? [], organs: frame?.organs ?? [], clocks: frame?.clocks ?? [], playing: frame?.playing ?? null, holds: frame?.holds ?? [], links: frame?.links ?? [], played: this.played };
   }
 }
 

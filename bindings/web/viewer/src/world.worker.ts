@@ -9,7 +9,8 @@ import { HeldTools } from "./held_tools";
 import { frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type ToolFrame, type ToolTarget, type Vector } from "./messages";
 import { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
-import { ScenePlay } from "./scene_play";
+import { SceneLinks } from "./scene_links";
+import { MOST_NODES, ScenePlay } from "./scene_play";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
 import { TouchLoop } from "./touch_loop";
 import { nodesFor, PageTools, SCENE_TOOLS } from "./touch_scene";
@@ -29,6 +30,7 @@ interface Opened {
   bundles: Bundle[];
   parts: WorldPart[];
   clocks: MotionClocks;
+  links: SceneLinks;
   surfaces: { colours: SurfaceColours; first: number; nodes: number }[]; // first: among the nodes of all organs
   nodes: number;
 }
@@ -101,7 +103,7 @@ function openedScene(scene: WorldScene, bundles: Bundle[], parts: WorldPart[]): 
     nodes += positions.length / 3;
     return { colours: new SurfaceColours(surface, surface.spacing), first, nodes: positions.length / 3 };
   });
-  return { scene, bundles, parts, surfaces, nodes, clocks: new MotionClocks(scene, parts.map(({ bundle }) => bundle.motions)) };
+  return { scene, bundles, parts, surfaces, nodes, clocks: new MotionClocks(scene, parts.map(({ bundle }) => bundle.motions)), links: new SceneLinks(scene, parts) };
 }
 
 function meshInWorld({ bundle, pose }: WorldPart) {
@@ -117,14 +119,17 @@ function close() {
   world = opened = null;
 }
 
-// The world that the pointer touches.
-function touchedWorld({ scene, parts }: Opened, { law, touch, friction }: WorldSettings): TouchWorld {
+// The world that the pointer touches. The scene's links hold its organs as they do at the begin of the scene.
+function touchedWorld({ scene, parts, links }: Opened, { law, touch, friction }: WorldSettings): TouchWorld {
   const room = { maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS };
-  const organs = parts.map((part) => {
+  const organs = parts.map((part, k) => {
     const effects = { ...part.effects, law };
-    return { ...part, effects: { ...effects, ...room, maxContactNodes: nodesFor(effects, SCENE_TOOLS) } };
+    return { ...part, effects: { ...effects, ...room, maxContactNodes: Math.min(MOST_NODES, nodesFor(effects, SCENE_TOOLS) + links.nodes(k)), maxLinks: links.count(k) } };
   });
-  return new TouchWorld(runtime!, organs, { ...limitsOf(scene), maxPairs: touch ? scene.pairs || PAIRS : 0, friction: touch ? friction : 0 });
+  const options = { ...limitsOf(scene), maxPairs: touch ? scene.pairs || PAIRS : 0, friction: touch ? friction : 0, maxLinks: links.count(null) };
+  const made = new TouchWorld(runtime!, organs, options);
+  new SceneLinks(scene, parts).hold(made, 0);
+  return made;
 }
 
 const limitsOf = ({ forceLimit, forceSlew }: WorldScene) => ({ forceLimit, forceSlew });
@@ -172,6 +177,7 @@ function step(): boolean {
   if (play?.isDone) endPlay();
   const sent = play ? playedTools(play) : tools.all((present = held.move()));
   moveOrgans();
+  play?.hold(world!);
   flags |= world!.touch(sent);
   ++touches;
   stale = true;
@@ -199,7 +205,7 @@ function setAmounts() {
 
 function playedTools(of: ScenePlay): Tool[] {
   const places = of.places();
-  present = Array.from({ length: TOOL_COUNT }, (_, t) => (places[t] ? { point: places[t], hold: false } : null));
+  present = Array.from({ length: Math.max(TOOL_COUNT, places.length) }, (_, t) => (places[t] ? { point: places[t], hold: false } : null));
   return places.map((place, t) => of.tool(t, place));
 }
 
@@ -208,7 +214,8 @@ function beginPlay() {
   if (!opened) return;
   try {
     const { scene, parts } = opened, next = new ScenePlay(scene, parts);
-    const own = new TouchWorld(runtime!, parts.map((part, k) => next.partOf(part, k)), { ...limitsOf(scene), maxPairs: scene.pairs, friction: scene.friction });
+    const own = new TouchWorld(runtime!, parts.map((part, k) => next.partOf(part, k)), { ...limitsOf(scene), maxPairs: scene.pairs, friction: scene.friction, maxLinks: next.maxLinks });
+    next.hold(own);
     forget();
     world!.destroy();
     world = own;
@@ -273,7 +280,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   fillFrame(buffer, opened, world);
   const frame: WorldFrame = {
     type: "frame", buffer, tools: present.map(toolFrame), organs: world.world.organStates.map(forcesOf), clocks: opened.clocks.states,
-    playing: play && play.time, changed, flags, lost: loop.lost, touches, at: performance.now(),
+    playing: play && play.time, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), changed, flags, lost: loop.lost, touches, at: performance.now(),
     touchUs: touches ? (1000 * world.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
   };
   touches = world.touchMs = 0;
@@ -292,7 +299,8 @@ function fillFrame(buffer: ArrayBuffer, { surfaces, nodes }: Opened, { world: { 
 function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
   if (!tool) return null;
   const of = inRuntime(index);
-  return { point: tool.point, force: world!.force(of), contacts: world!.world.contactCount(of), depth: held.depth(index, tool.point), normal: null };
+  const frame = { point: tool.point, force: world!.force(of), contacts: world!.world.contactCount(of), depth: held.depth(index, tool.point), normal: null };
+  return play ? { ...frame, ...play.drawn(of, tool.point, world!) } : frame;
 }
 
 const forcesOf = ({ force, pressed }: { force: number[]; pressed: number[] }): OrganForces => ({ tools: lengthOf(force), organs: lengthOf(pressed) });

@@ -1,6 +1,6 @@
 // The messages between the page of several organs and its worker.
 import type { Effects } from "../../module/palpate.js";
-import type { ColourBy, Mesh, ToolFrame, ToolTarget } from "./messages";
+import type { ColourBy, DrawnLink, Hold, Mesh, ToolFrame, ToolTarget } from "./messages";
 import type { ClockState } from "./motion_clocks";
 import type { WorldScene } from "./world_scene";
 
@@ -42,6 +42,8 @@ export interface WorldFrame {
   organs: OrganForces[];
   clocks: ClockState[];
   playing: number | null; // s of the scene's tools
+  holds: Hold[];
+  links: DrawnLink[];
   changed: boolean; // the shape differs from that of the frame before
   flags: number; // of the last steps
   touches: number; // since the last frame

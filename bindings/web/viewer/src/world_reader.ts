@@ -1,43 +1,60 @@
 // Reads a scene file of several organs, which palpate-run plays. What the page cannot play is refused with the key's name.
 import type { Pose } from "../../module/palpate.js";
-import { TOOL_COUNT, type PageEffects, type Vector } from "./messages";
+import { MOST_TOOLS, type PageEffects, type Vector } from "./messages";
 import { checkRate, checkTimes, isRow, parsed, pathRows, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
-import type { SceneGrasp, SceneMotion, SceneOrgan, SceneTool, WorldScene } from "./world_scene";
+import type { SceneGrasp, SceneLink, SceneMotion, SceneNeedle, SceneOrgan, SceneTool, WorldScene } from "./world_scene";
 import { word } from "./words";
 
-const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000; // of palpate.h and palpate_world.h
-const TOP = ["name", "unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "tool"];
+const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000; // of palpate.h and palpate_world.h
+const TOP = ["name", "unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "tool", "link"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
-const OF_LIMITS = ["points", "contact_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement"];
+const OF_LIMITS = ["points", "contact_nodes", "needle_places", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement"];
 const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
 const OF_MOTION = ["name", "organ", "sine", "amounts"];
-const OF_TOOL = ["name", "organ", "points", "path", "near", "depth", "hold", "disc_radius", "friction", "away", "grasp"];
+const OF_TOOL = ["name", "organ", "points", "path", "near", "depth", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
 const OF_GRASP = ["near", "opposite", "radius", "friction", "clamp_force", "closing", "closed"];
+const OF_NEEDLE = ["entry", "direction", "radius", "friction", "puncture_force", "cutting_force", "spacing"];
+const OF_LINK = ["name", "kind", "organ", "organs", "places", "world", "rest_length", "rest_lengths", "stiffness", "stiffnesses", "breaking_force", "radius"];
+const KINDS = ["thread", "spring", "clip"] as const;
 
 // Throws an Error that names the key.
 export function readWorld(text: string): WorldScene {
-  const scene = parsed(text), unit = unitOf(scene);
+  const scene = parsed(text);
   if (!Array.isArray(scene.organ)) throw new Error(word("world.one-organ"));
+  return worldOf(scene);
+}
+
+// A scene of one organ whose tools hold or pierce it, or that has links or motions, as a world of that organ; null: another scene.
+export function readHolds(text: string, organ: string): WorldScene | null {
+  const { bundle, ...scene } = parsed(text), isHeld = (tool: Table) => ["grasp", "needle", "near", "depth"].some((key) => key in tool);
+  if (scene.organ !== undefined || (!listOf(scene.link).length && !listOf(scene.motion).length && !listOf(scene.tool).some((tool) => isHeld(table(tool, "tool"))))) return null;
+  return worldOf({ ...scene, organ: [{ name: organ }] });
+}
+
+function worldOf(scene: Table & { organ?: unknown }): WorldScene {
+  const unit = unitOf(scene), given = scene.organ as Table[];
   refuseOthers(word("scene.itself"), scene, TOP);
   checkRate(scene);
-  const world = table(scene.world, "world"), limits = table(scene.limits, "limits"), names = scene.organ.map((organ, k) => nameOf(organ, `[[organ]] ${k + 1}`));
+  const world = table(scene.world, "world"), limits = table(scene.limits, "limits"), names = given.map((organ, k) => nameOf(organ, `[[organ]] ${k + 1}`));
   refuseOthers("[world]", world, ["pairs", "friction"]);
   refuseOthers("[limits]", limits, OF_LIMITS);
   const twice = names.find((name, k) => names.indexOf(name) < k);
   if (twice !== undefined) throw new Error(word("world.same-name", { name: twice }));
   const motions = listOf(scene.motion).map((motion, m) => readMotion(table(motion, "motion"), `[[motion]] ${m + 1}`, names));
   const tools = listOf(scene.tool).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, names, unit));
-  if (tools.length > TOOL_COUNT) throw new Error(word("scene.many-tools", { most: TOOL_COUNT }));
+  if (tools.length > MOST_TOOLS) throw new Error(word("scene.many-tools", { most: MOST_TOOLS }));
+  const links = listOf(scene.link).map((link, l) => readLink(table(link, "link"), `[[link]] ${l + 1}`, names, unit));
   const pairs = wholeOf(world, "pairs", "[world]", MOST_PAIRS) ?? 0, friction = numberOf(world, "friction", "[world]", MOST_FRICTION) ?? 0;
   if (friction > 0 && pairs === 0) throw new Error(word("world.friction-alone"));
-  const organs = scene.organ.map((organ, k) => readOrgan(scene, organ, names[k], unit, {
+  const isWide = (k: number) => links.some(({ radius, isBetween, organs }) => radius && !isBetween && organs[0] === k);
+  const organs = given.map((organ, k) => readOrgan(scene, organ, names[k], unit, {
     touch: pairs > 0, moves: motions.some((motion) => motion.organ === k),
-    disc: !tools.length || tools.some(({ discRadius, grasp, organ: of }) => discRadius > 0 || (grasp && of === k)),
+    disc: !tools.length || tools.some(({ discRadius, grasp, organ: of }) => discRadius > 0 || (grasp && of === k)) || isWide(k),
   }));
   return {
-    name: String(scene.name ?? ""), unit, pairs, friction, motions, tools,
+    name: String(scene.name ?? ""), unit, pairs, friction, motions, tools, links,
     forceLimit: numberOf(limits, "force", "[limits]"), forceSlew: numberOf(limits, "force_slew", "[limits]"),
-    maxPoints: wholeOf(limits, "points", "[limits]", MOST_POINTS), maxContactNodes: wholeOf(limits, "contact_nodes", "[limits]", MOST_NODES),
+    maxPoints: wholeOf(limits, "points", "[limits]", MOST_POINTS), maxContactNodes: wholeOf(limits, "contact_nodes", "[limits]", MOST_NODES), needlePlaces: wholeOf(limits, "needle_places", "[limits]", 64),
     organs: organs.map((organ) => ({ ...organ, effects: { ...organ.effects, ...limitsOf(limits) } })),
   };
 }
@@ -97,14 +114,43 @@ function readMotion(given: Table, where: string, organs: string[]): SceneMotion 
 function readTool(given: Table, where: string, organs: string[], unit: number): SceneTool {
   refuseOthers(where, given, OF_TOOL);
   const near = vectorOf(given, "near", where, unit), grasp = given.grasp === undefined ? null : readGrasp(table(given.grasp, "grasp"), `${where} grasp`, unit);
+  const needle = given.needle === undefined ? null : readNeedle(table(given.needle, "needle"), `${where} needle`, unit, near);
   const points = (given.points ?? []) as number[][], depth = rowsOf(given, "depth", where);
   if ((near === null) !== (depth === null) || (near && given.path !== undefined)) throw new Error(word("world.place", { where }));
-  if (!Array.isArray(points) || !points.every((point) => isRow(point, 3)) || (!points.length && !grasp)) throw new Error(word("world.points", { where, found: shownAs(given.points) }));
+  if (!Array.isArray(points) || !points.every((point) => isRow(point, 3)) || (!points.length && !grasp && !needle)) throw new Error(word("world.points", { where, found: shownAs(given.points) }));
   return {
-    name: String(given.name ?? ""), organ: near || grasp ? organOf(given, where, organs) : 0, points: points.map((point) => point.map((x) => unit * x) as Vector),
+    name: String(given.name ?? ""), organ: near || grasp || needle ? organOf(given, where, organs) : 0, points: points.map((point) => point.map((x) => unit * x) as Vector),
     path: near ? null : inMetres(pathRows(given.path, where), unit), place: near && { near, depth: inMetres(depth!, unit) },
     hold: given.hold === true, discRadius: unit * (numberOf(given, "disc_radius", where) ?? 0), friction: numberOf(given, "friction", where, MOST_FRICTION) ?? 0,
-    away: timeSpans(given.away, `${where} away`), grasp,
+    away: timeSpans(given.away, `${where} away`), grasp, needle,
+  };
+}
+
+// near: the place of the tool, where the needle enters if it is given.
+function readNeedle(given: Table, where: string, unit: number, near: Vector | null): SceneNeedle {
+  refuseOthers(where, given, OF_NEEDLE);
+  const entry = vectorOf(given, "entry", where, unit), direction = vectorOf(given, "direction", where, 1), length = direction && Math.hypot(...direction);
+  const radius = unit * (numberOf(given, "radius", where) ?? 0), spacing = numberOf(given, "spacing", where);
+  if ((entry === null) === (near === null) || !(radius > 0 && radius <= MOST_NEEDLE) || length === 0) throw new Error(word("world.needle", { where, found: shownAs(given) }));
+  return {
+    entry: (entry ?? near)!, direction: direction && (direction.map((x) => x / length!) as Vector), radius, friction: numberOf(given, "friction", where, MOST_FORCE) ?? 0,
+    punctureForce: numberOf(given, "puncture_force", where, MOST_FORCE) ?? 0, cuttingForce: numberOf(given, "cutting_force", where, MOST_FORCE) ?? 0,
+    spacing: spacing && unit * spacing,
+  };
+}
+
+function readLink(given: Table, where: string, organs: string[], unit: number): SceneLink {
+  refuseOthers(where, given, OF_LINK);
+  const places = (given.places ?? []) as number[][], kind = KINDS.find((one) => one === given.kind), world = vectorOf(given, "world", where, unit), isBetween = given.organs !== undefined;
+  const ends = Array.isArray(places) && places.every((place) => isRow(place, 3)) ? places.length + (world ? 1 : 0) : 0, radius = numberOf(given, "radius", where);
+  if (!kind || ends < 2 || (ends > 2 && kind !== "thread") || ends > MOST_LINKS) throw new Error(word("world.link", { where, found: shownAs(given) }));
+  const named = isBetween ? (given.organs as unknown[]) : places.map(() => given.organ);
+  if (!Array.isArray(named) || named.length !== places.length) throw new Error(word("world.organs-of", { where, count: places.length, found: shownAs(named) }));
+  const number = (key: string, many: string) => (given[many] === undefined && given[key] !== undefined ? [[0, numberOf(given, key, where)!]] : rowsOf(given, many, where));
+  const length = number("rest_length", "rest_lengths");
+  return {
+    name: nameOf(given, where), kind, isBetween, world, organs: named.map((organ) => organOf({ organ }, where, organs)), places: places.map((place) => place.map((x) => unit * x) as Vector),
+    restLength: length && inMetres(length, unit), stiffness: number("stiffness", "stiffnesses"), breakingForce: numberOf(given, "breaking_force", where), radius: radius && unit * radius,
   };
 }
 

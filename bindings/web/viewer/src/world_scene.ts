@@ -26,9 +26,32 @@ export interface SceneGrasp {
   closed: [number, number][]; // s; empty: always
 }
 
+export interface SceneNeedle {
+  entry: Vector; // m, in the organ's frame
+  direction: Vector | null; // of length 1, from the handle to the tip, in the organ's frame; null: against the surface's normal
+  radius: number; // m
+  friction: number; // N/m
+  punctureForce: number; // N
+  cuttingForce: number; // N
+  spacing?: number; // m
+}
+
+export interface SceneLink {
+  name: string;
+  kind: "thread" | "spring" | "clip";
+  organs: number[]; // of each place
+  isBetween: boolean; // a link of the world; else of one organ
+  places: Vector[]; // m, in the frame of each organ
+  world: Vector | null; // one more end, m
+  restLength: number[][] | null; // s, m
+  stiffness: number[][] | null; // s, N/m
+  breakingForce?: number; // N
+  radius?: number; // m
+}
+
 export interface SceneTool {
   name: string;
-  organ: number; // that `place` and `grasp` are on
+  organ: number; // that `place`, `grasp` and `needle` are on
   points: Vector[]; // m, in the tool's frame
   path: number[][] | null; // s, x, y, z m
   place: { near: Vector; depth: number[][] } | null; // m, in the organ's frame; s, m
@@ -37,6 +60,7 @@ export interface SceneTool {
   friction: number;
   away: [number, number][]; // s
   grasp: SceneGrasp | null;
+  needle: SceneNeedle | null; // its tip is the tool's position
 }
 
 export interface WorldScene {
@@ -48,7 +72,9 @@ export interface WorldScene {
   forceSlew?: number; // N/s
   maxPoints?: number;
   maxContactNodes?: number;
+  needlePlaces?: number;
   organs: SceneOrgan[];
   motions: SceneMotion[];
   tools: SceneTool[];
+  links: SceneLink[];
 }
