@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
 import { bundle, camera, closed, csv, drag, folder, give, inState, middle, noTools, notice, palpateRun, pathRows, picture, ready, same, saved, shown, steady } from "./page.mjs";
-import { readForces } from "./reference.mjs";
+import { playScene, readForces, relativeDifference } from "./reference.mjs";
 
 const rowsOf = (text) => text.trim().split("\n").slice(1).map((row) => row.split(",").map(Number));
 const largest = (text) => Math.max(...readForces(text, 1).flat(2).map(Math.abs));
@@ -235,5 +235,74 @@ test("the page plays the scene that it saved, with its effects and disc, to the 
     await notice(page, pattern);
   }
   assert.equal(await page.textContent("#radius-mm"), "5 mm", "a refused scene changes nothing");
+  await closed(page);
+});
+
+// A needle goes to the end of its corridor and comes out, while a thread is drawn tight and a probe is placed by `near`.
+const piercing = `name = "piercing"
+unit = "mm"
+bundle = "pierced.h5"
+[effects]
+law = "unilateral"
+[limits]
+displacement = 0.1
+needle_places = 12
+[[tool]]
+name = "needle"
+near = [60, 24, 19]
+depth = [[0, -2], [0.15, 30], [0.2, 70], [0.6, 70], [0.7, -5]]
+[tool.needle]
+direction = [-1, 0, 0]
+radius = 0.5
+friction = 1
+puncture_force = 0.05
+cutting_force = 0.02
+[[tool]]
+name = "probe"
+points = [[0, 0, 0]]
+disc_radius = 8
+near = [30, 25, 40]
+depth = [[0, -3], [0.2, 4], [0.35, -3]]
+[[link]]
+name = "suture"
+kind = "thread"
+places = [[40, 10, 40], [50, 25, 40], [40, 40, 40]]
+rest_lengths = [[0, 40], [0.2, 20]]
+`;
+
+test("a scene with a needle, a link and a placed tool plays to the forces of palpate-run; the organ is translucent, and the page tells where the needle is", async () => {
+  execFileSync(process.env.WRITE_TINY_BUNDLE, [`${folder}/pierced.h5`, "corridor"]);
+  const expected = playScene(palpateRun, folder, "piercing", piercing, 2).forces.flat(2), page = await ready();
+  await give(page, "piercing.toml", piercing, "#path-file");
+  await notice(page, "add a \\[\\[corridor\\]\\] to the boundary file"); // the box that is open has none
+  await give(page, "pierced.h5", readFileSync(`${folder}/pierced.h5`));
+  await page.waitForFunction(() => document.body.dataset.state === "ready" && !document.getElementById("notice").textContent.includes("corridor") && globalThis.palpateViewer.shown.positions);
+  await page.evaluate(() => {
+    globalThis.told = new Set();
+    globalThis.deepest = globalThis.clear = globalThis.links = 0;
+    new MutationObserver(() => {
+      const { shown, view } = globalThis.palpateViewer;
+      for (const words of document.getElementById("trust").textContent.split(" · ")) globalThis.told.add(words.replace(/[\d.]+ (mm|N|s)/, "# $1"));
+      globalThis.deepest = Math.max(globalThis.deepest, Number(document.getElementById("depth").textContent));
+      globalThis.clear += shown.tools[0]?.body?.kind === "needle" && view.surface.material.transparent ? 1 : 0;
+      globalThis.links = Math.max(globalThis.links, shown.links.length);
+    }).observe(document.getElementById("trust"), { childList: true });
+  });
+  for (const again of [false, true]) {
+    if (again) await page.click("#replay"); // Replay plays the scene again
+    else await give(page, "piercing.toml", piercing, "#path-file");
+    await page.waitForFunction(() => globalThis.palpateViewer.shown.played);
+    const played = await page.evaluate(() => [...globalThis.palpateViewer.shown.played]);
+    assert.ok(relativeDifference(played, expected) < 1e-5, `${relativeDifference(played, expected)}`);
+    await page.waitForFunction(() => globalThis.palpateViewer.shown.playing === null);
+  }
+  const { told, deepest, clear, links } = await page.evaluate(() => ({ told: [...globalThis.told], deepest: globalThis.deepest, clear: globalThis.clear, links: globalThis.links }));
+  for (const words of [/^needle: outside$/, /^needle: (cuts, )?# mm in the tissue$/, /^needle: at the end of the corridor, # mm in the tissue$/, /^suture: taut, # N$/])
+    assert.ok(told.some((one) => words.test(one)), `${words} of ${told}`);
+  assert.ok(deepest > 40 && clear > 0 && links === 2, `${deepest} mm, ${clear} frames, ${links} stretches`);
+  // Then the pointer touches as before.
+  await page.waitForFunction(() => !globalThis.palpateViewer.view.surface.material.transparent);
+  await drag(page, [0, 0], [60, -60]);
+  await noTools(page);
   await closed(page);
 });

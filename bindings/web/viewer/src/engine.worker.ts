@@ -1,7 +1,7 @@
 // The engine's thread: opens bundles, touches at a fixed rate, and computes a shape when the page asks for a frame.
 import baselineUrl from "@wasm/baseline/palpate.wasm?url";
 import simdUrl from "@wasm/simd/palpate.wasm?url";
-import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime } from "../../module/palpate.js";
+import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime, type Scene } from "../../module/palpate.js";
 import { meshOf, provenanceOf } from "./bundle_mesh";
 import { measureCosts } from "./costs";
 import { DeviceLink } from "./device_link";
@@ -11,12 +11,16 @@ import {
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
 import { HeldTools } from "./held_tools";
+import { MotionClocks } from "./motion_clocks";
 import { nodulesOf } from "./nodules";
 import { filesOf } from "./scene_file";
 import { Recorder, recordedTool, type RecordedTool } from "./recorder";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
+import { presentAt, ScenePlay } from "./scene_play";
 import { TouchLoop } from "./touch_loop";
 import { TouchScene } from "./touch_scene";
+import type { TouchWorld } from "./touch_world";
+import type { WorldScene } from "./world_scene";
 import { playTrial } from "./trial";
 
 const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
@@ -134,6 +138,7 @@ function run() {
 
 // Returns whether the loop goes on.
 function step(): boolean {
+  if (own) return stepOf(own);
   present = replay ? replayedTools() : held.move();
   const active = replay !== null || present.some(Boolean) || held.active;
   // A recording begins with a scene that remembers nothing, so that playing it again gives the same forces.
@@ -184,7 +189,53 @@ function note(tool: RecordedTool, index: number) {
 }
 
 function place(index: number, target: ToolTarget) {
-  if (!replay && held.place(index, target)) run();
+  if (!replay && !own && held.place(index, target)) run();
+}
+
+// ---- scenes whose tools hold or pierce the organ ---------------------------------------------------------------------
+
+interface OwnScene {
+  play: ScenePlay;
+  world: TouchWorld; // of the one organ
+  clocks: MotionClocks;
+}
+let own: OwnScene | null = null; // that plays now, beside the page's scene
+
+function playScene(of: WorldScene) {
+  if (!bundle) return;
+  try {
+    const { shape, fine } = effects, part = { bundle, pose: {}, effects: { ...of.organs[0].effects, shape }, mesh: (fine && fineMesh) || undefined };
+    const play = new ScenePlay(of, [part]), clocks = new MotionClocks(of, [bundle.motions]), world = play.makeWorld(runtime!);
+    forget();
+    clocks.move(world.world);
+    world.touch([]); // what the page shows until the first touch of the scene
+    world.reset();
+    own = { play, world, clocks };
+    for (const tool of contactOf.keys()) contactOf[tool] = ++contacts;
+    run();
+  } catch (error) {
+    say({ type: "refused", name: "", what: "scene", message: (error as Error).message, byteOffset: 0 });
+  }
+}
+
+function stepOf({ play, world, clocks }: OwnScene): boolean {
+  if (play.isDone) {
+    say({ type: "played", forces: play.felt });
+    forget();
+    return true;
+  }
+  const places = play.places();
+  present = presentAt(places);
+  flags |= play.touch(world, clocks, places);
+  ++touches;
+  stale = true;
+  present.forEach((tool, index) => {
+    held.meet(index, tool, world.world.contactCount(index));
+    if (!tool || index >= TOOL_COUNT || loop.steps % SAMPLE_EVERY) return;
+    const { depth, force } = toolFrame(tool, index)!;
+    if (depth > 0) samples.push({ tool: index, contact: contactOf[index], depth, force: Math.hypot(...force) });
+  });
+  return true;
 }
 
 // ---- devices ---------------------------------------------------------------------------------------------------------
@@ -236,7 +287,7 @@ function tryPath(path: Path) {
   if (!bundle) return;
   const trial = new TouchScene(bundle, effects, toolShape, fineMesh), nodes = bundle.info.surfaceNodeCount;
   const inside = trial.scene.nodeCount - nodes, vertices = trial.scene.vertexCount, buffer = new ArrayBuffer(frameBytes(nodes, inside, vertices));
-  const felt = playTrial(trial, path, TOOL_COUNT, () => fillFrame(buffer, nodes, trial));
+  const felt = playTrial(trial, path, TOOL_COUNT, () => fillFrame(buffer, nodes, trial.scene));
   trial.destroy();
   say({ type: "tried", trial: { ...felt, shape: { buffer, inside, vertices } } }, [buffer]);
 }
@@ -247,6 +298,8 @@ function forget() {
   held.forget();
   present = Array(TOOL_COUNT).fill(null);
   replay = null;
+  own?.world.destroy();
+  own = null;
   samples = [];
   scene?.reset();
   scene?.scene.setTools([]);
@@ -258,31 +311,33 @@ function forget() {
 
 function answerFrame(recycled: ArrayBuffer | null) {
   if (!scene || !bundle) return;
-  const nodes = bundle.info.surfaceNodeCount, inside = scene.scene.nodeCount - nodes, vertices = scene.scene.vertexCount;
+  const touched = own?.world ?? scene, organ = own ? own.world.world.organs[0] : scene.scene;
+  const nodes = bundle.info.surfaceNodeCount, inside = organ.nodeCount - nodes, vertices = organ.vertexCount;
   const bytes = frameBytes(nodes, inside, vertices);
   const buffer = recycled?.byteLength === bytes ? recycled : new ArrayBuffer(bytes);
   const changed = stale;
   if (stale) {
     const start = performance.now();
-    flags |= scene.shape();
-    field = fieldInside(scene);
+    flags |= touched.shape();
+    field = fieldInside(organ);
     shapeMs = performance.now() - start;
     stale = false;
   }
-  fillFrame(buffer, nodes, scene);
+  fillFrame(buffer, nodes, organ);
   const frame: Frame = {
     type: "frame", buffer, field: changed ? field : null, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost: loop.lost, touches, at: performance.now(),
-    touchUs: touches ? (1000 * scene.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
-    replaying: replay !== null, engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
+    touchUs: touches ? (1000 * touched.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
+    replaying: replay !== null || own !== null, playing: own && own.play.time, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [],
+    engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
   samples = [];
-  touches = scene.touchMs = 0;
+  touches = touched.touchMs = 0;
   flags = loop.lost = 0;
   say(frame, [buffer]);
 }
 
 // A stress needs a scene with the effect `inside`, which comes and goes a message later than the list of the section.
-function fieldInside({ scene: organ }: TouchScene): Frame["field"] {
+function fieldInside(organ: Scene): Frame["field"] {
   if (fieldOf === "none" || organ.nodeCount === bundle!.info.surfaceNodeCount) return null;
   if (fieldOf === "displacement") {
     const u = organ.displacements;
@@ -293,7 +348,7 @@ function fieldInside({ scene: organ }: TouchScene): Frame["field"] {
   return { of: fieldOf, values: (fieldOf === "pressure" ? organ.field.pressures : organ.field.vonMises).slice() };
 }
 
-function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, displacements, nodeCount, vertexCount, skinPositions, skinNormals } }: TouchScene) {
+function fillFrame(buffer: ArrayBuffer, nodes: number, { positions, displacements, nodeCount, vertexCount, skinPositions, skinNormals }: Scene) {
   const out = frameArrays(buffer, nodes, nodeCount - nodes, vertexCount);
   out.positions.set(positions.subarray(0, 3 * nodes));
   out.inside.set(positions.subarray(3 * nodes));
@@ -306,6 +361,10 @@ function fillFrame(buffer: ArrayBuffer, nodes: number, { scene: { positions, dis
 
 function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
   if (!tool) return null;
+  if (own) {
+    const { play, world } = own, frame = { point: tool.point, force: world.force(index), contacts: world.world.contactCount(index), depth: held.depth(index, tool.point), normal: null };
+    return { ...frame, ...play.drawn(index, tool.point, world) };
+  }
   return { point: tool.point, force: scene!.force(index), contacts: scene!.contacts(index), depth: held.depth(index, tool.point), normal: scene!.discNormal(index) };
 }
 
@@ -324,6 +383,7 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "withdraw") withdraw(data.index);
   if (data.type === "frame") answerFrame(data.buffer);
   if (data.type === "replay") play(data.path);
+  if (data.type === "scene") playScene(data.scene);
   if (data.type === "save") void save(data.as);
   if (data.type === "path") say({ type: "path", path: newestRecording() });
   if (data.type === "try") tryPath(data.path);

@@ -9,6 +9,7 @@ import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
 import { Gamepads } from "./gamepad";
 import { Headset } from "./headset";
+import { playedWords } from "./holds";
 import { Keys } from "./keys";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
@@ -16,11 +17,13 @@ import { type ColourBy, type FieldOf, frameArrays, frameBytes, TOUCH_HZ, type Fr
 import { NoduleTask } from "./nodule_task";
 import { OrganView, type Hit, type Shape } from "./organ_view";
 import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
-import { readScene } from "./scene_reader";
+import { bundleOfScene, readScene } from "./scene_reader";
 import { fetched, megabytes, servedFiles } from "./served";
 import { ToolPointer } from "./tool_pointer";
 import type { SectionAxis } from "./section";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
+import { readHolds } from "./world_reader";
+import type { WorldScene } from "./world_scene";
 import { chosenLanguage, count, decimal, fill, fixed, keepInAddress, offerLanguages, speak, word, type Key } from "./words";
 
 const SERVED = servedFiles();
@@ -81,6 +84,8 @@ class Viewer {
   private pressed: Hit | null = null; // the point of the last press
   private recordedSteps = 0;
   private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
+  private ownScene: WorldScene | null = null; // that Replay plays: a scene file that holds or pierces the organ
+  private played: Float64Array | null = null; // forces of its tools, when they were played
   private link = ""; // of the page's state
   private linked = 0; // ms, when the address was last compared
   private flagged = false; // what the page says is a step's flags
@@ -109,6 +114,7 @@ class Viewer {
       withdraw: (index) => this.tell({ type: "withdraw", index }),
       pressed: (hit) => {
         this.pressed = hit;
+        this.ownScene = null;
         this.task.press(hit.place);
         byId("hint").classList.add("done");
         if (!this.newest?.frame.tools.some(Boolean)) this.plot.clear();
@@ -143,10 +149,12 @@ class Viewer {
     if (message.type === "opened") return void this.open(message);
     if (message.type === "accepted") return void (this.accepted = { effects: message.effects, tool: message.tool, fine: this.fine });
     if (message.type === "replayed") return this.afterReplay(message);
+    if (message.type === "played") return void (this.played = message.forces);
     if (message.type === "saved") return this.saveFile(message);
     if (message.type === "linked") return this.showLink(message);
     if (message.type !== "refused") return; // the answers that Compare asks for
     if (message.what === "absent") return this.absent(message.name);
+    if (message.what === "scene") return this.tellUser(message.message);
     if (message.what === "effects") return this.refuseEffects(message.message);
     this.refuse(message.what === "bundle" ? "error.bundle" : "error.runtime", message.message, message.byteOffset);
   }
@@ -175,7 +183,7 @@ class Viewer {
     this.mesh = mesh;
     this.effects = DEFAULT_EFFECTS;
     this.tool = DEFAULT_TOOL;
-    this.buffer = this.newest = this.pressed = this.replayed = null;
+    this.buffer = this.newest = this.pressed = this.replayed = this.ownScene = null;
     this.recordedSteps = 0;
     this.measured = false;
     this.pointer.forget();
@@ -380,8 +388,11 @@ class Viewer {
 
   // A scene file: its effects and its tools' disc become the page's.
   private playScene(text: string) {
-    const { bundle, effects, tool, path } = readScene(text, this), open = hexadecimal(this.info!.identity);
+    const bundle = bundleOfScene(text), open = hexadecimal(this.info!.identity);
     if (bundle && bundle !== open) throw new Error(word("scene.other-bundle", { bundle, open }));
+    const own = readHolds(text, byId("name").textContent!);
+    if (own) return this.playOwn(own);
+    const { effects, tool, path } = readScene(text, this);
     const missing = EFFECT_LINES.find((line) => line.value(effects) !== line.value(DEFAULT_EFFECTS) && line.effect !== "fine" && !isAvailable(line.effect, this.info!, false));
     if (missing) throw new Error(word("scene.no-data", { effect: word(`effect.${missing.effect}`) }));
     checkPlaceOfPath(path, this.mesh!.positions);
@@ -391,8 +402,21 @@ class Viewer {
     this.replay(path);
   }
 
+  // A scene file that holds or pierces the organ, under its own effects; then the pointer touches under the page's.
+  private playOwn(scene: WorldScene) {
+    this.ownScene = scene;
+    this.played = null;
+    this.pointer.forget();
+    this.plot.clear();
+    this.tellUser("");
+    byId("hint").classList.add("done");
+    this.tell({ type: "scene", scene });
+  }
+
   private replay(path: Path | null) {
     if (!this.opened) return;
+    if (!path && this.ownScene) return this.playOwn(this.ownScene);
+    this.ownScene = null;
     this.pointer.forget();
     this.plot.clear();
     this.tellUser("");
@@ -610,7 +634,8 @@ class Viewer {
       byId(`${id}-spread`).textContent = word("times.spread", { low: threeDigits(times.low), high: threeDigits(times.high) });
     }
     this.rate.add(frame.touches, frame.at);
-    this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
+    if (frame.playing === null) this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
+    else byId("trust").textContent = playedWords(frame.playing, frame.holds);
     const words = flagWords(frame.flags);
     if (frame.lost) words.push(word("notice.lost", { count: frame.lost }));
     if (words.length) this.flagged = true;
@@ -652,6 +677,7 @@ class Viewer {
   private showTools() {
     const frames = this.newest?.frame.tools ?? [];
     const radius = this.effects.contact === "patch" ? this.tool.discRadius : 0;
+    this.view.moveLinks(this.newest?.frame.links ?? []);
     this.readout.label(frames, this.view.moveTools(frames, radius, this.pointer.places));
   }
 
@@ -672,7 +698,7 @@ class Viewer {
   // What the page shows now, for scripts.
   get shown() {
     const shape = this.newest?.shape;
-    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, field: shape?.field ?? null, fieldMost: this.view.section.most, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
+    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, field: shape?.field ?? null, fieldMost: this.view.section.most, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, playing: this.newest?.frame.playing ?? null, holds: this.newest?.frame.holds ?? [], links: this.newest?.frame.links ?? [], played: this.played, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
   }
 }
 

@@ -4,6 +4,7 @@ import type { NeedleState } from "../../module/needles.js";
 import type { BundleInfo, Effects, RenderMesh } from "../../module/palpate.js";
 import type { LinkState as DeviceState } from "./device_link";
 import type { Nodule } from "./nodules";
+import type { WorldScene } from "./world_scene";
 
 export const TOOL_COUNT = 2; // that the pointer, the keys and devices hold
 export const MOST_TOOLS = 8; // of a scene file, as palpate-run has them
@@ -53,6 +54,7 @@ export type ToWorker =
   | { type: "withdraw"; index: number } // takes a tool away at once; a touch of this tool alone is not recorded
   | { type: "frame"; buffer: ArrayBuffer | null }
   | { type: "replay"; path: Path | null } // null: the last touch
+  | { type: "scene"; scene: WorldScene } // plays a scene file that holds or pierces the organ, in a world of its own; answered by "played"
   | { type: "save"; as: SavedFile } // answered by "saved"
   | { type: "path" } // answered by "path": what Replay plays
   | { type: "try"; path: Path } // answered by "tried"
@@ -128,6 +130,9 @@ export interface Frame {
   shapeUs: number;
   lost: number; // touches that were left out because the loop was late
   replaying: boolean;
+  playing: number | null; // s of the tools of "scene"
+  holds: Hold[]; // of that scene
+  links: DrawnLink[];
   engineBytes: number; // the runtime's whole memory, which never shrinks
   recordedSteps: number; // of the touch that a replay plays and a file would hold; 0: none
 }
@@ -170,9 +175,10 @@ export interface Cost {
 export type FromWorker =
   | { type: "progress"; done: number; total: number }
   | { type: "opened"; name: string; mesh: Mesh; nodules: Nodule[]; info: BundleInfo; provenance: Record<string, unknown>; bytes: number; simd: boolean }
-  | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime"; message: string; byteOffset: number }
+  | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime" | "scene"; message: string; byteOffset: number }
   | { type: "accepted"; effects: PageEffects; tool: ToolShape }
   | { type: "replayed"; positions: Float32Array; fine: Float32Array; touched: boolean; nearest: number } // the nodes of the last shape, m, and the finer mesh's; whether a tool met the organ, and else the least distance, m, between a tool and the nodes at rest
+  | { type: "played"; forces: Float64Array } // the tools of "scene" have come to their end; [step][tool][x y z] N, on the tool
   | { type: "saved"; as: SavedFile; text: string; difference: number } // difference: of the file's forces from those felt, N
   | { type: "costs"; costs: Cost[] }
   | { type: "path"; path: Path | null }

@@ -1,5 +1,5 @@
 // The motions of a scene, by name: organs that breathe together have one clock.
-import type { Motion } from "../../module/palpate.js";
+import type { Motion, World } from "../../module/palpate.js";
 import type { SceneMotion, WorldScene } from "./world_scene";
 import { word } from "./words";
 
@@ -46,7 +46,7 @@ interface MovedOrgan {
 }
 
 export class MotionClocks {
-  readonly organs: MovedOrgan[] = [];
+  private organs: MovedOrgan[] = [];
   private clocks: MotionClock[];
 
   // known: the motions of each organ's bundle. Throws an Error where the scene names one that its bundle does not have.
@@ -91,8 +91,13 @@ export class MotionClocks {
     for (const clock of this.clocks) clock.time = time;
   }
 
-  // Fills the amounts of the organs.
-  fill() {
+  // Moves the organs of a world.
+  move({ organs }: World) {
+    this.fill();
+    for (const { organ, amounts } of this.organs) organs[organ].setMotions(amounts);
+  }
+
+  private fill() {
     for (const { amounts, parts } of this.organs) for (const { clock, index, scale, motion } of parts) amounts[index] = scale * amountAt(motion, clock.time);
   }
 }

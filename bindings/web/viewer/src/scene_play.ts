@@ -1,14 +1,15 @@
 // The tools of a scene of several organs at each touch, as palpate-run moves them.
 import type { Grasp } from "../../module/links.js";
 import type { Needle } from "../../module/needles.js";
-import type { Tool } from "../../module/palpate.js";
-import { TOUCH_HZ, type DrawnLink, type Hold, type ToolFrame, type Vector } from "./messages";
-import { valueAt } from "./motion_clocks";
+import type { Runtime, Tool } from "../../module/palpate.js";
+import { TOOL_COUNT, TOUCH_HZ, type DrawnLink, type Hold, type ToolFrame, type Vector } from "./messages";
+import { valueAt, type MotionClocks } from "./motion_clocks";
 import { alongRows } from "./path_files";
+import type { RecordedTool } from "./recorder";
 import { SceneLinks } from "./scene_links";
 import { placeOn, type SurfacePlace } from "./surface_places";
 import { nodesFor } from "./touch_scene";
-import { OrganFrame, type TouchWorld, type WorldPart } from "./touch_world";
+import { OrganFrame, TouchWorld, type WorldPart } from "./touch_world";
 import type { SceneGrasp, SceneNeedle, SceneTool, WorldScene } from "./world_scene";
 
 export const MOST_NODES = 3000; // of palpate.h
@@ -29,14 +30,14 @@ interface PlayedTool {
 export class ScenePlay {
   step = 0; // of the next touch
   readonly steps: number;
-  readonly room: { maxTools: number; maxPoints: number }; // that each organ's scene needs
-  readonly forces: Float64Array; // [step][tool][x y z] N, on the tool, of the touches until now
+  private room: { maxTools: number; maxPoints: number }; // that each organ's scene needs
+  private forces: Float64Array; // [step][tool][x y z] N, on the tool, of the touches until now
   private tools: PlayedTool[];
   private links: SceneLinks;
   private needlePlaces: number;
 
   // Throws an Error where a tool or a link has no place on its organ.
-  constructor(private scene: WorldScene, parts: WorldPart[]) {
+  constructor(private scene: WorldScene, private parts: WorldPart[]) {
     this.links = new SceneLinks(scene, parts);
     this.needlePlaces = scene.needlePlaces ?? NEEDLE_PLACES;
     this.tools = scene.tools.map((tool) => playedTool(tool, scene.organs[tool.organ].name, parts[tool.organ]));
@@ -46,8 +47,16 @@ export class ScenePlay {
     this.room = { maxTools: scene.tools.length, maxPoints: scene.maxPoints ?? Math.max(1, points) };
   }
 
-  // The effects of an organ in the world that plays the scene.
-  partOf(part: WorldPart, organ: number): WorldPart {
+  // A world for the scene's tools alone, as palpate-run has it.
+  makeWorld(runtime: Runtime): TouchWorld {
+    const { pairs, friction, forceLimit, forceSlew } = this.scene, maxLinks = this.links.count(null);
+    const made = new TouchWorld(runtime, this.parts.map((part, k) => this.partOf(part, k)), { forceLimit, forceSlew, maxPairs: pairs, friction, maxLinks });
+    this.links.hold(made, 0);
+    return made;
+  }
+
+  // The effects of an organ in that world.
+  private partOf(part: WorldPart, organ: number): WorldPart {
     const { maxPoints } = this.room, grasps = this.scene.tools.filter((tool) => tool.organ === organ).flatMap(({ grasp }) => grasp ?? []);
     const held = grasps.reduce((sum, { opposite }) => sum + NODES_OF_DISC * (opposite ? 2 : 1), 0);
     const needles = this.scene.tools.filter((tool) => tool.organ === organ && tool.needle).length, pierced = NODES_OF_PLACE * (this.needlePlaces + 2) * needles;
@@ -56,14 +65,20 @@ export class ScenePlay {
     return { ...part, effects: { ...part.effects, ...this.room, maxContactNodes: this.scene.maxContactNodes ?? nodes, ...holds } };
   }
 
-  // Links between organs.
-  get maxLinks(): number {
-    return this.links.count(null);
+  // The next touch, of the tools at these places. Returns its flags.
+  touch(world: TouchWorld, clocks: MotionClocks, places: (Vector | null)[]): number {
+    clocks.goTo(this.time);
+    clocks.move(world.world);
+    this.links.hold(world, this.time);
+    const flags = world.touch(places.map((place, t) => this.tool(t, place)));
+    this.tools.forEach((_, t) => this.forces.set(world.force(t), 3 * (this.tools.length * this.step + t)));
+    ++this.step;
+    return flags;
   }
 
-  // Before a touch: the links as they are now.
-  hold(world: TouchWorld) {
-    this.links.hold(world, this.time);
+  // Of all tools, in the touches until now.
+  get felt(): Float64Array {
+    return this.forces.slice(0, 3 * this.tools.length * this.step);
   }
 
   get time(): number {
@@ -79,13 +94,7 @@ export class ScenePlay {
     return this.tools.map(({ tool, at }) => (tool.away.some(([from, until]) => from <= time && time < until) ? null : at(time)));
   }
 
-  // After a touch.
-  note(forceOn: (tool: number) => Vector) {
-    this.tools.forEach((_, t) => this.forces.set(forceOn(t), 3 * (this.tools.length * this.step + t)));
-    ++this.step;
-  }
-
-  tool(index: number, place: Vector | null): Tool {
+  private tool(index: number, place: Vector | null): Tool {
     const { tool, grasp, needle } = this.tools[index], { discRadius, friction, hold, organ } = tool;
     const shape = { id: index, discRadius, friction, hold, organ, reference: grasp || needle ? (place ?? [0, 0, 0]) : undefined };
     if (!place) return shape;
@@ -126,6 +135,10 @@ export class ScenePlay {
     return this.links.drawn(world);
   }
 }
+
+// The tools for a frame, of which the page has two at the least.
+export const presentAt = (places: (Vector | null)[]): RecordedTool[] =>
+  Array.from({ length: Math.max(TOOL_COUNT, places.length) }, (_, t) => (places[t] ? { point: places[t], hold: false } : null));
 
 // s, to the last row of a tool or a motion.
 function durationOf({ tools, motions }: WorldScene): number {

@@ -1,5 +1,5 @@
 // Reads a scene file that palpate-run plays, such as the recording.toml that this page saves: effects, relaxation, and one or two tools of
-// one point each with a path. What the page cannot play is refused with the key's name.
+// one point each with a path. What the page cannot play is refused with the key's name. Scenes that hold or pierce the organ: world_reader.ts.
 import { parse, TomlError } from "smol-toml";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS } from "./effects";
 import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type PageEffects, type Path, type ToolShape, type Vector } from "./messages";
@@ -16,11 +16,13 @@ const TOP = ["name", "bundle", "unit", "effects", "relaxation", "rate", "tool"];
 const OF_TOOL = ["name", "points", "path", "hold", "disc_radius", "friction", "away"];
 
 export interface PlayedScene {
-  bundle: string | null; // the bundle's checksum, 16 hexadecimal digits, where the file is a record
   effects: PageEffects;
   tool: ToolShape;
   path: Path;
 }
+
+// The bundle's checksum, 16 hexadecimal digits, where the file is a record.
+export const bundleOfScene = (text: string) => /^# bundle ([0-9a-f]{16})$/m.exec(text)?.[1] ?? null;
 
 export type Table = Record<string, unknown>;
 
@@ -38,7 +40,7 @@ export function readScene(text: string, now: { effects: PageEffects; tool: ToolS
   if (effects.contact === "patch" && !(discRadius >= DISCS[0] && discRadius <= DISCS[1]))
     throw new Error(word("scene.disc", { least: 1000 * DISCS[0], most: 1000 * DISCS[1], found: 1000 * discRadius }));
   return {
-    bundle: /^# bundle ([0-9a-f]{16})$/m.exec(text)?.[1] ?? null, effects: { ...effects, fine: now.effects.fine },
+    effects: { ...effects, fine: now.effects.fine },
     tool: { discRadius: discRadius || now.tool.discRadius, friction: effects.law === "coulomb" ? frictions[0] : now.tool.friction }, path: pathOf(tools),
   };
 }

@@ -92,7 +92,8 @@ export class ToolFigure {
     this.rod.end.copy(body.end).multiplyScalar(size).applyQuaternion(body.group.quaternion).add(point);
     this.rod.radius = body.thick * size;
     this.shown = true;
-    return this.arrow.move(point, force, newtons, 1.6 * body.thick * size + 0.004, camera);
+    // A needle's force is felt at its hub, where the label hides no tip.
+    return this.arrow.move(body === this.needle ? this.rod.end : point, force, newtons, 1.6 * body.thick * size + 0.004, camera);
   }
 
   // The drawn plane's normal where the runtime tells it, else the force's direction.

@@ -2,7 +2,7 @@
 // motions, and computes their shapes when the page asks for a frame.
 import baselineUrl from "@wasm/baseline/palpate.wasm?url";
 import simdUrl from "@wasm/simd/palpate.wasm?url";
-import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime, type Tool } from "../../module/palpate.js";
+import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime } from "../../module/palpate.js";
 import { meshOf, provenanceOf } from "./bundle_mesh";
 import { DEFAULT_TOOL } from "./effects";
 import { HeldTools } from "./held_tools";
@@ -10,7 +10,7 @@ import { frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type Tool
 import { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
 import { SceneLinks } from "./scene_links";
-import { MOST_NODES, ScenePlay } from "./scene_play";
+import { MOST_NODES, presentAt, ScenePlay } from "./scene_play";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
 import { TouchLoop } from "./touch_loop";
 import { nodesFor, PageTools, SCENE_TOOLS } from "./touch_scene";
@@ -175,13 +175,9 @@ function run() {
 // Returns whether the loop goes on.
 function step(): boolean {
   if (play?.isDone) endPlay();
-  const sent = play ? playedTools(play) : tools.all((present = held.move()));
-  moveOrgans();
-  play?.hold(world!);
-  flags |= world!.touch(sent);
+  flags |= play ? touchOf(play) : touch();
   ++touches;
   stale = true;
-  play?.note((tool) => world!.force(tool));
   present.forEach((tool, index) => held.meet(index, tool, world!.world.contactCount(inRuntime(index))));
   const active = play !== null || present.some(Boolean) || held.active || opened!.clocks.play;
   quiet = active ? 0 : quiet + 1;
@@ -191,31 +187,25 @@ function step(): boolean {
 // The tool of the runtime that a tool of the page was in the last touch.
 const inRuntime = (index: number) => (play ? index : tools.index(index));
 
-function moveOrgans() {
-  const { clocks } = opened!;
-  if (play) clocks.goTo(play.time);
-  else clocks.advance(1 / TOUCH_HZ);
-  setAmounts();
+// Of the pointer's tools.
+function touch(): number {
+  const sent = tools.all((present = held.move()));
+  opened!.clocks.advance(1 / TOUCH_HZ);
+  opened!.clocks.move(world!.world);
+  return world!.touch(sent);
 }
 
-function setAmounts() {
-  opened!.clocks.fill();
-  for (const { organ, amounts } of opened!.clocks.organs) world!.world.organs[organ].setMotions(amounts);
-}
-
-function playedTools(of: ScenePlay): Tool[] {
-  const places = of.places();
-  present = Array.from({ length: Math.max(TOOL_COUNT, places.length) }, (_, t) => (places[t] ? { point: places[t], hold: false } : null));
-  return places.map((place, t) => of.tool(t, place));
+function touchOf(scene: ScenePlay): number {
+  const places = scene.places();
+  present = presentAt(places);
+  return scene.touch(world!, opened!.clocks, places);
 }
 
 // The scene's tools in a world of their own, as palpate-run has it.
 function beginPlay() {
   if (!opened) return;
   try {
-    const { scene, parts } = opened, next = new ScenePlay(scene, parts);
-    const own = new TouchWorld(runtime!, parts.map((part, k) => next.partOf(part, k)), { ...limitsOf(scene), maxPairs: scene.pairs, friction: scene.friction, maxLinks: next.maxLinks });
-    next.hold(own);
+    const next = new ScenePlay(opened.scene, opened.parts), own = next.makeWorld(runtime!);
     forget();
     world!.destroy();
     world = own;
@@ -229,9 +219,9 @@ function beginPlay() {
 }
 
 function endPlay() {
-  const { forces, step: steps, room } = play!;
+  const forces = play!.felt;
   change(settings); // the pointer's world again
-  say({ type: "played", forces: forces.slice(0, 3 * room.maxTools * steps) });
+  say({ type: "played", forces });
 }
 
 function place(index: number, target: ToolTarget) {
@@ -255,7 +245,7 @@ function forget() {
 // One touch without tools: the organs are where their motions have them.
 function touchNothing() {
   if (!opened || !world) return;
-  setAmounts();
+  opened.clocks.move(world.world);
   flags |= world.touch([]);
   stale = true;
 }
