@@ -10,6 +10,7 @@ const LONGEST_ARROW = 0.08, SHORTEST_ARROW = 0.012; // m
 const FINGER = 0.0045; // m: a disc of this radius or more is a fingertip's
 const POINT = 0.0014; // m, radius of the ball of a tool without a disc
 const THINNEST = 0.0007; // m, radius of a needle's shaft as it is drawn
+const WIDEST_JAWS = 0.0035; // m, the disc radius up to which forceps are drawn wider
 const OPEN_JAWS = 0.22; // rad, of each jaw
 const ALONG_VIEW = 0.94; // cosine from which an arrow along the line of sight is drawn as a ring
 const FOLLOWS = 0.35; // share of a turn that a frame makes, so that a tool turns smoothly
@@ -79,7 +80,7 @@ export class ToolFigure {
     if (!frame) return (this.shown = false), null;
     const point = new Vector3(...frame.point), force = new Vector3(...frame.force), newtons = force.length();
     this.turn(frame, force, newtons);
-    const { body: wanted } = frame, size = wanted?.kind === "needle" ? Math.max(radius, THINNEST) : radius || POINT;
+    const { body: wanted } = frame, size = wanted?.kind === "needle" ? Math.max(radius, THINNEST) : wanted ? Math.min(radius, WIDEST_JAWS) : radius || POINT;
     const body = wanted?.kind === "jaws" ? this.forceps : wanted ? this.needle : radius === 0 ? this.ball : radius >= FINGER ? this.finger : this.probe;
     for (const one of this.bodies) one.group.visible = one === body;
     if (wanted?.kind === "jaws") this.forceps.open(wanted.closed ? 0 : OPEN_JAWS);
