@@ -16,6 +16,9 @@ const files = Object.fromEntries(["box", "breathing"].map((name) => [name, new U
 
 // As runtime_test.mjs has it: the last bits of the C library's functions; shapes are floats.
 const tolerance = 1e-5;
+// Where organs press one another: a pair begins to press at the place that was found last, which is up to a fiftieth of an edge old. The step in
+// which it was found follows from bounds, whose last bits differ.
+const pressingTolerance = 5e-4;
 const refused = (call, sentence) => assert.throws(call, (error) => error instanceof PalpateError && sentence.test(error.message));
 const sum = (vectors) => vectors.reduce((all, vector) => all.map((x, d) => x + vector[d]), [0, 0, 0]);
 const bytesOf = (numbers) => Buffer.from(numbers.buffer, numbers.byteOffset, numbers.byteLength);
@@ -107,13 +110,13 @@ for (const wasm of wasms) {
     });
     assert.ok(Math.max(...forces.map(Math.abs)) > 0.05, "the tools press");
     assert.ok(pressed > 0.05, `the organs press one another: ${pressed} N`);
-    assert.ok(relativeDifference(forces, expected.forces.flat(2)) < tolerance, `forces: ${relativeDifference(forces, expected.forces.flat(2))}`);
+    assert.ok(relativeDifference(forces, expected.forces.flat(2)) < pressingTolerance, `forces: ${relativeDifference(forces, expected.forces.flat(2))}`);
     // palpate-run writes the organs where they are in the world.
     const turned = (points) => points.map((x, i) => (i % 3 === 0 ? x : i % 3 === 1 ? 0.05 - x : 0.0805 - x));
     [["below", (points) => points], ["above", turned]].forEach(([name, inWorld], k) => {
       const wanted = expected.shapes(`organ_${name}_`);
       assert.equal(shapes[k].length, wanted.length);
-      shapes[k].forEach((shape, i) => assert.ok(relativeDifference(inWorld(shape), wanted[i]) < tolerance, `${name}, shape ${i}`));
+      shapes[k].forEach((shape, i) => assert.ok(relativeDifference(inWorld(shape), wanted[i]) < pressingTolerance, `${name}, shape ${i}`));
       assert.ok(relativeDifference(inWorld(shapes[k][8]), wanted[0]) > 100 * tolerance, `${name} moves`);
     });
     close();
