@@ -33,6 +33,9 @@ inline Vec3 cross(Vec3 a, Vec3 b) {
 inline double length(Vec3 a) {
   return std::sqrt(dot(a, a));
 }
+inline bool is_zero(Vec3 a) {
+  return a.x == 0 && a.y == 0 && a.z == 0;
+}
 inline bool is_finite(Vec3 a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }

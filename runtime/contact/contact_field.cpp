@@ -91,7 +91,7 @@ void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
 // The stored rows of a node and their coefficients, behind the first `count` rows. Returns how many there are then.
 std::int32_t ContactField::add_rows(std::int32_t column, Vec3 modified, std::int32_t count, const void** row,
                                     double* coefficient) const {
-  if (modified.x == 0 && modified.y == 0 && modified.z == 0) return count;
+  if (is_zero(modified)) return count;
   for (int j = 0; j < 3 && !tensors_.compliance; ++j) {
     row[count + j] = tensors_.surface_row(column, j);
     coefficient[count + j] = modified[j] * static_cast<double>(tensors_.row_scale(column, j));
@@ -199,7 +199,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   std::copy(modified, modified + now.count, now.modified);
   std::copy(force, force + now.count, now.force);
   find_rows(now);
-  expect(now.known, acting(now), are_all(before_->known));
+  expect(now.known, acting(now, 0, now.count), are_all(before_->known));
   const bool measured = solver->operations_to_measure() <= most;
   const ReactionNorms norms = measured ? solver->measure_norms(set, norms_) : solver->bound_norms(set, norms_);
   *work += norms.operations;
@@ -327,7 +327,7 @@ double ContactField::change_of(const Contact& before, const Contact& now) const 
 double ContactField::measure_whole_change(Operations most, Operations* work) {
   Operations cost = 0;
   for (std::int32_t e = 0; e < now_->count; ++e)
-    if (!is_known(before_->known, now_->nodes[e].node)) cost += operations_at_node(acting(*before_));
+    if (!is_known(before_->known, now_->nodes[e].node)) cost += operations_at_node(acting(*before_, 0, before_->count));
   most = std::min(kMostMeasuring, most);
   if (cost > most) return INFINITY;
   double between = 0;
@@ -435,7 +435,7 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
           return tensors_.surface.sum_at_node(predicted_row_, predicted_coefficient_, predicted_rows_, node);
         Vec3 sum;
         for (std::int32_t e = 0; e < now_->count; ++e)
-          sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
+          if (!is_zero(predicted_[e])) sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
         return sum;
       },
       [&](std::int32_t n) {
@@ -453,15 +453,14 @@ Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last
     return tensors_.surface.sum_at_node(layer.row + from, layer.coefficient + from, to - from, node);
   Vec3 sum;
   for (std::int32_t e = first; e < last; ++e)
-    if (layer.rows_before[e] < layer.rows_before[e + 1])
-      sum += tensors_.displacement(node, layer.nodes[e].column) * layer.modified[e];
+    if (!is_zero(layer.modified[e])) sum += tensors_.displacement(node, layer.nodes[e].column) * layer.modified[e];
   return sum;
 }
 
 Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) const {
   if (layer.count == 0) return motions_ && work->take(operations_moved()) ? moved_at(layer, node) : Vec3{};
   return recall(
-      layer.known, node, {layer.row, layer.coefficient, 3 * acting(layer)}, work,
+      layer.known, node, {layer.row, layer.coefficient, 3 * acting(layer, 0, layer.count)}, work,
       [&] { return sum(layer, 0, layer.count, node); }, [&](std::int32_t n) { return added_at(layer, n); });
 }
 
@@ -472,7 +471,7 @@ Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
 Vec3 ContactField::before_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->before_at_node(node, work);
   const Known& before = before_->known;
-  const bool costs_much = surface_nodes_ * operations_in_run(acting(*before_)) > kMostOneByOne;
+  const bool costs_much = surface_nodes_ * operations_in_run(acting(*before_, 0, before_->count)) > kMostOneByOne;
   if (costs_much && !is_known(before, node) && are_many(before) && are_all(now_->known)) work->end();
   return known_at(*before_, node, work);
 }
@@ -488,8 +487,7 @@ Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::in
   if (now_->contact_count == 1) return moved_at(*now_, node);
   if (is_known(known_without_, node)) return known_without_.at[node];
   const Vec3 all = at_node(node, work);
-  if (!work->take(operations_at_node((now_->rows_before[without_->last] - now_->rows_before[without_->first]) / 3)))
-    return {};
+  if (!work->take(operations_at_node(acting(*now_, without_->first, without_->last)))) return {};
   const Vec3 linear = sum(*now_, without_->first, without_->last, node);
   return keep(known_without_, node, all - (without_->ratio == 1 ? linear : without_->ratio * linear));
 }

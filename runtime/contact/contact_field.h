@@ -131,8 +131,10 @@ class ContactField {
   std::int32_t add_rows(std::int32_t column, Vec3 modified, std::int32_t count, const void** row,
                         double* coefficient) const;
   void find_rows(Layer& layer) const;
-  // Nodes that have a force.
-  static std::int32_t acting(const Layer& layer) { return layer.rows_before[layer.count] / 3; }
+  // How many of the contact nodes first .. last - 1 have a force.
+  static std::int32_t acting(const Layer& layer, std::int32_t first, std::int32_t last) {
+    return (layer.rows_before[last] - layer.rows_before[first]) / 3;
+  }
   void swap_layers();
   void forget_nodes(Known& known) const;
   static Vec3 keep(Known& known, std::int32_t node, Vec3 u);

@@ -7,10 +7,6 @@ namespace {
 
 constexpr double kFarthest = 1e6;  // m, as palpate.h states
 
-bool is_zero(Vec3 v) {
-  return v.x == 0 && v.y == 0 && v.z == 0;
-}
-
 }  // namespace
 
 Quaternion unit(const Quaternion& q) {

@@ -213,7 +213,8 @@ class Shape {
         flags_ |= PALPATE_STEP_BAD_INPUT;
         continue;
       }
-      if (!belongs(node.tool) || !moves(node)) continue;
+      // Where organs come near one another most of their contact nodes have no force.
+      if (!belongs(node.tool) || is_zero(load3(node.modified_displacement))) continue;
       std::int32_t& slot = shape_state_.slot_of_column[node.column];
       if (slot == 0) slot = 1 + add_columns(node.column, group);
       for (int j = 0; j < 3; ++j) shape_state_.sum[slot - 1 + j] += node.modified_displacement[j];
@@ -224,12 +225,6 @@ class Shape {
       if (nodes[e].column >= 0 && nodes[e].column < context_.tensors.all_columns())
         shape_state_.slot_of_column[nodes[e].column] = 0;
     if (group.count > 0) groups_[group_count_++] = group;
-  }
-
-  // Where organs come near one another most of their contact nodes have no force.
-  static bool moves(const palpate_contact_node& node) {
-    const double* const u = node.modified_displacement;
-    return u[0] != 0 || u[1] != 0 || u[2] != 0;
   }
 
   int add_columns(std::int32_t column, Group& group) {

@@ -17,7 +17,7 @@ namespace palpate {
 struct OrganPair {
   std::int32_t group = 0, vertex = 0, triangle = -1;
   std::int16_t slips = 0;  // 1: in the last step it slipped or had no force; its place may then move
-  std::int16_t rubs = 0;   // steps for which it has friction; more than 0 where it pressed in one of the last steps
+  std::int16_t rubs = 0;   // steps for which the pair still has friction; above 0: it pressed in one of the last ten
   double barycentric[3] = {};
   Vec3 normal, tangent;  // unit: outward from the second organ; across it
   double bulge = 0;      // m, OrganSurface::Smooth

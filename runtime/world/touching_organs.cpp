@@ -13,7 +13,8 @@ constexpr double kRounding = 1e-9;
 // force presses.
 constexpr double kGive = 0.05;
 
-// Steps for which a pair that has ceased to press keeps its friction: one that presses in every second step holds like one that always does.
+// Steps for which a pair that has ceased to press keeps its friction. So a pair that presses in every second step holds as firmly as a pair
+// that presses in every step.
 constexpr std::int16_t kRubs = 10;
 
 }  // namespace

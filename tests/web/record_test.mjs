@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
 import { bundle, camera, closed, csv, drag, folder, give, inState, middle, noTools, notice, palpateRun, pathRows, picture, ready, same, saved, shown, steady } from "./page.mjs";
-import { playScene, readForces, relativeDifference } from "./reference.mjs";
+import { piercingNeedle, playScene, pressingProbe, readForces, relativeDifference } from "./reference.mjs";
 
 const rowsOf = (text) => text.trim().split("\n").slice(1).map((row) => row.split(",").map(Number));
 const largest = (text) => Math.max(...readForces(text, 1).flat(2).map(Math.abs));
@@ -247,23 +247,7 @@ law = "unilateral"
 [limits]
 displacement = 0.1
 needle_places = 12
-[[tool]]
-name = "needle"
-near = [60, 24, 19]
-depth = [[0, -2], [0.15, 30], [0.2, 70], [0.6, 70], [0.7, -5]]
-[tool.needle]
-direction = [-1, 0, 0]
-radius = 0.5
-friction = 1
-puncture_force = 0.05
-cutting_force = 0.02
-[[tool]]
-name = "probe"
-points = [[0, 0, 0]]
-disc_radius = 8
-near = [30, 25, 40]
-depth = [[0, -3], [0.2, 4], [0.35, -3]]
-[[link]]
+${piercingNeedle()}${pressingProbe()}[[link]]
 name = "suture"
 kind = "thread"
 places = [[40, 10, 40], [50, 25, 40], [40, 40, 40]]

@@ -96,3 +96,25 @@ export const boxScenes = {
   deformed: { collision: "deformed", contact: "triangle", shape: "volume" },
   slipping: { collision: "deformed", contact: "patch", law: "coulomb" },
 };
+
+const of = (organ) => (organ ? `organ = "${organ}"\n` : "");
+// Tools of scenes on the box of `write_tiny_bundle FILE corridor`, in mm: a needle that goes to the end of the corridor and comes out; a probe
+// that presses the face z = 40. organ: its name, in a scene of several.
+export const piercingNeedle = (organ) => `[[tool]]
+name = "needle"
+${of(organ)}near = [60, 24, 19]
+depth = [[0, -2], [0.15, 30], [0.2, 70], [0.6, 70], [0.7, -5]]
+[tool.needle]
+direction = [-1, 0, 0]
+radius = 0.5
+friction = 1
+puncture_force = 0.05
+cutting_force = 0.02
+`;
+export const pressingProbe = (organ) => `[[tool]]
+name = "probe"
+${of(organ)}points = [[0, 0, 0]]
+disc_radius = 8
+near = [30, 25, 40]
+depth = [[0, -3], [0.2, 4], [0.35, -3]]
+`;

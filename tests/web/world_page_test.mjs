@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { closed, folder, inState, open, palpateRun } from "./page.mjs";
-import { playScene, relativeDifference } from "./reference.mjs";
+import { piercingNeedle, playScene, pressingProbe, relativeDifference } from "./reference.mjs";
 import { violations } from "./axe.mjs";
 
 const bundles = { box: `${folder}/box.h5`, breathing: `${folder}/breathing.h5` };
@@ -13,6 +13,16 @@ execFileSync(process.env.WRITE_TINY_BUNDLE, [bundles.box]);
 execFileSync(process.env.WRITE_TINY_BUNDLE, [bundles.breathing, "motions"]);
 
 const organ = (name, bundle, more = "") => `[[organ]]\nname = "${name}"\nbundle = "${bundle}.h5"\n${more}\n`;
+// Forceps that take the far edge of the box aside and draw it along.
+const forceps = `[[tool]]
+name = "forceps"
+organ = "aside"
+path = [[0, 60, 115, 20], [0.1, 60, 115, 20], [0.35, 64, 115, 22]]
+[tool.grasp]
+near = [60, 25, 20]
+radius = 6
+closed = [[0.05, 0.3]]
+`;
 // The probe presses through the upper box on the lower one; the jaws take the far edge of the box aside.
 const sceneText = (more = "") => `name = "three boxes"
 unit = "mm"
@@ -35,15 +45,7 @@ points = [[0, 0, 0]]
 disc_radius = 8
 near = [45, 25, 0]
 depth = [[0, -3], [0.15, 6], [0.3, 6], [0.35, -3]]
-[[tool]]
-name = "forceps"
-organ = "aside"
-path = [[0, 60, 115, 20], [0.1, 60, 115, 20], [0.35, 64, 115, 22]]
-[tool.grasp]
-near = [60, 25, 20]
-radius = 6
-closed = [[0.05, 0.3]]
-${more}`;
+${forceps}${more}`;
 
 process.env.PALPATE_WORLD = `${folder}/three-boxes.toml`;
 process.env.PALPATE_WORLD_BUNDLES = `below=${bundles.breathing} above=${bundles.box} aside=${bundles.box}`;
@@ -60,33 +62,7 @@ law = "unilateral"
 displacement = 0.1
 needle_places = 12
 ${organ("pierced", "pierced")}${organ("aside", "box", "position = [0, 90, 0]")}
-[[tool]]
-name = "needle"
-organ = "pierced"
-near = [60, 24, 19]
-depth = [[0, -2], [0.15, 30], [0.2, 70], [0.6, 70], [0.7, -5]]
-[tool.needle]
-direction = [-1, 0, 0]
-radius = 0.5
-friction = 1
-puncture_force = 0.05
-cutting_force = 0.02
-[[tool]]
-name = "forceps"
-organ = "aside"
-path = [[0, 60, 115, 20], [0.1, 60, 115, 20], [0.35, 64, 115, 22]]
-[tool.grasp]
-near = [60, 25, 20]
-radius = 6
-closed = [[0.05, 0.3]]
-[[tool]]
-name = "probe"
-organ = "pierced"
-points = [[0, 0, 0]]
-disc_radius = 8
-near = [30, 25, 40]
-depth = [[0, -3], [0.2, 4], [0.35, -3]]
-[[link]]
+${piercingNeedle("pierced")}${forceps}${pressingProbe("pierced")}[[link]]
 name = "suture"
 kind = "thread"
 organ = "aside"
