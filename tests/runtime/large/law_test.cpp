@@ -207,5 +207,47 @@ TEST(LargeLaw, OneTetrahedronBalancesTheForceThatCalculixPutsOnIt) {
   }
 }
 
+// St. Venant-Kirchhoff, the linear law on Green's strain E: P = F (lambda tr E I + 2 mu E). No scene offers it: see below.
+Matrix3d saint_venant_kirchhoff_stress(const Matrix3d& f) {
+  const Matrix3d strain = (f.transpose() * f - Matrix3d::Identity()) / 2;
+  return f * (kLambda * strain.trace() * Matrix3d::Identity() + 2 * kShear * strain);
+}
+
+// The stress with what the isochoric laws leave out, kappa/2 (J - 1)^2 with kappa of the same Lame constants.
+Matrix3d whole_stress(const NamedLaw& law, const Matrix3d& f) {
+  const Deformation<double> d = deformed(f);
+  const bool compressible = &law == &kLaws[0];
+  double p[3][3];
+  stress_of(d, law.value(d), compressible ? 0.0 : (kLambda + 2 * kShear / 3) * d.j, p);
+  Matrix3d result;
+  for (int i = 0; i < 9; ++i) result(i / 3, i % 3) = p[i / 3][i % 3];
+  return result;
+}
+
+TEST(LargeLaw, SmallStrainsHaveTheStressOfStVenantKirchhoff) {
+  for (const NamedLaw& law : kLaws)
+    for (int n = 0; n < 20; ++n) {
+      const Matrix3d f = Matrix3d::Identity() + 1e-5 * (some_deformation(n) - Matrix3d::Identity());
+      const Matrix3d expected = saint_venant_kirchhoff_stress(f);
+      // The laws differ in the second power of the strain, 1e-5 of the stress times lambda / mu.
+      EXPECT_LE((whole_stress(law, f) - expected).norm(), 2e-4 * expected.norm()) << law.name << " " << n;
+    }
+}
+
+// Why scenes have none of it: pressed flat, its resistance falls to zero; that of the laws grows.
+TEST(LargeLaw, PressedFlatTheLawsResistWhereStVenantKirchhoffCollapses) {
+  const auto pressed = [](double stretch) { return Matrix3d(Eigen::Vector3d(stretch, 1, 1).asDiagonal()); };
+  EXPECT_LT(-saint_venant_kirchhoff_stress(pressed(0.1))(0, 0),
+            -0.3 * saint_venant_kirchhoff_stress(pressed(0.577))(0, 0));
+  for (const NamedLaw& law : kLaws) {
+    double before = 0;
+    for (double stretch = 0.95; stretch > 0.03; stretch -= 0.05) {
+      const double resistance = -whole_stress(law, pressed(stretch))(0, 0);
+      EXPECT_GT(resistance, before) << law.name << " at " << stretch;
+      before = resistance;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace palpate::tests
