@@ -6,7 +6,11 @@
 namespace palpate {
 namespace {
 
-constexpr std::int32_t kFirstSweeps = 3;   // before the first Newton step
+constexpr std::int32_t kFirstSweeps = 3;  // before the first Newton step
+// Newton's method helps while one of so many steps brings the residual to this share. Where it wanders among states of sticking and slipping, a
+// few sweeps find them sooner.
+constexpr int kPatience = 4;
+constexpr double kHelps = 0.5;
 constexpr std::int32_t kSweepsAgain = 10;  // where Newton's direction does not help; half as many more each time
 
 // Two sweeps that change the reactions alike, up to this share, are a drift: one contact hands its force to another that holds
@@ -148,10 +152,13 @@ bool LawSolver::improve(const ContactSystem& system, double tolerance, double* r
   find_ahead(system, reaction, ahead_);
   left_ -= operations_to_look(system);
   newton_.begin();
-  for (;;) {
+  double reached = INFINITY;
+  for (int since = 0;; ++since) {
     const double residual = law_residual(system, reaction, ahead_).displacement;
     keep_best(system, residual, reaction);
     if (residual <= tolerance) return true;
+    if (residual < kHelps * reached) reached = residual, since = 0;
+    if (since == kPatience) return false;
     if (!newton_.step(system, reaction, ahead_, &left_)) return false;
     ++effort_.newton_steps;
   }
