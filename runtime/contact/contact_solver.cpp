@@ -68,7 +68,6 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   kept_constraint_ = memory.array<ContactConstraint>(constraints);
   doubt_ = memory.array<Doubt>(2 * constraints);
   most_ = memory.array<double>(rows);
-  shifted_target_ = memory.array<double>(rows);
   coarse_ = memory.array<double>(rows);
   softened_ = memory.array<double>(rows);
   met_ = memory.array<double>(rows);
@@ -727,41 +726,11 @@ Operations ContactSolver::operations_to_look(const ContactSystem& laws) {
 // From the reactions of the last step. kept: operations that come after it.
 void ContactSolver::solve_laws(const ContactSystem& laws, int most_solves, Operations kept, StepWork* work) {
   const double most = most_target_;
-  law_operations_ = std::max<Operations>(0, work->left() - kept) * kDense;
   std::copy(last_, last_ + rows_end_, reaction_);
-  std::fill(coarse_, coarse_ + rows_end_, 0.0);
-  const double missed = laws_.solve(laws, kSettled * most, law_operations_, reaction_, last_energy_);
+  laws_.solve_without_shift(laws, kSettled * most, kMet * most, most_solves,
+                            std::max<Operations>(0, work->left() - kept) * kDense, reaction_, coarse_, last_energy_);
   effort_ = laws_.effort();
-  if (missed <= kMet * most) refine_laws(laws, most_solves, most);
   work->add(effort_.operations / kDense);
-}
-
-// The shift makes every contact a little softer. Solving again, with what the shift took from the last solution added to the
-// targets, takes that away where nothing conflicts.
-void ContactSolver::refine_laws(const ContactSystem& laws, int most_solves, double largest_target) {
-  ContactSystem shifted = laws;
-  shifted.target = shifted_target_;
-  for (int solve = 1; solve < most_solves; ++solve) {
-    double moved = 0;
-    for (std::int32_t row = 0; row < rows_end_; ++row)
-      if (scale_[row] != 0) moved = std::max(moved, laws.soft[row] * std::fabs(reaction_[row] - coarse_[row]));
-    const std::int64_t left = law_operations_ - effort_.operations;
-    if (moved <= kSettled * largest_target || left < LawSolver::fewest_operations(laws)) return;
-    for (std::int32_t row = 0; row < rows_end_; ++row) {
-      if (scale_[row] == 0) continue;
-      shifted_target_[row] = target_[row] + laws.soft[row] * reaction_[row];
-      work_[row] = coarse_[row], coarse_[row] = reaction_[row];
-    }
-    const double missed = laws_.solve_again(shifted, kSettled * largest_target, left, reaction_);
-    effort_.sweeps += laws_.effort().sweeps;
-    effort_.newton_steps += laws_.effort().newton_steps;
-    effort_.operations += laws_.effort().operations;
-    if (missed <= kMet * largest_target) continue;
-    // Not solved within the limit: the coarser solution stands.
-    for (std::int32_t row = 0; row < rows_end_; ++row)
-      if (scale_[row] != 0) reaction_[row] = coarse_[row], coarse_[row] = work_[row];
-    return;
-  }
 }
 
 // The residual counts what the laws miss without the shift and the limits. A law that the shifted and limited system of the last

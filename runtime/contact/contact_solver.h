@@ -239,7 +239,6 @@ class ContactSolver {
   static Operations operations_to_look(const ContactSystem& laws);
   void decide_by_laws(const ContactSystem& laws, const ContactConstraints& set, bool solved, Vec3* force,
                       StepWork* work);
-  void refine_laws(const ContactSystem& laws, int most_solves, double largest_target);
   void measure_laws(const ContactSystem& laws);
   static Vec3 force_of(const ContactConstraint& constraint, const Rows& rows, const double* reaction);
   static void spread_reactions(const ContactConstraint* constraints, const Rows* rows, std::int32_t count,
@@ -309,17 +308,15 @@ class ContactSolver {
   ContactResidual residual_;
   double energy_ = 0, last_energy_ = 0;  // J, r^T A r: of the last solve; of the one before
 
-  std::int64_t law_operations_ = 0;  // multiply-adds that a solution of the laws may take
   LawSolver laws_;
   SharedNodes shared_;
   bool shares_ = false;  // the last solve went through shared_
   LawEffort effort_;
-  Doubt* doubt_ = nullptr;            // [2][constraint_capacity] in the second half: before grips were limited
-  double* most_ = nullptr;            // [rows] N, the limits of the reactions
-  double* shifted_target_ = nullptr;  // [rows] m, with the refinement's part
-  double* coarse_ = nullptr;          // [rows] N, the reactions before a refinement
-  double* softened_ = nullptr;        // [rows] m/N, soft_ with kSoftShift where contacts do not give way
-  double* met_ = nullptr;             // [rows] N, the reactions that the limit changes
+  Doubt* doubt_ = nullptr;      // [2][constraint_capacity] in the second half: before grips were limited
+  double* most_ = nullptr;      // [rows] N, the limits of the reactions
+  double* coarse_ = nullptr;    // [rows] N, the reactions before a refinement
+  double* softened_ = nullptr;  // [rows] m/N, soft_ with kSoftShift where contacts do not give way
+  double* met_ = nullptr;       // [rows] N, the reactions that the limit changes
 };
 
 }  // namespace palpate

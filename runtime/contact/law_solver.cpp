@@ -72,6 +72,8 @@ bool LawSolver::create(SceneMemory& memory, std::int32_t rows, std::int32_t cont
   best_ = memory.array<double>(all);
   before_ = memory.array<double>(all);
   change_ = memory.array<double>(2 * all);
+  shifted_ = memory.array<double>(all);
+  earlier_ = memory.array<double>(all);
   return newton_.create(memory, rows, contact_nodes) && !memory.failed();
 }
 
@@ -178,6 +180,39 @@ double LawSolver::solve(const ContactSystem& from, double tolerance, std::int64_
   return finish(system, tolerance, most_operations, reaction);
 }
 
+double LawSolver::solve_without_shift(const ContactSystem& system, double tolerance, double met, int most_solves,
+                                      std::int64_t most_operations, double* reaction, double* coarse,
+                                      double most_energy) {
+  const std::int32_t rows = system.rows_end;
+  std::fill(coarse, coarse + rows, 0.0);
+  const double first = solve(system, tolerance, most_operations, reaction, most_energy);
+  LawEffort effort = effort_;
+  double missed = first;
+  ContactSystem shifted = system;
+  shifted.target = shifted_;
+  for (int solved = 1; solved < most_solves && missed <= met; ++solved) {
+    double moved = 0;
+    for (std::int32_t i = 0; i < rows; ++i)
+      moved = std::max(moved, system.soft[i] * std::fabs(reaction[i] - coarse[i]));
+    const std::int64_t left = most_operations - effort.operations;
+    if (moved <= tolerance || left < fewest_operations(system)) break;
+    for (std::int32_t i = 0; i < rows; ++i) {
+      shifted_[i] = system.target[i] + system.soft[i] * reaction[i];
+      earlier_[i] = coarse[i], coarse[i] = reaction[i];
+    }
+    missed = solve_again(shifted, tolerance, left, reaction);
+    effort.sweeps += effort_.sweeps, effort.newton_steps += effort_.newton_steps;
+    effort.operations += effort_.operations;
+    if (missed <= met) continue;
+    // Not solved within the limit: the coarser solution stands.
+    std::copy(coarse, coarse + rows, reaction);
+    std::copy(earlier_, earlier_ + rows, coarse);
+  }
+  effort_ = effort;
+  return first;
+}
+
+// For targets that differ little from those of the last solve(), from whose reactions it goes on.
 double LawSolver::solve_again(const ContactSystem& from, double tolerance, std::int64_t most_operations,
                               double* reaction) {
   const ContactSystem system = with_own_compliances(from);

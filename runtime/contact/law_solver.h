@@ -29,8 +29,13 @@ class LawSolver {
   static constexpr std::int64_t kMostOperations = 100'000'000;
   double solve(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction,
                double most_energy = INFINITY);
-  // The same for targets that differ little from those of the last solve(), from whose reactions it goes on.
-  double solve_again(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
+  // The same where the soft part is a shift that only keeps the solution bounded: solves again, most_solves times at most, with what the shift took
+  // from the last solution added to the targets (iterated Tikhonov regularisation), as long as the laws are missed by no more than `met` metres.
+  // Takes the shift away where nothing conflicts. coarse: [rows_end] N, the reactions before the last of these solutions. Returns by how
+  // much the first solution misses the laws, m.
+  double solve_without_shift(const ContactSystem& system, double tolerance, double met, int most_solves,
+                             std::int64_t most_operations, double* reaction, double* coarse,
+                             double most_energy = INFINITY);
   // The same as solve() by Gauss-Seidel alone, for comparison.
   double sweep(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
 
@@ -42,6 +47,7 @@ class LawSolver {
 
  private:
   ContactSystem with_own_compliances(const ContactSystem& system);
+  double solve_again(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
   double hold(const ContactSystem& system, double most_energy, double* reaction);
   double finish(const ContactSystem& system, double tolerance, std::int64_t most_operations, double* reaction);
   bool improve(const ContactSystem& system, double tolerance, double* reaction);
@@ -52,13 +58,15 @@ class LawSolver {
 
   LawNewton newton_;
   LawEffort effort_;
-  std::int64_t left_ = 0;     // operations
-  double best_residual_ = 0;  // m
-  Mat3* own_ = nullptr;       // [constraints] m/N
-  double* ahead_ = nullptr;   // [rows] m
-  double* best_ = nullptr;    // [rows] N
-  double* before_ = nullptr;  // [rows] N, before a sweep
-  double* change_ = nullptr;  // [2][rows] N, of the last two sweeps
+  std::int64_t left_ = 0;      // operations
+  double best_residual_ = 0;   // m
+  Mat3* own_ = nullptr;        // [constraints] m/N
+  double* ahead_ = nullptr;    // [rows] m
+  double* best_ = nullptr;     // [rows] N
+  double* before_ = nullptr;   // [rows] N, before a sweep
+  double* change_ = nullptr;   // [2][rows] N, of the last two sweeps
+  double* shifted_ = nullptr;  // [rows] m, targets with the shift's part
+  double* earlier_ = nullptr;  // [rows] N, before the last two solutions
 };
 
 }  // namespace palpate

@@ -19,8 +19,7 @@ bool JointSolver::create(SceneMemory& memory, std::int32_t organ_count, std::int
   rows_of_organ_ = static_cast<std::size_t>(rows_of_organ);
   stride_ = odd_lines(all);
   matrix_ = memory.array<double>(all * stride_);
-  for (double** array : {&soft_, &target_, &shifted_target_, &most_, &reaction_, &coarse_, &before_})
-    *array = memory.array<double>(all);
+  for (double** array : {&soft_, &target_, &most_, &reaction_, &coarse_, &before_}) *array = memory.array<double>(all);
   constraints_ = memory.array<ContactConstraint>(static_cast<std::size_t>(constraints));
   rows_ = memory.array<RowsOfConstraint>(static_cast<std::size_t>(constraints));
   row_of_ = memory.array<std::int32_t>(static_cast<std::size_t>(organ_count) * rows_of_organ_);
@@ -84,31 +83,6 @@ void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_coun
       if (row >= 0) entry(row, row) *= 1 + pairs[q].give;
 }
 
-// As ContactSolver does: solves again, with what the shift took from the last solution added to the targets.
-void JointSolver::refine(const ContactSystem& system, double largest, std::int64_t operations) {
-  ContactSystem shifted = system;
-  shifted.target = shifted_target_;
-  for (int solve = 1; solve < ContactSolver::kMostSolves; ++solve) {
-    double moved = 0;
-    for (std::int32_t i = 0; i < rows_end_; ++i)
-      moved = std::max(moved, soft_[i] * std::fabs(reaction_[i] - coarse_[i]));
-    const std::int64_t left = operations - effort_.operations;
-    if (moved <= kSettled * largest || left < LawSolver::fewest_operations(system)) return;
-    for (std::int32_t i = 0; i < rows_end_; ++i) {
-      shifted_target_[i] = target_[i] + soft_[i] * reaction_[i];
-      before_[i] = coarse_[i], coarse_[i] = reaction_[i];
-    }
-    const double missed = laws_.solve_again(shifted, kSettled * largest, left, reaction_);
-    effort_.sweeps += laws_.effort().sweeps, effort_.newton_steps += laws_.effort().newton_steps;
-    effort_.operations += laws_.effort().operations;
-    if (missed <= ContactSolver::kMet * largest + ContactSolver::kLeastMiss) continue;
-    // Not solved within the limit: the coarser solution stands.
-    std::copy(coarse_, coarse_ + rows_end_, reaction_);
-    std::copy(before_, before_ + rows_end_, coarse_);
-    return;
-  }
-}
-
 // As ContactSolver does: where rows that do not give way contradict one another, as clips from one place to two, a second solution in which
 // these rows are soft is bounded. The answer is on the line between the two, as near to the first one as the limit of the forces allows.
 void JointSolver::limit(const ContactSystem& system, double largest, std::int64_t operations) {
@@ -150,11 +124,10 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
       most_[row] = gives_way ? ContactSolver::kMostForce * largest / entry(row, row) : INFINITY;
     }
   }
-  std::fill(coarse_, coarse_ + rows_end_, 0.0);
-  const double missed = laws_.solve(system, kSettled * largest, operations, reaction_);
+  const double met = ContactSolver::kMet * largest + ContactSolver::kLeastMiss;
+  const bool is_met = laws_.solve_without_shift(system, kSettled * largest, met, ContactSolver::kMostSolves, operations,
+                                                reaction_, coarse_) <= met;
   effort_ = laws_.effort();
-  const bool met = missed <= ContactSolver::kMet * largest + ContactSolver::kLeastMiss;
-  if (met) refine(system, largest, operations);
   limit(system, largest, operations);
   effort_.sweeps = std::max(1, effort_.sweeps);  // laws have decided
   for (std::int32_t o = 0; o < organ_count; ++o)
@@ -165,7 +138,7 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
     const RowsOfConstraint& rows = rows_[constraint_count_ - pair_count + q];
     for (int i = 0; i < 3; ++i) pairs[q].reaction[i] = rows.at[i] < 0 ? 0 : reaction_[rows.at[i]];
   }
-  return met;
+  return is_met;
 }
 
 }  // namespace palpate

@@ -49,12 +49,11 @@ class JointSolver {
   void sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
                     std::int32_t pair_count);
   void limit(const ContactSystem& system, double largest, std::int64_t operations);
-  void refine(const ContactSystem& system, double largest, std::int64_t operations);
 
   std::size_t stride_ = 0, rows_of_organ_ = 0;
   double* matrix_ = nullptr;  // [rows][stride]
   double *soft_ = nullptr, *target_ = nullptr, *most_ = nullptr, *reaction_ = nullptr;
-  double *shifted_target_ = nullptr, *coarse_ = nullptr, *before_ = nullptr;
+  double *coarse_ = nullptr, *before_ = nullptr;
   ContactConstraint* constraints_ = nullptr;
   RowsOfConstraint* rows_ = nullptr;
   std::int32_t* row_of_ = nullptr;  // [organs][rows of an organ] joint row; -1: none
