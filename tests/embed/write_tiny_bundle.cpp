@@ -1,6 +1,7 @@
 // write_tiny_bundle FILE [long | nodule | large | motions | cap | corridor]: writes the box bundle of tests/support; long: a box so long that blocks have low
 // rank; nodule: a larger box with a cube ten times as stiff inside; large: with what large deformation needs; motions: with those of box_motions.h; cap: a plate of 882 vertices
-// whose top is a cap of 0.6 m radius, for touching_bench; corridor: a box of 6 x 7 x 7 cells, with a corridor of all nodes inside it.
+// whose top is a cap of 0.6 m radius, for touching_bench; corridor: a box of 6 x 7 x 7 cells of frame LPS, with a corridor of all nodes
+// inside it.
 #include <algorithm>
 #include <functional>
 #include <string_view>
@@ -51,6 +52,8 @@ BundleParts bundle_with_corridor() {
   const DenseBody dense = dense_box({.cells = {6, 7, 7}, .poisson = 0.4});
   BundleParts parts = dense_bundle(dense);
   add_whole_corridor(parts, dense);
+  const std::string frame = R"("frame":"none")";
+  parts.provenance.replace(parts.provenance.find(frame), frame.size(), R"("frame":"LPS")");
   return parts;
 }
 

@@ -220,13 +220,16 @@ test("the page plays the scene that it saved, with its effects and disc, to the 
   assert.equal(here.length, native.length);
   assert.ok(Math.max(...here.map((newton, i) => Math.abs(newton - native[i]))) < 1e-9 * Math.max(...native.map(Math.abs)), "palpate-run's forces");
   for (const [change, pattern] of [
-    [(text) => text.replace("points = [[1, 0, 0]]", "capsule = { radius = 4 }"), "own.toml: .*1 has capsule, which this page cannot play"],
-    [(text) => text.replace("points = [[1, 0, 0]]", "points = [[1, 0, 0], [0, 0, 0]]"), "own.toml: .*points: expected one point"],
+    [(text) => text.replace("points = [[1, 0, 0]]", "capsule = { radius = 4 }"), "own.toml: .*capsule: expected a radius and a length above 0"],
+    [(text) => text.replace("points = [[1, 0, 0]]", "points = []"), "own.toml: .*points: expected one point"],
+    [(text) => text.replace("disc_radius = 5", "path_csv = 'way.csv'"), "own.toml: .*1 has path_csv, which this page cannot play"],
+    [(text) => text.replace("disc_radius = 5", "at = 'below'"), "own.toml: .*at: expected one of foremost, .*found .below."],
+    [(text) => `${text}[[tool.grip]]\naxes = 'xx'\n`, "own.toml: .*grip 1: expected either nearest or box"],
     [(text) => text.replace('"sliding"', '"slides"'), "own.toml: .effects. law: expected sticking, .*found .slides."],
     [(text) => text.replace('unit = "mm"', ""), "own.toml: unit: expected m, cm, mm or um, found nothing"],
     [(text) => text.replace("disc_radius = 5", "disc_radius = 50"), "own.toml: disc_radius: expected 2 to 12 mm.*found 50 mm"],
     [(text) => `${text}[rate]\ndeform = 50\n`, "own.toml: .rate. deform: expected 100, .*found 50"],
-    [(text) => `${text}[limits]\nforce = 1\n`, "own.toml: the scene has limits, which this page cannot play"],
+    [(text) => `${text}[limits]\nforces = 1\n`, "own.toml: .limits. has forces, which this page cannot play"],
     [(text) => text.replace("[[tool]]", "[[tool"), "own.toml: line \\d+: this is no TOML"],
     [(text) => `# bundle 0123456789abcdef\n${text}`, "own.toml: recorded on the bundle 0123456789abcdef; open is"],
   ]) {
@@ -235,6 +238,58 @@ test("the page plays the scene that it saved, with its effects and disc, to the 
     await notice(page, pattern);
   }
   assert.equal(await page.textContent("#radius-mm"), "5 mm", "a refused scene changes nothing");
+  await closed(page);
+});
+
+// A rod and forceps that turn, a tool of two points, nodes that are gripped, and a finger on a side of the patient.
+const handled = `name = "handled"
+unit = "mm"
+bundle = "pierced.h5"
+[effects]
+law = "unilateral"
+[limits]
+displacement = 0.1
+[[tool]]
+name = "rod"
+capsule = { radius = 3, length = 20, axis = [1, 0, 0], samples = 24 }
+path = [[0, 10, 25, 45], [0.1, 10, 25, 41], [0.2, 12, 25, 41]]
+turn = [[0, 0, 0, 0], [0.1, 0, 0, 0], [0.2, 0, 5, 30]]
+[[tool]]
+name = "fork"
+points = [[-4, 0, 0], [4, 0, 0]]
+path = [[0, 45, 10, 45], [0.15, 45, 10, 38], [0.2, 45, 10, 38]]
+[[tool]]
+name = "forceps"
+path = [[0, 45, 40, 42], [0.2, 45, 38, 45]]
+turn = [[0, 0, 0, 0], [0.2, 20, 0, 0]]
+[tool.grasp]
+near = [45, 40, 40]
+radius = 6
+[[tool]]
+name = "held"
+path = [[0, 0, 0, 0], [0.2, 1, 0, 2]]
+[[tool.grip]]
+nearest = [20, 45, 40]
+axes = "xz"
+[[tool.grip]]
+box = { min = [8, 49, 38], max = [12, 51, 42] }
+[[tool]]
+name = "finger"
+points = [[0, 0, 0]]
+at = "uppermost"
+depth = [[0, -1], [0.2, 3]]
+`;
+
+test("rods, forks, turned forceps, grips and a finger on a side play to the forces of palpate-run", async () => {
+  execFileSync(process.env.WRITE_TINY_BUNDLE, [`${folder}/pierced.h5`, "corridor"]);
+  const expected = playScene(palpateRun, folder, "handled", handled, 5).forces, page = await ready();
+  for (let tool = 0; tool < 5; ++tool) assert.ok(expected.some((step) => Math.hypot(...step[tool]) > 0.01), `tool ${tool} is felt`);
+  await give(page, "pierced.h5", readFileSync(`${folder}/pierced.h5`));
+  await inState(page, "ready");
+  await give(page, "handled.toml", handled, "#path-file");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.played);
+  const difference = relativeDifference(await page.evaluate(() => [...globalThis.palpateViewer.shown.played]), expected.flat(2));
+  assert.ok(difference < 1e-5, `${difference}`);
   await closed(page);
 });
 

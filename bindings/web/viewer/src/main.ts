@@ -22,7 +22,7 @@ import { fetched, megabytes, servedFiles } from "./served";
 import { ToolPointer } from "./tool_pointer";
 import type { SectionAxis } from "./section";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
-import { readHolds } from "./world_reader";
+import { readOwn } from "./world_reader";
 import type { WorldScene } from "./world_scene";
 import { chosenLanguage, count, decimal, fill, fixed, keepInAddress, offerLanguages, speak, word, type Key } from "./words";
 
@@ -390,7 +390,7 @@ class Viewer {
   private playScene(text: string) {
     const bundle = bundleOfScene(text), open = hexadecimal(this.info!.identity);
     if (bundle && bundle !== open) throw new Error(word("scene.other-bundle", { bundle, open }));
-    const own = readHolds(text, byId("name").textContent!);
+    const own = readOwn(text, byId("name").textContent!);
     if (own) return this.playOwn(own);
     const { effects, tool, path } = readScene(text, this);
     const missing = EFFECT_LINES.find((line) => line.value(effects) !== line.value(DEFAULT_EFFECTS) && line.effect !== "fine" && !isAvailable(line.effect, this.info!, false));

@@ -1,31 +1,17 @@
 // The tools of a scene of several organs at each touch, as palpate-run moves them.
-import type { Grasp } from "../../module/links.js";
-import type { Needle } from "../../module/needles.js";
-import type { Runtime, Tool } from "../../module/palpate.js";
+import type { Runtime } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type DrawnLink, type Hold, type ToolFrame, type Vector } from "./messages";
-import { valueAt, type MotionClocks } from "./motion_clocks";
-import { alongRows } from "./path_files";
+import type { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
 import { SceneLinks } from "./scene_links";
-import { placeOn, type SurfacePlace } from "./surface_places";
+import { PlayedTool } from "./scene_tool";
 import { nodesFor } from "./touch_scene";
-import { OrganFrame, TouchWorld, type WorldPart } from "./touch_world";
-import type { SceneGrasp, SceneNeedle, SceneTool, WorldScene } from "./world_scene";
+import { TouchWorld, type WorldPart } from "./touch_world";
+import type { WorldScene } from "./world_scene";
 
 export const MOST_NODES = 3000; // of palpate.h
 const LEAST_OF_MANY = 1000, NODES_OF_DISC = 96, NODES_OF_PLACE = 4; // as palpate-run has them (programs/player/played_organ.cpp)
 const NEEDLE_PLACES = 32; // where the file says nothing else
-const DRAWN_OUTSIDE = 0.05; // m of a needle's shaft, which is drawn as long as its way and this
-
-interface PlayedTool {
-  tool: SceneTool;
-  at: (time: number) => Vector;
-  grasp: Grasp | null;
-  graspNormal: Vector | null; // of the surface at rest where the jaws take it, in the world
-  needle: Needle | null;
-  needleLength: number; // m, as it is drawn
-  openAt: Vector; // m, from the tool's place to its open jaws
-}
 
 export class ScenePlay {
   step = 0; // of the next touch
@@ -40,10 +26,10 @@ export class ScenePlay {
   constructor(private scene: WorldScene, private parts: WorldPart[]) {
     this.links = new SceneLinks(scene, parts);
     this.needlePlaces = scene.needlePlaces ?? NEEDLE_PLACES;
-    this.tools = scene.tools.map((tool) => playedTool(tool, scene.organs[tool.organ].name, parts[tool.organ]));
+    this.tools = scene.tools.map((tool, t) => new PlayedTool(tool, t, scene.organs[tool.organ].name, parts[tool.organ]));
     this.steps = Math.floor(durationOf(scene) * TOUCH_HZ * (1 + 1e-9)) + 1;
     this.forces = new Float64Array(3 * scene.tools.length * this.steps);
-    const points = scene.tools.reduce((sum, tool) => sum + tool.points.length, 0);
+    const points = this.tools.reduce((sum, tool) => sum + tool.pointsAndGrips, 0);
     this.room = { maxTools: scene.tools.length, maxPoints: scene.maxPoints ?? Math.max(1, points) };
   }
 
@@ -70,7 +56,7 @@ export class ScenePlay {
     clocks.goTo(this.time);
     clocks.move(world.world);
     this.links.hold(world, this.time);
-    const flags = world.touch(places.map((place, t) => this.tool(t, place)));
+    const flags = world.touch(places.map((place, t) => this.tools[t].sent(place, this.time)));
     this.tools.forEach((_, t) => this.forces.set(world.force(t), 3 * (this.tools.length * this.step + t)));
     ++this.step;
     return flags;
@@ -91,31 +77,12 @@ export class ScenePlay {
   // Where each tool is now; null: it is away.
   places(): (Vector | null)[] {
     const { time } = this;
-    return this.tools.map(({ tool, at }) => (tool.away.some(([from, until]) => from <= time && time < until) ? null : at(time)));
-  }
-
-  private tool(index: number, place: Vector | null): Tool {
-    const { tool, grasp, needle } = this.tools[index], { discRadius, friction, hold, organ } = tool;
-    const shape = { id: index, discRadius, friction, hold, organ, reference: grasp || needle ? (place ?? [0, 0, 0]) : undefined };
-    if (!place) return shape;
-    const closed = grasp && graspAt(tool.grasp!, grasp, place, this.time);
-    return {
-      ...shape, points: tool.points.flatMap((point) => place.map((x, d) => x + point[d])), ...(closed ? { grasp: closed } : {}),
-      ...(needle ? { needle: { ...needle, tip: place } } : {}),
-    };
+    return this.tools.map((tool) => (tool.isAway(time) ? null : tool.at(time)));
   }
 
   // How a tool of the last touch is drawn, in place of a finger or a probe.
   drawn(index: number, place: Vector, { world }: TouchWorld): Partial<ToolFrame> {
-    const { tool, grasp, graspNormal, needle, needleLength, openAt } = this.tools[index], organ = world.organs[tool.organ];
-    if (needle) {
-      return { depth: organ.needle(index)?.depth ?? 0, radius: needle.radius, body: { kind: "needle", axis: [...Array.from(needle.direction)] as Vector, length: needleLength } };
-    }
-    if (!grasp) return { radius: tool.discRadius };
-    const state = organ.grasp(index), closed = state?.condition === "holds" || state?.condition === "slips";
-    // The jaws are drawn where the tissue is that they hold, which need not be on the tool's path.
-    if (closed) state!.place.forEach((x, d) => (openAt[d] = x - place[d]));
-    return { point: place.map((x, d) => x + openAt[d]) as Vector, normal: graspNormal, radius: grasp.radius, body: { kind: "jaws", closed } };
+    return this.tools[index].drawn(place, world);
   }
 
   // What holds tissue after the last touch.
@@ -142,54 +109,6 @@ export const presentAt = (places: (Vector | null)[]): RecordedTool[] =>
 
 // s, to the last row of a tool or a motion.
 function durationOf({ tools, motions }: WorldScene): number {
-  const ofTools = tools.flatMap(({ path, place, grasp }) => [path, place?.depth, grasp?.closing]);
+  const ofTools = tools.flatMap(({ path, turn, place, grasp }) => [path, turn, place?.depth, grasp?.closing]);
   return Math.max(0, ...[...ofTools, ...motions.map(({ rows }) => rows)].map((rows) => rows?.at(-1)![0] ?? 0));
-}
-
-function playedTool(tool: SceneTool, organ: string, { bundle, pose }: WorldPart): PlayedTool {
-  const at = (near: Vector) => placeOn(bundle, near, `[[tool]] ${tool.name}`, organ), { grasp, needle, place } = tool, frame = new OrganFrame(pose);
-  const entry = needle && at(needle.entry), into = needle && (needle.direction ?? opposite(entry!.normal));
-  const rows = tool.path ?? pathInto(place!, at(place!.near), into, frame), taken = grasp && at(grasp.near), first = grasp?.closed[0]?.[0] ?? 0;
-  const held: Grasp | null = grasp && {
-    place: taken!, ...(grasp.opposite ? { opposite: at(grasp.opposite) } : {}), position: [0, 0, 0], radius: grasp.radius,
-    friction: grasp.friction, clampForce: grasp.clampForce,
-  };
-  const takenAt = taken && inWorld(taken.point, frame), from = alongRows(rows)(first);
-  return {
-    tool, at: alongRows(rows), grasp: held, graspNormal: taken && turnedIntoWorld(taken.normal, frame), openAt: (takenAt ? takenAt.map((x, d) => x - from[d]) : [0, 0, 0]) as Vector,
-    needle: needle && neededBy(needle, entry!, turnedIntoWorld(into!, frame)),
-    needleLength: Math.max(...rows.map(([, ...end]) => Math.hypot(...end.map((x, d) => x - rows[0][d + 1])))) + DRAWN_OUTSIDE,
-  };
-}
-
-const neededBy = ({ radius, friction, punctureForce, cuttingForce, spacing }: SceneNeedle, place: SurfacePlace, direction: Vector): Needle =>
-  ({ place, tip: [0, 0, 0], direction, radius, friction, punctureForce, cuttingForce, spacing });
-
-const opposite = (normal: Vector) => normal.map((x) => -x) as Vector;
-
-function inWorld(point: Vector, frame: OrganFrame): Vector {
-  const moved = [...point];
-  frame.toWorld(moved);
-  return moved as Vector;
-}
-function turnedIntoWorld(direction: Vector, frame: OrganFrame): Vector {
-  const origin = inWorld([0, 0, 0], frame);
-  return inWorld(direction, frame).map((x, d) => x - origin[d]) as Vector;
-}
-
-// Along the normal of the place, or along a needle, in the world.
-function pathInto({ depth }: { depth: number[][] }, { point, normal }: SurfacePlace, into: Vector | null, frame: OrganFrame): number[][] {
-  const along = into ?? opposite(normal);
-  return depth.map(([time, deep]) => {
-    const place = point.map((x, d) => x + deep * along[d]);
-    frame.toWorld(place);
-    return [time, ...place];
-  });
-}
-
-// The jaws at a time; null: they are open. id: which closing it is.
-function graspAt({ closed, closing }: SceneGrasp, grasp: Grasp, position: Vector, time: number): Grasp | null {
-  const id = closed.findIndex(([from, until]) => from <= time && time < until);
-  if (closed.length && id < 0) return null;
-  return { ...grasp, position, id: Math.max(0, id), ...(closing ? { closing: valueAt(closing, time) } : {}) };
 }

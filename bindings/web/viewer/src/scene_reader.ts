@@ -1,5 +1,5 @@
 // Reads a scene file that palpate-run plays, such as the recording.toml that this page saves: effects, relaxation, and one or two tools of
-// one point each with a path. What the page cannot play is refused with the key's name. Scenes that hold or pierce the organ: world_reader.ts.
+// one point each with a path. What the page cannot play is refused with the key's name. Scenes with other tools: readOwn() of world_reader.ts.
 import { parse, TomlError } from "smol-toml";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS } from "./effects";
 import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type PageEffects, type Path, type ToolShape, type Vector } from "./messages";
@@ -107,11 +107,11 @@ function readTool(given: Table, where: string, unit: number): SceneTool {
   };
 }
 
-// Rows s, x, y, z of a tool's path, in the file's unit.
-export function pathRows(path: unknown, where: string): number[][] {
+// Rows s, x, y, z of a tool's path, in the file's unit, or of another key.
+export function pathRows(path: unknown, where: string, key = "path"): number[][] {
   const rows = path as number[][];
-  if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 4))) throw new Error(word("scene.path", { where, found: shownAs(rows) }));
-  checkTimes(rows, `${where} path`);
+  if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 4))) throw new Error(word("scene.path", { where, key, found: shownAs(rows) }));
+  checkTimes(rows, `${where} ${key}`);
   return rows;
 }
 

@@ -32,7 +32,29 @@ export function nearestPlace({ info, nodes, triangles, touchable }: Bundle, near
   return { point: on.toArray() as Vector, normal: normalAt(best, weights, triangles, nodes), triangle: best, barycentric: weights };
 }
 
-// The same; throws an Error where the place is farther away than the organ is large. what: the part of the scene that asks, for the Error.
+const SAME_LEVEL = 1e-6; // of the diagonal
+
+// The touchable node that lies farthest along a direction, away from the end of the touchable surface where there is such a node; null where
+// nothing is touchable. Of nodes that lie equally far, as on a flat face, the one whose normal points best along the direction.
+export function farthestPlace(bundle: Bundle, direction: Vector): Omit<SurfacePlace, "triangle" | "barycentric"> | null {
+  const { info, nodes, triangles, touchable } = bundle, canTouch = new Uint8Array(info.surfaceNodeCount), inside = new Uint8Array(info.surfaceNodeCount);
+  for (const node of touchable) canTouch[node] = inside[node] = 1;
+  for (let t = 0; t < triangles.length; t += 3) {
+    const corners = triangles.subarray(t, t + 3);
+    if (corners.some((node) => !canTouch[node])) corners.forEach((node) => (inside[node] = 0));
+  }
+  const pointOf = (node: number) => [...nodes.subarray(3 * node, 3 * node + 3)] as Vector, along = (v: Vector) => v.reduce((sum, x, d) => sum + x * direction[d], 0);
+  for (const allowed of [inside, canTouch]) {
+    const candidates = [...touchable].filter((node) => allowed[node]);
+    if (!candidates.length) continue;
+    const most = Math.max(...candidates.map((node) => along(pointOf(node)))), level = SAME_LEVEL * diagonalOf(bundle);
+    const places = candidates.filter((node) => along(pointOf(node)) >= most - level).map((node) => ({ point: pointOf(node), normal: normalAtNode(node, triangles, nodes) }));
+    return places.reduce((best, place) => (along(place.normal) > along(best.normal) ? place : best));
+  }
+  return null;
+}
+
+// As nearestPlace(); throws an Error where the place is farther away than the organ is large. what: the part of the scene that asks, for the Error.
 export function placeOn(bundle: Bundle, near: Vector, what: string, organ: string, within: "touchable" | "surface" = "touchable"): SurfacePlace {
   const place = nearestPlace(bundle, near, within), away = place ? Math.hypot(...place.point.map((x, d) => x - near[d])) : 0;
   if (!place || away > diagonalOf(bundle)) throw new Error(word(place ? "world.far" : "world.untouchable", { what, organ, away: (1000 * away).toPrecision(3) }));
@@ -43,6 +65,11 @@ function diagonalOf({ info, nodes }: Bundle): number {
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < 3 * info.surfaceNodeCount; ++i) (low[i % 3] = Math.min(low[i % 3], nodes[i])), (high[i % 3] = Math.max(high[i % 3], nodes[i]));
   return Math.hypot(...low.map((x, d) => high[d] - x));
+}
+
+function normalAtNode(node: number, triangles: Int32Array, nodes: Float64Array): Vector {
+  const at = Math.floor(triangles.indexOf(node) / 3), corners = [...triangles.subarray(3 * at, 3 * at + 3)];
+  return normalAt(at, corners.map((corner) => (corner === node ? 1 : 0)) as Vector, triangles, nodes);
 }
 
 // The weighted normals of the triangle's corners, each as long as twice the area around it.

@@ -66,6 +66,12 @@ export class OrganFrame {
     this.shift = position ?? null;
   }
 
+  // A vector of the world in the organ's frame.
+  turnedToOrgan(v: Vector): Vector {
+    const { turn } = this;
+    return turn ? (v.map((_, d) => turn[0][d] * v[0] + turn[1][d] * v[1] + turn[2][d] * v[2]) as Vector) : v;
+  }
+
   // points: [][3], in place.
   toWorld(points: Float32Array | number[]) {
     const { turn, shift } = this;

@@ -1,17 +1,19 @@
 // Reads a scene file of several organs, which palpate-run plays. What the page cannot play is refused with the key's name.
+import { pointsOf } from "./capsule";
 import type { Pose } from "../../module/palpate.js";
 import { MOST_TOOLS, type PageEffects, type Vector } from "./messages";
 import { checkRate, checkTimes, isRow, parsed, pathRows, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
-import type { SceneGrasp, SceneLink, SceneMotion, SceneNeedle, SceneOrgan, SceneTool, WorldScene } from "./world_scene";
+import { SIDES, type SceneGrasp, type SceneGrip, type SceneLink, type SceneMotion, type SceneNeedle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
 import { word } from "./words";
 
-const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000; // of palpate.h and palpate_world.h
+const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
 const TOP = ["name", "unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "tool", "link"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
 const OF_LIMITS = ["points", "contact_nodes", "needle_places", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement"];
 const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
 const OF_MOTION = ["name", "organ", "sine", "amounts"];
-const OF_TOOL = ["name", "organ", "points", "path", "near", "depth", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
+const OF_TOOL = ["name", "organ", "points", "capsule", "path", "turn", "at", "near", "depth", "grip", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
+const OF_CAPSULE = ["radius", "length", "axis", "samples"], OF_GRIP = ["nearest", "box", "axes"];
 const OF_GRASP = ["near", "opposite", "radius", "friction", "clamp_force", "closing", "closed"];
 const OF_NEEDLE = ["entry", "direction", "radius", "friction", "puncture_force", "cutting_force", "spacing"];
 const OF_LINK = ["name", "kind", "organ", "organs", "places", "world", "rest_length", "rest_lengths", "stiffness", "stiffnesses", "breaking_force", "radius"];
@@ -24,10 +26,14 @@ export function readWorld(text: string): WorldScene {
   return worldOf(scene);
 }
 
-// A scene of one organ whose tools hold or pierce it, or that has links or motions, as a world of that organ; null: another scene.
-export function readHolds(text: string, organ: string): WorldScene | null {
-  const { bundle, ...scene } = parsed(text), isHeld = (tool: Table) => ["grasp", "needle", "near", "depth"].some((key) => key in tool);
-  if (scene.organ !== undefined || (!listOf(scene.link).length && !listOf(scene.motion).length && !listOf(scene.tool).some((tool) => isHeld(table(tool, "tool"))))) return null;
+// Of a tool or a scene of one organ: what the page's own tools, which press one point each, cannot do.
+const BEYOND_POINTS = ["capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "limits"];
+
+// A scene of one organ that the page's own tools cannot play, as a world of that organ; null: another scene.
+export function readOwn(text: string, organ: string): WorldScene | null {
+  const { bundle, ...scene } = parsed(text), tools = listOf(scene.tool).map((tool) => table(tool, "tool"));
+  const isBeyond = (tool: Table) => BEYOND_POINTS.some((key) => key in tool) || listOf(tool.points).length > 1;
+  if (scene.organ !== undefined || !(BEYOND_TOOLS.some((key) => key in scene) || tools.some(isBeyond))) return null;
   return worldOf({ ...scene, organ: [{ name: organ }] });
 }
 
@@ -113,27 +119,55 @@ function readMotion(given: Table, where: string, organs: string[]): SceneMotion 
 
 function readTool(given: Table, where: string, organs: string[], unit: number): SceneTool {
   refuseOthers(where, given, OF_TOOL);
-  const near = vectorOf(given, "near", where, unit), grasp = given.grasp === undefined ? null : readGrasp(table(given.grasp, "grasp"), `${where} grasp`, unit);
-  const needle = given.needle === undefined ? null : readNeedle(table(given.needle, "needle"), `${where} needle`, unit, near);
-  const points = (given.points ?? []) as number[][], depth = rowsOf(given, "depth", where);
-  if ((near === null) !== (depth === null) || (near && given.path !== undefined)) throw new Error(word("world.place", { where }));
-  if (!Array.isArray(points) || !points.every((point) => isRow(point, 3)) || (!points.length && !grasp && !needle)) throw new Error(word("world.points", { where, found: shownAs(given.points) }));
+  const grasp = given.grasp === undefined ? null : readGrasp(table(given.grasp, "grasp"), `${where} grasp`, unit);
+  const needle = given.needle === undefined ? null : readNeedle(table(given.needle, "needle"), `${where} needle`, unit, given.near !== undefined || given.at !== undefined);
+  const place = readPlace(given, where, unit), grips = listOf(given.grip).map((grip, g) => readGrip(table(grip, "grip"), `${where} grip ${g + 1}`, unit));
+  const own = (given.points ?? []) as number[][], turn = given.turn === undefined ? null : pathRows(given.turn, where, "turn");
+  if (!Array.isArray(own) || !own.every((point) => isRow(point, 3))) throw new Error(word("world.points", { where, found: shownAs(given.points) }));
+  const points = given.capsule === undefined ? own : [...own, ...readCapsule(table(given.capsule, "capsule"), `${where} capsule`)];
+  if (!points.length && !grasp && !needle && !grips.length) throw new Error(word("world.points", { where, found: shownAs(given.points) }));
   return {
-    name: String(given.name ?? ""), organ: near || grasp || needle ? organOf(given, where, organs) : 0, points: points.map((point) => point.map((x) => unit * x) as Vector),
-    path: near ? null : inMetres(pathRows(given.path, where), unit), place: near && { near, depth: inMetres(depth!, unit) },
+    name: String(given.name ?? ""), organ: place || grasp || needle || grips.length ? organOf(given, where, organs) : 0, points: points.map((point) => point.map((x) => unit * x) as Vector),
+    path: place ? null : inMetres(pathRows(given.path, where), unit), turn, place, grips,
     hold: given.hold === true, discRadius: unit * (numberOf(given, "disc_radius", where) ?? 0), friction: numberOf(given, "friction", where, MOST_FRICTION) ?? 0,
     away: timeSpans(given.away, `${where} away`), grasp, needle,
   };
 }
 
-// near: the place of the tool, where the needle enters if it is given.
-function readNeedle(given: Table, where: string, unit: number, near: Vector | null): SceneNeedle {
+// null: the tool has a path.
+function readPlace(given: Table, where: string, unit: number): ScenePlace | null {
+  const near = vectorOf(given, "near", where, unit), depth = rowsOf(given, "depth", where), at = SIDES.find((side) => side === given.at) ?? null;
+  if (given.at !== undefined && !at) throw new Error(word("world.at", { where, expected: SIDES.join(", "), found: shownAs(given.at) }));
+  const places = [near, at, given.path].filter((one) => one !== null && one !== undefined).length, hasPlace = near !== null || at !== null;
+  if (places > 1 || hasPlace !== (depth !== null)) throw new Error(word("world.place", { where }));
+  return hasPlace ? { near, at, depth: inMetres(depth!, unit) } : null;
+}
+
+// Its points, in the file's unit.
+function readCapsule(given: Table, where: string): Vector[] {
+  refuseOthers(where, given, OF_CAPSULE);
+  const radius = numberOf(given, "radius", where), length = numberOf(given, "length", where), axis = vectorOf(given, "axis", where, 1), samples = wholeOf(given, "samples", where, MOST_SAMPLES);
+  const size = axis ? Math.hypot(...axis) : 0;
+  if (!radius || !length || !(size > 0) || !(samples! >= 2)) throw new Error(word("world.capsule", { where, found: shownAs(given) }));
+  return pointsOf({ radius, length, axis: axis!.map((x) => x / size) as Vector, samples: samples! });
+}
+
+function readGrip(given: Table, where: string, unit: number): SceneGrip {
+  refuseOthers(where, given, OF_GRIP);
+  const nearest = vectorOf(given, "nearest", where, unit), box = table(given.box, "box"), [min, max] = ["min", "max"].map((key) => vectorOf(box, key, `${where} box`, unit));
+  const letters = given.axes === undefined ? "xyz" : String(given.axes), axes = [...letters].reduce((bits, letter) => bits | (1 << "xyz".indexOf(letter)), 0);
+  if ((nearest === null) === (given.box === undefined) || (given.box !== undefined && !(min && max)) || !/^(?!.*(.).*\1)[xyz]+$/.test(letters)) throw new Error(word("world.grip", { where, found: shownAs(given) }));
+  return { nearest, box: min && max ? [min, max] : null, axes };
+}
+
+// hasPlace: of the tool, where the needle enters if it has no entry.
+function readNeedle(given: Table, where: string, unit: number, hasPlace: boolean): SceneNeedle {
   refuseOthers(where, given, OF_NEEDLE);
   const entry = vectorOf(given, "entry", where, unit), direction = vectorOf(given, "direction", where, 1), length = direction && Math.hypot(...direction);
   const radius = unit * (numberOf(given, "radius", where) ?? 0), spacing = numberOf(given, "spacing", where);
-  if ((entry === null) === (near === null) || !(radius > 0 && radius <= MOST_NEEDLE) || length === 0) throw new Error(word("world.needle", { where, found: shownAs(given) }));
+  if ((entry === null) !== hasPlace || !(radius > 0 && radius <= MOST_NEEDLE) || length === 0) throw new Error(word("world.needle", { where, found: shownAs(given) }));
   return {
-    entry: (entry ?? near)!, direction: direction && (direction.map((x) => x / length!) as Vector), radius, friction: numberOf(given, "friction", where, MOST_FORCE) ?? 0,
+    entry, direction: direction && (direction.map((x) => x / length!) as Vector), radius, friction: numberOf(given, "friction", where, MOST_FORCE) ?? 0,
     punctureForce: numberOf(given, "puncture_force", where, MOST_FORCE) ?? 0, cuttingForce: numberOf(given, "cutting_force", where, MOST_FORCE) ?? 0,
     spacing: spacing && unit * spacing,
   };

@@ -27,7 +27,7 @@ export interface SceneGrasp {
 }
 
 export interface SceneNeedle {
-  entry: Vector; // m, in the organ's frame
+  entry: Vector | null; // m, in the organ's frame; null: the tool's place
   direction: Vector | null; // of length 1, from the handle to the tip, in the organ's frame; null: against the surface's normal
   radius: number; // m
   friction: number; // N/m
@@ -49,12 +49,30 @@ export interface SceneLink {
   radius?: number; // m
 }
 
+// Nodes that move as the tool has moved since its start.
+export interface SceneGrip {
+  nearest: Vector | null; // m, in the organ's frame: the touchable node that is nearest
+  box: [Vector, Vector] | null; // its corners, m: the touchable nodes in it
+  axes: number; // bits 1, 2, 4: along x, y, z
+}
+
+export const SIDES = ["foremost", "hindmost", "leftmost", "rightmost", "uppermost", "lowest"] as const;
+export type Side = (typeof SIDES)[number];
+
+export interface ScenePlace {
+  near: Vector | null; // m, in the organ's frame
+  at: Side | null; // of the patient, where `near` is null
+  depth: number[][]; // s, m
+}
+
 export interface SceneTool {
   name: string;
-  organ: number; // that `place`, `grasp` and `needle` are on
+  organ: number; // that `place`, `grips`, `grasp` and `needle` are on
   points: Vector[]; // m, in the tool's frame
+  grips: SceneGrip[];
   path: number[][] | null; // s, x, y, z m
-  place: { near: Vector; depth: number[][] } | null; // m, in the organ's frame; s, m
+  turn: number[][] | null; // s, and degrees about x, y, z: an axis whose length is the angle
+  place: ScenePlace | null;
   hold: boolean;
   discRadius: number; // m
   friction: number;
