@@ -100,9 +100,9 @@ void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward,
     }
 }
 
-void ContactPatch::press(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a) {
+void ContactPatch::press(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a, double resolved) {
   a = std::max(a, kLeastRadius);
-  const double b = std::max(a, kResolved * measure_->spacing(surface_point));
+  const double b = std::max(a, resolved * measure_->spacing(surface_point));
   for (Hit& hit : hit_) hit.triangle = -1;
   const Vec3 centre = surface_->position(surface_point), other = cross(outward, tangent);
   const auto find = [&](std::int32_t triangle) { find_points(triangle, centre, outward, tangent, other, b); };
@@ -111,6 +111,7 @@ void ContactPatch::press(const SurfacePoint& surface_point, Vec3 outward, Vec3 t
   else
     for (std::int32_t triangle = 0; triangle < surface_->triangle_count(); ++triangle) find(triangle);
   gather_nodes(surface_point);
+  radius_ = b;
   measure_local(surface_point, outward, tangent, other, a, b);
 }
 
@@ -131,6 +132,20 @@ void ContactPatch::gather_nodes(const SurfacePoint& surface_point) {
   for (int p = 0; p < kPoints; ++p)
     if (hit_[p].triangle >= 0) add(hit_[p].triangle, hit_[p].barycentric, share_[p]);
   if (count_ == 0) add(surface_point.triangle, surface_point.barycentric, 1);
+  for (int e = 0; e < count_; ++e) index_of_node_[node_[e]] = -1;
+}
+
+void ContactPatch::first_moments(double* along, double* across) {
+  for (int e = 0; e < count_; ++e) index_of_node_[node_[e]] = e, along[e] = across[e] = 0;
+  for (int p = 0; p < kPoints; ++p) {
+    if (hit_[p].triangle < 0) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double* k = hit_[p].barycentric;
+      if (!(k[c] > 0)) continue;
+      const std::int32_t e = index_of_node_[triangles_[3 * hit_[p].triangle + c]];
+      along[e] += k[c] * share_[p] * radius_ * x_[p], across[e] += k[c] * share_[p] * radius_ * y_[p];
+    }
+  }
   for (int e = 0; e < count_; ++e) index_of_node_[node_[e]] = -1;
 }
 

@@ -32,14 +32,17 @@ class ContactPatch {
   static constexpr double kLeastRadius = 1e-9;
 
   // Computes the disc of radius a (m, above 0) around a surface point. outward: unit normal; tangent: unit, across outward: the
-  // direction in which the pattern of quadrature points is laid. The results stay until the next call. Cost: some
-  // microseconds, more for more triangles below the disc.
-  void press(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a);
+  // direction in which the pattern of quadrature points is laid; resolved: in place of kResolved. The results stay until the next
+  // call. Cost: some microseconds, more for more triangles below the disc.
+  void press(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a, double resolved = kResolved);
 
   int count() const { return count_; }
   const std::int32_t* nodes() const { return node_; }  // [count()]
   // [count()] above 0; the sum is 1 minus the weight of the quadrature points that lie beside the surface.
   const double* weights() const { return weight_; }
+  // [count()] m: of each node the sum of the quadrature points' shares times their place along the tangent and across it, from the disc's
+  // centre. sum_n along_n u_n is then the first moment of the interpolated displacement, which weights times places of nodes are not.
+  void first_moments(double* along, double* across);
   const Mat3& local() const { return local_; }  // m/N, symmetric: added to the contact's own compliance
 
  private:
@@ -64,6 +67,7 @@ class ContactPatch {
   std::int32_t node_[kMaxNodes] = {};
   double weight_[kMaxNodes] = {};
   int count_ = 0;
+  double radius_ = 0;  // m, of the disc through which the contact acts
   Mat3 local_;
 };
 

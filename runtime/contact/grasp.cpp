@@ -8,8 +8,6 @@
 namespace palpate {
 namespace {
 
-// Patches whose nodes lie nearly on one line hold no gradients: M is then singular.
-constexpr double kOnALine = 1e-3;
 // A grasp slips until its force is within this share of its friction, in the step in which it came beyond it.
 constexpr double kSlipsTo = 1e-3;
 
@@ -24,8 +22,9 @@ Mat3 without_one(Mat3 turn) {
 
 }  // namespace
 
-bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, const Motions* motions) {
-  source_ = source, motions_ = motions;
+bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
+                    const Motions* motions) {
+  source_ = source, motions_ = motions, most_nodes_ = most_nodes;
   grasps_ = memory.array<Grasp>(static_cast<std::size_t>(max_tools));
   memory.keep_array(grasps_, static_cast<std::size_t>(max_tools));
   for (std::int32_t t = 0; !memory.failed() && t < max_tools; ++t) forget(t);
@@ -38,61 +37,16 @@ void Grasps::forget(std::int32_t t) {
 
 // ---- closing ---------------------------------------------------------------------------------------------------------
 
-// x: [count] m, places of the nodes from their weighted mean.
-void Grasps::find_gradients(const Vec3* x, GraspPatch* patch) {
-  double m11 = 0, m12 = 0, m22 = 0;
-  for (int e = 0; e < patch->count; ++e) {
-    const double x1 = dot(x[e], patch->along[0]), x2 = dot(x[e], patch->along[1]), w = patch->weight[0][e];
-    m11 += w * x1 * x1, m12 += w * x1 * x2, m22 += w * x2 * x2;
-  }
-  const double determinant = m11 * m22 - m12 * m12;
-  patch->has_gradients = determinant > kOnALine * std::max(m11, m22) * std::max(m11, m22);
-  for (int e = 0; e < patch->count && patch->has_gradients; ++e) {
-    const double x1 = dot(x[e], patch->along[0]), x2 = dot(x[e], patch->along[1]), w = patch->weight[0][e];
-    patch->weight[1][e] = w * (m22 * x1 - m12 * x2) / determinant;
-    patch->weight[2][e] = w * (m11 * x2 - m12 * x1) / determinant;
-  }
-}
-
-// `to` has no nodes where the disc has no touchable one.
 void Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
                         GraspPatch* to) {
-  *to = GraspPatch{};
-  TouchableDisc disc;
-  press_disc(source_, place, radius, GraspPatch::kMostNodes, &disc);
-  if (disc.count == 0) return;
-  const Vec3 outward = disc.outward;
-  to->count = disc.count, to->along[0] = disc.along[0], to->along[1] = disc.along[1];
-  std::copy(disc.node, disc.node + disc.count, to->node);
-  std::copy(disc.weight, disc.weight + disc.count, to->weight[0]);
-
-  Vec3 x[GraspPatch::kMostNodes], mean;
-  const auto rest = [&](int e) { return load3(source_.rest + 3 * static_cast<std::size_t>(to->node[e])); };
-  for (int e = 0; e < to->count; ++e) mean += to->weight[0][e] * rest(e);
-  for (int e = 0; e < to->count; ++e) x[e] = rest(e) - mean;
-  find_gradients(x, to);
-
-  // A rigid disc has the stiffness 8 G a^3 / (3 (1 - nu)) against a tilt and 16 G a^3 / 3 against a twist, of which each gradient takes a
-  // half; with 1/G from the compliances (1 - nu) / (4 G) along its normal and (2 - nu) / (8 G) across it.
-  const LocalCompliance tissue = source_.measure->tissue(place);
-  const double s = source_.measure->spacing(place), wide = std::max(radius, ContactPatch::kResolved * s),
-               cubed = 1 / (radius * radius * radius), across_b = wide + tissue.tangent_blur * s,
-               along_b = wide + tissue.normal_blur * s,
-               tilt = 1.5 * tissue.normal * std::max(0.0, cubed - 1 / (along_b * along_b * along_b)),
-               twist = (3 * tissue.tangent - 1.5 * tissue.normal) *
-                       std::max(0.0, cubed - 1 / (across_b * across_b * across_b));
-  to->local[0] = disc.local;
-  for (int part = 1; part < 3; ++part)
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        to->local[part].m[i][j] = (tilt - twist) * outward[i] * outward[j] + (i == j ? twist : 0);
-
+  find_grasp_patch(source_, place, radius, most_nodes_, to);
   for (int e = 0; e < to->count; ++e) {
+    const Vec3 rest = load3(source_.rest + 3 * static_cast<std::size_t>(to->node[e]));
     Vec3 u = solver.last_displacement(tensors, to->node[e]);
     if (motions_) u += motions_->now(to->node[e]);
     for (int part = 0; part < 3; ++part) {
       to->before[part] += to->weight[part][e] * u;
-      to->place[part] += to->weight[part][e] * (rest(e) + u);
+      to->place[part] += to->weight[part][e] * (rest + u);
     }
   }
 }

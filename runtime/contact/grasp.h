@@ -1,9 +1,5 @@
-// A tool that grasps: one or two patches of the surface follow the rigid motion of the tool since it closed. A patch is three constraints
-// of three rows each: the weighted mean of its nodes' displacements, and their gradients along two directions e1 and e2 of the patch,
-//     sum_n w_n u_n,      sum_n v_n u_n with (v1_n, v2_n) = M^-1 (w_n x1_n, w_n x2_n),   M = sum_n w_n x x^T,
-// x the nodes' places along e1 and e2 from their mean, w the pressure below a rigid disc (contact_patch.h). w x is the traction below a
-// disc that tilts or twists, so that force and torque are those of a disc all of whose nodes are held. Under a turn R the targets are
-// those of R (y - p) + p + way, for any angle.
+// A tool that grasps: one or two patches of the surface (grasp_patch.h) follow the rigid motion of the tool since it closed. Under a turn R the
+// targets of a patch are those of R (y - p) + p + way, for any angle, y its nodes' places and p the tool's when the jaws closed.
 #pragma once
 
 #include <cstdint>
@@ -11,25 +7,12 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/grasp_patch.h"
 #include "runtime/contact/motions.h"
 #include "runtime/contact/tool_input.h"
-#include "runtime/contact/touchable_disc.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {
-
-// What a closed grasp has kept of one patch.
-struct GraspPatch {
-  static constexpr int kMostNodes = 32;
-  std::int32_t count = 0, has_gradients = 0;
-  std::int32_t node[kMostNodes] = {};
-  double weight[3][kMostNodes] = {};      // of the mean and the two gradients
-  Mat3 local[3];                          // m/N, and 1/(N m): compliance that the mesh does not resolve
-  Vec3 place[3];                          // sum_n weight y_n, y the nodes' places when the grasp closed
-  Vec3 before[3];                         // sum_n weight u_n, the same of their displacements
-  Vec3 along[2];                          // unit: e1, e2
-  std::int32_t rows_of = -1, unused = 0;  // its first constraint in this step
-};
 
 // What the steps have left of a tool's grasp; a saved state holds all of it.
 struct Grasp {
@@ -47,11 +30,12 @@ struct Grasp {
 
 class Grasps {
  public:
-  // motions: move the organ beside the contacts, or nullptr; borrowed.
-  bool create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, const Motions* motions);
+  // most_nodes: of a disc. motions: move the organ beside the contacts, or nullptr; borrowed.
+  bool create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
+              const Motions* motions);
   void forget(std::int32_t t);
 
-  // Patches of the tool in place t that will ask for rows. Closes, opens and moves its grasp. Cost of a closing: some 20 us, and the
+  // Patches of the tool in place t that will ask for rows. Closes, opens and moves its grasp. Cost of a closing: some 20 us, more for discs of some hundred nodes, and the
   // tensors' entries between the patches' nodes and those of the last step's contacts.
   std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const Tensors& tensors,
                      const ContactSolver& solver);
@@ -69,13 +53,13 @@ class Grasps {
   void close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const ContactSolver& solver);
   void find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
                   GraspPatch* to);
-  static void find_gradients(const Vec3* x, GraspPatch* patch);
   Vec3 target(const Grasp& grasp, const Tool& tool, int patch, int part) const;
   static double limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver);
   static Vec3 force_of(const Grasp& grasp, const ContactSolver& solver);
 
   DiscSource source_ = {};
   const Motions* motions_ = nullptr;
+  std::int32_t most_nodes_ = 0;
   Grasp* grasps_ = nullptr;  // [max_tools]
 };
 

@@ -18,13 +18,16 @@ struct DiscSource {
 
 struct TouchableDisc {
   std::int32_t node[ContactPatch::kMaxNodes];
-  double weight[ContactPatch::kMaxNodes];  // sum to one
-  int count = 0;                           // 0: the disc has no touchable node
-  Vec3 outward, along[2];                  // unit, orthogonal
-  Mat3 local;                              // m/N, compliance that the mesh does not resolve
+  double weight[ContactPatch::kMaxNodes];     // sum to one
+  double moment[2][ContactPatch::kMaxNodes];  // [2][count] m, from the disc's centre; of a disc on all its nodes
+  int count = 0;                              // 0: the disc has no touchable node
+  Vec3 outward, along[2];                     // unit, orthogonal
+  Mat3 local;                                 // m/N, compliance that the mesh does not resolve
 };
 
-// Fills `disc` for the disc of that radius, m, around a place: at most `most` nodes. Cost: that of ContactPatch::press.
-void press_disc(const DiscSource& source, const SurfacePoint& place, double radius, int most, TouchableDisc* disc);
+// Fills `disc` for the disc of that radius, m, around a place: at most `most` nodes. resolved: node spacings of the least disc that the
+// nodes stand for. Cost: that of ContactPatch::press.
+void press_disc(const DiscSource& source, const SurfacePoint& place, double radius, int most, TouchableDisc* disc,
+                double resolved = ContactPatch::kResolved);
 
 }  // namespace palpate

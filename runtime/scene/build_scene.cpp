@@ -151,6 +151,22 @@ PartOfWorld part_of_world(const TouchState& touch) {
   return {touch.most_pairs, touch.most_world_links};
 }
 
+// By default. A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and
+// one wide disc alone finds many. Memory grows with the square.
+constexpr std::int32_t kMostNodesByDefault = 1024;
+std::int32_t nodes_of_points(const palpate_scene_def& def) {
+  constexpr std::int32_t each = 8, fewest = 192, most = kMostNodesByDefault;
+  const std::int32_t of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
+  return of_points;
+}
+
+// A wide disc of a grasp has the more nodes the more there is room for beside the points.
+std::int32_t nodes_of_a_grasp(const palpate_scene_def& def) {
+  const std::int32_t room = def.max_contact_nodes > 0 ? def.max_contact_nodes : kMostNodesByDefault;
+  return std::clamp((room - nodes_of_points(def)) / (3 * def.max_tools), std::int32_t{GraspPatch::kFewNodes},
+                    std::int32_t{GraspPatch::kMostNodes});
+}
+
 // With fewer contact nodes, a step in which all tool points, grips, links and grasps hold must leave one of them out.
 std::int32_t fewest_contact_nodes(const palpate_scene_def& def) {
   return constraints_of_point(def) * def.max_points + def.max_links + (has_grasps(def) ? def.max_tools : 0);
@@ -645,7 +661,8 @@ palpate_status build_needles(const SectionReader& reader, const palpate_scene_de
 }
 
 palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  const bool made = touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, motions_of(def, touch));
+  const bool made = touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, nodes_of_a_grasp(def),
+                                        motions_of(def, touch));
   return made ? PALPATE_OK : reader.no_memory("grasps");
 }
 
@@ -918,12 +935,8 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
 
 std::int32_t contact_nodes_for(const palpate_scene_def& def) {
   if (def.max_contact_nodes > 0) return def.max_contact_nodes;
-  // A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and
-  // one wide disc alone finds many. Memory grows with the square.
-  constexpr std::int32_t each = 8, fewest = 192, most = 1024;
-  const std::int32_t of_links = def.max_links * nodes_of_a_link(def),
-                     of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
-  const std::int32_t of_grasps = has_grasps(def) ? 3 * GraspPatch::kMostNodes * def.max_tools : 0;
+  const std::int32_t of_links = def.max_links * nodes_of_a_link(def), of_points = nodes_of_points(def);
+  const std::int32_t of_grasps = has_grasps(def) ? 3 * nodes_of_a_grasp(def) * def.max_tools : 0;
   const std::int32_t of_needles = has_needles(def) ? def.max_tools * Needles::nodes_of_one(def.needle_places) : 0;
   return std::min(kMostContactNodes, of_points + of_links + of_grasps + of_needles);
 }

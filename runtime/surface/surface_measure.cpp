@@ -23,14 +23,20 @@ LocalCompliance local_compliance(double young, double poisson, StoredElement ele
     case StoredElement::p1:
       local.normal_blur = std::min(kMostBlur, 0.425 + 0.0105 * locking);
       local.tangent_blur = std::min(kMostBlur, 0.56 + 0.0165 * locking);
+      local.tilt_blur = {std::min(kMostBlur, 0.345 + 0.0066 * locking), 0.07};
+      local.twist_blur = {std::min(kMostBlur, 0.345 + 0.0085 * locking), 0.15};
       break;
     case StoredElement::p1_anp:
       local.normal_blur = 0.34;
       local.tangent_blur = 0.46;
+      local.tilt_blur = {0.25, 0.075};
+      local.twist_blur = {0.29, 0.15};
       break;
     case StoredElement::p2_p0:
       local.normal_blur = 0.45;
       local.tangent_blur = 0.49;
+      local.tilt_blur = {0.29, 0.25};
+      local.twist_blur = {0.34, 0.27};
       break;
   }
   return local;
@@ -40,6 +46,8 @@ void add_weighted(LocalCompliance& sum, double weight, const LocalCompliance& a)
   sum.normal += weight * a.normal, sum.tangent += weight * a.tangent;
   sum.normal_blur += weight * a.normal_blur, sum.tangent_blur += weight * a.tangent_blur;
   sum.curved += weight * a.curved, sum.curved_trace += weight * a.curved_trace;
+  sum.tilt_blur.first += weight * a.tilt_blur.first, sum.tilt_blur.second += weight * a.tilt_blur.second;
+  sum.twist_blur.first += weight * a.twist_blur.first, sum.twist_blur.second += weight * a.twist_blur.second;
 }
 
 bool SurfaceMeasure::build(SceneMemory& memory, const double* position, std::int32_t nodes,

@@ -19,6 +19,9 @@ enum class StoredElement { p1, p1_anp, p2_p0 };
 // On a mesh: a disc of radius b yields locally like a disc of radius b + blur s in the continuum, where s^2 is a node's share of
 // the surface area. The blur was measured on a block of gel; docs/accuracy.md has the table and the command.
 //
+// Against a turn (contact/grasp_patch.h) it yields like one of radius b + first s + second s^2 / b. Measured on a block of gel against
+// the closed forms of a rigid disc that tilts and that twists: tests/precompute/grasped_block_test.cpp.
+//
 // On a curved surface the tangential compliance between the radii a and b has one more part:
 //     ln(b / a) (curved K + curved_trace tr(K) I),
 // with K the curvature tensor (1/m), positive where the surface bulges. Source: our own first-order calculation. A bulge lacks a
@@ -27,10 +30,14 @@ enum class StoredElement { p1, p1_anp, p2_p0 };
 //     curved = (1 + nu)(1 + 6 nu - 4 nu^2) / (8 pi E),  curved_trace = (1 + nu)(5 - 10 nu + 12 nu^2) / (16 pi E).
 // Along the normal, Boussinesq's solution gives (1 + nu)(1 - 2 nu)^2 tr(K) / (4 pi E): zero for incompressible tissue and 1 % of
 // c at nu = 0.3, so it is left out.
+struct TurnBlur {
+  double first = 0, second = 0;
+};
 struct LocalCompliance {
   double normal = 0, tangent = 0;            // m^2/N
   double normal_blur = 0, tangent_blur = 0;  // in units of s
   double curved = 0, curved_trace = 0;       // m^2/N
+  TurnBlur tilt_blur, twist_blur;
 };
 // A disc acts through one of this many node spacings at least (contact/contact_patch.h).
 inline constexpr double kResolvedSpacings = 0.75;

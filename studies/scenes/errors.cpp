@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "formats/program.h"
+#include "studies/coupled/grasped_rows.h"
 #include "studies/scenes/costs.h"
 
 namespace palpate::scenes {
@@ -106,34 +107,34 @@ class Errors {
     add("one tool", world.on_tool(0), -full.force.head<3>(), world, full.u, 1);
   }
 
-  // Jaws that pull and turn. What a disc gives way by below the mesh's resolution is the runtime's own model, which the full solve does not
-  // have: it takes the forces that the jaws gave the nodes, and the shape is compared.
+  // Jaws that pull and turn. Their rows are those of the runtime (grasped_rows.h), their solution is not.
   void a_grasp() {
     palpate_scene_def def = free_scene();
-    def.contact = PALPATE_CONTACT_PATCH, def.grasps = 1;
+    def.contact = PALPATE_CONTACT_PATCH, def.grasps = 1, def.max_tools = 1;
+    def.torque_limit = def.torque_slew = INFINITY;
     PlayedWorld world({alone()}, def);
     palpate_grasp grasp = palpate_default_grasp();
     grasp.triangle = places_[0].triangle, grasp.radius = 0.05 * box_.size();
     std::ranges::copy(kMiddle, grasp.barycentric);
     Eigen::Map<Vector3d>(grasp.position) = places_[0].point;
     palpate_tool tool = palpate_default_tool();
-    tool.id = 0, tool.grasp = &grasp;
+    tool.id = 0, tool.grasp = &grasp, tool.has_torque = 1;
     world.touch({tool});
-    Eigen::Map<Vector3d>(grasp.position) += way() * places_[0].outward;
+    const Vector3d moved = way() * places_[0].outward;
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.2, places_[0].outward.unitOrthogonal()));
+    Eigen::Map<Vector3d>(grasp.position) += moved;
+    Eigen::Map<Vector3d>(tool.reference) = places_[0].point + moved;
     grasp.orientation[0] = turn.w();
     for (int d = 0; d < 3; ++d) grasp.orientation[1 + d] = turn.vec()[d];
     world.touch({tool});
-    const CoupledBody body = full_.coupled();
-    Eigen::MatrixXd force = Eigen::MatrixXd::Zero(body.dofs, 1);
-    Vector3d sum = Vector3d::Zero();
-    const palpate_contacts* const contacts = palpate_world_contacts_organ(world.contacts(), 0);
-    for (int n = 0; n < contacts->node_count; ++n) {
-      const palpate_contact_node& node = *palpate_contacts_node(contacts, n);
-      force.block<3, 1>(3 * node.node, 0) += Vector3d(node.force), sum -= Vector3d(node.force);
-    }
-    add("a grasp that pulls and turns, under its forces", world.on_tool(0), sum, world, {body.under(force).col(0)},
-        contacts->node_count);
+    const ElasticBody& body = baked_.body();
+    const studies::GraspedSurface surface =
+        studies::grasped_surface(body.nodes, body.surface_count, body.triangles, body.touchable);
+    studies::GraspedRows disc(surface, *bundle_, surface_point_of(grasp.triangle, grasp.barycentric), grasp.radius);
+    const CoupledAnswer full = studies::solve_coupled(disc.rows(places_[0].point, moved, turn), {full_.coupled()});
+    const studies::GraspedRows::Felt felt = disc.felt(full.force, places_[0].point, turn);
+    add("a grasp that pulls and turns", world.on_tool(0), felt.force, world, full.u, disc.nodes());
+    rows_.back()["torque_error"] = (world.torque_on_tool(0) - felt.torque).norm() / felt.torque.norm();
   }
 
   // Amounts that move the organ by about a hundredth of its size.

@@ -80,6 +80,10 @@ Eigen::Vector3d PlayedWorld::on_tool(int tool) const {
   return Eigen::Vector3d(palpate_world_contacts_tool(contacts_, tool)->force_raw);
 }
 
+Eigen::Vector3d PlayedWorld::torque_on_tool(int tool) const {
+  return Eigen::Vector3d(palpate_world_contacts_tool(contacts_, tool)->torque_raw);
+}
+
 std::vector<const palpate_world_pair*> PlayedWorld::pairs() const {
   std::vector<const palpate_world_pair*> pairs;
   for (int i = 0; i < contacts_->pair_count; ++i) pairs.push_back(palpate_world_contacts_pair(contacts_, i));

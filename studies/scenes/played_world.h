@@ -44,7 +44,8 @@ class PlayedWorld {
   palpate_scene* scene(int organ) const { return palpate_world_scene(world_, organ); }
   const palpate_world* get() const { return world_; }
   const palpate_world_contacts* contacts() const;
-  Eigen::Vector3d on_tool(int tool) const;  // N, without the device's limits
+  Eigen::Vector3d on_tool(int tool) const;         // N, without the device's limits
+  Eigen::Vector3d torque_on_tool(int tool) const;  // N m, about its reference, without the device's limits
   std::vector<const palpate_world_pair*> pairs() const;
   int pressing() const;                    // pairs with a force
   Eigen::VectorXd shape(int organ) const;  // [3 surface nodes] m

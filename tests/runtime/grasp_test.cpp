@@ -1,8 +1,10 @@
-// Jaws that hold tissue and turn it: force and torque against a dense solve in which every node below the jaws is held.
+// Jaws that hold tissue and turn it: force and torque against dense solves, with the jaws' rows and with every node below the jaws held.
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 
+#include "studies/coupled/grasped_rows.h"
 #include "tests/runtime/played_box.h"
+#include "tests/support/box_corridor.h"
 
 namespace palpate::tests {
 namespace {
@@ -128,8 +130,50 @@ TEST(Grasp, OfASmallDiscHasTheStiffnessOfARigidDiscOnAHalfSpace) {
   EXPECT_NEAR(-held({0, 0, 0}, {angle, 0, 0}).second[0], twist, within * twist);
 }
 
+// A disc that the mesh resolves, one that it does not, and both beside a node that is gripped.
+TEST(Grasp, HasForceTorqueAndShapeOfADenseSolveWithItsRows) {
+  const MatrixXd c = dense_compliance([] {
+    TinyBox form;
+    form.cells = {6, 9, 7}, form.interior = false, form.poisson = 0.4;
+    return dense_box(form);
+  }());
+  const studies::CoupledBody body{[&](const MatrixXd& loads) { return MatrixXd(c * loads); }, c.rows()};
+  const studies::GraspedSurface surface =
+      studies::grasped_surface(box().body.mesh.nodes, box().body.surface_nodes, box().body.triangles, box().touchable);
+  const Vector3d way(0.002, -0.001, 0.003);
+  const Quaterniond turn(AngleAxisd(0.35, Vector3d(1, 2, -1).normalized()));
+  for (const double radius : {kRadius, 0.003})
+    for (const bool gripped : {false, true}) {
+      palpate_grasp grasp = grasp_of(place_at(box(), {1, 0, 0}, kMiddle), kMiddle, radius);
+      studies::GraspedRows disc(surface, *box().bundle(), surface_point_of(grasp.triangle, grasp.barycentric), radius);
+      Grasping grasping;
+      grasping.step(&grasp);
+      move(grasp, way, turn);
+      std::vector<palpate_tool> others;
+      const palpate_grip grip =
+          grip_at_place(place_at(box(), {1, 0, 0}, {0.06, 0.045, 0.03}).triangle, {1, 0, 0}, {0.001, 0.002, 0});
+      if (gripped) others = {grip_tool(&grip, 1)};
+      EXPECT_EQ(grasping.step(&grasp, kMiddle + way, others), 0u);
+      std::vector<studies::Row> rows = disc.rows(kMiddle, way, turn);
+      for (int d = 0; gripped && d < 3; ++d) {
+        studies::Row& row = rows.emplace_back();
+        row.add(0, box().body.triangles[static_cast<std::size_t>(grip.triangle)][0], Vector3d::Unit(d));
+        row.target = grip.displacement[d];
+      }
+      const studies::CoupledAnswer full = studies::solve_coupled(rows, {body});
+      const studies::GraspedRows::Felt felt = disc.felt(full.force, kMiddle, turn);
+      // Columns are stored in single precision, 6e-8, and the shape is given in it.
+      EXPECT_LT((grasping.force() - felt.force).norm(), 1e-6 * felt.force.norm()) << radius << " " << gripped;
+      EXPECT_LT((grasping.torque() - felt.torque).norm(), 1e-6 * felt.torque.norm()) << radius << " " << gripped;
+      const std::vector<float> u = displacements(grasping.scene.get(), grasping.contacts, box().body.surface_nodes);
+      for (std::size_t i = 0; i < u.size(); ++i)
+        EXPECT_NEAR(u[i], full.u[0][static_cast<Eigen::Index>(i)], 4e-6 * full.u[0].cwiseAbs().maxCoeff());
+    }
+}
+
 // On this mesh, whose nodes are 5.6 mm apart, the nodes that are held are a disc of another radius than kRadius, by up to a fifth of that
-// distance: force grows with the radius, torque with its cube. (1 + 1.1 / 12)^3 = 1.3. Measured: forces within 6 %, torques within 22 %.
+// distance: force grows with the radius, torque with its cube. (1 + 1.1 / 12)^3 = 1.3. Measured: forces within 6 %, torques within 19 %.
+// Against the closed forms of a rigid disc: tests/precompute/grasped_block_test.cpp.
 TEST(Grasp, OfADiscHasForceAndTorqueOfASolveWithAllItsNodesHeld) {
   const double angle = 20 * M_PI / 180;
   const struct {
@@ -155,7 +199,7 @@ TEST(Grasp, OfADiscHasForceAndTorqueOfASolveWithAllItsNodesHeld) {
       EXPECT_LT((force - expected.force).norm(), 0.09 * expected.force.norm());
     }
     if (to.turn.angle() > 0) {
-      EXPECT_LT((torque - expected.torque).norm(), 0.25 * expected.torque.norm());
+      EXPECT_LT((torque - expected.torque).norm(), 0.22 * expected.torque.norm());
     }
   }
 }

@@ -618,7 +618,8 @@ static inline palpate_grip palpate_default_grip(void) {
  *   It opens in the first step of the tool without it.
  * - Beyond its friction it slips: the tissue stays behind so far that the force is friction times what presses the jaws on the tissue
  *   (the force along the jaws, between two discs from both sides). Once it has slipped by more than `radius` it lets go, until it closes anew.
- * - Its nodes count towards max_contact_nodes, each three times: at most 96 for each disc.
+ * - Its nodes count towards max_contact_nodes, each three times: at most 192 for each disc, and no more than 96 where
+ *   max_contact_nodes leaves no room for more beside 8 for each of max_points and 192 for each of max_tools.
  * - A grasp needs grasps 1, contact PATCH and deformation LINEAR (else: bad input). */
 typedef struct palpate_grasp {
   uint32_t struct_bytes;          /* sizeof(palpate_grasp)                                                          */
