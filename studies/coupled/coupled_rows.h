@@ -131,11 +131,18 @@ PlaceInside place_inside(const Nodes& nodes, const Tetrahedra& tetrahedra, const
   return best;
 }
 
-// m/N, across a thin shaft for a piece of the length: what the tissue gives way by that the mesh does not resolve (docs/method.md, section 21).
+// What the tissue gives way by around a thin shaft that the mesh does not resolve, for a piece of the length (docs/method.md, section 21): the
+// logarithm, and m/N across the shaft and along it.
+inline double unresolved_by_mesh(double edge, double radius) {
+  return std::max(0.25, std::log(0.3 * edge / radius));
+}
 inline double softness_across_shaft(double young, double poisson, double edge, double radius, double length) {
   const double shear = young / (2 * (1 + poisson));
-  return (3 - 4 * poisson) / (8 * std::numbers::pi * (1 - poisson) * shear * length) *
-         std::max(0.25, std::log(0.3 * edge / radius));
+  return (3 - 4 * poisson) / (8 * std::numbers::pi * (1 - poisson) * shear * length) * unresolved_by_mesh(edge, radius);
+}
+inline double softness_along_shaft(double young, double poisson, double edge, double radius, double length) {
+  const double shear = young / (2 * (1 + poisson));
+  return unresolved_by_mesh(edge, radius) / (2 * std::numbers::pi * shear * length);
 }
 
 }  // namespace palpate::studies
