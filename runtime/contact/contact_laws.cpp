@@ -57,10 +57,23 @@ Vec3 cut_tangent(Vec3 r, double most) {
 // Rounds of coordinate descent on one constraint whose reactions are limited.
 constexpr int kRoundsOfOne = 20;
 
+// Where of three rows the first one alone exceeds its limit, as a needle's place does that slides: that row at its limit, and the others
+// exactly with it held. False where these exceed theirs then.
+bool first_at_limit(const Mat3& own, Vec3 c, Vec3 most, Vec3* r) {
+  if (!(std::fabs(r->x) > most.x)) return false;
+  const double x = r->x > 0 ? most.x : -most.x, l = own.m[2][1] / own.m[1][1];
+  const double y = c.y - own.m[1][0] * x, z = (c.z - own.m[2][0] * x - l * y) / (own.m[2][2] - l * own.m[1][2]);
+  const Vec3 found = {x, (y - own.m[1][2] * z) / own.m[1][1], z};
+  if (!(std::fabs(found.y) <= most.y && std::fabs(found.z) <= most.z)) return false;
+  *r = found;
+  return true;
+}
+
 // The same as constraint_force() where that exceeds the limits: the rows one after the other, each exactly with the others held.
 Vec3 limited_force(const ContactConstraint& constraint, const Mat3& own, Vec3 c, Vec3 most, Vec3 r) {
   const bool pushes = constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
   const double across = std::max(own.m[1][1], own.m[2][2]);
+  if (!pushes && first_at_limit(own, c, most, &r)) return r;
   r = within_limits(constraint, r, most);
   for (int round = 0; round < kRoundsOfOne; ++round) {
     if (constraint.law == ContactLaw::coulomb) {

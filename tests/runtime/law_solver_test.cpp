@@ -92,6 +92,24 @@ void expect_laws(const Touching& touching, const std::vector<double>& r, double 
   }
 }
 
+// As a needle's place that slides: the row along the shaft stays at its limit, and the two across it, which are nearly alike here, are met in
+// the same sweep. Row by row they were not: 0.97^2 of what is missed is left in each round.
+TEST(LawSolver, SolvesARowAtItsLimitAndTheTwoBesideItInOneSweep) {
+  Touching one(1, 0, 3);
+  Eigen::Matrix3d own;
+  own << 1, 0.5, 0.5, 0.5, 1, 0.97, 0.5, 0.97, 1;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) one.at(i, j) = Touching::kOwn * own(i, j);
+  one.constraints[0].law = ContactLaw::sticking, one.constraints[0].limit = 0.02;
+  for (const double along : {0.01, -0.01}) {
+    one.target = {along, 0.003, -0.001};
+    std::vector<double> r(3, 0.0);
+    sweep_contacts(one.system(), r.data());
+    EXPECT_EQ(r[0], along > 0 ? 0.02 : -0.02);
+    EXPECT_LT(one.ahead(r).tail<2>().norm(), 1e-15);
+  }
+}
+
 TEST(LawSolver, MeetsTheLawsOfOneToManyContacts) {
   for (const int contacts : {1, 2, 3, 8, 24, 64})
     for (const double friction : {0.0, 0.3, 1.0})
