@@ -31,9 +31,16 @@ void define_study(CLI::App& app, StudyOptions& options) {
   app.add_option("--resolutions", options.resolutions, "mesh sizes of the organ, coarse to fine; default: all it has")
       ->delimiter(',')
       ->option_text("R,R,...");
+  app.add_option(
+         "--axes", options.axes,
+         "what is varied: mesh (with element and contact), scenes, storage, tolerance, poisson, depth; default: all")
+      ->delimiter(',')
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kAxes), std::end(kAxes))))
+      ->option_text("A,A,...");
   app.add_option("--memory", options.memory_gigabytes, "most memory of a precompute, GB; default: what is free")
       ->check(positive_number());
-  app.add_option("--most-seconds", options.most_seconds, "most predicted time of a precompute with p2-p0, s")
+  app.add_option("--most-seconds", options.most_seconds,
+                 "most predicted time of a precompute with p2-p0, and of any on a mesh that p2-p0 does not fit, s")
       ->check(positive_number())
       ->capture_default_str();
   app.add_option("--repeats", options.repeats, "runs of a precompute that takes less than 3 s; the median counts")
@@ -49,8 +56,9 @@ void define_study(CLI::App& app, StudyOptions& options) {
       ->check(CLI::Range(1, 5000))
       ->capture_default_str();
   app.footer(
-      "Compares with p2-p0 on the finest mesh that --memory and --most-seconds allow, and estimates the error of that\n"
-      "reference.\n"
+      "Compares with p2-p0 on the finest mesh that --memory and --most-seconds allow, or with p1-anp on a finer one "
+      "if\n"
+      "its estimated error is smaller.\n"
       "Resumes: FOLDER/points keeps every point measured with the same inputs and programs. Options after -- are\n"
       "variables for the pipeline's rules, for example IMAGE=organ.nrrd SURFACE_OPTIONS_200=...");
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -32,6 +33,9 @@ class Bakery {
   BakeCost bake(const BundleSetting& setting) const;
   // The reason to leave the setting out, if palpate-precompute --plan predicts more memory or time than the study may take.
   std::optional<std::string> too_large(const BundleSetting& setting) const;
+  // What the columns of every touchable node would take by palpate-precompute --plan: seconds, bundle_bytes; null for a low-rank
+  // bundle, whose size is known once its columns are. Errors: OperationError.
+  nlohmann::json predict_full(const BundleSetting& setting) const;
 
  private:
   struct Inputs {
@@ -39,6 +43,7 @@ class Bakery {
   };
   Inputs inputs(const BundleSetting& setting) const;
   std::vector<std::string> precompute(const BundleSetting& setting, const Inputs& from) const;
+  const nlohmann::json& plan(const BundleSetting& setting, bool everywhere) const;
   std::filesystem::path record_of(const Baked& baked) const;
   bool is_baked(const Baked& baked) const;
   BakeCost bake_rows(const BundleSetting& setting, const Baked& to) const;
@@ -46,6 +51,7 @@ class Bakery {
 
   const OrganCase& organ_;
   const StudySites& sites_;
+  mutable std::map<std::string, nlohmann::json> plans_;  // by setting; on a large mesh a plan takes a minute
 };
 
 }  // namespace palpate::accuracy

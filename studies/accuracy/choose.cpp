@@ -41,7 +41,7 @@ std::string shown(const std::string& field, double value) {
 bool can_be_chosen(const Record& r) {
   return r.at("own_material") == true && r.at("columns_everywhere") == true && r.at("exercise") == "press" &&
          r.at("solver") == "auto" && r.at("law") == "sticking" && r.at("contacts") == 1 && r.at("storage") != "f64" &&
-         r.at("is_reference") == false;
+         r.at("is_reference") == false && !r.value("shares_reference", false);
 }
 
 const Record* cheapest(const std::vector<Record>& points, const std::vector<Limit>& limits, const std::string& least) {

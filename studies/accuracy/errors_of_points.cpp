@@ -20,9 +20,10 @@ double ratio(double a, double b) {
   return a == 0 ? 0 : a / b;
 }
 
-bool is_reference(const Setting& s) {
+bool can_be_reference(const PlannedMeasurement& p) {
+  const Setting& s = p.point->setting;
   const BundleSetting plain;
-  return s.bundle.element == "p2-p0" && s.bundle.storage == plain.storage && s.bundle.solver == plain.solver &&
+  return p.axes.contains("reference") && s.bundle.storage == plain.storage && s.bundle.solver == plain.solver &&
          s.bundle.tolerance == plain.tolerance && text_of(s.scene) == text_of(best_scene(s.scene));
 }
 
@@ -50,7 +51,23 @@ std::array<Extrapolated, 2> extrapolate_finest(std::span<const MeasuredPoint* co
   return {extrapolate(force), extrapolate(field)};
 }
 
-Truth truth_of(std::vector<const MeasuredPoint*> candidates) {
+EstimateRange range_without_one(std::span<const MeasuredPoint* const> fine_to_coarse) {
+  EstimateRange range;
+  for (std::size_t left_out = 1; left_out < fine_to_coarse.size(); ++left_out) {
+    std::vector<const MeasuredPoint*> others(fine_to_coarse.begin(), fine_to_coarse.end());
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
+    const auto [force, field] = extrapolate_finest(others);
+    range.least_force = std::fmin(range.least_force, force.error);
+    range.most_force = std::fmax(range.most_force, force.error);
+    range.least_field = std::fmin(range.least_field, field.error);
+    range.most_field = std::fmax(range.most_field, field.error);
+  }
+  return range;
+}
+
+// The finest mesh of one element, and the error that its coarser meshes tell.
+Truth finest_of(const std::string& element, std::vector<const MeasuredPoint*> candidates) {
+  std::erase_if(candidates, [&](auto* p) { return p->setting.bundle.element != element; });
   std::sort(candidates.begin(), candidates.end(), [](auto* a, auto* b) { return vertices(*a) > vertices(*b); });
   // Columns everywhere and columns near the sites give the same answer: one point for each mesh is enough.
   candidates.erase(
@@ -66,7 +83,32 @@ Truth truth_of(std::vector<const MeasuredPoint*> candidates) {
   const Difference found = difference(candidates[1]->seen, candidates[0]->seen);
   truth.error.check = {static_cast<int>(vertices(*candidates[1])), before[0].error, found.force, before[1].error,
                        found.field};
+  truth.error.range = range_without_one(candidates);
   return truth;
+}
+
+// A known estimate is smaller than an unknown one.
+bool is_smaller(const Extrapolated& a, const Extrapolated& b) {
+  return std::isfinite(a.error) && !(a.error >= b.error);
+}
+
+Truth truth_of(const std::vector<const MeasuredPoint*>& candidates) {
+  Truth truth = finest_of("p2-p0", candidates), other = finest_of("p1-anp", candidates);
+  // On one mesh quadratic elements are nearer to the truth, whatever the estimates say.
+  if (!truth.point ||
+      (other.point && vertices(*other.point) > vertices(*truth.point) &&
+       is_smaller(other.error.force, truth.error.force) && is_smaller(other.error.field, truth.error.field)))
+    std::swap(truth, other);
+  if (truth.point && other.point)
+    truth.error.other = {other.point, other.error.force, other.error.field,
+                         difference(other.point->seen, truth.point->seen)};
+  return truth;
+}
+
+// Same mesh, element and scene, so the same answer but for solving and storing.
+bool have_same_answer(const Setting& a, const Setting& b) {
+  return a.bundle.resolution == b.bundle.resolution && a.bundle.element == b.bundle.element &&
+         a.bundle.poisson == b.bundle.poisson && text_of(a.scene) == text_of(b.scene);
 }
 
 // The point to compare with for errors of solving and storing: same mesh, element and scene, solved and stored most exactly.
@@ -152,8 +194,9 @@ Extrapolated extrapolate(std::span<const DistanceToFinest> distances) {
 
 std::vector<JudgedPoint> judge(const std::vector<PlannedMeasurement>& points) {
   std::map<std::string, std::vector<const MeasuredPoint*>> references, same;
-  for (const auto& [point, axes] : points) {
-    if (is_reference(point->setting)) references[situation_of(point->setting)].push_back(point);
+  for (const auto& planned : points) {
+    const MeasuredPoint* point = planned.point;
+    if (can_be_reference(planned)) references[situation_of(point->setting)].push_back(point);
     same[same_but_for_solving_and_storing(*point)].push_back(point);
   }
   std::map<std::string, Truth> truths;
@@ -163,8 +206,10 @@ std::vector<JudgedPoint> judge(const std::vector<PlannedMeasurement>& points) {
   for (const auto& [point, axes] : points) {
     const auto truth = truths.find(situation_of(point->setting));
     if (truth == truths.end()) continue;
-    JudgedPoint j = {point, axes, {}, {}, {}, {}};
+    JudgedPoint j;
+    j.point = point, j.axes = axes;
     j.is_reference = truth->second.point == point;
+    j.shares_reference = have_same_answer(point->setting, truth->second.point->setting);
     j.error = difference(point->seen, truth->second.point->seen);
     j.reference_error = truth->second.error;
     const auto& twins = same.at(same_but_for_solving_and_storing(*point));

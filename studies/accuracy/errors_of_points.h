@@ -44,26 +44,43 @@ struct EstimateCheck {
   double estimated_force = NAN, found_force = NAN, estimated_field = NAN, found_field = NAN;
 };
 
+// Another test: the least and the largest estimate with one of the coarser meshes left out.
+struct EstimateRange {
+  double least_force = NAN, most_force = NAN, least_field = NAN, most_field = NAN;  // NAN: too few meshes for the test
+};
+
+// The finest mesh of the element that is not the reference's: its answer has other errors, so its distance checks both estimates.
+struct OtherReference {
+  const MeasuredPoint* point = nullptr;  // nullptr: the study has none
+  Extrapolated force, field;
+  Difference distance;  // from the reference
+};
+
 struct TruthError {
   Extrapolated force, field;
   EstimateCheck check;
+  EstimateRange range;
+  OtherReference other;
 };
 
 struct JudgedPoint {
-  const MeasuredPoint* point;
+  const MeasuredPoint* point = nullptr;
   std::set<std::string> axes;
   bool is_reference = false;
-  Difference error;            // against the reference of its situation
-  Difference added;            // against the same mesh, element and scene, solved by the factor and stored as f32
-  TruthError reference_error;  // of that reference, estimated by extrapolation
-  double force_newtons = 0;    // mean length of the tools' forces
+  bool shares_reference = false;  // its mesh, element and scene: its error is the reference's own, not the distance
+  Difference error;               // against the reference of its situation
+  Difference added;               // against the same mesh, element and scene, solved by the factor and stored as f32
+  TruthError reference_error;     // of that reference, estimated by extrapolation
+  double force_newtons = 0;       // mean length of the tools' forces
 };
 
 struct PlannedMeasurement {
   const MeasuredPoint* point;
   std::set<std::string> axes;
 };
-// Leaves out the points whose situation has no reference.
+// The reference of a situation, among the points of the axis "reference": p2-p0 on its finest mesh; or p1-anp on its finest mesh,
+// where this mesh is finer and the estimated errors of force and field are both smaller, or known where the others are not. Leaves
+// out the points whose situation has no reference.
 std::vector<JudgedPoint> judge(const std::vector<PlannedMeasurement>& points);
 
 }  // namespace palpate::accuracy

@@ -2,6 +2,7 @@
 // boundary set are written as files of the study.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -12,19 +13,27 @@
 
 namespace palpate::accuracy {
 
+inline constexpr const char* kAxes[] = {"mesh", "scenes", "storage", "tolerance", "poisson", "depth"};
+
 struct StudyOptions {
   std::string organ, boundary;              // pipelines/ORGAN, its boundary/BC.toml
   std::filesystem::path source, bin, data;  // the repository; the programs; where results go
   std::filesystem::path python;             // with matplotlib, for the report
   std::filesystem::path output;             // of the study; default: DATA/ORGAN/accuracy/BC
   std::vector<std::string> resolutions;     // coarse to fine; default: all of the organ's
+  std::vector<std::string> axes;            // what is varied, of kAxes; default: all
   std::vector<std::string> make_variables;  // "IMAGE=...": for the pipeline's rules
   double memory_gigabytes = 0;              // that a precompute may take; 0: the memory that is free
-  double most_seconds = 150;                // limit on the predicted time of a precompute with p2-p0; the
-                                            // reference of the organ's own material may take twice that
+  double most_seconds = 150;                // limit on the predicted time of a precompute with p2-p0, and of any on a
+                                            // mesh that p2-p0 does not fit; columns near the sites in the organ's own
+                                            // material, as of the reference, may take twice that
   int repeats = 3;                          // runs of a precompute of less than 3 s; the median counts
   double radius_mm = 10;                    // of the tool's disc
   int sites = 6, samples = 200;             // pressed; compared
+
+  bool has_axis(const std::string& axis) const {
+    return axes.empty() || std::find(axes.begin(), axes.end(), axis) != axes.end();
+  }
 };
 
 // organ.toml with another element and, if poisson is not 0, that Poisson's ratio in every region, and if stiffening is not 0 that

@@ -25,9 +25,22 @@ class Study:
 
     def choices(self):
         """The settings that a user could bake: see can_be_chosen in choose.h."""
-        return [p for p in self.points if p["own_material"] and p["columns_everywhere"] and p["exercise"] == "press"
-                and p["solver"] == "auto" and p["contacts"] == 1 and p["law"] == "sticking" and p["storage"] != "f64"
-                and not p["is_reference"]]
+        return [p for p in self.plain() if p["columns_everywhere"] and not p["is_reference"] and not p["shares_reference"]]
+
+    def predicted(self):
+        """Settings that were measured with columns near the sites alone, with the predicted cost of all columns. One that shares the
+        reference's answer has the reference's error, at least."""
+        points = []
+        for p in self.plain():
+            if p["columns_everywhere"] or p["full_bundle_MB"] is None:
+                continue
+            errors = {f"{what}_error": max(p[f"{what}_error"], p[f"reference_{what}_error"] or 0) for what in ("force", "field")}
+            points.append({**p, **(errors if p["shares_reference"] else {}), "bundle_MB": p["full_bundle_MB"], "precompute_s": p["full_precompute_s"]})
+        return points
+
+    def plain(self):
+        return [p for p in self.points if p["own_material"] and p["exercise"] == "press" and p["solver"] == "auto" and p["contacts"] == 1
+                and p["law"] == "sticking" and p["storage"] != "f64"]
 
     def named(self, name):
         return next(p for p in self.points if p["name"] == name)
@@ -100,8 +113,8 @@ def first_screen(page, study):
     page.cards(cards)
     reference = study.own_reference
     if reference:
-        page.words(f"Errors are relative to the reference <b>{reference['name']}</b> ({reference['vertices']:,} vertices, quadratic elements), the finest "
-                   "mesh within the study's memory and time. The reference is not exact: its error is estimated at "
+        page.words(f"Errors are relative to the reference <b>{reference['name']}</b> ({reference['vertices']:,} vertices), chosen as "
+                   "<a href='#reference'>below</a>. The reference is not exact: its error is estimated at "
                    f"<b>{percent(reference['reference_force_error'])}</b> of the force and <b>{percent(reference['reference_field_error'])}</b> of the "
                    f"field. Grey bands in the plots show this estimate; {checked(study)} <a href='#reference'>How the error is estimated</a>.")
         page.words(f"Equally good meshes differ by about {percent(study.all['reference']['force']['scatter'])} of the force and "
@@ -115,15 +128,18 @@ def first_screen(page, study):
 
 def front_plot(study, title, x, x_label, error, error_label, reference):
     plot = Plot(title, x_label, error_label, log_x=True, log_y=True)
-    points = [p for p in study.choices() if p[x] and p[error]]
+    measured, predicted = ([p for p in some if p[x] and p[error]] for some in (study.choices(), study.predicted()))
+    points = measured + predicted
     if not points:
         return plot
     for element, (colour, marker) in ELEMENTS.items():
-        own = [p for p in points if p["element"] == element]
         for contact_is_patch in (True, False):
-            some = [p for p in own if (p["contact"] == "patch") == contact_is_patch]
-            plot.curve(some, x, lambda p: 100 * p[error], told, joined=False, color=colour, marker=marker, faint=not contact_is_patch,
-                       label=element if contact_is_patch else f"{element}, other contacts" if some else None)
+            def curve(some, label, hollow):
+                some = [p for p in some if p["element"] == element and (p["contact"] == "patch") == contact_is_patch]
+                plot.curve(some, x, lambda p: 100 * p[error], told, joined=False, color=colour, marker=marker, faint=not contact_is_patch,
+                           label=label if some or contact_is_patch and not hollow else None, hollow=hollow)
+            curve(measured, element if contact_is_patch else f"{element}, other contacts", False)
+            curve(predicted, f"{element}, size and precompute predicted" if contact_is_patch else None, True)
     plot.front([p[x] for p in points], [100 * p[error] for p in points], [p["name"] for p in points])
     if reference:
         plot.band(100 * reference, "estimated error of the reference")
@@ -134,7 +150,10 @@ def fronts(page, study):
     page.heading("Error against cost")
     page.words(f"{conditions(study)} Each point is one setting: mesh, element, storage, contact model. Put the pointer on a point for its name and "
                "figures. A setting on the dark line has no other that is both cheaper and more accurate, so choose one on the line, as far to "
-               "the left as its error allows. Faint points are contacts on a node, a triangle or a point. Both axes are logarithmic.")
+               "the left as its error allows. Faint points are contacts on a node, a triangle or a point. Both axes are logarithmic."
+               + (" Hollow points were measured with columns near the sites alone; the size of their bundle and the time of their precompute are what "
+                  "<code>palpate-precompute --plan</code> predicts for all columns. One on the reference's own mesh stands at the reference's estimated error."
+                  if study.predicted() else ""))
     own = study.own_reference or {}
     force, field = own.get("reference_force_error"), own.get("reference_field_error")
     page.plots([(front_plot(study, "Force error against the time of touch", "touch_us", "time of one touch (haptic step), median, us", "force_error", "error of the tool's force, %", force), "force-touch", ""),
@@ -154,6 +173,8 @@ def against_vertices(title, points, groups, key, y, y_label, scale=1, band=None,
 
 
 def mesh_and_element(page, study):
+    if not study.axis("mesh") and not study.axis("poisson"):
+        return
     page.heading("Mesh size, element and Poisson's ratio")
     page.words(f"{conditions(study)} Plain linear tetrahedra (p1) lock as Poisson's ratio approaches one half: a finer mesh hardly reduces their error, so "
                "take p1-anp or p2-p0 for soft tissue. Each mesh also has its own triangulated surface, so part of a coarse mesh's error is its "
@@ -166,6 +187,12 @@ def mesh_and_element(page, study):
         plots.append((against_vertices(f"Force error, all tissue at Poisson's ratio {ratio:g}", points, ELEMENTS, "element", "force_error",
                                        "error of the tool's force, %", 100, band), f"force-mesh-nu-{ratio:g}", ""))
     points = [p for p in study.axis("mesh") if not p["is_reference"]]
+    if not points:
+        page.plots(plots)
+        return
+    if not ratios:
+        plots.append((against_vertices("Force error, the organ's own material", points, ELEMENTS, "element", "force_error", "error of the tool's force, %",
+                                       100, (study.own_reference or {}).get("reference_force_error")), "force-mesh", ""))
     plots.append((against_vertices("Field error, the organ's own material", points, ELEMENTS, "element", "field_error", "error of the surface displacement, %",
                                    100, (study.own_reference or {}).get("reference_field_error")), "field-mesh", ""))
     plots.append((against_vertices("Time of the precompute", [p for p in points if p["columns_everywhere"]], ELEMENTS, "element",
@@ -240,6 +267,8 @@ def storage(page, study):
 
 
 def scene_effects(page, study):
+    if not any(study.axis(axis) for axis in ("law", "contacts", "collision", "response", "relaxation")):
+        return
     page.heading("Effects of a scene")
     page.words(f"Mesh {study.base}, disc of {number(study.all['radius_mm'])} mm radius. Each row is compared with the reference in the same situation, played with "
                "every effect on: the error shows what an effect is worth, the times show what it costs.")
@@ -331,7 +360,13 @@ def deformation(page, pushes):
 def reference_error(page, study):
     page.heading("The error of the reference", anchor="reference")
     reference = study.all["reference"]
-    page.words("The pipeline's meshes are not nested, and each has its own surface and its own held vertices. The distances of all coarser p2-p0 meshes to "
+    element, other = reference["element"], reference["other"]
+    page.words("The reference is the finest mesh that p2-p0 can solve within the study's memory and time. Where p1-anp can solve a finer one, and the estimated "
+               f"errors of its force and its field are both smaller, it is that one. Here it is <b>{reference['name']}</b>." +
+               (f" The finest mesh of the other element, {other['name']}, is estimated to be off by {percent(other['force']['error'])} of the force and "
+                f"{percent(other['field']['error'])} of the field; it lies {percent(other['force_distance'])} and {percent(other['field_distance'])} from the "
+                "reference." if other else ""))
+    page.words(f"The pipeline's meshes are not nested, and each has its own surface and its own held vertices. The distances of all coarser {element} meshes to "
                "the finest one are therefore fitted by c (h<sup>p</sup> - 1), where h is the edge length over that of the finest mesh: the least-squares "
                "form of Richardson's extrapolation (Eca and Hoekstra 2014). The estimated error is 1.25 c plus the scatter about the fit if the fitted "
                "order p lies between 0.5 and 2; otherwise it is 3 c, with p = 1, plus the scatter.")
@@ -339,8 +374,13 @@ def reference_error(page, study):
                [(what, hundred(reference[what]["error"]), reference[what]["order"], "yes" if reference[what]["order_observed"] else "no: p = 1",
                  hundred(reference[what]["scatter"])) for what in ("force", "field")])
     points = sorted((p for p in study.points if "reference" in p["axes"].split() and p["own_material"] and p["exercise"] == "press"
-                     and p["contacts"] == 1 and not p["is_reference"]), key=lambda p: p["vertices"])
-    plot = Plot("Distance of coarser p2-p0 meshes to the reference", "vertices of the mesh", "distance to the reference, %", log_x=True, log_y=True)
+                     and p["contacts"] == 1 and p["element"] == element and not p["is_reference"]), key=lambda p: p["vertices"])
+    without_one = reference["without_one"]
+    if without_one["most_force"] is not None:
+        page.words("With one of the coarser meshes left out, whichever it is, the estimate lies between "
+                   f"{percent(without_one['least_force'])} and {percent(without_one['most_force'])} of the force, and between "
+                   f"{percent(without_one['least_field'])} and {percent(without_one['most_field'])} of the field.")
+    plot = Plot(f"Distance of coarser {element} meshes to the reference", "vertices of the mesh", "distance to the reference, %", log_x=True, log_y=True)
     for key, name in (("force_error", "force"), ("field_error", "field")):
         plot.curve(points, "vertices", lambda p: 100 * p[key], told, label=name)
     page.plot(plot, "reference", checked(study).capitalize())

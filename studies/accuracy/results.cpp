@@ -35,6 +35,7 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["name"] = name_of(p.setting);
   r["axes"] = fmt::format("{}", fmt::join(judged.axes, " "));
   r["is_reference"] = judged.is_reference;
+  r["shares_reference"] = judged.shares_reference;
   r["resolution"] = b.resolution;
   r["vertices"] = p.cost.at("vertices");
   r["element"] = b.element;
@@ -74,6 +75,10 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["precompute_s"] = p.cost.at("seconds");
   r["precompute_GB"] = p.cost.at("peak_bytes").get<double>() / 1e9;
   r["bundle_MB"] = p.cost.at("bundle_bytes").get<double>() / 1e6;
+  // Where only columns near the sites were measured: what those of every touchable node would take.
+  const auto full = p.cost.value("full", nlohmann::json::object());
+  r["full_precompute_s"] = number_or_null(full.value("seconds", NAN));
+  r["full_bundle_MB"] = number_or_null(full.value("bundle_bytes", NAN) / 1e6);
   r["columns"] = p.cost.at("columns");
   r["contact_nodes"] = seen.contact_nodes;
   r["flags"] = seen.flags;
@@ -97,6 +102,22 @@ nlohmann::ordered_json json_of(const EstimateCheck& check) {
           {"found_force", number_or_null(check.found_force)},
           {"estimated_field", number_or_null(check.estimated_field)},
           {"found_field", number_or_null(check.found_field)}};
+}
+
+nlohmann::ordered_json json_of(const EstimateRange& range) {
+  return {{"least_force", number_or_null(range.least_force)},
+          {"most_force", number_or_null(range.most_force)},
+          {"least_field", number_or_null(range.least_field)},
+          {"most_field", number_or_null(range.most_field)}};
+}
+
+nlohmann::ordered_json json_of(const OtherReference& other) {
+  if (!other.point) return nullptr;
+  return {{"name", name_of(other.point->setting)},
+          {"force", json_of(other.force)},
+          {"field", json_of(other.field)},
+          {"force_distance", other.distance.force},
+          {"field_distance", other.distance.field}};
 }
 
 nlohmann::ordered_json machine_json() {

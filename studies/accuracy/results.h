@@ -19,6 +19,9 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson);
 // Unknown values (NaN) become null.
 nlohmann::ordered_json json_of(const Extrapolated& estimate);
 nlohmann::ordered_json json_of(const EstimateCheck& check);
+nlohmann::ordered_json json_of(const EstimateRange& range);
+// null where there is none.
+nlohmann::ordered_json json_of(const OtherReference& other);
 
 // Processor, cores, memory and load of this machine.
 nlohmann::ordered_json machine_json();

@@ -43,7 +43,7 @@ class Study {
 
   void run() {
     for (const auto& resolution : organ_.resolutions()) make_mesh_early(resolution);
-    const auto plan = plan_study(organ_, static_cast<int>(crowd_.touch.size()));
+    const auto plan = plan_study(organ_, static_cast<int>(crowd_.touch.size()), elements_of_references());
     Progress progress("study", plan.size());
     for (const auto& planned : plan) {
       // A point that fails is reported and left out; the others do not depend on it.
@@ -54,7 +54,16 @@ class Study {
       }
       progress.advance();
     }
-    // Three sites at most: on large meshes one large-strain solution takes minutes.
+    if (organ_.options().has_axis("depth")) push_deep_at_sites();
+    write();
+    report();
+  }
+
+ private:
+  const std::filesystem::path& folder() const { return organ_.options().output; }
+
+  // Three sites at most: on large meshes one large-strain solution takes minutes.
+  void push_deep_at_sites() {
     for (std::size_t p = 0; p < std::min<std::size_t>(3, sites_.touch.size()); ++p) {
       say(fmt::format("pushing deep at site {}", p + 1));
       try {
@@ -63,12 +72,7 @@ class Study {
         leave_out(fmt::format("the deep push at site {}", p + 1), error.what());
       }
     }
-    write();
-    report();
   }
-
- private:
-  const std::filesystem::path& folder() const { return organ_.options().output; }
 
   // A mesh that fails is reported with its points.
   void make_mesh_early(const std::string& resolution) const try {
@@ -107,10 +111,22 @@ class Study {
     return sites;
   }
 
-  // The setting as it is; or, if that is too large, with columns near the sites only; or nothing. Only p2-p0 can be too
-  // large: its factor grows fastest.
+  // Where p2-p0 reaches the finest mesh, no other element can be a better reference.
+  std::vector<std::string> elements_of_references() {
+    if (quadratic_fits(organ_.resolutions().back())) return {"p2-p0"};
+    return {"p2-p0", "p1-anp"};
+  }
+
+  bool quadratic_fits(const std::string& resolution) {
+    Setting setting;
+    setting.bundle.resolution = resolution, setting.bundle.element = "p2-p0";
+    return fitting(setting).has_value();
+  }
+
+  // The setting as it is; or, if that is too large, with columns near the sites only; or nothing. A mesh that p2-p0 fits has room
+  // for the other elements, whose factors are smaller.
   std::optional<Setting> fitting(Setting setting) {
-    if (setting.bundle.element != "p2-p0") return setting;
+    if (setting.bundle.element != "p2-p0" && quadratic_fits(setting.bundle.resolution)) return setting;
     auto& fits = fits_[text_of(setting.bundle)];
     if (!fits.has_value()) {
       fits = setting.bundle;
@@ -124,6 +140,11 @@ class Study {
     if (fits->resolution.empty()) return {};
     if (is_crowded(setting) && !fits->everywhere)
       return {};  // the next coarser mesh becomes the reference of the many contacts
+    if (!fits->everywhere && fits->storage.starts_with("low-rank")) {
+      leave_out(name_of(setting),
+                "all columns would take too long, and the blocks of some say nothing of those of all");
+      return {};
+    }
     setting.bundle = *fits;
     return setting;
   }
@@ -167,7 +188,11 @@ class Study {
     if (!point) {
       say("measuring " + name_of(setting));
       MeasuredPoint fresh = {setting, {}, {}};
-      timed("bundles", [&] { fresh.cost = bakery_.bake(setting.bundle); });
+      timed("bundles", [&] {
+        fresh.cost = bakery_.bake(setting.bundle);
+        if (setting.bundle.poisson == 0 && !setting.bundle.everywhere)
+          fresh.cost["full"] = bakery_.predict_full(setting.bundle);
+      });
       timed("touches", [&] {
         fresh.seen =
             observe(bakery_.look(setting.bundle).bundle, setting.scene, sites_for(setting), fine_surface(setting));
@@ -220,13 +245,14 @@ class Study {
     for (const auto& judged : points)
       for (const auto& taken : taken_)
         if (judged.is_reference && judged.point == &taken.point && situation_of(taken.point.setting) == plain)
-          return {{"name", name_of(taken.point.setting)},
-                  {"key", taken.key},
-                  {"force", json_of(judged.reference_error.force)},
-                  {"field", json_of(judged.reference_error.field)},
-                  {"check", json_of(judged.reference_error.check)}};
+          return {
+              {"name", name_of(taken.point.setting)},           {"key", taken.key},
+              {"vertices", taken.point.cost.at("vertices")},    {"element", taken.point.setting.bundle.element},
+              {"force", json_of(judged.reference_error.force)}, {"field", json_of(judged.reference_error.field)},
+              {"check", json_of(judged.reference_error.check)}, {"without_one", json_of(judged.reference_error.range)},
+              {"other", json_of(judged.reference_error.other)}};
     throw OperationError(
-        "no mesh of the study can be solved with p2-p0, the reference, in that memory and time; raise "
+        "no mesh of the study can be solved with p2-p0 or p1-anp, the references, in that memory and time; raise "
         "--memory or --most-seconds, or add a coarser mesh to --resolutions");
   }
 

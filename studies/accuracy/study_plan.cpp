@@ -8,18 +8,22 @@ namespace {
 
 class Plan {
  public:
-  Plan(const OrganCase& organ, int crowd) : organ_(organ), crowd_(crowd) {}
+  Plan(const OrganCase& organ, int crowd, const std::vector<std::string>& references)
+      : organ_(organ), crowd_(crowd), references_(references) {}
 
   std::vector<PlannedPoint> all() {
-    mesh_and_element();
-    scenes();
-    storage();
-    tolerance();
-    poisson();
+    add_references(plain(""));
+    if (has("mesh")) mesh_and_element(), contact_models();
+    if (has("scenes")) scenes();
+    if (has("storage")) storage();
+    if (has("tolerance")) tolerance();
+    if (has("poisson")) poisson();
     return std::move(points_);
   }
 
  private:
+  bool has(const char* axis) const { return organ_.options().has_axis(axis); }
+
   Setting plain(const std::string& resolution) const {
     Setting s;
     s.bundle.resolution = resolution;
@@ -37,19 +41,18 @@ class Plan {
       points_.push_back({setting, {axis}});
   }
 
-  // The reference of the setting's situation, and the coarser meshes that its error is estimated from.
+  // The references of the setting's situation, and the coarser meshes that their errors are estimated from.
   void add_references(Setting setting) {
-    setting.bundle.element = "p2-p0";
     setting.scene = best_scene(setting.scene);
     const auto& all = organ_.resolutions();
-    for (auto r = all.rbegin(); r != all.rend(); ++r) {
-      setting.bundle.resolution = *r;
-      add(setting, "reference");
-    }
+    for (const auto& element : references_)
+      for (auto r = all.rbegin(); r != all.rend(); ++r) {
+        setting.bundle.element = element, setting.bundle.resolution = *r;
+        add(setting, "reference");
+      }
   }
 
   void mesh_and_element() {
-    add_references(plain(""));
     for (const char* element : {"p2-p0", "p1", "p1-anp"})
       for (const auto& resolution : organ_.resolutions()) {
         Setting s = plain(resolution);
@@ -58,13 +61,16 @@ class Plan {
       }
   }
 
-  void scenes() {
+  void contact_models() {
     for (const char* contact : {"node", "triangle", "point", "patch"})
       for (const auto& resolution : organ_.resolutions()) {
         Setting s = plain(resolution);
         s.scene.contact = contact;
         add(s, "contact");
       }
+  }
+
+  void scenes() {
     for (const char* law : {"sticking", "sliding", "unilateral", "coulomb"})
       for (const char* surface : {"mesh", "fine"})
         add_scene("law", [&](SceneSetting& s) {
@@ -132,13 +138,14 @@ class Plan {
 
   const OrganCase& organ_;
   int crowd_;
+  const std::vector<std::string>& references_;
   std::vector<PlannedPoint> points_;
 };
 
 }  // namespace
 
-std::vector<PlannedPoint> plan_study(const OrganCase& organ, int crowd) {
-  return Plan(organ, crowd).all();
+std::vector<PlannedPoint> plan_study(const OrganCase& organ, int crowd, const std::vector<std::string>& references) {
+  return Plan(organ, crowd, references).all();
 }
 
 }  // namespace palpate::accuracy

@@ -15,8 +15,8 @@ struct PlannedPoint {
   std::set<std::string> axes;  // "mesh", "poisson", "tolerance", "storage", "contact", "law", ...; "reference"
 };
 
-// Each setting appears once. The p2-p0 meshes come first, because the finest one that is not too large is the reference.
-// crowd: the number of sites for settings with more contacts than --sites.
-std::vector<PlannedPoint> plan_study(const OrganCase& organ, int crowd);
+// Each setting appears once. The meshes that may be the reference come first, fine to coarse, with each of the elements
+// `references`. crowd: the number of sites for settings with more contacts than --sites.
+std::vector<PlannedPoint> plan_study(const OrganCase& organ, int crowd, const std::vector<std::string>& references);
 
 }  // namespace palpate::accuracy

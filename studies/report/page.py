@@ -93,7 +93,7 @@ class Plot:
         self.axes.grid(True, which="minor", alpha=0.12)
         self.names, self.series, self.labels, self.legend_at = {}, 0, [], "best"
 
-    def points(self, xs, ys, names, label=None, joined=False, faint=False, **style):
+    def points(self, xs, ys, names, label=None, joined=False, faint=False, hollow=False, **style):
         """Points with names; joined: connected by a line."""
         colour = style.pop("color", COLOURS[self.series % len(COLOURS)])
         marker = style.pop("marker", MARKERS[self.series % len(MARKERS)])
@@ -103,7 +103,7 @@ class Plot:
         for n, (x, y, name) in enumerate(zip(xs, ys, names)):
             gid = f"point-{len(self.names)}"
             self.names[gid] = name
-            self.axes.plot([x], [y], marker, color=colour, gid=gid, markersize=5 if faint else 6.5,
+            self.axes.plot([x], [y], marker, color=colour, markerfacecolor="white" if hollow else colour, gid=gid, markersize=5 if faint else 6.5,
                            alpha=0.45 if faint else 1, label=label if n == 0 else None, linestyle="none")
         return colour
 

@@ -2,12 +2,13 @@
 """A short accuracy study of an ellipsoid on small meshes, with the real programs. Usage: accuracy_test.py BIN [TEST ...]"""
 import json
 import os
+import shutil
 import subprocess
 import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from study_test import BIN, StudyTest, run_program  # noqa: E402
+from study_test import BIN, ROOT, StudyTest, run_program  # noqa: E402
 
 MESHES = ("200", "600", "1700")  # the names of the liver's resolutions; the ellipsoid has 120, 290 and 460 vertices
 
@@ -116,6 +117,41 @@ class Accuracy(StudyTest):
         self.assertIn("<title>1700 p1-anp", page)
         self.assertEqual([r["name"] for r in self.rows("accuracy.csv")], [p["name"] for p in self.all["points"]])
         self.assert_pictures("force-touch", "field-shape", "force-precompute", "force-bundle", "contact-force", "tolerance-error")
+
+    def test_a_study_of_one_axis_measures_it_alone(self):
+        results = [os.path.join(self.folder, name) for name in ("accuracy.json", "accuracy.csv", "report.html")]
+        for file in results:
+            shutil.copy(file, file + ".all")
+        dashes = self.study.index("--")
+        said = accuracy(*self.study[:dashes], "--axes", "storage", *self.study[dashes:])
+        self.assertNotIn("measuring", said)  # the same points as before
+        with open(results[0]) as file:
+            axes = {axis for p in json.load(file)["points"] for axis in p["axes"].split()}
+        self.assertEqual(axes, {"reference", "storage"})
+        for file in results:
+            os.replace(file + ".all", file)
+        self.assertIn("colour not in", accuracy(*self.study[:dashes], "--axes", "colour", code=2))
+
+    def test_settings_with_columns_near_the_sites_alone_stand_on_the_fronts_with_predicted_cost(self):
+        study = json.loads(json.dumps(self.all))
+        finest = next(p for p in study["points"] if p["name"] == "1700 p1-anp")
+        finest.update(columns_everywhere=False, full_bundle_MB=7000, full_precompute_s=1600)
+        reference = next(p for p in study["points"] if p["is_reference"] and p["name"] == "1700 p2-p0")
+        for p in (reference, finest):
+            p.update(is_reference=p is finest, shares_reference=p is finest)
+        study["reference"].update(name="1700 p1-anp", element="p1-anp", other={
+            "name": "1700 p2-p0", "force": {"error": 0.1}, "field": {"error": 0.2}, "force_distance": 0.012, "field_distance": 0.023})
+        folder = os.path.join(self.scratch.name, "predicted")
+        os.mkdir(folder)
+        with open(os.path.join(folder, "accuracy.json"), "w") as file:
+            json.dump(study, file)
+        page = os.path.join(folder, "report.html")
+        subprocess.run([sys.executable, os.path.join(ROOT, "studies", "accuracy", "report.py"), file.name, "-o", page], check=True)
+        with open(page) as file:
+            words = file.read()
+        self.assertIn("p1-anp, size and precompute predicted", words)
+        self.assertIn("precompute 1,600 s", words)
+        self.assertIn("it lies 1.2 % and 2.3 % from the", words)
 
     def test_a_chosen_setting_is_baked_and_as_accurate_as_its_certificate_states(self):
         chosen = os.path.join(self.scratch.name, "chosen")

@@ -63,6 +63,112 @@ TEST(Difference, IsRelativeToTheTruth) {
   EXPECT_NEAR(d.field_mm, 0.1, 1e-12);
 }
 
+// Measured points whose force errs by c (149 / vertices)^(order / 3) and whose field errs by twice that, plus a share of its own.
+class AccuracyReference : public testing::Test {
+ protected:
+  void add(const char* element, const char* resolution, int vertices, double c, double order, double more = 0) {
+    const double error = c * std::pow(149.0 / vertices, order / 3) + more;
+    Setting s;
+    s.bundle.element = element, s.bundle.resolution = resolution;
+    measured_.push_back({s, {{"vertices", vertices}}, one_press(1 + error, 1 + 2 * error)});
+  }
+  void add_meshes(const char* element, int count, double c, double order) {
+    constexpr int kVertices[] = {149, 563, 1696, 5287, 10479, 19656, 98373};
+    for (int m = 0; m < count; ++m) add(element, std::to_string(kVertices[m]).c_str(), kVertices[m], c, order);
+  }
+  std::vector<JudgedPoint> judged(const std::set<std::string>& axes = {"reference"}) const {
+    std::vector<PlannedMeasurement> planned;
+    for (const auto& point : measured_) planned.push_back({&point, axes});
+    return judge(planned);
+  }
+  JudgedPoint reference() const {
+    for (const auto& point : judged())
+      if (point.is_reference) return point;
+    return {};
+  }
+  std::string name() const {
+    const JudgedPoint found = reference();
+    return found.point ? name_of(found.point->setting) : "none";
+  }
+
+  std::vector<MeasuredPoint> measured_;
+};
+
+TEST_F(AccuracyReference, IsTheFinestMeshOfQuadraticElements) {
+  add_meshes("p2-p0", 6, 0.1, 1);
+  EXPECT_EQ(name(), "19656 p2-p0");
+}
+
+TEST_F(AccuracyReference, IsTheOtherElementOnAFinerMeshWithSmallerEstimates) {
+  add_meshes("p2-p0", 6, 0.1, 0.8);
+  add_meshes("p1-anp", 7, 0.1, 1.2);
+  EXPECT_EQ(name(), "98373 p1-anp");
+  const TruthError error = reference().reference_error;
+  EXPECT_NEAR(error.force.error, 1.25 * 0.1 * std::pow(149.0 / 98373, 0.4), 0.002);  // the meshes of its own element
+  EXPECT_EQ(error.check.vertices, 19656);
+  EXPECT_NEAR(error.range.least_force, error.force.error, 1e-3);  // meshes that follow one power: none of them matters
+  EXPECT_NEAR(error.range.most_force, error.force.error, 1e-3);
+  ASSERT_NE(error.other.point, nullptr);
+  EXPECT_EQ(name_of(error.other.point->setting), "19656 p2-p0");
+  EXPECT_GT(error.other.force.error, error.force.error);
+  const double apart = 0.1 * (std::pow(149.0 / 19656, 0.8 / 3) - std::pow(149.0 / 98373, 0.4));
+  EXPECT_NEAR(error.other.distance.force, apart, 0.02 * apart);  // relative to a force that is a little above 1
+}
+
+TEST_F(AccuracyReference, TellsWhatTheEstimateIsWithoutOneMesh) {
+  add("p2-p0", "149", 149, 0.1, 1, 0.05);  // the coarsest mesh is out of line
+  for (const int vertices : {563, 1696, 5287}) add("p2-p0", std::to_string(vertices).c_str(), vertices, 0.1, 1);
+  const TruthError error = reference().reference_error;
+  EXPECT_LT(error.range.least_force, error.range.most_force);
+  // Without that mesh the others follow one power.
+  const double without = 1.25 * 0.1 * std::cbrt(149.0 / 5287);
+  EXPECT_LE(error.range.least_force, without + 0.002);
+  EXPECT_GE(error.range.most_force, without - 0.002);
+}
+
+TEST_F(AccuracyReference, StaysQuadraticWhereTheEstimatesAreNotBothSmaller) {
+  add_meshes("p2-p0", 6, 0.02, 1.2);
+  add_meshes("p1-anp", 7, 0.1, 0.8);
+  EXPECT_EQ(name(), "19656 p2-p0");
+  EXPECT_EQ(name_of(reference().reference_error.other.point->setting), "98373 p1-anp");
+}
+
+TEST_F(AccuracyReference, StaysQuadraticOnOneMeshWhateverTheEstimatesSay) {
+  add_meshes("p2-p0", 6, 0.1, 0.8);
+  add_meshes("p1-anp", 6, 0.01, 1.2);
+  EXPECT_EQ(name(), "19656 p2-p0");
+}
+
+TEST_F(AccuracyReference, WithAKnownErrorIsPreferredToOneWithout) {
+  add_meshes("p2-p0", 1, 0.1, 1);
+  add_meshes("p1-anp", 3, 0.1, 1);
+  EXPECT_EQ(name(), "1696 p1-anp");
+  measured_.clear();
+  add("p2-p0", "149", 149, 0.1, 1);
+  add("p1-anp", "563", 563, 0.1, 1);
+  EXPECT_EQ(name(), "149 p2-p0");
+}
+
+TEST_F(AccuracyReference, IsAmongThePointsThatWereMeantToBeOne) {
+  add_meshes("p1-anp", 3, 0.1, 1);
+  EXPECT_EQ(name(), "1696 p1-anp");
+  EXPECT_TRUE(judged({"mesh"}).empty());
+}
+
+TEST_F(AccuracyReference, SharesItsAnswerWithOtherStorageOfItsMesh) {
+  add_meshes("p2-p0", 3, 0.1, 1);
+  measured_.push_back(measured_.back());
+  measured_.back().setting.bundle.storage = "f16";
+  measured_.push_back(measured_.back());
+  measured_.back().setting.scene.contact = "node";
+  const auto points = judged();
+  ASSERT_EQ(points.size(), 5u);
+  EXPECT_FALSE(points[1].shares_reference);  // another mesh
+  EXPECT_TRUE(points[2].shares_reference && points[2].is_reference);
+  EXPECT_TRUE(points[3].shares_reference && !points[3].is_reference);
+  EXPECT_FALSE(points[4].shares_reference);  // another contact
+}
+
 nlohmann::ordered_json setting(const char* name, double error, double touch, double megabytes, double seconds,
                                double field_error = 0.1) {
   return {{"name", name},
@@ -98,6 +204,8 @@ TEST_F(Chooser, LeavesOutWhatNobodyCanHave) {
   points_[1]["columns_everywhere"] = false;
   EXPECT_EQ(cheapest(points_, {{"force_error", "--force-error 5%", 0.05}}, "precompute_s")->at("name"), "fine");
   points_[2]["is_reference"] = true;
+  EXPECT_EQ(cheapest(points_, {{"force_error", "--force-error 5%", 0.05}}, "precompute_s"), nullptr);
+  points_[2]["is_reference"] = false, points_[2]["shares_reference"] = true;
   EXPECT_EQ(cheapest(points_, {{"force_error", "--force-error 5%", 0.05}}, "precompute_s"), nullptr);
 }
 

@@ -13,6 +13,7 @@ export interface ServedStudy {
 export interface Setting {
   name: string;
   is_reference: boolean;
+  shares_reference?: boolean; // the mesh, element and scene of the reference; studies of before do not say
   vertices: number;
   element: string;
   own_material: boolean;
@@ -65,7 +66,7 @@ export const FRONTS: FrontAxes[] = [
 
 // The settings that a user could bake: can_be_chosen of studies/accuracy/choose.h.
 export const choices = ({ points }: Study) => points.filter((p) => p.own_material && p.columns_everywhere && p.exercise === "press" && p.solver === "auto" &&
-  p.contacts === 1 && p.law === "sticking" && p.storage !== "f64" && !p.is_reference);
+  p.contacts === 1 && p.law === "sticking" && p.storage !== "f64" && !p.is_reference && !p.shares_reference);
 
 // The reference's own error, estimated; null where it is unknown.
 export function errorOfReference({ points }: Study, { reference }: FrontAxes): number | null {
