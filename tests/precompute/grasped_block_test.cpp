@@ -45,6 +45,25 @@ TEST_P(GraspedBlock, HasForceAndTorqueOfARigidDiscWhateverTheEdge) {
 INSTANTIATE_TEST_SUITE_P(Elements, GraspedBlock,
                          testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45}));
 
+// A disc of more than 64 nodes acts on 64 of them, which are points where the disc is a surface. What it lacks then belongs to the method's
+// limits (docs/method.md, section 16), and is no more than stated there.
+TEST(GraspedBlock, OfAWideDiscIsTooSoft) {
+  std::vector<double> distance;
+  for (const double edges : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 12.0, 16.0, 28.5, 58.5, kReach})
+    distance.push_back(kEdge * edges);
+  Punched block(graded_block(distance), Element::p1_anp, 0.45, 9.5 * kEdge);
+  for (const auto& [edges, force, torque] : {std::tuple{5.0, 0.07, 0.16}, {6.0, 0.11, 0.22}, {8.0, 0.16, 0.30}}) {
+    const double held = 2.5 * 2 * edges / (std::numbers::pi * kReach);
+    const auto of = stiffness(block, 0.45, {0.5 * kEdge, 0.25 * kEdge, 0}, edges * kEdge, held);
+    const double least_force = std::min(of[0], of[1]), least_torque = std::min({of[2], of[3], of[4]});
+    RecordProperty("at_" + std::to_string(static_cast<int>(edges)),
+                   std::to_string(least_force) + " " + std::to_string(least_torque));
+    EXPECT_GT(least_force, 1 - force) << edges;
+    EXPECT_GT(least_torque, 1 - torque) << edges;
+    EXPECT_LT(least_torque, 1) << edges;
+  }
+}
+
 // One disc of 6 mm on blocks of equal size whose edges below it are 8, 4 and 2 mm.
 TEST(GraspedBlock, HasTheSameForceAndTorqueOnThreeMeshes) {
   constexpr double kRadius = 0.006, kPoisson = 0.45;
