@@ -137,7 +137,7 @@ const std::vector<Rule>& rules() {
       // What users run: never bench/ or tests/, and of the programs none.
       {"studies/bodies/", {"studies/bodies/", "precompute/elements/", "precompute/solver/", "formats/"}, {"Eigen"}},
       {"studies/timing/", {"studies/timing/"}, {}},
-      {"studies/coupled/", {"studies/coupled/"}, {"Eigen"}},
+      {"studies/coupled/", {"studies/coupled/", "runtime/contact/", "runtime/surface/"}, {"Eigen"}},
       {"studies/scenes/",
        {"studies/scenes/", "studies/coupled/", "studies/peers/", "studies/accuracy/", "studies/timing/",
         "precompute/elements/", "formats/"},
