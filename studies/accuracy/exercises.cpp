@@ -244,7 +244,7 @@ Observation observe(const std::filesystem::path& file, const SceneSetting& setti
   for (int room = setting.contacts > PALPATE_MAX_TOOLS ? 16 * setting.contacts : 64 * std::max(setting.contacts, 2);;
        room *= 2) {
     Observation seen = observe_with(file, setting, sites, fine, room);
-    if (!(seen.flags & PALPATE_STEP_CONTACTS_DROPPED) || room > 3000) return seen;
+    if (!(seen.flags & (PALPATE_STEP_CONTACTS_DROPPED | PALPATE_STEP_DISCS_THINNED)) || room > 3000) return seen;
   }
 } catch (const Error& error) {
   throw OperationError(fmt::format("{}: {}", file.string(), error.what()));
