@@ -101,9 +101,13 @@ void check_options(const PackOptions& options) {
 
 ElementType target_type(const StoredColumns& columns, const BundleFile& source, const PackOptions& options) {
   const std::string file = source.path().string();
-  if (columns.in_blocks())
-    throw InputError(fmt::format("{}: is already packed in blocks; pack the bundle that it was made from", file));
   const ElementType from = columns.type();
+  const bool rounds = options.precision == ElementType::f16 && from == ElementType::f32, subset = !options.mesh.empty();
+  if (columns.in_blocks() && (!rounds || subset || options.low_rank))
+    throw InputError(fmt::format(
+        "{}: is already packed in blocks, of {}; pack can round f32 blocks with --precision f16 and do nothing else to "
+        "blocks; pack the bundle that it was made from",
+        file, type_name(static_cast<std::uint32_t>(from))));
   const ElementType to =
       options.precision.value_or(from == ElementType::f64 && options.low_rank ? ElementType::f32 : from);
   if (element_bytes(to) > element_bytes(from))
@@ -140,6 +144,7 @@ class Packer {
 
   void write() {
     if (options_.low_rank) pack_blocks();
+    if (columns_.in_blocks()) round_blocks();
     lay_out();
     copy_sections();
     write_displacements();
@@ -228,6 +233,13 @@ class Packer {
       }
     };
     blocks_ = pack_compliance(from, {type_, options_.low_rank});
+  }
+
+  void round_blocks() {
+    blocks_ = blocks_in_halves(columns_.blocks(), static_cast<const float*>(columns_.block_values()));
+    blocks_->nodes = source_.numbers<std::int32_t>(SectionId::compliance_nodes);
+    blocks_->cluster_ends = source_.numbers<std::int32_t>(SectionId::compliance_clusters);
+    blocks_->blocks = source_.numbers<std::int32_t>(SectionId::compliance_blocks);
   }
 
   bool is_per_column(SectionId id) const {

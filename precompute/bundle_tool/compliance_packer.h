@@ -51,6 +51,9 @@ struct PackedCompliance {
 // twice the largest pair that is apart.
 PackedCompliance pack_compliance(const ComplianceSource& source, const CompliancePackOptions& options);
 
+// The same blocks with f16 in place of f32. values: the numbers of all blocks. Nodes, clusters and blocks are left empty.
+PackedCompliance blocks_in_halves(std::span<const formats::ComplianceBlock> blocks, const float* values);
+
 // The scale s of numbers that are stored as halves: a power of two that brings the largest just below 2^15, so that
 // numbers keep 11 bits down to 2^-29 of the largest.
 float half_scale(double largest);

@@ -40,6 +40,8 @@ class StoredColumns {
   formats::ElementType type() const { return type_; }
   bool in_blocks() const { return !blocks_.empty(); }
   std::size_t block_count() const { return blocks_.size(); }
+  const std::vector<formats::ComplianceBlock>& blocks() const { return blocks_; }
+  const void* block_values() const { return values_.data(); }  // of all blocks, of type()
   std::size_t dense_blocks() const;
   const BundleFile& file() const { return file_; }
   // What a stored number of row [k, j] is multiplied by.

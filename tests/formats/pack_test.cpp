@@ -97,10 +97,32 @@ TEST(PalpateBundlePack, KeepsAHistoryAndAddsErrors) {
   EXPECT_LE(std::count(screen.begin(), screen.end(), '\n'), 40);
 }
 
+// As a bundle of many columns is written: palpate-precompute --low-rank leaves no rows to pack again.
+TEST(PalpateBundlePack, RoundsBlocksToHalvesAsItPacksHalvesAtOnce) {
+  const std::string source = box_file(), blocks = packed(source, "--low-rank 1e-3", "blocks.h5");
+  const std::string halves = packed(blocks, "--precision f16", "halves.h5"),
+                    at_once = packed(source, "--low-rank 1e-3 --precision f16", "at_once.h5");
+  const auto report = info(halves), before = info(blocks)["provenance"], expected = info(at_once);
+  EXPECT_EQ(type_of(report, "tensors/compliance/values"), "f16");
+  EXPECT_EQ(type_of(report, "tensors/displacement_interior"), "f16");
+  // The length of the provenance apart.
+  EXPECT_NEAR(static_cast<double>(std::filesystem::file_size(halves)),
+              static_cast<double>(std::filesystem::file_size(at_once)), 4096);
+  const auto& p = report["provenance"];
+  EXPECT_GE(p["pack_error_worst"], 1e-4);  // as of rows above
+  const double stored = before["stored_error"], rounded = p["pack_error_worst"];
+  EXPECT_DOUBLE_EQ(p["stored_error"], stored + (1 + stored) * rounded);
+  // Against the solved columns, errors of the blocks and of rounding do not add up to more than when both are made at once.
+  EXPECT_LE(p["stored_error"], 1.5 * expected["provenance"]["stored_error"].get<double>());
+  const ProgramRun verified = palpate_bundle("verify " + halves);
+  EXPECT_EQ(verified.code, 0) << verified.out << verified.errors;
+}
+
 TEST(PalpateBundlePack, RefusesWhatGainsNothing) {
   const std::string source = box_file(false);
   const std::string f16 = packed(source, "--precision f16", "f16.h5"),
-                    blocks = packed(source, "--low-rank 1e-3", "blocks.h5");
+                    blocks = packed(source, "--low-rank 1e-3", "blocks.h5"),
+                    halves = packed(blocks, "--precision f16", "halves.h5");
   write_bytes(scratch("text"), std::string(5000, 'x'));
   const struct {
     std::string arguments, sentence;
@@ -113,7 +135,9 @@ TEST(PalpateBundlePack, RefusesWhatGainsNothing) {
       {source + " --low-rank nan", "expected a finite number"},
       {source + " --low-rank 1e-3 --precision f64", "more bytes"},
       {f16 + " --low-rank 1e-3", "pack the bundle that it was made from"},
-      {blocks + " --precision f16", "pack the bundle that it was made from"},
+      {blocks + " --low-rank 1e-2", "already packed in blocks, of f32"},
+      {blocks + " --low-rank 1e-2 --precision f16", "pack the bundle that it was made from"},
+      {halves + " --precision f16", "already packed in blocks, of f16"},
       {source + " --patch x1", "need --mesh"},
       {source + " --precision f16 --mesh a.msh", "only used with"},
       {source + " --precision f8", "f8"},
