@@ -13,7 +13,7 @@ constexpr double kMargin = 0.25, kStays = 1.5, kReach = 2, kAgain = 0.02, kLag =
 // Of its way, a place that goes to and fro follows its vertex by this share at least.
 constexpr double kLeastFollow = 1.0 / 32;
 // And by so many times the share of the step before where it goes on; a way of less than so many mean edges is neither.
-constexpr double kOnward = 1.1, kStill = 1e-3;
+constexpr double kOnward = 1.02, kStill = 1e-3;
 // A pair's normal stays while it turns by less than a degree (cosine).
 constexpr double kSameNormal = 0.99985;
 // The two surfaces face one another where their normals differ by more than about 100 degrees (cosine).
