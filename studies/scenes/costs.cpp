@@ -28,6 +28,26 @@ Vector3d in_world(const palpate_pose& pose, const Vector3d& p) {
   return turn * p + Vector3d(pose.position);
 }
 
+Vector3d force_of_pairs(const PlayedWorld& world) {
+  Vector3d force = Vector3d::Zero();
+  for (const palpate_world_pair* pair : world.pairs()) force += Vector3d(pair->force);
+  return force;
+}
+
+// Of the force between organs that stand: by how much it changes in a step, the mean of kToRest steps, over its size.
+constexpr int kToRest = 300;
+double unrest_of(PlayedWorld& world) {
+  Vector3d last = force_of_pairs(world);
+  const double size = last.norm();
+  double way = 0;
+  for (int s = 0; s < kToRest; ++s) {
+    world.touch();
+    const Vector3d now = force_of_pairs(world);
+    way += (now - last).norm(), last = now;
+  }
+  return way / kToRest / size;
+}
+
 // A tool of one point that is pressed into a place of the first organ and goes to and fro there.
 class PointTool {
  public:
@@ -130,6 +150,10 @@ class Costs {
       const double pace = 2e-4 * box_.size(), deepest = first_touch_ - 0.35 * box_.depth();
       while (world.pressing() < wanted && gap > deepest) world.place(1, over(box_, gap -= pace)), world.touch();
       const int pressing = world.pressing();
+      for (int s = 0; s < kToRest; ++s) world.touch();
+      const double unrest = unrest_of(world);
+      time("pairs", "stand still", pressing, world, [](int) { return std::vector<palpate_tool>(); });
+      rows_.back()["unrest"] = unrest;
       for (const auto& [setting, share] : {std::pair("keep their places", 1e-4), std::pair("move on", 5e-3)})
         time("pairs", setting, pressing, world, [&, share = share](int s) {
           world.place(1, over(box_, gap + share * box_.size() * std::sin(0.05 * s)));

@@ -47,6 +47,9 @@ def costs(page, study):
             plot.curve(own, "count", "worst_us", told, joined=False, faint=True)
         plots.append((plot, f"touch-{axis}", "Lines: medians. Faint: the longest touch."))
     page.plots(plots)
+    stand = [p for p in study["points"] if "unrest" in p]
+    page.words("Where two pressed organs stand, the force between them changes in a step by this share of itself, the mean of 300 steps after 300 others: "
+               + "; ".join(f"{p['count']} places {percent(p['unrest'])}" for p in stand) + ".")
     page.table(("axis", "setting", "count", "median, us", "worst, us", "ratio", "step flags"),
                [(p["axis"], p["setting"], p["count"], p["median_us"], p["worst_us"], p["ratio"], flags_of(p)) for p in study["points"]],
                folded="Every time")

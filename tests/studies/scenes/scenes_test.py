@@ -35,6 +35,8 @@ class SceneCosts(StudyTest):
         self.assertEqual(set(self.axis("links", "springs")), {0, 10})
         self.assertEqual(set(self.axis("grips")), {1, 4})
         self.assertGreaterEqual(max(self.axis("pairs", "move on")), 10)
+        for p in self.axis("pairs", "stand still").values():
+            self.assertLess(p["unrest"], 1e-9)  # rounding: few places come to rest
         self.assertGreaterEqual(max(self.axis("needle")), 4)
         for p in self.all["points"]:
             self.assertGreater(p["median_us"], 0)
