@@ -11,9 +11,9 @@ namespace {
 // which a vertex is looked for; after which motion a pair is looked at again; by how much its place lags behind the vertex.
 constexpr double kMargin = 0.25, kStays = 1.5, kReach = 2, kAgain = 0.02, kLag = 0.1;
 // Of its way, a place that goes to and fro follows its vertex by this share at least.
-constexpr double kLeastFollow = 1.0 / 32;
-// And by so many times the share of the step before where it goes on; a way of less than so many mean edges is neither.
-constexpr double kOnward = 1.02, kStill = 1e-3;
+constexpr double kLeastFollow = 1.0 / 256;
+// Each time that it goes on, by this much more of its share than the time before; a way of less than so many mean edges is neither.
+constexpr double kOnward = 0.01, kStill = 1e-3;
 // A pair's normal stays while it turns by less than a degree (cosine).
 constexpr double kSameNormal = 0.99985;
 // The two surfaces face one another where their normals differ by more than about 100 degrees (cosine).
@@ -238,8 +238,9 @@ void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 w
   TouchState& b = touch(group.b);
   const Vec3 along = *place - was;
   const bool turns_back = dot(along, before.way) < 0 && length(along) > kStill * b.tree.mean_edge();
+  const double onward = turns_back ? 0 : before.onward + 1;
   const double share =
-      turns_back ? std::max(kLeastFollow, 0.5 * before.follow) : std::min(1.0, kOnward * before.follow);
+      turns_back ? std::max(kLeastFollow, 0.5 * before.follow) : std::min(1.0, (1 + kOnward * onward) * before.follow);
   if (share < 1 && !rubs(before)) {
     const Vec3 between = was + share * (at - was);
     const NearestPoint under = b.deformed.nearest({}, between, group.reach);
@@ -249,7 +250,7 @@ void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 w
     found->normal = unit_or_zero(before.normal + share * (found->normal - before.normal));
     found->tangent = across(found->normal, found->tangent);
   }
-  found->follow = share, found->way = share * along;
+  found->follow = share, found->onward = onward, found->way = share * along;
 }
 
 // The pair's place on the deformed second organ, m; outward: of its triangle.
@@ -336,7 +337,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     const double lag = !rubs(*pair) ? kLag : pair->slips ? 0 : 10 * kLag;
     if (length(was - place) < lag * edge && dot(found.normal, pair->normal) > kSameNormal) {
       found = *pair;
-      found.follow = std::min(1.0, kOnward * found.follow);
+      found.follow = std::min(1.0, (1 + kOnward) * found.follow);
     }
   } else {
     found.slips = 1;
