@@ -10,10 +10,13 @@ namespace {
 // In mean edges of the second organ: within which a vertex counts as near; by how much it must go farther to count as far again; within
 // which a vertex is looked for; after which motion a pair is looked at again; by how much its place lags behind the vertex.
 constexpr double kMargin = 0.25, kStays = 1.5, kReach = 2, kAgain = 0.02, kLag = 0.1;
-// Of its way, a place that goes to and fro follows its vertex by this share at least.
-constexpr double kLeastFollow = 1.0 / 256;
-// Each time that it goes on, by this much more of its share than the time before; a way of less than so many mean edges is neither.
-constexpr double kOnward = 0.01, kStill = 1e-3;
+// Of its way, a place that goes to and fro follows its vertex by this share at least; it goes on by so many times the share of the step before,
+// where organs or supports move, so that it keeps up with them.
+constexpr double kLeastFollow = 1.0 / 32, kOnward = 1.1;
+// Where these stand, by less, so that it comes to rest: each time that it goes on, by this much more of its share than the time before.
+constexpr double kLeastFollowAtRest = 1.0 / 256, kOnwardAtRest = 0.01;
+// A way of less than so many mean edges is neither.
+constexpr double kStill = 1e-3;
 // A pair's normal stays while it turns by less than a degree (cosine).
 constexpr double kSameNormal = 0.99985;
 // The two surfaces face one another where their normals differ by more than about 100 degrees (cosine).
@@ -41,6 +44,11 @@ Vec3 mean_of_corners(const SurfaceTree& tree, const OrganPair& pair, const OfNod
   Vec3 sum;
   for (int v = 0; v < 3; ++v) sum += pair.barycentric[v] * of_node(corner[v]);
   return sum;
+}
+
+// Of the share of its way that a place goes. onward: times that it has gone on since it turned back.
+double growth_of(const OrganGroup& group, double onward) {
+  return group.moves ? kOnward : 1 + kOnwardAtRest * onward;
 }
 
 bool has_stepped(const TouchState& organ) {
@@ -239,8 +247,9 @@ void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 w
   const Vec3 along = *place - was;
   const bool turns_back = dot(along, before.way) < 0 && length(along) > kStill * b.tree.mean_edge();
   const double onward = turns_back ? 0 : before.onward + 1;
+  const double least = group.moves ? kLeastFollow : kLeastFollowAtRest;
   const double share =
-      turns_back ? std::max(kLeastFollow, 0.5 * before.follow) : std::min(1.0, (1 + kOnward * onward) * before.follow);
+      turns_back ? std::max(least, 0.5 * before.follow) : std::min(1.0, growth_of(group, onward) * before.follow);
   if (share < 1 && !rubs(before)) {
     const Vec3 between = was + share * (at - was);
     const NearestPoint under = b.deformed.nearest({}, between, group.reach);
@@ -337,7 +346,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     const double lag = !rubs(*pair) ? kLag : pair->slips ? 0 : 10 * kLag;
     if (length(was - place) < lag * edge && dot(found.normal, pair->normal) > kSameNormal) {
       found = *pair;
-      found.follow = std::min(1.0, (1 + kOnward) * found.follow);
+      found.follow = std::min(1.0, growth_of(group, 1) * found.follow);
     }
   } else {
     found.slips = 1;
