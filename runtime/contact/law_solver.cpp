@@ -7,8 +7,8 @@ namespace palpate {
 namespace {
 
 constexpr std::int32_t kFirstSweeps = 3;  // before the first Newton step
-// Newton's method helps while one of so many steps brings the residual to this share. Where it wanders among states of sticking and slipping, a
-// few sweeps find them sooner.
+// Newton's method goes on while one of its next so many steps brings what the laws miss below this share of what they missed before. Where no step
+// does, the method wanders among states of sticking and slipping, which a few sweeps find sooner.
 constexpr int kPatience = 4;
 constexpr double kHelps = 0.5;
 constexpr std::int32_t kSweepsAgain = 10;  // where Newton's direction does not help; half as many more each time

@@ -10,12 +10,13 @@ namespace {
 // In mean edges of the second organ: within which a vertex counts as near; by how much it must go farther to count as far again; within
 // which a vertex is looked for; after which motion a pair is looked at again; by how much its place lags behind the vertex.
 constexpr double kMargin = 0.25, kStays = 1.5, kReach = 2, kAgain = 0.02, kLag = 0.1;
-// Of its way, a place that goes to and fro follows its vertex by this share at least; it goes on by so many times the share of the step before,
-// where organs or supports move, so that it keeps up with them.
+// A place that goes to and fro follows its vertex by a share of the way. Where organs or supports move, that share is at least the first number, and
+// grows to so many times itself in each step in which the place goes on: the place keeps up with the organs.
 constexpr double kLeastFollow = 1.0 / 32, kOnward = 1.1;
-// Where these stand, by less, so that it comes to rest: each time that it goes on, by this much more of its share than the time before.
+// Where organs and supports stand, the share is at least the first number, and grows by so much of itself the first time that the place goes on, twice
+// as much the second time, and so on: the place comes to rest.
 constexpr double kLeastFollowAtRest = 1.0 / 256, kOnwardAtRest = 0.01;
-// A way of less than so many mean edges is neither.
+// A place turns back only where its way is longer than so many mean edges.
 constexpr double kStill = 1e-3;
 // A pair's normal stays while it turns by less than a degree (cosine).
 constexpr double kSameNormal = 0.99985;
@@ -46,7 +47,7 @@ Vec3 mean_of_corners(const SurfaceTree& tree, const OrganPair& pair, const OfNod
   return sum;
 }
 
-// Of the share of its way that a place goes. onward: times that it has gone on since it turned back.
+// To how many times itself the share grows by which a place follows its vertex. onward: times that the place has gone on since it turned back.
 double growth_of(const OrganGroup& group, double onward) {
   return group.moves ? kOnward : 1 + kOnwardAtRest * onward;
 }

@@ -25,7 +25,7 @@ struct OrganPair {
   double near = 0;       // m, from the place to the vertex when it was last looked at; below 0 inside
   Vec3 way;              // m, of the place, when it last moved
   double follow = 1;     // and the share that this was of the whole way
-  double onward = 0;     // times that it has gone on since it turned back
+  double onward = 0;     // times that the place has gone on since it turned back
   Vec3 seen_apart;       // m, from the place to the vertex when the pair was last looked at
   Vec3 seen_outward;     // unit: of the place's triangle then
   Vec3 reaction;         // N, on the first organ along normal, tangent and the third direction

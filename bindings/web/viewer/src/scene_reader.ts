@@ -107,7 +107,7 @@ function readTool(given: Table, where: string, unit: number): SceneTool {
   };
 }
 
-// Rows s, x, y, z of a tool's path, in the file's unit, or of another key.
+// Rows s, x, y, z of a tool's `path`, in the file's unit, or of its `turn`, in degrees.
 export function pathRows(path: unknown, where: string, key = "path"): number[][] {
   const rows = path as number[][];
   if (!Array.isArray(rows) || !rows.length || !rows.every((row) => isRow(row, 4))) throw new Error(word("scene.path", { where, key, found: shownAs(rows) }));
