@@ -1,12 +1,26 @@
 #include "runtime/bundle/compliance.h"
 
 #include <algorithm>
+#include <cstring>
 
+#include "runtime/bundle/block_reads.h"
 #include "runtime/dense/superposition.h"
 
 namespace palpate {
 
 using formats::ComplianceBlock;
+
+namespace {
+
+// superpose_onto adds runs by threes at least; one or two left over would take a pass of their own, longer than a third that counts
+// for nothing.
+constexpr int kRunsAtOnce = 3;
+
+// Bytes of the blocks to come that are on their way from memory while a block is applied. Blocks are short and lie apart, so that the
+// processor foresees nothing. 16 to 512 kB are equally good (packed_bench); 64 kB are a quarter of the smallest second-level caches.
+constexpr std::size_t kBytesAhead = 65536;
+
+}  // namespace
 
 // Visits every block from each touchable cluster that it covers: as columns and, for blocks off the diagonal, as rows.
 template <class Visit>
@@ -26,7 +40,6 @@ void Compliance::for_each_side(Visit visit) const {
 Compliance::Outcome Compliance::create(SceneMemory& memory, const Stored& stored, std::int32_t most_loaded) {
   stored_ = stored;
   blocks_ = memory.array<ComplianceBlock>(static_cast<std::size_t>(stored.block_count));
-  field_of_slot_ = memory.array<float>(3 * static_cast<std::size_t>(stored.surface_nodes));
   if (memory.failed()) return Outcome::no_memory;
   std::uint64_t first = 0;
   std::int32_t most_runs = 3 * most_loaded;
@@ -37,8 +50,9 @@ Compliance::Outcome Compliance::create(SceneMemory& memory, const Stored& stored
   }
   loaded_slot_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_loaded));
   loaded_force_ = memory.array<float>(3 * static_cast<std::size_t>(most_loaded));
-  runs_ = memory.array<const void*>(static_cast<std::size_t>(most_runs));
-  coefficients_ = memory.array<float>(static_cast<std::size_t>(most_runs));
+  const std::size_t runs = static_cast<std::size_t>(most_runs) + kRunsAtOnce - 1;
+  runs_ = memory.array<const void*>(runs);
+  coefficients_ = memory.array<float>(runs);
   Outcome outcome = assign_slots(memory);
   if (outcome == Outcome::made) outcome = list_sides(memory);
   if (outcome == Outcome::made) measure();
@@ -126,12 +140,21 @@ Mat3 Compliance::entry(std::int32_t node, std::int32_t column) const {
   return c;
 }
 
-void Compliance::field(LoadedColumn* loads, std::int32_t count, float* out) {
-  std::fill(field_of_slot_, field_of_slot_ + 3 * static_cast<std::size_t>(stored_.surface_nodes), 0.0f);
+void Compliance::field(LoadedColumn* loads, std::int32_t count, float* of_slots) {
+  field_of_slot_ = of_slots;
+  std::fill(of_slots, of_slots + 3 * static_cast<std::size_t>(stored_.surface_nodes), 0.0f);
   apply_blocks(sorted(loads, count));
-  for (std::int32_t p = 0; p < stored_.surface_nodes; ++p)
-    std::copy_n(field_of_slot_ + 3 * static_cast<std::size_t>(p), 3,
-                out + 3 * static_cast<std::size_t>(stored_.nodes[p]));
+}
+
+void Compliance::at_nodes(const float* of_slots, std::int32_t first, std::int32_t count, float* out) const {
+  const std::int32_t* const slot = slot_of_node_ + first;
+  const auto copy = [&](std::int32_t n, std::size_t numbers) {
+    std::memcpy(out + 3 * static_cast<std::ptrdiff_t>(n), of_slots + 3 * static_cast<std::ptrdiff_t>(slot[n]),
+                numbers * sizeof(float));
+  };
+  // Four numbers are one move; the next node overwrites the fourth.
+  for (std::int32_t n = 0; n + 1 < count; ++n) copy(n, 4);
+  if (count > 0) copy(count - 1, 3);
 }
 
 Loads Compliance::sorted(LoadedColumn* loads, std::int32_t count) {
@@ -150,20 +173,36 @@ int Compliance::end_of_cluster(const Loads& loads, int first) const {
   return end;
 }
 
+// The loads that the block of a side is applied to when the loads first .. next - 1, those of one cluster, have their turn. A block may
+// cover several clusters: the first loaded one applies it, for the loads of all of them; the others apply it to none.
+Loads Compliance::covered(const Side& side, const Loads& loads, int first, int next) const {
+  const ComplianceBlock& block = blocks_[side.block];
+  const std::int32_t begin = side.transposed ? block.row : block.column;
+  const std::int32_t end = begin + (side.transposed ? block.rows : block.columns);
+  if (first > 0 && loads.slot[first - 1] >= begin) return loads.part(first, first);
+  while (next < loads.count && loads.slot[next] < end) ++next;
+  return loads.part(first, next);
+}
+
+BlockReads Compliance::reads_of(const Side& side, const Loads& loads) const {
+  return loads.count > 0 ? block_reads(blocks_[side.block], stored_.type, stored_.values, side.transposed != 0, loads)
+                         : BlockReads{};
+}
+
 void Compliance::apply_blocks(const Loads& loads) {
   for (int first = 0, next = 0; first < loads.count; first = next) {
     next = end_of_cluster(loads, first);
-    const std::int32_t q = cluster_of_slot_[loads.slot[first]];
-    for (std::int32_t s = first_side_[q]; s < first_side_[q + 1]; ++s) {
-      // A block may cover several clusters: the first loaded one applies it, for the loads of all of them.
-      const Side& side = sides_[s];
-      const ComplianceBlock& block = blocks_[side.block];
-      const std::int32_t begin = side.transposed ? block.row : block.column;
-      const std::int32_t end = begin + (side.transposed ? block.rows : block.columns);
-      if (first > 0 && loads.slot[first - 1] >= begin) continue;
-      int last = next;
-      while (last < loads.count && loads.slot[last] < end) ++last;
-      apply(side, loads.part(first, last));
+    const std::int32_t q = cluster_of_slot_[loads.slot[first]], end = first_side_[q + 1];
+    std::size_t bytes_ahead = 0;
+    for (std::int32_t s = first_side_[q], ahead = s; s < end; ++s) {
+      for (; ahead < end && bytes_ahead < kBytesAhead; ++ahead) {
+        const BlockReads reads = reads_of(sides_[ahead], covered(sides_[ahead], loads, first, next));
+        reads.fetch();
+        bytes_ahead += reads.bytes();
+      }
+      const Loads part = covered(sides_[s], loads, first, next);
+      bytes_ahead -= reads_of(sides_[s], part).bytes();
+      if (part.count > 0) apply(sides_[s], part);
     }
   }
 }

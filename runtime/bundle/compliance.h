@@ -21,6 +21,8 @@ struct LoadedColumn {
   Vec3 force;  // N
 };
 
+struct BlockReads;  // block_reads.h
+
 class Compliance {
  public:
   // The stored tables, as checked copies, and the stored numbers, which stay in the bundle.
@@ -45,9 +47,13 @@ class Compliance {
   // the column's cluster, then 6 reads per rank.
   Mat3 entry(std::int32_t node, std::int32_t column) const;
 
-  // out: [Ns][3] m, displacement of every surface node under the loads. The order of loads changes. Cost: each block that covers
-  // a loaded node is read once.
-  void field(LoadedColumn* loads, std::int32_t count, float* out);
+  // of_slots: [Ns][3] m, displacement of every surface node under the loads, in the order of the slots. The order of loads changes.
+  // Cost: each block that covers a loaded node is read once.
+  void field(LoadedColumn* loads, std::int32_t count, float* of_slots);
+
+  // out: [count][3], what a field has at surface nodes first .. first + count - 1. Reads a number behind the field's last, and does not
+  // use it.
+  void at_nodes(const float* of_slots, std::int32_t first, std::int32_t count, float* out) const;
 
   // For the plan: stored numbers that field() reads for one loaded node, averaged over the columns; and their type.
   std::uint64_t numbers_per_column() const { return numbers_per_column_; }
@@ -72,6 +78,8 @@ class Compliance {
   const void* run(std::uint64_t first) const {
     return static_cast<const unsigned char*>(stored_.values) + first * formats::element_bytes(stored_.type);
   }
+  Loads covered(const Side& side, const Loads& loads, int first, int next) const;
+  BlockReads reads_of(const Side& side, const Loads& loads) const;
   void apply(const Side& side, const Loads& loads);
   void apply_dense(const formats::ComplianceBlock& block, const Loads& loads);
   void apply_dense_transposed(const formats::ComplianceBlock& block, const Loads& loads);
@@ -89,7 +97,7 @@ class Compliance {
   float* loaded_force_ = nullptr;        // [most loaded][3]
   const void** runs_ = nullptr;          // [most runs]
   float* coefficients_ = nullptr;        // [most runs]
-  float* field_of_slot_ = nullptr;       // [Ns][3]
+  float* field_of_slot_ = nullptr;       // [Ns][3], of the field that is being made
   std::uint64_t numbers_per_column_ = 0;
 };
 

@@ -729,7 +729,7 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
     const std::size_t groups = def.radial == PALPATE_RADIAL_OFF ? 1 : static_cast<std::size_t>(def.max_tools) + 1;
     shape.column_of_sums = memory.array<std::int32_t>(columns / 3);
     shape.loads = memory.array<LoadedColumn>(columns / 3);
-    shape.group_field = memory.array<float>(groups * 3 * counts.surface_nodes);
+    shape.group_field = memory.array<float>(groups * 3 * counts.surface_nodes + 1);
   }
   shape.field = memory.array<float>(3 * ShapeState::kChunkNodes);
   shape.tool_field = memory.array<float>(3 * ShapeState::kChunkNodes);

@@ -22,11 +22,12 @@ struct Group {
 
 constexpr int kLanes = 64;  // nodes that correct_lanes handles at once
 
-// Compares bits as integers, because compilers vectorise that and not std::isfinite.
+// Compares bits as integers, because compilers vectorise that and not std::isfinite: the sum reaches the sign's bit where all bits of the
+// exponent are set. The loop joins by "or" and not by a maximum, whose latency would set its time.
 bool all_finite(const float* x, std::size_t count) {
-  std::int32_t largest = 0;
-  for (std::size_t i = 0; i < count; ++i) largest = std::max(largest, std::bit_cast<std::int32_t>(x[i]) & 0x7fffffff);
-  return largest < 0x7f800000;
+  std::uint32_t any = 0;
+  for (std::size_t i = 0; i < count; ++i) any |= (std::bit_cast<std::uint32_t>(x[i]) & 0x7f800000u) + 0x00800000u;
+  return any < 0x80000000u;
 }
 
 // The radial correction. A node's displacement u splits into a part along the tool's direction d, which stays, and a part
@@ -109,7 +110,7 @@ class Shape {
         if (interior)
           superpose_rows(shape_state_.interior.type, shape_state_.interior_column, g, n - surface, count, target);
         else if (compliance_)
-          std::copy_n(group_field(g) + 3 * static_cast<std::size_t>(n), 3 * static_cast<std::size_t>(count), target);
+          copy_group_field(g, n, count, target);
         else
           superpose_rows(context_.tensors.surface.type, shape_state_.surface_column, g, n, count, target);
       });
@@ -250,8 +251,8 @@ class Shape {
            3 * static_cast<std::size_t>(g) * static_cast<std::size_t>(context_.tensors.surface_nodes);
   }
 
-  // The whole surface field of a group, from the stored compliance: u_n = sum_k C_nk T^f_k u~_k. It equals eq. 9, because
-  // T^u_nk = C_nk T^f_k.
+  // The surface field of a group's columns on the surface, in the order of the compliance's slots: u_n = sum_k C_nk T^f_k u~_k. It
+  // equals eq. 9, because T^u_nk = C_nk T^f_k.
   void make_field(int g) {
     const Group& group = groups_[g];
     const Tensors& tensors = context_.tensors;
@@ -263,13 +264,19 @@ class Shape {
                                        tensors.stiffness_of(column) * load3(shape_state_.sum + c)};
     }
     compliance_->field(shape_state_.loads, loads, group_field(g));
-    for (int c = group.first; c < group.first + group.count; ++c)
-      if (const std::int32_t column = shape_state_.column_of_sums[c / 3]; !tensors.is_of_surface(column))
-        add_row(static_cast<const float*>(tensors.surface_row(column, c % 3)), shape_state_.coefficient[c],
-                group_field(g));
   }
-  void add_row(const float* row, float coefficient, float* field) const {
-    const std::size_t numbers = 3 * static_cast<std::size_t>(context_.tensors.surface_nodes);
+
+  // A group's field at surface nodes first .. first + count - 1. The columns of corridor nodes are stored as rows.
+  void copy_group_field(int g, std::int32_t first, std::int32_t count, float* field) const {
+    compliance_->at_nodes(group_field(g), first, count, field);
+    const Group& group = groups_[g];
+    for (int c = group.first; c < group.first + group.count; ++c)
+      if (const std::int32_t column = shape_state_.column_of_sums[c / 3]; !context_.tensors.is_of_surface(column))
+        add_row(static_cast<const float*>(context_.tensors.surface_row(column, c % 3)) +
+                    3 * static_cast<std::size_t>(first),
+                shape_state_.coefficient[c], 3 * static_cast<std::size_t>(count), field);
+  }
+  static void add_row(const float* row, float coefficient, std::size_t numbers, float* field) {
     for (std::size_t i = 0; i < numbers; ++i) field[i] += coefficient * row[i];
   }
 

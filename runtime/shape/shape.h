@@ -31,7 +31,7 @@ struct ShapeState {
   // These three only where the bundle stores the compliance in blocks.
   std::int32_t* column_of_sums = nullptr;  // [max_contact_nodes] the tensor column of three sums
   LoadedColumn* loads = nullptr;           // [max_contact_nodes]
-  float* group_field = nullptr;            // [groups][Ns][3] m
+  float* group_field = nullptr;            // [groups][Ns][3] and a number more, m, in the order of the slots
   float* field = nullptr;                  // [kChunkNodes][3] m
   float* tool_field = nullptr;             // [kChunkNodes][3] m
 };
