@@ -4,11 +4,18 @@
 
 #if defined(__GNUC__)
 #define PALPATE_INLINE inline __attribute__((always_inline))
+#else
+#define PALPATE_INLINE inline
+#endif
+
+// WebAssembly has no instruction to prefetch.
+#if defined(__GNUC__) && !defined(__wasm__)
+#define PALPATE_PREFETCHES 1
 #define PALPATE_PREFETCH(address) __builtin_prefetch(address)
 // Into the second-level cache, where more fits than in the first.
 #define PALPATE_PREFETCH_SOON(address) __builtin_prefetch(address, 0, 2)
 #else
-#define PALPATE_INLINE inline
+#define PALPATE_PREFETCHES 0
 #define PALPATE_PREFETCH(address) static_cast<void>(address)
 #define PALPATE_PREFETCH_SOON(address) static_cast<void>(address)
 #endif

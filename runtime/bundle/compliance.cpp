@@ -195,13 +195,13 @@ void Compliance::apply_blocks(const Loads& loads) {
     const std::int32_t q = cluster_of_slot_[loads.slot[first]], end = first_side_[q + 1];
     std::size_t bytes_ahead = 0;
     for (std::int32_t s = first_side_[q], ahead = s; s < end; ++s) {
-      for (; ahead < end && bytes_ahead < kBytesAhead; ++ahead) {
+      for (; PALPATE_PREFETCHES && ahead < end && bytes_ahead < kBytesAhead; ++ahead) {
         const BlockReads reads = reads_of(sides_[ahead], covered(sides_[ahead], loads, first, next));
         reads.fetch();
         bytes_ahead += reads.bytes();
       }
       const Loads part = covered(sides_[s], loads, first, next);
-      bytes_ahead -= reads_of(sides_[s], part).bytes();
+      if (PALPATE_PREFETCHES) bytes_ahead -= reads_of(sides_[s], part).bytes();
       if (part.count > 0) apply(sides_[s], part);
     }
   }
