@@ -17,13 +17,12 @@ struct ReadRuns {
     constexpr std::size_t kLine = 64;
     for (std::size_t r = 0; r < count; ++r)
       for (std::size_t at = 0; at < bytes; at += kLine)
-        PALPATE_PREFETCH_SOON(static_cast<const char*>(first) + r * stride + begin + at);
+        prefetch_to_second_level(static_cast<const char*>(first) + r * stride + begin + at);
   }
 };
 
 struct BlockReads {
   ReadRuns own, other;  // numbers of the side where the loads are, and of the other one
-  std::size_t bytes() const { return own.count * own.bytes + other.count * other.bytes; }
   void fetch() const {
     own.fetch();
     other.fetch();

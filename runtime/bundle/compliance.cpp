@@ -16,10 +16,6 @@ namespace {
 // for nothing.
 constexpr int kRunsAtOnce = 3;
 
-// Bytes of the blocks to come that are on their way from memory while a block is applied. Blocks are short and lie apart, so that the
-// processor foresees nothing. 16 to 512 kB are equally good (packed_bench); 64 kB are a quarter of the smallest second-level caches.
-constexpr std::size_t kBytesAhead = 65536;
-
 }  // namespace
 
 // Visits every block from each touchable cluster that it covers: as columns and, for blocks off the diagonal, as rows.
@@ -184,25 +180,18 @@ Loads Compliance::covered(const Side& side, const Loads& loads, int first, int n
   return loads.part(first, next);
 }
 
-BlockReads Compliance::reads_of(const Side& side, const Loads& loads) const {
-  return loads.count > 0 ? block_reads(blocks_[side.block], stored_.type, stored_.values, side.transposed != 0, loads)
-                         : BlockReads{};
-}
-
+// While a block is applied, the next one is on its way from memory: blocks are short and lie apart, so that the processor foresees nothing.
+// More blocks ahead, or fetching to the first-level cache, took as long or longer (packed_bench).
 void Compliance::apply_blocks(const Loads& loads) {
   for (int first = 0, next = 0; first < loads.count; first = next) {
     next = end_of_cluster(loads, first);
     const std::int32_t q = cluster_of_slot_[loads.slot[first]], end = first_side_[q + 1];
-    std::size_t bytes_ahead = 0;
-    for (std::int32_t s = first_side_[q], ahead = s; s < end; ++s) {
-      for (; PALPATE_PREFETCHES && ahead < end && bytes_ahead < kBytesAhead; ++ahead) {
-        const BlockReads reads = reads_of(sides_[ahead], covered(sides_[ahead], loads, first, next));
-        reads.fetch();
-        bytes_ahead += reads.bytes();
-      }
-      const Loads part = covered(sides_[s], loads, first, next);
-      if (PALPATE_PREFETCHES) bytes_ahead -= reads_of(sides_[s], part).bytes();
-      if (part.count > 0) apply(sides_[s], part);
+    for (std::int32_t s = first_side_[q]; s < end; ++s) {
+      if (kPrefetches && s + 1 < end)
+        if (const Loads part = covered(sides_[s + 1], loads, first, next); part.count > 0)
+          block_reads(blocks_[sides_[s + 1].block], stored_.type, stored_.values, sides_[s + 1].transposed != 0, part)
+              .fetch();
+      if (const Loads part = covered(sides_[s], loads, first, next); part.count > 0) apply(sides_[s], part);
     }
   }
 }

@@ -21,8 +21,6 @@ struct LoadedColumn {
   Vec3 force;  // N
 };
 
-struct BlockReads;  // block_reads.h
-
 class Compliance {
  public:
   // The stored tables, as checked copies, and the stored numbers, which stay in the bundle.
@@ -79,7 +77,6 @@ class Compliance {
     return static_cast<const unsigned char*>(stored_.values) + first * formats::element_bytes(stored_.type);
   }
   Loads covered(const Side& side, const Loads& loads, int first, int next) const;
-  BlockReads reads_of(const Side& side, const Loads& loads) const;
   void apply(const Side& side, const Loads& loads);
   void apply_dense(const formats::ComplianceBlock& block, const Loads& loads);
   void apply_dense_transposed(const formats::ComplianceBlock& block, const Loads& loads);

@@ -40,7 +40,7 @@ struct DisplacementRows {
     for (int j = 0; j < 3; ++j) {
       const char* at =
           static_cast<const char*>(row(column, j)) + 3 * static_cast<std::size_t>(node) * formats::element_bytes(type);
-      PALPATE_PREFETCH(at);
+      palpate::prefetch(at);
     }
   }
   // sum_r coefficient[r] row[r] at a node. Cost: one read per row, at distant addresses.

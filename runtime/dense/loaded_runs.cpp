@@ -17,7 +17,7 @@ constexpr std::size_t kRunsAhead = 8;
 
 template <class Stored>
 void fetch_ahead(const Stored* at, std::size_t stride) {
-  PALPATE_PREFETCH(reinterpret_cast<const char*>(at) + kRunsAhead * stride * sizeof(Stored));
+  prefetch(reinterpret_cast<const char*>(at) + kRunsAhead * stride * sizeof(Stored));
 }
 
 // Each of the three dofs is summed over the loads by itself.

@@ -37,7 +37,7 @@ PALPATE_INLINE void add_columns(const void* const* column, const float* coeffici
   for (int j = 0; j < Width; ++j) p[j] = static_cast<const Stored*>(column[j]) + begin, c[j] = coefficient[j];
   std::size_t i = 0;
   for (; i + kLine <= count; i += kLine) {
-    for (int j = 0; j < Width; ++j) PALPATE_PREFETCH(reinterpret_cast<const char*>(p[j] + i) + kAhead);
+    for (int j = 0; j < Width; ++j) prefetch(reinterpret_cast<const char*>(p[j] + i) + kAhead);
     for (std::size_t lane = i; lane < i + kLine; ++lane) {
       float sum = out[lane];
       for (int j = 0; j < Width; ++j) sum += c[j] * formats::float_of(p[j][lane]);
@@ -83,7 +83,7 @@ PALPATE_WITH_AVX2 void add_halves_avx2(const void* const* column, const float* c
   for (int j = 0; j < Width; ++j) p[j] = static_cast<const Half*>(column[j]) + begin;
   std::size_t i = 0;
   for (; i + 32 <= count; i += 32) {
-    for (int j = 0; j < Width; ++j) PALPATE_PREFETCH(reinterpret_cast<const char*>(p[j] + i) + kAhead);
+    for (int j = 0; j < Width; ++j) prefetch(reinterpret_cast<const char*>(p[j] + i) + kAhead);
     for (std::size_t lane = i; lane < i + 32; lane += 8)
       _mm256_storeu_ps(out + lane, eight_with_halves<Width>(p, coefficient, lane, out));
   }
