@@ -164,7 +164,7 @@ def held_actors(held_file, surface, size, lift=0.012):
             actors += [offscreen.sphere(end + above, 0.007 * size, THREAD) for end in ends]
             places += [ends[0]]
             if tension != 0:
-                labels.append((ends[0] + above, ends[1] + above, "%.2f N" % tension))
+                labels.append((ends[0] + above, ends[1] + above, "%.2f N" % (round(tension, 2) + 0.0)))  # not -0.00
         else:
             rim = points[ids]
             middle, normal = rim.mean(axis=0), views.unit(np.cross(rim[0] - rim[6], rim[3] - rim[9]))

@@ -13,6 +13,7 @@ import argparse
 import base64
 import html
 import io
+import math
 import os
 import re
 
@@ -155,9 +156,18 @@ class Plot:
             svg = svg.replace(f'<g id="{gid}">', f'<g id="point-{prefix}-{gid[6:]}"><title>{html.escape(name)}</title>', 1)
         return svg
 
-    def finish(self):
-        if self.axes.get_legend_handles_labels()[0]:
+    def _place_the_legend(self):
+        """Below the axes where the legend is so large that it would cover points."""
+        entries = len(self.axes.get_legend_handles_labels()[0])
+        if entries > 5:
+            columns = 2
+            self.figure.set_figheight(self.figure.get_figheight() + 0.2 * math.ceil(entries / columns))
+            self.axes.legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.12), ncols=columns)
+        elif entries:
             self.axes.legend(fontsize=8, framealpha=0.85, loc=self.legend_at)
+
+    def finish(self):
+        self._place_the_legend()
         for axis in (self.axes.xaxis, self.axes.yaxis):
             if axis.get_scale() == "log":
                 least, most = sorted(axis.get_view_interval())
