@@ -105,6 +105,26 @@ TEST(PackedBundle, GivesEachColumnWithinTheErrorOfItsForm) {
       }
 }
 
+TEST(PackedBundle, FillsAShortArrayAsFarAsItGoes) {
+  const auto def = gripped(PALPATE_SHAPE_SURFACE);
+  const std::vector<palpate_grip> grips = {grip_at_node(rows().touchable[5], {0.001, -0.002, 0.003})};
+  for (std::size_t f = 0; f < std::size(kForms); ++f) {
+    const ScenePointer scene = in_form(f).scene(def);
+    Contacts contacts(scene.get());
+    const palpate_tool tool = tool_of(grips);
+    ASSERT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+    const std::vector<float> whole = displacements(scene.get(), contacts.get(), in_form(f).body.surface_nodes);
+    for (const std::int32_t capacity : {1, 2, 7, in_form(f).body.surface_nodes}) {
+      const auto filled = 3 * static_cast<std::ptrdiff_t>(capacity);
+      std::vector<float> u(static_cast<std::size_t>(filled) + 3, 9);
+      palpate_shape_out out = shape_out(u.data(), nullptr, capacity);
+      EXPECT_EQ(palpate_scene_shape(scene.get(), contacts.get(), &out), 0u);
+      EXPECT_TRUE(std::equal(u.begin(), u.begin() + filled, whole.begin())) << kForms[f].name << ", " << capacity;
+      EXPECT_EQ(std::count(u.begin() + filled, u.end(), 9.0f), 3) << kForms[f].name << ", " << capacity;
+    }
+  }
+}
+
 TEST(PackedBundle, GivesSeveralContactsAsTheConditionOfTheirSystemAllows) {
   std::vector<palpate_grip> grips;
   Eigen::MatrixXd c = Eigen::MatrixXd::Zero(rows().dofs(), rows().dofs());
