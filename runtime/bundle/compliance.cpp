@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "runtime/bundle/block_reads.h"
+#include "runtime/bundle/fetch_block.h"
 #include "runtime/dense/superposition.h"
 
 namespace palpate {
@@ -189,8 +189,7 @@ void Compliance::apply_blocks(const Loads& loads) {
     for (std::int32_t s = first_side_[q]; s < end; ++s) {
       if (kPrefetches && s + 1 < end)
         if (const Loads part = covered(sides_[s + 1], loads, first, next); part.count > 0)
-          block_reads(blocks_[sides_[s + 1].block], stored_.type, stored_.values, sides_[s + 1].transposed != 0, part)
-              .fetch();
+          fetch_block(blocks_[sides_[s + 1].block], stored_.type, stored_.values, sides_[s + 1].transposed != 0, part);
       if (const Loads part = covered(sides_[s], loads, first, next); part.count > 0) apply(sides_[s], part);
     }
   }
