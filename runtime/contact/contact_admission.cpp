@@ -16,11 +16,16 @@ void ContactAdmission::begin() {
   expect_disc(false);
 }
 
+void ContactAdmission::begin_point(ContactSolver::Changes* next) const {
+  ++next->begun;
+  next->rows += point_.rows, next->constraints += point_.constraints, next->nodes += nodes_, next->discs += discs_;
+}
+
 ContactAdmission::Cost ContactAdmission::next() const {
   ContactSolver::Changes moved = changes_, begun = changes_;
   ++moved.contacts;
-  ++begun.contacts, ++begun.begun;
-  begun.rows += point_.rows, begun.constraints += point_.constraints, begun.nodes += nodes_;
+  ++begun.contacts;
+  begin_point(&begun);
   return {std::max(cost_of(moved), cost_of(begun)), solver_->operations_to_solve(begun)};
 }
 
@@ -33,10 +38,7 @@ void ContactAdmission::pay(const ContactSolver::Changes& next, Operations cost) 
 bool ContactAdmission::change(bool begins) {
   ContactSolver::Changes next = changes_;
   ++next.contacts;
-  if (begins) {
-    ++next.begun;
-    next.rows += point_.rows, next.constraints += point_.constraints, next.nodes += nodes_;
-  }
+  if (begins) begin_point(&next);
   const Operations cost = cost_of(next), least = begins ? solver_->operations_to_solve(next) : 0;
   if (cost > (work_->paid_changes() == 0 ? work_->first_change_left(least) : work_->changes_left(least))) return false;
   pay(next, cost);
@@ -66,8 +68,10 @@ bool ContactAdmission::admit(std::int32_t first, bool paid, bool* deferred) {
   if (!before) {
     ++next.begun, next.constraints += end - first;
     next.nodes += set.node_count - set.constraints[first].first_node;
-    for (std::int32_t p = first; p < end; ++p)
+    for (std::int32_t p = first; p < end; ++p) {
+      next.discs += has_disc(set.constraints[p]);
       for (int axis = 0; axis < 3; ++axis) next.rows += static_cast<std::int32_t>(set.constraints[p].axes >> axis & 1u);
+    }
   }
   const Operations cost = cost_of(next), least = before ? 0 : solver_->operations_to_solve(next);
   if (cost <= work_->first_change_left(least)) {

@@ -26,7 +26,10 @@ class ContactAdmission {
   void begin();
 
   // The next contacts are of a tool with a disc or without.
-  void expect_disc(bool disc) { nodes_ = disc ? point_.disc_nodes : point_.nodes; }
+  void expect_disc(bool disc) {
+    nodes_ = disc ? point_.disc_nodes : point_.nodes;
+    discs_ = disc ? point_.constraints : 0;
+  }
   // What the next contact of a tool point costs; least: of the solution, if it begins (StepWork::keep_for_solution()).
   struct Cost {
     Operations change = 0, least = 0;
@@ -48,6 +51,7 @@ class ContactAdmission {
 
  private:
   Operations cost_of(const ContactSolver::Changes& next) const;
+  void begin_point(ContactSolver::Changes* next) const;
   void pay(const ContactSolver::Changes& next, Operations cost);
   Operations next_debt() const;
 
@@ -55,7 +59,7 @@ class ContactAdmission {
   ContactRows* rows_ = nullptr;
   StepWork* work_ = nullptr;
   PointContact point_ = {};
-  std::int32_t nodes_ = 0;  // of a contact that begins
+  std::int32_t nodes_ = 0, discs_ = 0;  // of a contact that begins
   bool beside_ = false;
   ContactSolver::Changes changes_, debts_;
   Operations paid_ = 0;  // for changes_

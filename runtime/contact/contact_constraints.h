@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/base/vec3.h"
+#include "runtime/contact/disc_compliance.h"
 #include "runtime/include/palpate/palpate.h"
 #include "runtime/surface/surface_index.h"
 
@@ -53,10 +54,26 @@ struct ContactConstraint {
   double friction;  // under coulomb: largest tangential force over the normal force
   double limit;     // N, above 0: of the reaction of the first row; 0: none
   double share;     // of the constraint in its anchor: a vertex' barycentric weight under TRIANGLE, else 1
+  // What couples it with discs near it: the disc of its nodes, or of a link those of both ends. In the constraint's frame. A constraint
+  // with three parts has it in the first one.
+  ContactDisc discs[2];
   // Of a patch: what its nodes and weights were computed from, to recognise it in the next step.
   SurfacePoint surface_point;
   double disc_radius;  // m; 0: not a patch
 };
+
+inline bool has_disc(const ContactConstraint& constraint) {
+  return constraint.discs[0].radius > 0 || constraint.discs[1].radius > 0;
+}
+
+// m/N: displacement of a's disc along a's frame for a force on b's disc along b's frame, beyond what the mesh resolves.
+inline Mat3 compliance_between(const ContactConstraint& a, const ContactConstraint& b) {
+  Mat3 sum;
+  for (const ContactDisc& of_a : a.discs)
+    for (const ContactDisc& of_b : b.discs)
+      if (of_a.radius > 0 && of_b.radius > 0) add_scaled(sum, 1, compliance_between(of_a, of_b));
+  return sum;
+}
 
 // Whether a law may act otherwise than by holding.
 inline bool may_give_way(const ContactConstraint& constraint) {

@@ -29,6 +29,19 @@ int bin_of(double x, int bins) {
   return std::clamp(static_cast<int>((x + 1) * 0.5 * bins), 0, bins - 1);
 }
 
+// The symmetric root of (uu, uv; uv, vv) / over, a positive definite matrix; of that of a plane where `over` is not above zero.
+struct PlaneRoot {
+  double uu = 1, vv = 1, uv = 0;
+};
+PlaneRoot root_of(double uu, double vv, double uv, double over) {
+  if (!(over > 0)) return {};
+  uu /= over, vv /= over, uv /= over;
+  const double determinant = std::sqrt(std::max(0.0, uu * vv - uv * uv)), sum = uu + vv + 2 * determinant;
+  if (!(sum > 0)) return {};
+  const double size = 1 / std::sqrt(sum);
+  return {size * (uu + determinant), size * (vv + determinant), size * uv};
+}
+
 }  // namespace
 
 Vec3 across(Vec3 n, Vec3 like) {
@@ -171,6 +184,16 @@ void ContactPatch::measure_local(const SurfacePoint& surface_point, Vec3 outward
     for (int j = 0; j < 3; ++j)
       local_.m[i][j] =
           normal * outward[i] * outward[j] + uu * u[i] * u[j] + vv * v[i] * v[j] + uv * (u[i] * v[j] + v[i] * u[j]);
+
+  const PlaneRoot root = root_of(uu, vv, uv, tangent);
+  const double size = std::sqrt(tissue.tangent);
+  disc_.radius = a, disc_.wide[0] = b + tissue.normal_blur * s, disc_.wide[1] = wide;
+  disc_.place = surface_->position(surface_point), disc_.outward = outward;
+  disc_.normal_root = std::sqrt(tissue.normal) * outward;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      disc_.tangent_root.m[i][j] =
+          size * (root.uu * u[i] * u[j] + root.vv * v[i] * v[j] + root.uv * (u[i] * v[j] + v[i] * u[j]));
 }
 
 }  // namespace palpate

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 
+#include "runtime/contact/disc_compliance.h"
 #include "runtime/surface/surface_measure.h"
 
 namespace palpate {
@@ -43,7 +44,8 @@ class ContactPatch {
   // [count()] m: of each node the sum of the quadrature points' shares times their place along the tangent and across it, from the disc's
   // centre. sum_n along_n u_n is then the first moment of the interpolated displacement, which weights times places of nodes are not.
   void first_moments(double* along, double* across);
-  const Mat3& local() const { return local_; }  // m/N, symmetric: added to the contact's own compliance
+  const Mat3& local() const { return local_; }       // m/N, symmetric: added to the contact's own compliance
+  const ContactDisc& disc() const { return disc_; }  // its frame: x, y, z
 
  private:
   static constexpr int kBins = 8;
@@ -69,6 +71,7 @@ class ContactPatch {
   int count_ = 0;
   double radius_ = 0;  // m, of the disc through which the contact acts
   Mat3 local_;
+  ContactDisc disc_;
 };
 
 // The unit vector across n that is nearest to `like`, so that it turns with n and does not jump; any such vector where like is

@@ -216,6 +216,7 @@ std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
     ContactConstraint& constraint = add_constraint(wish, part);
     for (int e = 0; e < grasp.count; ++e) add_held_node(wish, constraint, grasp.node[e], grasp.weight[part][e]);
     constraint.local = grasp.local[part];
+    if (part == 0) constraint.discs[0] = grasp.disc;
   }
   return set_.constraint_count - grasp.parts;
 }
@@ -275,8 +276,14 @@ void ContactRows::make_link(const LinkWish& link, std::int32_t tool) {
   for (const LinkEnd* end : {a, b})
     for (int v = 0; v < end->count; ++v)
       add_held_node(wish, constraint, end->node[v], end == a ? end->weight[v] : -end->weight[v]);
+  constraint.discs[0] = a->disc, constraint.discs[1] = opposite(b->disc);
   constraint.local = a->local;
   add_scaled(constraint.local, 1, b->local);
+  if (a->disc.radius > 0 && b->disc.radius > 0) {
+    const Mat3 between = compliance_between(constraint.discs[0], constraint.discs[1]);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) constraint.local.m[i][j] += between.m[i][j] + between.m[j][i];
+  }
   if (link.law != ContactLaw::sticking) {
     const Vec3 tangent = across(link.along, {}), rows[3] = {link.along, tangent, cross(link.along, tangent)};
     for (int i = 0; i < 3; ++i) store3(rows[i], constraint.frame.m[i]);
@@ -284,7 +291,10 @@ void ContactRows::make_link(const LinkWish& link, std::int32_t tool) {
   } else if (tool == kToolOfWorldLinks) {
     constraint.frame = link.frame, constraint.framed = true;
   }
-  if (constraint.framed) constraint.local = times_transposed(constraint.frame * constraint.local, constraint.frame);
+  if (constraint.framed) {
+    constraint.local = times_transposed(constraint.frame * constraint.local, constraint.frame);
+    for (ContactDisc& disc : constraint.discs) disc = in_frame(disc, constraint.frame);
+  }
   for (int i = 0; i < 3; ++i) constraint.local.m[i][i] += link.softness;
 }
 
@@ -308,8 +318,9 @@ bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfaceP
   if (old.framed) same.tangent = Vec3{old.frame.m[1][0], old.frame.m[1][1], old.frame.m[1][2]};
   ContactConstraint& constraint = add_constraint(same, 0);
   set_frame(same, constraint);
-  constraint.local = old.local, constraint.disc_radius = old.disc_radius, constraint.surface_point = old.surface_point,
-  constraint.flags = old.flags, constraint.thinned_to = old.thinned_to;
+  constraint.local = old.local, constraint.discs[0] = old.discs[0];
+  constraint.disc_radius = old.disc_radius, constraint.surface_point = old.surface_point, constraint.flags = old.flags,
+  constraint.thinned_to = old.thinned_to;
   for (std::int32_t v = 0; v < old.node_count; ++v) {
     const ContactNode& held = last_.nodes[old.first_node + v];
     add_held_node(same, constraint, held.node, held.weight);
@@ -343,8 +354,11 @@ std::uint32_t ContactRows::add_patch(const ContactWish& wish, const SurfacePoint
   if (!has_room(1, nodes.count)) return flags | PALPATE_STEP_CONTACTS_DROPPED;
   ContactConstraint& constraint = add_constraint(wish, 0);
   set_frame(wish, constraint);
-  constraint.local =
-      constraint.framed ? times_transposed(constraint.frame * patch.local(), constraint.frame) : patch.local();
+  constraint.local = patch.local(), constraint.discs[0] = patch.disc();
+  if (constraint.framed) {
+    constraint.local = times_transposed(constraint.frame * patch.local(), constraint.frame);
+    constraint.discs[0] = in_frame(patch.disc(), constraint.frame);
+  }
   constraint.disc_radius = wish.disc_radius, constraint.surface_point = surface_point, constraint.flags = flags;
   constraint.thinned_to = thins ? most : 0;
   for (int e = 0; e < nodes.count; ++e) add_held_node(wish, constraint, node[e], weight[e]);

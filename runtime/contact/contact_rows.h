@@ -27,7 +27,8 @@ struct LinkEnd {
   std::int32_t count = 0, unused = 0;
   std::int32_t node[kMostNodes] = {};
   double weight[kMostNodes] = {};
-  Mat3 local;  // m/N, compliance below its disc that the mesh does not resolve
+  Mat3 local;        // m/N, compliance below its disc that the mesh does not resolve
+  ContactDisc disc;  // in x, y, z
   // m, in the link's frame:
   Vec3 rest;
   Vec3 moved;   // by the contacts of the last step
@@ -54,6 +55,7 @@ struct GraspWish {
   std::int32_t count = 0, parts = 0;
   const double* weight[3] = {};  // [parts][count]
   Mat3 local[3];                 // m/N; of the gradients 1/(N m)
+  ContactDisc disc;              // in x, y, z
   Vec3 target[3];                // m; of the gradients without unit
 };
 

@@ -25,6 +25,14 @@ bool are_equal(const Mat3& a, const Mat3& b) {
   return !differ;
 }
 
+bool are_equal(const ContactDisc& a, const ContactDisc& b) {
+  const auto differ = [](Vec3 c, Vec3 d) { return (c.x != d.x) | (c.y != d.y) | (c.z != d.z); };
+  if (a.radius == 0 && b.radius == 0) return true;
+  return !((a.radius != b.radius) | (a.wide[0] != b.wide[0]) | (a.wide[1] != b.wide[1]) | differ(a.place, b.place) |
+           differ(a.outward, b.outward) | differ(a.normal_root, b.normal_root)) &&
+         are_equal(a.tangent_root, b.tangent_root);
+}
+
 bool is_of_the_same(const ContactConstraint& a, const ContactConstraint& b) {
   return a.tool == b.tool && a.point == b.point && a.part == b.part;
 }
@@ -54,6 +62,7 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
     removal_ = memory.array<double>(kMostRowsOfAContact * rows);
     without_ = memory.array<double>(rows);
     without_ended_ = memory.array<double>(rows);
+    between_ = memory.array<double>(rows * stride_);
   }
   ended_ = memory.array<bool>(constraints);
   row_at_ = memory.array<std::int32_t>(rows);
@@ -76,6 +85,7 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   memory.keep(free_row_);
   memory.keep(kept_constraints_);
   memory.keep(kept_nodes_);
+  memory.keep(kept_discs_);
   memory.keep(used_rows_);
   memory.keep(gives_way_);
   memory.keep(decided_);
@@ -101,6 +111,10 @@ void ContactSolver::restored(const Tensors& tensors) {
   compliance_.hold(tensors, held);
   std::copy(kept_rows_, kept_rows_ + kept_constraints_, rows_);
   set_limits(kept_constraint_, kept_constraints_);
+  for (std::int32_t p = 0; p < kept_constraints_; ++p)
+    for (std::int32_t q = 0; q <= p; ++q)
+      remember_between(rows_[p], rows_[q],
+                       q == p ? Mat3{} : compliance_between(kept_constraint_[p], kept_constraint_[q]));
 }
 
 void ContactSolver::forget() {
@@ -108,7 +122,7 @@ void ContactSolver::forget() {
   factor_.clear();
   soft_factor_.clear();
   std::fill(scale_, scale_ + rows_end_, 0.0);
-  rows_end_ = free_row_ = kept_constraints_ = kept_nodes_ = used_rows_ = gives_way_ = decided_ = 0;
+  rows_end_ = free_row_ = kept_constraints_ = kept_nodes_ = kept_discs_ = used_rows_ = gives_way_ = decided_ = 0;
   energy_ = 0;
   forget_ended();
 }
@@ -127,7 +141,8 @@ bool ContactSolver::same(const ContactConstraints& set, const ContactConstraint&
     const ContactNode &a = set.nodes[now.first_node + v], &b = kept_node_[before.first_node + v];
     if (a.column != b.column || a.weight != b.weight) return false;
   }
-  return are_equal(now.local, before.local) && (!now.framed || are_equal(now.frame, before.frame));
+  return are_equal(now.local, before.local) && (!now.framed || are_equal(now.frame, before.frame)) &&
+         are_equal(now.discs[0], before.discs[0]) && are_equal(now.discs[1], before.discs[1]);
 }
 
 const ContactConstraint* ContactSolver::kept(const ContactConstraint& like, std::int32_t number) const {
@@ -232,6 +247,15 @@ const Mat3* ContactSolver::spread_of(const ContactConstraints& set, const Contac
   return spread_;
 }
 
+void ContactSolver::remember_between(const Rows& rows, const Rows& columns, const Mat3& between) {
+  for (int i = 0; i < 3 && between_; ++i)
+    for (int j = 0; j < 3; ++j) {
+      if (rows.at[i] < 0 || columns.at[j] < 0) continue;
+      const auto row = static_cast<std::size_t>(rows.at[i]), column = static_cast<std::size_t>(columns.at[j]);
+      between_[row * stride_ + column] = between_[column * stride_ + row] = between.m[i][j];
+    }
+}
+
 // Fills the rows of constraint p and their columns in H W H^T. False where a number is not finite.
 bool ContactSolver::fill_rows(const ContactConstraints& set, std::int32_t p) {
   const ContactConstraint& constraint = set.constraints[p];
@@ -261,7 +285,12 @@ bool ContactSolver::fill_rows(const ContactConstraints& set, std::int32_t p) {
   }
   for (std::int32_t q = 0; q < set.constraint_count; ++q) {
     if (q != p && rows_[q].at[0] < -1) continue;
-    const Mat3 c = q == p ? own : between(set.constraints[q]);
+    Mat3 c = q == p ? own : between(set.constraints[q]), of_discs;
+    if (q != p && has_disc(constraint) && has_disc(set.constraints[q])) {
+      of_discs = compliance_between(constraint, set.constraints[q]);
+      add_scaled(c, 1, of_discs);
+    }
+    remember_between(rows, rows_[q], of_discs);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const std::int32_t row = rows.at[i], column = rows_[q].at[j];
@@ -316,6 +345,8 @@ void ContactSolver::keep(const ContactConstraints& set) {
   std::copy(set.constraints, set.constraints + set.constraint_count, kept_constraint_);
   std::copy(rows_, rows_ + set.constraint_count, kept_rows_);
   kept_constraints_ = set.constraint_count, kept_nodes_ = set.node_count;
+  kept_discs_ =
+      static_cast<std::int32_t>(std::count_if(set.constraints, set.constraints + set.constraint_count, has_disc));
   forget_ended();
 }
 
@@ -636,6 +667,14 @@ double ContactSolver::change_norm(const ContactConstraints& set) const {
   return norm_of(change);
 }
 
+// m, [rows_end]: what the rows of discs move beyond the mesh by the reactions of other discs.
+void ContactSolver::measure_between_discs(const double* reaction, double* moved) const {
+  for (std::int32_t row = 0; row < rows_end_; ++row)
+    moved[row] = scale_[row] == 0 || !couples()
+                     ? 0
+                     : dot_rows(rows_end_, between_ + static_cast<std::size_t>(row) * stride_, reaction);
+}
+
 // J: what reactions of constraint p do on its local part, which moves no node of the mesh.
 double ContactSolver::work_on_local(const ContactConstraint& constraint, std::int32_t p, const double* reaction) const {
   double work = 0;
@@ -665,7 +704,8 @@ ReactionNorms ContactSolver::bound_norms(const ContactConstraints& set, Constrai
         own_change += change[i] * entry(i, j) * change[j];
       }
     const double local = work_on_local(set.constraints[p], p, reaction_);
-    offered -= local, own -= local, own_change -= work_on_local(set.constraints[p], p, change);
+    if (!couples()) offered -= local;  // else what discs share may be less than the sum of their parts, but not below 0
+    own -= local, own_change -= work_on_local(set.constraints[p], p, change);
     each[p].own = std::sqrt(std::max(0.0, own));
     if (each[p].kept) each[p].own_change = std::sqrt(std::max(0.0, own_change));
     sum += each[p].own;
@@ -678,8 +718,9 @@ ReactionNorms ContactSolver::bound_norms(const ContactConstraints& set, Constrai
 
 ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, ConstraintNorms* each) {
   ReactionNorms norms;
-  double energy = 0, local_change = 0, *const change = work_;
+  double energy = 0, local_change = 0, *const change = work_, *const between = work_ + capacity_;
   std::fill(change, change + rows_end_, 0.0);
+  measure_between_discs(reaction_, between);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     each[p] = {};
     each[p].kept = is_kept_[p] && !again_;
@@ -689,7 +730,11 @@ ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, Constr
       if (i < 0) continue;
       if (each[p].kept) change[i] = reaction_[i] - last_[i];
       each[p].displacement[axis] = dot_rows(rows_end_, &entry(i, 0), reaction_);
-      each[p].work += reaction_[i] * each[p].displacement[axis];
+      each[p].work += reaction_[i] * (each[p].displacement[axis] - between[i]);
+      each[p].displacement[axis] -= between[i];
+      for (int other = 0; other < 3; ++other)
+        if (const std::int32_t j = rows_[p].at[other]; j >= 0)
+          each[p].displacement[axis] -= set.constraints[p].local.m[axis][other] * reaction_[j];
     }
     for (const std::int32_t i : rows_[p].at)
       for (const std::int32_t j : rows_[p].at) {
@@ -705,6 +750,8 @@ ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, Constr
     energy += each[p].work;
   }
   norms.whole = std::sqrt(std::max(0.0, energy));
+  measure_between_discs(change, between);
+  for (std::int32_t i = 0; i < rows_end_; ++i) local_change += change[i] * between[i];
   const double whole_change = norm_of(change);
   norms.change_of_kept = std::sqrt(std::max(0.0, whole_change * whole_change - local_change));
   norms.operations = operations_to_measure();
@@ -926,7 +973,8 @@ Operations ContactSolver::upkeep_of(Operations rows, Operations leave, Operation
 Operations ContactSolver::entries_of(const Changes& changes) const {
   const std::int32_t nodes = kept_nodes_ + changes.nodes, constraints = kept_constraints_ + changes.constraints,
                      nodes_of_each = constraints > 0 ? 1 + nodes / constraints : 1;
-  return changes.contacts * 9 * nodes_of_each * nodes / kDense;
+  const std::int32_t discs = kept_discs_ + changes.discs;
+  return changes.contacts * (9 * nodes_of_each * nodes / kDense + (discs > 1 ? kOfTwoDiscs * (discs - 1) : 0));
 }
 
 Operations ContactSolver::operations_to_renew(const Changes& changes) const {
@@ -1007,7 +1055,8 @@ void ContactSolver::decide_by_laws(const ContactSystem& laws, const ContactConst
   const Operations nodes = std::min<Operations>(set.node_count, most_shared),
                    to_take = 60 * (nodes * nodes + set.node_count) / kDense,
                    least = operations_to_solve_for(rows_end_, set.constraint_count);
-  shares_ = to_take + least <= work->left() && shared_.take(compliance_, set, used_rows_);
+  // Through the nodes there is no way from one disc to another beyond the mesh.
+  shares_ = !couples() && to_take + least <= work->left() && shared_.take(compliance_, set, used_rows_);
   if (shares_) {
     through.shared = &shared_;
     work->add(shared_.operations_to_take() / kDense);

@@ -1,6 +1,8 @@
 // Contact forces from imposed displacements, by a factor whose rows come and go with the contacts:
 //     (H W H^T) r = d,   f = H^T r,   u~_j = (T^f_j)^-1 f_j.
-// W_ab = C_ab is the compliance between contact nodes, H the rows of the constraints, d their targets u*, r their reactions.
+// W_ab = C_ab is the compliance between contact nodes, H the rows of the constraints, d their targets u*, r their reactions. Discs add
+// what the mesh does not resolve, ContactConstraint::local for each and disc_compliance.h between two: where H W H^T is written, that is
+// a part of it.
 // Source: Cotin, Delingette and Ayache 1999, eqs 7 to 10. The paper solves M u~ = u*, which is not symmetric; with forces as
 // unknowns the same system is symmetric positive definite (docs/method.md).
 #pragma once
@@ -17,8 +19,8 @@
 
 namespace palpate {
 
-// Norms of reactions in the energy of the field that they make, sqrt(r^T (H W H^T) r), in sqrt(J). What is local to a constraint
-// (ContactConstraint::local) moves no node and does not count.
+// Norms of reactions in the energy of the field that they make, sqrt(r^T (H W H^T) r), in sqrt(J). What the mesh does not resolve of
+// discs (ContactConstraint::local, disc_compliance.h) moves no node and does not count.
 struct ReactionNorms {
   double whole = 0;           // of all reactions
   double change_of_kept = 0;  // of the change since the last solve, of the constraints that kept their rows
@@ -28,7 +30,7 @@ struct ReactionNorms {
 struct ConstraintNorms {
   double own = 0, own_change = 0;  // of its reactions alone; of their change, 0 where its rows are new
   double work = 0;                 // J: its reactions times the displacement by all reactions
-  Vec3 displacement;               // m, along the rows of its frame, by all reactions; imposed axes only
+  Vec3 displacement;               // m, of its nodes along the rows of its frame, by all reactions; imposed axes only
   bool kept = false;               // its rows were there in the last solve
 };
 
@@ -70,11 +72,11 @@ class ContactSolver {
   struct Limits {
     std::int32_t nodes = 0, constraints = 0, columns = 0;  // most of each
     std::int32_t columns_of_surface = 0;                   // of these; the others are those of a corridor
-    bool predicts = false;                                 // predict_without() will be called
+    bool predicts = false;                                 // predict_without() and measure_norms() will be called
     Operations operations = INT64_MAX;                     // of a step (StepWork)
   };
 
-  // Memory: at most 72 nodes^2 + 24 (3 constraints)^2 bytes, and 5 MB for laws and for systems without a factor.
+  // Memory: at most 72 nodes^2 + 32 (3 constraints)^2 bytes, and 5 MB for laws and for systems without a factor.
   bool create(SceneMemory& memory, const Limits& limits);
 
   // Solves the step's constraints: force[e] (N) and modified[e] (u~, m) for each contact node e. Constraints that were there in
@@ -89,7 +91,7 @@ class ContactSolver {
   // the limit of the forces is then the one of kMostForce, and the second solution is that of LawSolver, or zero. Where not even
   // a sweep does, the last step's reactions act, with no more energy than they had.
   // Cost in multiply-adds: about 3 rows^2; for each changed constraint 9 (its nodes + 1) nodes, and for each of its rows
-  // rows^2 / 2 to join and up to rows^2 to leave; and for the laws. Only new nodes read the tensors.
+  // rows^2 / 2 to join and up to rows^2 to leave; of a disc some 300 for each other one; and for the laws. Only new nodes read the tensors.
   // again: the step has solved these constraints before, with other targets; what changed since the step before is then not known.
   Outcome solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force, Vec3* modified, StepWork* work,
                 bool again = false);
@@ -114,6 +116,7 @@ class ContactSolver {
   struct Changes {
     Operations contacts = 0, begun = 0;                 // begun: of these, that come
     std::int32_t rows = 0, constraints = 0, nodes = 0;  // of those that come
+    std::int32_t discs = 0;                             // of these constraints, those with a disc
   };
   // Their rows leave the factor and join it, where there is one, and their nodes' compliance is read.
   Operations operations_to_renew(const Changes& changes) const;
@@ -179,7 +182,7 @@ class ContactSolver {
   double change_norm(const ContactConstraints& set) const;
   // Of the last solve, with its constraints; each: [constraint_count]. Cost: 2 rows^2 multiply-adds.
   ReactionNorms measure_norms(const ContactConstraints& set, ConstraintNorms* each);
-  Operations operations_to_measure() const { return 2 * squared_rows() / kDense; }
+  Operations operations_to_measure() const { return 2 * squared_rows() / kDense + operations_to_measure_discs(); }
   // In its place where a step has no room for it: an upper bound of the norm of all reactions, none for their change, and of each
   // constraint neither its displacement nor its work. Cost: some 30 multiply-adds for each constraint.
   ReactionNorms bound_norms(const ContactConstraints& set, ConstraintNorms* each);
@@ -196,6 +199,8 @@ class ContactSolver {
     return 3 * (rows * rows + 200 * constraints) / kDense;
   }
   Operations entries_of(const Changes& changes) const;
+  Operations operations_to_measure_discs() const { return couples() ? 2 * squared_rows() / kDense : 0; }
+  bool couples() const { return kept_discs_ > 1; }
   static Operations upkeep_of(Operations rows, Operations leave, Operations join);
   // Whether a step has room to keep a factor of so many rows while contacts change.
   bool affords_factor(Operations rows) const { return upkeep_of(rows, 1, 1) <= most_operations_ / 4; }
@@ -208,6 +213,8 @@ class ContactSolver {
   std::int32_t close_up();
   const Mat3* spread_of(const ContactConstraints& set, const ContactConstraint& constraint);
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
+  void remember_between(const Rows& rows, const Rows& columns, const Mat3& between);
+  void measure_between_discs(const double* reaction, double* moved) const;
   void write_scaled(const std::int32_t* rows, std::int32_t count, double shift, UpdatedCholesky* factor);
   bool append_rows(const std::int32_t* rows, std::int32_t count);
   void leave_factor();
@@ -266,6 +273,7 @@ class ContactSolver {
   std::int32_t rows_end_ = 0;    // all rows in use are below this number
   std::int32_t free_row_ = 0;    // all rows below this number are in use
   double* matrix_ = nullptr;     // [rows][stride] H W H^T, m/N
+  double* between_ = nullptr;    // [rows][stride] m/N, the part of it between discs; where predict_without() is called
   double* scale_ = nullptr;      // [rows] D; 0: the row is not in use
   double* shift_ = nullptr;      // [rows] added to the scaled diagonal, kShift or more
   double* soft_ = nullptr;       // [rows] m/N, the same on the diagonal of the matrix
@@ -305,6 +313,7 @@ class ContactSolver {
   ContactNode* kept_node_ = nullptr;
   ContactConstraint* kept_constraint_ = nullptr;
   std::int32_t kept_constraints_ = 0, kept_nodes_ = 0;
+  std::int32_t kept_discs_ = 0;  // constraints with a disc
   ContactResidual residual_;
   double energy_ = 0, last_energy_ = 0;  // J, r^T A r: of the last solve; of the one before
 

@@ -31,6 +31,7 @@ LargeSolver::Created DeformingBody::create(SceneMemory& memory, const Hyperelast
   kept_ = memory.array<Kept>(constraints);
   nodes_ = memory.array<std::int32_t>(nodes), weights_ = memory.array<double>(nodes);
   force_ = memory.array<double>(rows), start_ = memory.array<double>(rows);
+  beside_ = memory.array<double>(rows * rows);
   if (limits.gives_way) {
     for (double** array : {&law_force_, &applied_, &free_, &target_, &soft_, &ahead_})
       *array = memory.array<double>(rows);
@@ -85,6 +86,27 @@ std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t
     rows_of_[p].at[axis_of[i]] = count;
   }
   return count;
+}
+
+// What the mesh does not resolve between discs (disc_compliance.h), in the frames of their constraints, which turn with the surface.
+// False where there are no two discs.
+bool DeformingBody::fill_beside(const ContactConstraints& set, StepWork* work) {
+  const std::int64_t discs = std::count_if(set.constraints, set.constraints + set.constraint_count, has_disc);
+  if (discs < 2) return false;
+  work->add(kOfTwoDiscs * discs * (discs - 1) / 2);
+  const auto stride = 3 * static_cast<std::size_t>(constraint_capacity_);
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    for (std::int32_t q = 0; q <= p; ++q) {
+      const Mat3 between = q == p ? Mat3{} : compliance_between(set.constraints[p], set.constraints[q]);
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+          if (rows_of_[p].at[i] < 0 || rows_of_[q].at[j] < 0) continue;
+          const auto row = static_cast<std::size_t>(rows_of_[p].at[i]),
+                     column = static_cast<std::size_t>(rows_of_[q].at[j]);
+          beside_[row * stride + column] = beside_[column * stride + row] = between.m[i][j];
+        }
+    }
+  return true;
 }
 
 // The forces of the last step. Both lists ascend by tool, point and part.
@@ -203,7 +225,14 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
     may_give_way = may_give_way || gives_way(set.constraints[p]);
   }
   take_start(set);
-  const LargeContacts contacts = {rows_, nodes_, weights_, row_count_, start_};
+  has_beside_ = fill_beside(set, work);
+  const LargeContacts contacts = {rows_,
+                                  nodes_,
+                                  weights_,
+                                  row_count_,
+                                  start_,
+                                  has_beside_ ? beside_ : nullptr,
+                                  3 * static_cast<std::size_t>(constraint_capacity_)};
   const Operations fit = work->left() / std::max<Operations>(operations_, 1);
   const auto most = static_cast<std::int32_t>(std::clamp<Operations>(fit, 1, LargeSolver::kMostSteps));
   Outcome outcome;
@@ -239,6 +268,9 @@ Vec3 DeformingBody::missed(std::int32_t p) const {
     missed[i] = solver_.on_row(r) - rows_[r].target;
     for (std::int32_t k = 0; k < 3 && rows_[r].group + k < row_count_; ++k)
       missed[i] += rows_[r].compliance[k] * force_[rows_[r].group + k];
+    const double* const beside =
+        beside_ + static_cast<std::size_t>(r) * 3 * static_cast<std::size_t>(constraint_capacity_);
+    for (std::int32_t k = 0; has_beside_ && k < row_count_; ++k) missed[i] += beside[k] * force_[k];
   }
   return missed;
 }

@@ -96,6 +96,7 @@ class DeformingBody {
   Mat3 present_frame(const ContactConstraints& set, std::int32_t p) const;
   std::int32_t add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count);
   void take_start(const ContactConstraints& set);
+  bool fill_beside(const ContactConstraints& set, StepWork* work);
   void keep(const ContactConstraints& set);
   ContactSystem system(const ContactConstraints& set) const;
   bool solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work, Outcome* outcome);
@@ -116,6 +117,9 @@ class DeformingBody {
   std::int32_t* nodes_ = nullptr;               // [node_capacity]
   double* weights_ = nullptr;                   // [node_capacity]
   double *force_ = nullptr, *start_ = nullptr;  // [3 constraint_capacity] N
+  double* beside_ =
+      nullptr;  // [3 constraint_capacity][3 constraint_capacity] m/N, between the discs of two constraints
+  bool has_beside_ = false;
   // Where contacts give way:
   double *law_force_ = nullptr, *applied_ = nullptr;  // [3 constraint_capacity] N
   double *free_ = nullptr, *target_ = nullptr, *soft_ = nullptr, *ahead_ = nullptr;

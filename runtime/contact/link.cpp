@@ -30,7 +30,7 @@ void find_disc(const DiscSource& source, const SurfacePoint& place, double radiu
   TouchableDisc disc;
   press_disc(source, place, radius, LinkEnd::kMostNodes, &disc);
   if (disc.count == 0) return;
-  to->count = disc.count, to->local = disc.local;
+  to->count = disc.count, to->local = disc.local, to->disc = disc.disc;
   std::copy(disc.node, disc.node + disc.count, to->node);
   std::copy(disc.weight, disc.weight + disc.count, to->weight);
 }

@@ -11,7 +11,7 @@ void press_disc(const DiscSource& source, const SurfacePoint& place, double radi
   disc->along[0] = across(disc->outward, {}), disc->along[1] = cross(disc->outward, disc->along[0]);
   ContactPatch& patch = *source.patch;
   patch.press(place, disc->outward, disc->along[0], radius, resolved);
-  disc->local = patch.local();
+  disc->local = patch.local(), disc->disc = patch.disc();
   double moment[2][ContactPatch::kMaxNodes], sum = 0;
   patch.first_moments(moment[0], moment[1]);
   disc->count = 0;

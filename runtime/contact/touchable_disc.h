@@ -23,6 +23,7 @@ struct TouchableDisc {
   int count = 0;                              // 0: the disc has no touchable node
   Vec3 outward, along[2];                     // unit, orthogonal
   Mat3 local;                                 // m/N, compliance that the mesh does not resolve
+  ContactDisc disc;                           // in x, y, z
 };
 
 // Fills `disc` for the disc of that radius, m, around a place: at most `most` nodes. resolved: node spacings of the least disc that the

@@ -98,7 +98,8 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
     of_metric_ = memory.array<float>(padded), of_next_ = memory.array<float>(padded);
   }
   generation_ = memory.array<std::int32_t>(most_spots), largest_response_ = memory.array<double>(3 * most_spots);
-  for (double** matrix : {&between_spots_, &compliance_, &contact_}) *matrix = memory.array<double>(most * stride_);
+  for (double** matrix : {&between_spots_, &compliance_, &contact_, &beside_})
+    *matrix = memory.array<double>(most * stride_);
   holds_ = memory.array<std::uint8_t>(most);
   for (double** vector :
        {&applied_, &local_, &next_local_, &multiplier_, &local_g_, &local_p_, &trial_local_, &work_, &work2_})
@@ -213,6 +214,7 @@ void LargeSolver::keep(SceneMemory& memory) {
   memory.keep_array(generation_, static_cast<std::size_t>(max_spots_));
   memory.keep_array(holds_, rows), memory.keep_array(applied_, rows);
   memory.keep_array(local_, rows), memory.keep_array(multiplier_, rows);
+  memory.keep_array(beside_, rows * stride_, now_.row_count, stride_);
   if (!of_metric_) return;
   memory.keep(renewal_);
   memory.keep_array(of_metric_, 3 * static_cast<std::size_t>(nodes_));
@@ -508,6 +510,7 @@ void LargeSolver::response_on_rows(const double* force, double* out) const {
     for (std::int32_t k = 0; k < now_.row_count; ++k) out[r] += c[k] * force[k];
     for (std::int32_t k = 0; k < 3 && row_[r].group + k < now_.row_count; ++k)
       out[r] -= row_[r].compliance[k] * force[row_[r].group + k];
+    for (std::int32_t k = 0; now_.has_beside && k < now_.row_count; ++k) out[r] -= beside(r, k) * force[k];
   }
 }
 
@@ -550,8 +553,21 @@ void LargeSolver::take_rows(const LargeContacts& contacts) {
       rows_changed_ = from.direction[i] != before.direction[i] || from.compliance[i] != before.compliance[i];
     next_row_[r] = from;
   }
+  take_beside(contacts);
   now_.row_count = contacts.row_count;
   std::swap(row_, next_row_);
+}
+
+void LargeSolver::take_beside(const LargeContacts& contacts) {
+  const std::int32_t has = contacts.beside ? 1 : 0;
+  rows_changed_ = rows_changed_ || now_.has_beside != has;
+  now_.has_beside = has;
+  for (std::int32_t r = 0; has && r < contacts.row_count; ++r) {
+    const double* const from = contacts.beside + static_cast<std::size_t>(r) * contacts.beside_stride;
+    double* const to = beside_ + static_cast<std::size_t>(r) * stride_;
+    rows_changed_ = rows_changed_ || !std::equal(from, from + contacts.row_count, to);
+    std::copy(from, from + contacts.row_count, to);
+  }
 }
 
 bool LargeSolver::take(const LargeContacts& contacts) {
@@ -614,6 +630,7 @@ bool LargeSolver::fill_compliance() {
         }
       const std::int32_t k = j - row_[i].group;
       if (k >= 0 && k < 3) sum += row_[i].compliance[k];
+      if (now_.has_beside) sum += beside(i, j);
       finite = finite && std::isfinite(sum);
       compliance_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)] =
           compliance_[static_cast<std::size_t>(j) * stride_ + static_cast<std::size_t>(i)] = sum;
@@ -621,13 +638,15 @@ bool LargeSolver::fill_compliance() {
   return finite;
 }
 
-// L a, of the rows that hold. L does not connect these with others.
+// L a, of the rows that hold and by these alone.
 void LargeSolver::compliance_times(const double* a, double* out) const {
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
     const LargeRow& row = row_[r];
     out[r] = 0;
     for (std::int32_t k = 0; holds_[r] && k < 3 && row.group + k < now_.row_count; ++k)
       out[r] += holds_[row.group + k] ? row.compliance[k] * a[row.group + k] : 0;
+    for (std::int32_t k = 0; now_.has_beside && holds_[r] && k < now_.row_count; ++k)
+      out[r] += holds_[k] ? beside(r, k) * a[k] : 0;
   }
 }
 double LargeSolver::times_compliance(const double* a, const double* b) const {
@@ -636,6 +655,8 @@ double LargeSolver::times_compliance(const double* a, const double* b) const {
     const LargeRow& row = row_[r];
     for (std::int32_t k = 0; holds_[r] && k < 3 && row.group + k < now_.row_count; ++k)
       if (holds_[row.group + k]) sum += a[r] * row.compliance[k] * b[row.group + k];
+    for (std::int32_t k = 0; now_.has_beside && holds_[r] && k < now_.row_count; ++k)
+      if (holds_[k]) sum += a[r] * beside(r, k) * b[k];
   }
   return sum;
 }
@@ -725,6 +746,9 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* applied, const d
     move[r] = row_[r].target - on_row(r, u_) - move[r];
     for (std::int32_t k = 0; k < now_.row_count; ++k)
       if (change[k] != 0) move[r] -= c[k] * change[k];
+    // L takes the whole of a given force, of which `change` has a part.
+    for (std::int32_t k = 0; now_.has_beside && k < now_.row_count; ++k)
+      if (!holds_[k]) move[r] -= beside(r, k) * (applied_[k] - change[k]);
     largest = std::max(largest, std::abs(move[r]));
   }
   constexpr double least_move = 1e-9;  // m
@@ -762,7 +786,7 @@ void LargeSolver::find_multipliers() {
     const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
     multiplier_[r] = holds_[r] ? multiplier_[r] + work_[r] : 0;
     for (std::int32_t k = 0; holds_[r] && k < now_.row_count; ++k)
-      if (!holds_[k]) multiplier_[r] -= c[k] * applied_[k];
+      if (!holds_[k]) multiplier_[r] -= (now_.has_beside ? c[k] - beside(r, k) : c[k]) * applied_[k];
   }
   solve_contacts(multiplier_);
   for (std::int32_t r = 0; r < now_.row_count; ++r) {

@@ -39,6 +39,9 @@ struct LargeContacts {
   const double* weights = nullptr;
   std::int32_t row_count = 0;
   const double* start = nullptr;  // [row_count] N, the force of each row in the last step; nullptr: not known
+  // [row_count][beside_stride] m/N, L between rows of different groups, symmetric; nullptr: there is none
+  const double* beside = nullptr;
+  std::size_t beside_stride = 0;
 };
 
 // What a step says about itself.
@@ -64,7 +67,7 @@ class LargeSolver {
   static constexpr double kLeastVolume = 0.02;
 
   // order: [free nodes] the nodes that are not held in all three dofs, as they are eliminated. max_rows, max_nodes: of contacts.
-  // Memory: about 424 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node, 24 max_rows^2 bytes.
+  // Memory: about 424 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node, 32 max_rows^2 bytes.
   // preload: [node_count][3] m, the linear displacement under dead loads, or nullptr. The body then rests where it is in equilibrium
   // with K preload, and all displacements start there. no_equilibrium: it is not found, because the loads are too large.
   // fewest_for_rough: numbers of a factor from which its rough copy gives the directions (block_factor.h).
@@ -196,6 +199,7 @@ class LargeSolver {
   void take_spots(const LargeContacts& contacts);
   bool same_spot(const LargeContacts& contacts, std::int32_t row, const Spot& before) const;
   void take_rows(const LargeContacts& contacts);
+  void take_beside(const LargeContacts& contacts);
   void find_responses(const Spot& spot);
   void forget_local_moves();
   void measure_spots();
@@ -211,6 +215,9 @@ class LargeSolver {
   void add_columns_of(const double* force, double factor, float* field, Column column) const;
   void responses_times(const float* force, double* out) const;
   double times_compliance(const double* a, const double* b) const;
+  double beside(std::int32_t i, std::int32_t j) const {
+    return beside_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)];
+  }
   void compliance_times(const double* a, double* out) const;
   void project(float* p, double* local);
   void find_multipliers();
@@ -266,6 +273,7 @@ class LargeSolver {
     double energy, peak_energy, least_volume, residual;
     std::int32_t pair_first, pair_count, pairs_since_scale, row_count, spot_count;
     std::int32_t pairs_of_other_contacts, solved, at_rest;
+    std::int32_t has_beside, unused;
   };
   Kept now_ = {};
 
@@ -282,6 +290,7 @@ class LargeSolver {
   double* largest_response_ = nullptr;                         // [max_spots][3] m/N, the longest displacement of a node
   double* between_spots_ = nullptr;                            // [max_rows][stride] W Y along x, y and z of the spots
   double* compliance_ = nullptr;                               // [max_rows][stride] C
+  double* beside_ = nullptr;                                   // [max_rows][stride] L between rows of different groups
   double* contact_ = nullptr;                        // [max_rows][stride] Cholesky factor of C, of the rows that hold
   std::uint8_t* holds_ = nullptr;                    // [max_rows]
   double* applied_ = nullptr;                        // [max_rows] N, of rows that do not hold

@@ -91,10 +91,10 @@ class PassWork {
     // Two triangular solves and a residual; a product with the matrix per sweep, three per
     // step of Newton's method and, in every second one, a new factor. A contact that slips has new rows, which join the
     // factor again.
-    const double newton = load_.newton_steps;
+    const double newton = load_.newton_steps, of_two_discs = static_cast<double>(kOfTwoDiscs);
     return {0, 2 * rows * rows * (3 + load_.sweeps + 3 * newton) + newton * rows * rows * rows / 3,
             60 + 60 * contacts + 20 * nodes + 120 * contacts * (load_.sweeps + 2 * newton) +
-                (100 + 40 * nodes + 5 * nodes * nodes) * load_.slips};
+                (100 + 40 * nodes + 5 * nodes * nodes + of_two_discs * patches()) * load_.slips};
   }
 
   // The targets of the contacts, in the pass of the contacts, are counted here.

@@ -59,12 +59,18 @@ class WorkBounds {
   // Rows that change without being asked: of grasps that close, and of all contacts where a solution of large deformation arrives.
   double unasked_changes() const {
     const double rows = 3.0 * contacts();
+    const double one = 9 * nodes() * nodes() / kDense + of_discs() + this->most() / 4;
     double most = 0;
-    if (has_needles(def_)) most += 9 * nodes() * nodes() / kDense + this->most() / 4;
-    if (has_grasps(def_)) most += 2 * def_.max_tools * (9 * nodes() * nodes() / kDense + this->most() / 4);
+    if (has_needles(def_)) most += one;
+    if (has_grasps(def_)) most += 2 * def_.max_tools * one;
     if (deforms_beside(def_))
-      most += (9 * nodes() * (nodes() + contacts()) + std::min(rows * rows * rows / 3, 12 * this->most())) / kDense;
+      most += (9 * nodes() * (nodes() + contacts()) + std::min(rows * rows * rows / 3, 12 * this->most())) / kDense +
+              contacts() * of_discs();
     return most;
+  }
+  // Between the disc of a contact and those of all others.
+  double of_discs() const {
+    return def_.contact == PALPATE_CONTACT_PATCH ? static_cast<double>(kOfTwoDiscs) * contacts() : 0;
   }
   // Of laws under large deformation, which are solved anew in each round: what is left of the step's operations, and one sweep.
   double laws() const {
