@@ -186,10 +186,10 @@ void ContactPatch::measure_local(const SurfacePoint& surface_point, Vec3 outward
           normal * outward[i] * outward[j] + uu * u[i] * u[j] + vv * v[i] * v[j] + uv * (u[i] * v[j] + v[i] * u[j]);
 
   const PlaneRoot root = root_of(uu, vv, uv, tangent);
-  const double size = std::sqrt(tissue.tangent);
+  const double size = std::sqrt(tissue.tangent * shared_part(a, wide));
   disc_.radius = a, disc_.wide[0] = b + tissue.normal_blur * s, disc_.wide[1] = wide;
   disc_.place = surface_->position(surface_point), disc_.outward = outward;
-  disc_.normal_root = std::sqrt(tissue.normal) * outward;
+  disc_.normal_root = std::sqrt(tissue.normal * shared_part(a, disc_.wide[0])) * outward;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       disc_.tangent_root.m[i][j] =

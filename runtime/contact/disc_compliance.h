@@ -1,17 +1,21 @@
 // The compliance that the mesh does not resolve, between two discs. contact_patch.h has that of one disc, which stands in its own block
-// of the contact system; this is the block beside it. Without it two discs at one place would press twice as hard as one.
+// of the contact system; this is the block beside it. Without it two discs at one place would press up to twice as hard as one.
 //
-// Disc i has the radius a_i, and the mesh shows it as one of radius w_i (a_i <= w_i). With a = max(a_i, a_j), w = min(w_i, w_j), the
-// distance d of the places, the outward normals n and the compliances c of a disc of radius 1,
-//     g = 1 / sqrt(a^2 + (pi d / 2)^2) - 1 / sqrt(w^2 + (pi d / 2)^2),   0 where a >= w,
+// Disc i has the radius a_i, and the mesh shows it as one of radius w_i. With a = max(a_i, a_j), w = min(w_i, w_j), the distance d of
+// the places, the outward normals n and the compliance c_i of a disc of radius 1,
+//     g = 1 / sqrt(a^2 + (pi d / 2)^2) - 1 / sqrt(w^2 + (pi d / 2)^2), or 0 where a >= w,
 //     L_ij = ((1 + n_i . n_j) / 2)^2 sqrt(c_i c_j) (g_n n_i n_j^T + g_t S_i S_j).
-// 1 / sqrt(a^2 + (pi d / 2)^2) / a disc's 1 / a is the answer of a half-space at one place to a force at the other, both blurred to the
-// radius a. S_i is the root of the disc's own tangential compliance over the one that it has on a plane, so that L_ij is the disc's own
-// compliance for d = 0 and like discs, curvature included. It falls with the third power of d. Discs on opposite faces do not couple.
+// Each term of g is the answer of a half-space at one place to a force at the other, both spread over the radius; for d = 0 it is the
+// compliance of the disc. S_i is the root of the disc's own tangential compliance over that on a plane, so that the surface's curvature
+// counts. For like discs L_ij goes from L_ii at d = 0 to zero, with the third power of d. Discs on opposite faces do not share.
 //
-// L is positive semidefinite for any discs: -d/dt of the term in t is t (t^2 + (pi d / 2)^2)^(-3/2), which is completely monotone in
-// d^2 and therefore positive definite in space (Schoenberg 1938); L_ij integrates it over what [a_i, w_i] and [a_j, w_j] have in common,
-// and the other factors are products of one matrix for each disc or powers of a Gram matrix (Schur).
+// L is positive semidefinite for any discs: -d/da of 1 / sqrt(a^2 + (pi d / 2)^2) is completely monotone in d^2, and therefore positive
+// definite in space (Schoenberg 1938); L_ij integrates it over what the intervals [a_i, w_i] and [a_j, w_j] have in common; the other
+// factors are one matrix for each disc, and powers of the Gram matrix of (1, n) (Schur's product).
+//
+// A share of kOwn of the disc's whole compliance c / a stays its own: in place of L_ii the others see L_ii - kOwn c / a. So k discs at
+// one place press up to kOwn harder than one, and the system stays definite: without it, discs at nearly one place would feel the noise
+// of the mesh between their places, and their forces would be of both signs.
 #pragma once
 
 #include "runtime/base/step_work.h"
@@ -21,6 +25,12 @@ namespace palpate {
 
 // Of two discs: four roots and some 60 multiply-adds.
 constexpr Operations kOfTwoDiscs = 50;
+
+constexpr double kOwn = 0.008;
+// Of what a disc of radius a that the mesh shows as one of radius `wide` has beyond the mesh: the part that others share.
+inline double shared_part(double a, double wide) {
+  return (1 - kOwn) * wide > a ? 1 - kOwn * wide / (wide - a) : 0;
+}
 
 struct ContactDisc {
   double radius = 0;    // m, a; 0: there is no disc

@@ -23,16 +23,33 @@ inline TetrahedralMesh graded_block(const std::vector<double>& distance) {
   return mesh;
 }
 
+// A slab in place of a block: so thick, in layers of the same height.
+inline TetrahedralMesh graded_slab(const std::vector<double>& distance, double thickness, int layers) {
+  const int cells = static_cast<int>(distance.size()) - 1;
+  TetrahedralMesh mesh = box_mesh({2 * cells, 2 * cells, layers}, {2.0 * cells, 2.0 * cells, thickness});
+  for (auto& p : mesh.nodes) {
+    for (int i = 0; i < 2; ++i) {
+      const double from = p[i] - cells;
+      p[i] = std::copysign(distance[static_cast<std::size_t>(std::lround(std::abs(from)))], from);
+    }
+    p[2] -= thickness;
+  }
+  return mesh;
+}
+
 // A scene with a block of gel that is held on all sides but its top. The nodes of the top within `reach` of its middle are
-// touchable.
+// touchable. Where the bottom is not held, so are the nodes of the bottom.
 class Punched {
  public:
-  Punched(const TetrahedralMesh& mesh, Element element, double poisson, double reach) {
+  enum class Bottom { held, bare };
+  Punched(const TetrahedralMesh& mesh, Element element, double poisson, double reach, Bottom bottom = Bottom::held) {
     ElasticBody body = body_of(mesh, {{kYoung, poisson, 0}});
     double low = 0, side = 0;
     for (const auto& p : body.nodes) low = std::min(low, p[2]), side = std::max(side, p[0]);
+    low_ = low;
     const auto at_side = [&](const auto& p) {
-      return p[2] < low + 1e-9 || std::abs(p[0]) > side - 1e-9 || std::abs(p[1]) > side - 1e-9;
+      return (bottom == Bottom::held && p[2] < low + 1e-9) || std::abs(p[0]) > side - 1e-9 ||
+             std::abs(p[1]) > side - 1e-9;
     };
     hold(body, [&](const auto& p) { return at_side(p) ? 7 : 0; });
     std::vector<std::int32_t> touched;
@@ -49,25 +66,50 @@ class Punched {
     write(body, element, solve_node_tensors(body, element, touched));
   }
 
-  // The force in N on a disc that comes down at x, y and is pushed by 1 mm into the gel.
-  double push(double x, double y, double radius) {
+  // Discs of one radius, of one tool: where they come down on the top, x and y; or where they come up to the bottom.
+  struct Discs {
+    double radius;
+    std::vector<std::array<double, 2>> at;
+    bool below = false;
+  };
+  // The force in N on discs that come down and are then moved by `way`, all alike, along the way. Discs below go the mirrored way.
+  double move(const std::vector<Discs>& tools, Eigen::Vector3d way) {
     palpate_scene_reset(scene_.get());
     Contacts contacts(scene_.get());
-    double p[3] = {x, y, 1e-3};
-    palpate_tool tool = palpate_default_tool();
-    tool.points = p, tool.point_count = 1, tool.disc_radius = radius;
-    palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    p[2] = -1e-3;
-    EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
-    return palpate_contacts_tool(contacts, 0)->force_raw[2];
+    std::vector<std::vector<double>> points(tools.size());
+    std::vector<palpate_tool> sent(tools.size(), palpate_default_tool());
+    for (const double share : {-1.0, 0.0, 1.0}) {
+      for (std::size_t t = 0; t < tools.size(); ++t) {
+        points[t].clear();
+        for (const auto& [x, y] : tools[t].at) {
+          Eigen::Vector3d p = Eigen::Vector3d(x, y, share < 0 ? 1e-3 : -1e-9) + std::max(0.0, share) * way;
+          if (tools[t].below) p[2] = low_ - p[2];
+          points[t].insert(points[t].end(), p.data(), p.data() + 3);
+        }
+        sent[t].id = static_cast<std::int32_t>(t), sent[t].disc_radius = tools[t].radius;
+        sent[t].points = points[t].data(), sent[t].point_count = static_cast<std::int32_t>(tools[t].at.size());
+      }
+      EXPECT_EQ(palpate_scene_touch(scene_.get(), sent.data(), static_cast<std::int32_t>(sent.size()), 1e-3,
+                                    contacts.get(), contacts.bytes()),
+                0u);
+    }
+    double force = 0;
+    for (std::size_t t = 0; t < tools.size(); ++t) {
+      Eigen::Vector3d along = way.normalized();
+      if (tools[t].below) along[2] = -along[2];
+      force -= along.dot(Eigen::Vector3d(palpate_contacts_tool(contacts, static_cast<std::int32_t>(t))->force_raw));
+    }
+    return force;
   }
+  // The force in N on a disc that comes down at x, y and is pushed by 1 mm into the gel.
+  double push(double x, double y, double radius) { return move({{radius, {{x, y}}}}, {0, 0, -1e-3}); }
 
-  // The force along x in N on a disc that grips the middle and is dragged by 1 mm along x.
-  double drag(double radius) {
+  // The force along x in N on discs that all grip the middle and are dragged by 1 mm along x.
+  double drag(double radius, std::size_t discs = 1) {
     palpate_scene_reset(scene_.get());
     Contacts contacts(scene_.get());
-    const std::vector<palpate_grip> grips = {
-        grip_at_place(middle_triangle_, Eigen::Vector3d::Unit(middle_corner_), {1e-3, 0, 0})};
+    const std::vector<palpate_grip> grips(
+        discs, grip_at_place(middle_triangle_, Eigen::Vector3d::Unit(middle_corner_), {1e-3, 0, 0}));
     palpate_tool tool = tool_of(grips);
     tool.disc_radius = radius;
     EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
@@ -125,12 +167,13 @@ class Punched {
       throw std::runtime_error(error.text);
     bundle_.reset(opened);
     palpate_scene_def def = unlimited_def();
-    def.grasps = 1, def.max_tools = 1, def.torque_limit = def.torque_slew = INFINITY;
+    def.grasps = 1, def.max_tools = 4, def.torque_limit = def.torque_slew = INFINITY;
     palpate_scene* scene = nullptr;
     if (palpate_scene_create(opened, &def, &scene, &error) != PALPATE_OK) throw std::runtime_error(error.text);
     scene_.reset(scene);
   }
 
+  double low_ = 0;                     // m, of the bottom
   std::int32_t middle_triangle_ = -1;  // a triangle with a corner in the middle of the top
   int middle_corner_ = 0;
   std::vector<std::array<double, 3>> nodes_;

@@ -102,6 +102,18 @@ TEST_F(Patch, AddsWhatASmallDiscHasBeyondTheMesh) {
   }
 }
 
+TEST_F(Patch, SharesWhatItHasBeyondTheMeshWithOneLikeItAtItsPlaceBut0Point8PercentOfItsWhole) {
+  for (const double a : {0.0005, 0.002, 0.006, 0.02}) {
+    press(0.03, 0.05, a);
+    const Mat3 shared = compliance_between(patch_.disc(), patch_.disc());
+    for (int i = 0; i < 3; ++i) {
+      const double own = patch_.local().m[i][i] - shared.m[i][i],
+                   whole = (i < 2 ? tissue_.tangent : tissue_.normal) / a;
+      EXPECT_NEAR(own, 0.008 * whole, 1e-9 * whole) << a;
+    }
+  }
+}
+
 TEST_F(Patch, StaysOnItsSideOfAnEdge) {
   press(0.04, 0.079, 0.006);  // a millimetre from the edge between the top and a side
   EXPECT_GT(mean([](const double*) { return 1; }), 0.5);
