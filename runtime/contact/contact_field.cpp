@@ -322,20 +322,33 @@ double ContactField::change_of(const Contact& before, const Contact& now) const 
   return norm_of_difference(now.own, before.own, between);
 }
 
+// m, of any node that a contact holds, by the contacts of the layer before alone. Nodes inside are not remembered.
+Vec3 ContactField::held_before(std::int32_t node, QueryWork* work) {
+  if (is_on_surface(node)) return before_at_node(node, work) - added_at(*before_, node);
+  Vec3 sum;
+  if (!work->take(kEntry * before_->count)) return sum;
+  for (std::int32_t e = 0; e < before_->count; ++e)
+    if (!is_zero(before_->modified[e]))
+      sum += tensors_.displacement(node, before_->nodes[e].column) * before_->modified[e];
+  return sum;
+}
+
 // The norm of the difference between the two layers: the forces of now act on the displacements of before. Infinite where too
 // many of these displacements are not known yet.
 double ContactField::measure_whole_change(Operations most, Operations* work) {
   Operations cost = 0;
   for (std::int32_t e = 0; e < now_->count; ++e)
-    if (!is_known(before_->known, now_->nodes[e].node)) cost += operations_at_node(acting(*before_, 0, before_->count));
+    if (const std::int32_t node = now_->nodes[e].node; !is_on_surface(node))
+      cost += kEntry * before_->count;
+    else if (!is_known(before_->known, node))
+      cost += operations_at_node(acting(*before_, 0, before_->count));
   most = std::min(kMostMeasuring, most);
   if (cost > most) return INFINITY;
   double between = 0;
   QueryWork queries;
   queries.limit(most);
   for (std::int32_t e = 0; e < now_->count; ++e)
-    between +=
-        dot(now_->force[e], before_at_node(now_->nodes[e].node, &queries) - added_at(*before_, now_->nodes[e].node));
+    between += dot(now_->force[e], held_before(now_->nodes[e].node, &queries));
   *work += queries.done();
   if (queries.ended()) return INFINITY;
   return norm_of_difference(linear_norm_, linear_norm_before_, between);

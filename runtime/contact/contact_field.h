@@ -2,6 +2,7 @@
 // on how far it moves any node.
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
@@ -141,7 +142,12 @@ class ContactField {
   // added(node): m, beside the rows.
   template <class Evaluate, class Added>
   Vec3 recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate, Added added) const;
-  static bool is_known(const Known& known, std::int32_t node) { return known.stamp[node] == known.now; }
+  // Contacts hold nodes of the surface, and needles nodes inside as well: Known has no entry for these.
+  bool is_on_surface(std::int32_t node) const { return node < surface_nodes_; }
+  bool is_known(const Known& known, std::int32_t node) const {
+    assert(is_on_surface(node));
+    return known.stamp[node] == known.now;
+  }
   Vec3 evaluate_at_node(std::int32_t node, QueryWork* work);
   static bool are_many(const Known& known) { return known.count > known.few; }
   bool are_all(const Known& known) const { return known.count > surface_nodes_; }
@@ -170,6 +176,7 @@ class ContactField {
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
   double measure_contacts(double kept, Operations most, Operations* work);
+  Vec3 held_before(std::int32_t node, QueryWork* work);
   double measure_whole_change(Operations most, Operations* work);
   double norm_of_difference(double f, double g, double between) const;
   double change_of(const Contact& before, const Contact& now) const;

@@ -9,6 +9,7 @@
 #include "tests/runtime/world/played_world.h"
 #include "tests/support/box_corridor.h"
 #include "tests/support/box_motions.h"
+#include "tests/support/guarded_memory.h"
 
 namespace palpate::tests {
 namespace {
@@ -309,6 +310,33 @@ TEST(Needle, InAWorldHasTheBitsThatItHasInTheSceneAlone) {
     EXPECT_EQ(Vector3d(contacts.tool(0).force_raw), alone.force()) << i;
   }
   EXPECT_EQ(palpate_scene_needle_state(palpate_world_scene(world.get(), 1), 3), nullptr);
+}
+
+// The field of the contacts is remembered at nodes of the surface; a needle holds nodes inside as well.
+TEST(Needle, BesideAToolPointOnTheDeformedSurfaceStaysWithinTheMemoryOfTheScene) {
+  GuardedMemory memory;
+  palpate_scene_def def = piercing_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
+  def.allocator = memory.allocator();
+  {
+    Piercing piercing(def);
+    palpate_needle needle = needle_at(kEntry);
+    needle.friction = 1, needle.cutting_force = 0.02;
+    for (int s = 0; s < 150; ++s) {
+      const double depth = -2e-3 + 2e-4 * s, pressed = std::min(3e-3, 1e-4 * s - 4e-3);
+      Eigen::Map<Vector3d>(needle.tip) = kEntry + depth * kInwards;
+      const Vector3d p(0.06 - pressed, 0.014 + 4e-5 * s, 0.019);
+      palpate_tool tools[2] = {palpate_default_tool(), point_tool(p.data())};
+      tools[0].id = 3, tools[0].needle = &needle, tools[1].id = 4;
+      ASSERT_EQ(
+          palpate_scene_touch(piercing.scene.get(), tools, 2, 1e-3, piercing.contacts.get(), piercing.contacts.bytes()),
+          0u);
+    }
+    EXPECT_EQ(palpate_contacts_tool(piercing.contacts, 1)->contact_count, 1);
+    EXPECT_GT(piercing.state().places, 2);
+    EXPECT_EQ(memory.written_outside(), 0);
+  }
+  EXPECT_EQ(memory.written_outside(), 0);
 }
 
 // ---- hard cases ------------------------------------------------------------------------------------------------------

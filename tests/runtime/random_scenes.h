@@ -1,5 +1,6 @@
-// Random scenes of points that wander about a body while grips move and open it and a pose moves all of it, beside the reference:
-// the winding number of the deformed mesh. deformed_collision_test plays some, collision_fuzz as many as it is asked for.
+// Random scenes of points that wander about a body while grips move and open it, a needle pierces it and a pose moves all of it, beside
+// the reference: the winding number of the deformed mesh. deformed_collision_test plays some, collision_fuzz as many as it is asked for.
+// The memory of each scene has guard bytes.
 #pragma once
 
 #include <cstring>
@@ -7,9 +8,11 @@
 #include <string>
 
 #include "tests/runtime/touched_box.h"
+#include "tests/support/box_corridor.h"
 #include "tests/support/deformed_truth.h"
 #include "tests/support/fine_body.h"
 #include "tests/support/grid_body.h"
+#include "tests/support/guarded_memory.h"
 
 namespace palpate::tests {
 
@@ -188,9 +191,10 @@ inline std::string sentence_of(const Contradiction& found) {
   return text;
 }
 
-// All but steps count each tool point of each step.
+// All but steps and pierced count each tool point of each step.
 struct Contradictions {
   long steps = 0, points = 0, near = 0, touched = 0, begun = 0, ended = 0, found = 0;
+  long pierced = 0;  // steps in which a needle held the organ
   // Not compared: WORK_DEFERRED; TRACKING_LOST, and after it until the point has been outside; NOT_TOUCHABLE where it matters.
   long deferred = 0, lost = 0, over_held = 0;
   // In contact and out of the surface without the contact, or pulled: compared; not compared, because other contacts change with the
@@ -324,6 +328,71 @@ class RandomGrips {
   std::vector<Eigen::Vector3d> aim_, at_;
 };
 
+// A needle that goes in and out of the body and enters elsewhere, in a third of the scenes. It has dice of its own, so that the other
+// scenes are the same as without it.
+class RandomNeedle {
+ public:
+  RandomNeedle(std::uint64_t seed, const TouchedBody& body)
+      : dice_(seed ^ 0x6e6565646c65), body_(body), is_there_(dice_.one_in(3)), speed_(dice_.decade(-4.5, -3)) {
+    needle_ = palpate_default_needle();
+    needle_.radius = dice_.decade(-4, -2.7), needle_.spacing = dice_.decade(-2.7, -2);
+    needle_.friction = dice_.one_in(3) ? 0 : dice_.decade(-1, 1);
+    needle_.cutting_force = dice_.one_in(3) ? 0 : dice_.decade(-3, -1);
+    needle_.puncture_force = needle_.cutting_force * dice_.between(0, 4);
+    if (is_there_) enter();
+  }
+  bool is_there() const { return is_there_; }
+  void draw(palpate_scene_def& def) const {
+    if (is_there_) def.needles = 1, def.needle_places = kPlaces;
+  }
+  void step() {
+    if (!is_there_) return;
+    before_ = depth_;
+    const double way = goal_ - depth_;
+    depth_ += std::clamp(way, -speed_, speed_);
+    if (std::abs(way) > speed_) return;
+    if (goal_ < 0) return enter();
+    goal_ = dice_.one_in(2) ? dice_.between(.001, .03) : -.003;
+  }
+  // In this step, or in the one before. to_world: of a place in the organ's frame.
+  template <class ToWorld>
+  palpate_needle now(bool before, ToWorld to_world) const {
+    palpate_needle needle = needle_;
+    const Eigen::Vector3d tip = to_world(entry_ + (before ? before_ : depth_) * inwards_),
+                          ahead = to_world(entry_ + inwards_) - to_world(entry_);
+    Eigen::Map<Eigen::Vector3d>(needle.tip) = tip, Eigen::Map<Eigen::Vector3d>(needle.direction) = ahead.normalized();
+    return needle;
+  }
+  // After a step: whether the needle has moved on in the tissue, so that a repetition of the step meets it elsewhere.
+  bool has_gone_on(const palpate_needle_state& state) {
+    const bool is_still = state.slipping == 0 && state.depth == last_.depth && state.places == last_.places &&
+                          state.condition == last_.condition && state.condition != PALPATE_NEEDLE_CUTS;
+    last_ = state;
+    return !is_still;
+  }
+
+ private:
+  static constexpr int kPlaces = 8;
+  void enter() {
+    const auto triangle = static_cast<std::int32_t>(dice_.below(body_.body.triangles.size()));
+    const Eigen::Vector3d k(dice_.between(.1, 1), dice_.between(.1, 1), dice_.between(.1, 1));
+    ++needle_.id, needle_.triangle = triangle;
+    Eigen::Map<Eigen::Vector3d>(needle_.barycentric) = k / k.sum();
+    entry_ = body_.place(triangle, k / k.sum());
+    inwards_ = (.5 * dice_.direction() - body_.outward(triangle)).normalized();
+    before_ = depth_ = -.002, goal_ = dice_.between(.005, .03);
+  }
+
+  Dice dice_;
+  const TouchedBody& body_;
+  const bool is_there_;
+  const double speed_;  // m in a step
+  palpate_needle needle_;
+  palpate_needle_state last_ = {};
+  double depth_ = 0, before_ = 0, goal_ = 0;  // m, of the tip behind the place where it enters, at rest
+  Eigen::Vector3d entry_ = Eigen::Vector3d::Zero(), inwards_ = Eigen::Vector3d::Zero();
+};
+
 // A tool point, and what the reference remembers of it.
 struct RandomPoint {
   int tool = 0, point = 0;
@@ -363,6 +432,7 @@ class RandomScene {
         surface_(host ? host->surface() : body.body),
         organ_(dice_),
         grips_(dice_, body, usual_reach),
+        needle_(seed, body),
         def_(draw_def()),
         scene_(body.scene(def_)),
         twin_(body.scene(def_)),
@@ -380,6 +450,7 @@ class RandomScene {
     organ_.step(dice_);
     // The twin's steps repeat the one before.
     grips_before_ = grip_list_, grip_list_ = grips_.step(s, dice_);
+    needle_.step();
     for (RandomPoint& p : points_) move(p, s);
     const double surface_moved = now().largest_move(before());
     save_state();
@@ -388,6 +459,10 @@ class RandomScene {
       if (points_[k].touches) without[k] = ask_without(points_[k], points_[k].moved + surface_moved + kStored);
     organ_.send(scene_.get());
     flags_before_ = touch(scene_.get(), contacts_, false, -1);
+    if (const palpate_needle_state* needle = palpate_scene_needle_state(scene_.get(), 0)) {
+      needle_has_gone_on_ = needle_.has_gone_on(*needle);
+      all->pierced += needle->condition >= PALPATE_NEEDLE_PRESSES;
+    }
     next().move(displaced(contacts_));
     ++all->steps;
     const std::vector<bool> touches = touching(scene_.get());
@@ -400,6 +475,8 @@ class RandomScene {
     for (RandomPoint& p : points_) remember(p);
     std::rotate(truths_.begin(), truths_.begin() + 1, truths_.begin() + 3);
   }
+  // Bytes that the library has written outside of its memory.
+  long written_outside() const { return memory_.written_outside(); }
 
  private:
   struct Seen {
@@ -451,6 +528,8 @@ class RandomScene {
     radius_ = def.contact == PALPATE_CONTACT_PATCH ? dice_.between(0, .006) : 0;
     friction_ = dice_.between(0, 1);
     if (host_) view_ = host_->view(), def.fine_surface = &view_;
+    needle_.draw(def);
+    def.allocator = memory_.allocator();
     return def;
   }
   void draw_points() {
@@ -500,6 +579,9 @@ class RandomScene {
       places[p.tool].insert(places[p.tool].end(), at.data(), at.data() + 3);
     }
     palpate_tool tools[3] = {tool_of(again ? grips_before_ : grip_list_)};
+    const palpate_needle needle = needle_.now(
+        again, [&](const Eigen::Vector3d& p) { return again ? organ_.to_world_before(p) : organ_.to_world(p); });
+    if (needle_.is_there()) tools[0].needle = &needle;
     for (int t = 1; t <= tools_; ++t)
       tools[t] = point_tool(places[t].data(), static_cast<std::int32_t>(places[t].size() / 3), radius_, friction_);
     return palpate_scene_touch(scene, tools, 1 + tools_, kStep, contacts.get(), contacts.bytes());
@@ -580,7 +662,7 @@ class RandomScene {
     const int own = static_cast<int>(&p - points_.data());
     const palpate_step_flags flags = touch(twin_.get(), twins_, true, own, far);
     without_contact().move(displaced(twins_));
-    return !((flags | flags_before_) & kUndecided) && twin_holds_the_others(p);
+    return !((flags | flags_before_) & kUndecided) && !needle_has_gone_on_ && twin_holds_the_others(p);
   }
   // Where places slide on although nothing moves, the step and its repetition are two surfaces. A place that slips does so after the
   // solution, which the repetition then begins with.
@@ -658,6 +740,8 @@ class RandomScene {
   const SurfaceFirst surface_;
   OrganPath organ_;
   RandomGrips grips_;
+  RandomNeedle needle_;
+  GuardedMemory memory_;
   palpate_fine_surface view_ = palpate_default_fine_surface();
   double radius_ = 0, friction_ = 0;
   const palpate_scene_def def_;
@@ -668,6 +752,7 @@ class RandomScene {
   Eigen::Vector3d high_;
   int tools_ = 1, steps_ = 0;
   palpate_step_flags flags_before_ = 0;  // of the last step
+  bool needle_has_gone_on_ = false;      // in the last step
   std::vector<RandomPoint> points_;
   std::vector<palpate_grip> grip_list_, grips_before_;
   std::vector<std::uint64_t> state_;  // after the last step
@@ -696,11 +781,17 @@ class RandomScenes {
     RandomScene scene(seed, *bodies_[b], usual_reach[b], hosts_.empty() ? nullptr : &hosts_[b],
                       hosts_.empty() ? nullptr : fine_[b].get());
     for (int s = 0; s < steps; ++s) scene.step(all, tell);
+    if (scene.written_outside() == 0) return;
+    ++all->found, tell(Contradiction{seed, steps, 0, 0, "a step wrote outside of the scene's memory", 0, 0});
   }
 
  private:
-  const TouchedBody block_{slotted_block()}, slab_{clamped_slab()};
-  const TouchedBox box_;
+  // With a corridor through all of it.
+  static TouchedBody pierceable(const DenseBody& dense) {
+    return TouchedBody(dense, [&](BundleParts& parts) { add_whole_corridor(parts, dense); });
+  }
+  const TouchedBody block_{pierceable(slotted_block())}, slab_{pierceable(clamped_slab())},
+      box_{pierceable(dense_box({}))};
   const TouchedBody* const bodies_[3] = {&block_, &box_, &slab_};
   std::vector<FineHost> hosts_;  // of the bodies; empty: tools meet the bodies' own surfaces
   std::vector<std::unique_ptr<BoundFine>> fine_;
