@@ -171,24 +171,28 @@ bool Grasps::slips(std::int32_t t, const Tool& tool, const ContactSolver& solver
   return true;
 }
 
-void Grasps::finish(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ,
-                    Vec3* torque) {
+void Grasps::finish(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ, Vec3 unit,
+                    Vec3* torque, Vec3* torque_along) {
   Grasp& grasp = grasps_[t];
-  *torque = {};
+  *torque = *torque_along = {};
   palpate_grasp_state& state = grasp.state;
   if (!tool.has_grasp) return;
   const Vec3 reference = organ.point_to_organ(tool.reference);
-  Vec3 force, moment, centre;
+  Vec3 force, moment, moment_along, centre;
+  const auto add = [&](Vec3 arm, Vec3 r) {
+    moment += cross(arm, r);
+    moment_along += cross(arm, dot(r, unit) * unit);
+  };
   for (int p = 0; p < 2; ++p) {
     const GraspPatch& patch = grasp.patches[p];
     if (patch.rows_of < 0) continue;
     const Vec3 held = patch.place[0] - patch.before[0] + target(grasp, tool, p, 0), r = solver.reaction(patch.rows_of);
-    force += r, moment += cross(held - reference, r);
+    force += r, add(held - reference, r);
     if (p == 0) centre = held;
     for (int part = 1; part < 3 && patch.has_gradients; ++part)
-      moment += cross(grasp.turn * patch.place[part], solver.reaction(patch.rows_of + part));
+      add(grasp.turn * patch.place[part], solver.reaction(patch.rows_of + part));
   }
-  *torque = moment;
+  *torque = moment, *torque_along = moment_along;
   store3(organ.vector_to_world(-1 * force), state.force);
   store3(organ.vector_to_world(-1 * moment), state.torque);
   store3(organ.point_to_world(centre), state.place);

@@ -44,8 +44,10 @@ class Grasps {
   // After a solve: whether the grasp of a tool pulls beyond its friction. Its targets are then those after it has slipped, and the step
   // is to be solved again.
   bool slips(std::int32_t t, const Tool& tool, const ContactSolver& solver, ContactRows& rows);
-  // After the last solve: the force on the organ, and the torque about `reference`, in the organ's frame.
-  void finish(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ, Vec3* torque);
+  // After the last solve: the torque of its forces on the organ about the tool's reference, N m, and that of the parts of the forces along
+  // `unit`, both in the organ's frame.
+  void finish(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ, Vec3 unit,
+              Vec3* torque, Vec3* torque_along);
 
   const palpate_grasp_state& state(std::int32_t t) const { return grasps_[t].state; }
 

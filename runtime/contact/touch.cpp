@@ -44,12 +44,26 @@ struct ToolSum {
   double imposed_length = 0;  // m, of those displacements' lengths
   Vec3 resultant;             // N, of the linear nodal forces on the organ
   Vec3 moment;                // N m, of the same about the tool's reference, where the tool has a torque
+  Vec3 moment_along;          // N m, of their parts along the tool's direction, where Q acts
   std::int32_t contacts = 0, slips = 0, releases = 0;
 };
 
+// d_t of eqs 3-6: that of the tool's imposed motion.
+struct ToolDirection {
+  Vec3 unit;  // zero: none
+  double share =
+      0;  // of P and Q that acts: 1 where the imposed displacements agree, falling smoothly to 0 as they cancel
+};
+
+Vec3 part_along(Vec3 force, Vec3 unit) {
+  return dot(force, unit) * unit;
+}
+
 struct ToolResult {
   ToolSum sum;
+  ToolDirection direction;
   double factor = 0;                 // on the tool's linear nodal forces
+  double stretch = 0;                // by Q: what is added to their part along the direction, over that part
   Vec3 needle_force, needle_torque;  // N and N m, of its needle on the organ
   Vec3 raw, raw_torque;              // N and N m, in the organ's frame, on the tool before the limits
 };
@@ -112,6 +126,7 @@ class Touch {
   // joint: how the solution of several organs ended, which the solver has; nullptr: the organ is solved alone.
   std::uint32_t finish(const ContactSolver::Outcome* joint) {
     const bool links = has_links(context_.def);
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) result_[t].direction = direction(t);
     if (deforms_largely(context_.def))
       deform();
     else
@@ -125,13 +140,15 @@ class Touch {
       context_.watch.ended(Pass::links);
     }
     if (context_.def.force != PALPATE_FORCE_OFF) {
-      for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
-        result_[t].factor = result_[t].sum.contacts > 0 ? force_factor(t) : 0;
+      for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
+        result_[t].factor = result_[t].sum.contacts > 0 ? 1 : 0;
+        if (corrects_force(context_.def)) result_[t].stretch = stretch_by_response(t);
+      }
       context_.watch.ended(Pass::force);
     }
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
-      result_[t].raw = -result_[t].factor * result_[t].sum.resultant;
-      result_[t].raw_torque = -result_[t].factor * result_[t].sum.moment;
+      result_[t].raw = -1 * corrected(t, result_[t].sum.resultant);
+      result_[t].raw_torque = -1 * corrected_moment(t);
       if (has_needles(context_.def)) add_needle(t);
     }
     if (relaxes(context_.def)) {
@@ -417,10 +434,13 @@ class Touch {
   static_assert(Motions::kMostSolves <= kMostSlipSolves, "the last solve has the pressures that follow_volumes() left");
   void finish_grasps() {
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
-      Vec3 torque;
+      Vec3 torque, torque_along;
       const Tool& tool = touch_state_.input.tool(t);
-      touch_state_.grasps.finish(t, tool, touch_state_.solver, touch_state_.organ, &torque);
-      if (tool.has_torque && is_finite(torque)) result_[t].sum.moment += torque;
+      touch_state_.grasps.finish(t, tool, touch_state_.solver, touch_state_.organ, result_[t].direction.unit, &torque,
+                                 &torque_along);
+      if (!tool.has_torque || !is_finite(torque)) continue;
+      result_[t].sum.moment += torque;
+      result_[t].sum.moment_along += torque_along;
     }
   }
 
@@ -477,9 +497,13 @@ class Touch {
 
   void add_force(std::int32_t e, const ContactNode& held) {
     if (!is_of_tool(held.tool)) return;
-    result_[held.tool].sum.resultant += touch_state_.force[e];
-    if (touch_state_.input.tool(held.tool).has_torque && !is_of_grasp(held.tool, held.point))
-      result_[held.tool].sum.moment += cross(lever(held.tool, held.point), touch_state_.force[e]);
+    const Vec3 force = touch_state_.force[e];
+    ToolResult& result = result_[held.tool];
+    result.sum.resultant += force;
+    if (!touch_state_.input.tool(held.tool).has_torque || is_of_grasp(held.tool, held.point)) return;
+    const Vec3 arm = lever(held.tool, held.point);
+    result.sum.moment += cross(arm, force);
+    if (corrects_force(context_.def)) result.sum.moment_along += cross(arm, part_along(force, result.direction.unit));
   }
 
   // The same as solve(), of the hyperelastic body.
@@ -634,23 +658,34 @@ class Touch {
     return constraint.law == ContactLaw::coulomb && length({0, r.y, r.z}) >= constraint.friction * r.x * (1 - rounding);
   }
 
-  // d_t of eqs 3-6: direction of the tool's imposed motion. Its length is the share of P and Q that acts: 1 where the imposed
-  // displacements agree, falling smoothly to 0 as they cancel, because the direction of a sum that almost cancels is noise.
-  Vec3 direction(std::int32_t t) const {
+  // The direction of a sum that almost cancels is noise.
+  ToolDirection direction(std::int32_t t) const {
     const ToolSum& sum = result_[t].sum;
     const double size = length(sum.imposed);
-    if (!(size > 1e-9 * sum.imposed_length)) return Vec3{};
+    if (!(size > 1e-9 * sum.imposed_length)) return {};
     const double agree = std::min(1.0, size / (kAgreed * sum.imposed_length));
-    return agree * agree * (3 - 2 * agree) * unit_or_zero(sum.imposed);
+    return {unit_or_zero(sum.imposed), agree * agree * (3 - 2 * agree)};
   }
 
-  // The factor on all nodal forces of the tool. With RESPONSE the component F of their resultant along d_t becomes Q(F)
-  // (eqs 3-6). Q acts on the resultant, not node by node: Q is not additive, so the nodal way would depend on the mesh.
-  double force_factor(std::int32_t t) {
-    if (!corrects_force(context_.def)) return 1;
-    const double along = dot(result_[t].sum.resultant, direction(t));
+  // Q acts on the part F of the tool's resultant along its direction (eqs 5 and 6), which becomes Q(F); its nodal forces get their
+  // shares of that, as their parts along the direction have. Q node by node would depend on the mesh, because Q is not additive.
+  double stretch_by_response(std::int32_t t) {
+    const ToolDirection& direction = result_[t].direction;
+    if (direction.share == 0) return 0;
+    const double along = dot(result_[t].sum.resultant, direction.unit);
     if (touch_state_.response.outside(along)) raise(t, PALPATE_STEP_RESPONSE_RANGE);
-    return touch_state_.response.ratio(along);
+    return direction.share * (touch_state_.response.ratio(along) - 1);
+  }
+  // N: what the tool feels and the contacts tell of a linear force on the organ.
+  Vec3 corrected(std::int32_t t, Vec3 force) const {
+    const ToolResult& result = result_[t];
+    if (!corrects_force(context_.def)) return result.factor * force;
+    return result.factor * (force + result.stretch * part_along(force, result.direction.unit));
+  }
+  Vec3 corrected_moment(std::int32_t t) const {
+    const ToolResult& result = result_[t];
+    if (!corrects_force(context_.def)) return result.factor * result.sum.moment;
+    return result.factor * (result.sum.moment + result.stretch * result.sum.moment_along);
   }
 
   void write_nodes() {
@@ -675,7 +710,7 @@ class Touch {
                                                  : kToolOfLinks - 1 - held.tool;
       store3(touch_state_.modified[e], node->modified_displacement);
       // A steep response may turn a finite force into an infinite one.
-      const Vec3 force = (of_tool ? result_[held.tool].factor : 1) * touch_state_.force[e];
+      const Vec3 force = of_tool ? corrected(held.tool, touch_state_.force[e]) : touch_state_.force[e];
       if (!is_finite(force)) raise(held.tool, PALPATE_STEP_UNSOLVED);
       store3(is_finite(force) ? force : Vec3{}, node->force);
     }
@@ -708,7 +743,7 @@ class Touch {
       write_torque(t, state);
     else
       touch_state_.last_torque[t] = Vec3{};
-    store3(direction(t), state.direction);
+    store3(result_[t].direction.share * result_[t].direction.unit, state.direction);
     state.contact_count = result_[t].sum.contacts;
     state.slip_count = result_[t].sum.slips;
     state.release_count = result_[t].sum.releases;
@@ -770,7 +805,7 @@ class Touch {
     for (std::int32_t p = first; p < end; ++p)
       for (std::int32_t e = 0; e < set.constraints[p].node_count; ++e) {
         const Vec3 force = touch_state_.force[set.constraints[p].first_node + e];
-        contact.force += -result_[constraint.tool].factor * force, linear += force;
+        contact.force += -1 * corrected(constraint.tool, force), linear += force;
       }
     if (!is_finite(contact.force)) contact.force = Vec3{};
     if (constraint.disc_radius > 0) describe_disc(constraint, linear, &contact);

@@ -102,7 +102,7 @@ class TouchStep {
   std::uint32_t finish(const ContactSolver::Outcome* joint);
 
  private:
-  static constexpr std::size_t kBytes = 2048;
+  static constexpr std::size_t kBytes = 2560;
   alignas(16) unsigned char touch_[kBytes];
 };
 

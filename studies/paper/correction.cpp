@@ -27,7 +27,8 @@ void Correction::apply(const Eigen::Vector3d& displacement, Answer& answer) cons
     const Eigen::Vector3d along = u.dot(d) * d, across = u - along;
     u = along + radial_.ratio(across.norm()) * across;
   }
-  answer.force *= force_.ratio(answer.force.dot(d));
+  const double along = answer.force.dot(d);
+  answer.force += (force_.value(along) - along) * d;
 }
 
 }  // namespace palpate::studies

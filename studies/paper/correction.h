@@ -12,8 +12,8 @@ class Correction {
   // Errors: InputError if the organ has no measured response.
   explicit Correction(const OrganConfig& organ);
 
-  // Replaces the length of each displacement's part across the tool's motion by P of it, and the force along the motion by Q
-  // of it.
+  // Replaces the length of each displacement's part across the tool's motion by P of it, and the part of the force along the
+  // motion by Q of it.
   void apply(const Eigen::Vector3d& displacement, Answer& answer) const;
 
  private:

@@ -210,23 +210,113 @@ TEST(Response, GivesZeroWithoutMotion) {
 TEST(Response, KeepsToolsWithoutADirectionLinear) {
   // One tool holds nodes at zero displacement while another pushes. The first tool has no direction, and its nodes must not move.
   const std::int32_t still = box().touchable[5], pushed = box().touchable[20];
-  const Step both = step(corrected_def(), {{grip_at_node(still, {0, 0, 0})}, {grip_at_node(pushed, {0, 0.002, 0})}});
+  const std::vector<std::vector<palpate_grip>> grips = {{grip_at_node(still, {0, 0, 0})},
+                                                        {grip_at_node(pushed, {0, 0.002, 0})}};
+  const Step linear = step(unlimited_def(), grips), both = step(corrected_def(), grips);
   for (const float x : both.u) EXPECT_TRUE(std::isfinite(x));
-  EXPECT_TRUE(both.force.allFinite());
+  EXPECT_GT(both.force.norm(), 0);
+  EXPECT_EQ(both.force, linear.force);
 }
 
-TEST(Response, ScalesAToolsForcesSoThatItsResultantAlongItsMotionBecomesQ) {
-  const Eigen::Vector3d d(-0.002, 0.0004, 0.0002);
+// Eqs 5 and 6: F = F^t + F^r along and across the motion; F^t becomes Q(|F^t|), and F^r stays.
+TEST(Response, ChangesTheForceOfOneNodeAlongTheToolsDirectionAlone) {
+  for (const Eigen::Vector3d& d : {Eigen::Vector3d(-0.002, 0.0004, 0.0002), {0.001, 0.0007, -0.0011}, {0, 0, 0.0015}}) {
+    const std::vector<std::vector<palpate_grip>> grips = {{grip_at_node(box().touchable[20], d)}};
+    const Step linear = step(unlimited_def(), grips), corrected = step(corrected_def(), grips);
+    const Eigen::Vector3d unit = d.normalized();
+    const double along = -linear.force.dot(unit);
+    const Eigen::Vector3d across = linear.force + along * unit;
+    ASSERT_GT(along, 0);
+    ASSERT_LT(along, kQ.range);
+    ASSERT_GT(across.norm(), 0.02 * along);  // so that a scaled whole vector is another one
+    EXPECT_LT((corrected.force - (across - kQ(along) * unit)).norm(), 1e-14);  // rounding of forces below 1 N
+    EXPECT_LT((corrected.node_force[0] + corrected.force).norm(), 1e-16);
+  }
+}
+
+// One node each of the three of a triangle: the resultant's part along the motion becomes Q of itself.
+std::vector<palpate_grip> grips_of_far_triangle(const Eigen::Vector3d& d) {
   std::vector<palpate_grip> grips;
   for (const std::int32_t n : box().body.triangles[box().far_triangle()]) grips.push_back(grip_at_node(n, d));
+  return grips;
+}
+
+TEST(Response, SharesQOfAToolsResultantAmongItsNodesAsTheirPartsAlongItsMotion) {
+  const Eigen::Vector3d d(-0.002, 0.0004, 0.0002), unit = d.normalized();
+  const std::vector<palpate_grip> grips = grips_of_far_triangle(d);
   const Step linear = step(unlimited_def(), {grips}), corrected = step(corrected_def(), {grips});
-  const double along = -linear.force.dot(d.normalized());
+  const double along = -linear.force.dot(unit);
   ASSERT_GT(along, 0);
   ASSERT_LT(along, kQ.range);
   const double factor = kQ(along) / along;
-  EXPECT_NEAR(-corrected.force.dot(d.normalized()), kQ(along), 1e-12);
-  for (std::size_t e = 0; e < grips.size(); ++e)
-    EXPECT_LT((corrected.node_force[e] - factor * linear.node_force[e]).norm(), 1e-12);
+  EXPECT_NEAR(-corrected.force.dot(unit), kQ(along), 1e-12);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t e = 0; e < grips.size(); ++e) {
+    const Eigen::Vector3d f = linear.node_force[e];
+    EXPECT_LT((corrected.node_force[e] - (f + (factor - 1) * f.dot(unit) * unit)).norm(), 1e-12);
+    sum += corrected.node_force[e];
+  }
+  EXPECT_LT((sum + corrected.force).norm(), 1e-12);
+}
+
+TEST(Response, ReportsContactsAndTorqueOfTheCorrectedForces) {
+  palpate_scene_def def = corrected_def();
+  def.report = PALPATE_REPORT_CONTACTS, def.contact = PALPATE_CONTACT_PATCH;
+  def.torque_limit = def.torque_slew = INFINITY;
+  const ScenePointer scene = box().scene(def);
+  const Eigen::Vector3d d(-0.002, 0.0004, 0.0002), reference(0.1, -0.02, 0.05);
+  const std::vector<palpate_grip> grips = grips_of_far_triangle(d);
+  palpate_tool tool = tool_of(grips);
+  tool.has_torque = 1;
+  Eigen::Map<Eigen::Vector3d>(tool.reference) = reference;
+  Contacts contacts(scene.get());
+  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+  const palpate_tool_state& state = *palpate_contacts_tool(contacts, 0);
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = force;
+  for (std::size_t i = 0; i < grips.size(); ++i) {
+    const palpate_contact& contact =
+        *palpate_report_contact(palpate_scene_report(scene.get()), static_cast<std::int32_t>(i));
+    const Eigen::Vector3d f(contact.force), place(contact.tool_point);
+    force += f, torque += (place - reference).cross(f);
+  }
+  EXPECT_GT(force.norm(), 0.05);
+  EXPECT_LT((force - Eigen::Vector3d(state.force_raw)).norm(), 1e-14);
+  EXPECT_LT((torque - Eigen::Vector3d(state.torque_raw)).norm(), 1e-15);
+}
+
+// A grasp turns and pulls: what Q adds to its forces is along the direction, and so has no moment about it.
+TEST(Response, AddsToAGraspsTorqueTheMomentOfWhatItAddsToItsForces) {
+  palpate_grasp grasp = palpate_default_grasp();
+  grasp.triangle = box().far_triangle(), grasp.radius = 0.012;
+  for (double& k : grasp.barycentric) k = 1.0 / 3;
+  const auto held = [&](palpate_scene_def def, const Eigen::Vector3d& reference) {
+    def.torque_limit = def.torque_slew = INFINITY;
+    def.collision = PALPATE_COLLISION_OFF, def.grasps = 1;
+    const ScenePointer scene = box().scene(def);
+    Contacts contacts(scene.get());
+    palpate_tool tool = palpate_default_tool();
+    tool.grasp = &grasp, tool.has_torque = 1;
+    Eigen::Map<Eigen::Vector3d>(tool.reference) = reference;
+    palpate_grasp moved = grasp;
+    for (const double way : {0.0, 1.0}) {
+      moved.position[0] = -0.002 * way, moved.position[1] = 0.001 * way;
+      moved.orientation[0] = std::cos(0.1 * way), moved.orientation[2] = std::sin(0.1 * way);
+      tool.grasp = &moved;
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    }
+    return *palpate_contacts_tool(contacts, 0);
+  };
+  const Eigen::Vector3d here(0.05, 0.01, 0.02), there(-0.1, 0.3, 0.2);
+  const palpate_tool_state linear = held(unlimited_def(), here), corrected = held(corrected_def(), here),
+                           about_there = held(corrected_def(), there);
+  const Eigen::Vector3d unit(corrected.direction), force(corrected.force_raw), torque(corrected.torque_raw),
+      added = torque - Eigen::Vector3d(linear.torque_raw);
+  ASSERT_NEAR(unit.norm(), 1, 1e-12);
+  ASSERT_GT((force - Eigen::Vector3d(linear.force_raw)).norm(), 0.1 * force.norm());
+  ASSERT_GT(std::fabs(unit.dot(torque)), 0.02 * torque.norm());
+  EXPECT_GT(added.norm(), 0.02 * torque.norm());
+  EXPECT_LT(std::fabs(unit.dot(added)), 1e-14);  // rounding of torques below 0.1 N m
+  EXPECT_LT((Eigen::Vector3d(about_there.torque_raw) - torque - (here - there).cross(force)).norm(), 1e-14);
 }
 
 // Q of the resultant, not node by node: a patch moved as one answers the same whether its resultant is carried by few

@@ -275,9 +275,9 @@ typedef enum palpate_contact_law {
 
 /* Which force the tools receive. */
 typedef enum palpate_force_model {
-  PALPATE_FORCE_OFF,     /* none                                                                                  */
-  PALPATE_FORCE_LINEAR,  /* that of linear elasticity                                                             */
-  PALPATE_FORCE_RESPONSE /* the linear one, corrected by Q: its component F along the tool's direction becomes Q(F) */
+  PALPATE_FORCE_OFF,    /* none                                                                                  */
+  PALPATE_FORCE_LINEAR, /* that of linear elasticity                                                             */
+  PALPATE_FORCE_RESPONSE /* the linear one, whose part F along the tool's direction becomes Q(F); its part across stays */
 } palpate_force_model;
 
 /* Which nodes palpate_scene_shape moves. */
@@ -734,7 +734,7 @@ typedef struct palpate_tool_state {
   double direction[3]; /* direction of the sum of the tool's imposed displacements, in the organ's frame. Its length is
                             the share of P and Q that acts: 1 where the sum is at least half as long as all displacements
                             one after the other; it falls smoothly to 0 as they cancel, where the direction of their sum
-                            is noise. Q acts on the force along this vector                                           */
+                            is noise. Q acts on the part of the force along this vector alone                         */
   int32_t contact_count; /* contacts of the tool                                                                      */
   int32_t slip_count;    /* of these, contacts that slipped in this step (COULOMB)                                    */
   int32_t release_count; /* of these, contacts without force although the point is inside (UNILATERAL, COULOMB)       */
