@@ -163,15 +163,16 @@ void keep_zero_rows(const Eigen::MatrixXd& block, Eigen::MatrixXd& factor) {
 }
 
 // Cross approximation with full pivoting (Bebendorf 2000), then the smallest rank by singular values. rows: the budget
-// of the nodes of the rows; null where these are not touchable and so have no columns. Nothing where low rank would
-// take as many numbers as the dense block.
+// of the nodes of the rows; null where these are not touchable and so have no columns. block: not zero. Nothing where low
+// rank would take as many numbers as the dense block.
 std::optional<Factors> low_rank(const Eigen::MatrixXd& block, const Budget& columns, const Budget* rows) {
   const Eigen::Index most = block.size() / (block.rows() + block.cols());
   // The singular values later drop some of the ranks that the crosses took.
   const Eigen::Index most_crosses = std::min(most + most / 2 + 4, std::min(block.rows(), block.cols()));
   Eigen::MatrixXd residual = block, u(block.rows(), most_crosses), v(block.cols(), most_crosses);
   Eigen::Index crosses = 0;
-  while (!is_small(residual, columns) || (rows && !is_small_by_rows(residual, *rows))) {
+  // A block that is within the budget without any cross still takes one: its rank is at least 1.
+  while (crosses == 0 || !is_small(residual, columns) || (rows && !is_small_by_rows(residual, *rows))) {
     if (crosses == most_crosses) return {};
     Eigen::Index row = 0, column = 0;
     residual.cwiseAbs().maxCoeff(&row, &column);

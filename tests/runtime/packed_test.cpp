@@ -105,6 +105,49 @@ TEST(PackedBundle, GivesEachColumnWithinTheErrorOfItsForm) {
       }
 }
 
+// What a force moves far away on a long strip that is held along its side is less than the error that was asked for.
+TEST(PackedBundle, PacksBlocksThatAreWithinTheErrorBeforeTheFirstRank) {
+  constexpr std::int32_t kNodes = 256;
+  ComplianceSource strip;
+  strip.surface_nodes = kNodes;
+  const auto c = [](std::int32_t n, std::int32_t k) { return std::exp(-2.0 * std::abs(n - k)); };
+  for (std::int32_t n = 0; n < kNodes; ++n) {
+    strip.position.insert(strip.position.end(), {0.001 * n, 0, 0});
+    strip.touchable.push_back(n);
+    for (int i = 0; i < 9; ++i) strip.stiffness.push_back(i % 4 == 0);
+  }
+  strip.compliance = [&](std::size_t k, std::span<const std::int32_t> nodes, double* out) {
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t n = 0; n < nodes.size(); ++n)
+        for (std::size_t i = 0; i < 3; ++i)
+          out[(j * nodes.size() + n) * 3 + i] = i == j ? c(nodes[n], static_cast<std::int32_t>(k)) : 0;
+  };
+  constexpr double kError = 1e-2;
+  const PackedCompliance packed = pack_compliance(strip, {ElementType::f32, kError});
+  EXPECT_GT(packed.low_rank_blocks, 2u);
+  std::vector<double> missed(kNodes), size(kNodes);
+  for (std::int32_t n = 0; n < kNodes; ++n)
+    for (std::int32_t k = 0; k < kNodes; ++k) size[k] += std::pow(c(n, k), 2), missed[k] += std::pow(c(n, k), 2);
+  std::uint64_t first = 0;
+  for (std::size_t b = 0; b < packed.scale.size(); ++b) {
+    formats::StoredBlock stored;
+    std::memcpy(&stored, &packed.blocks[5 * b], sizeof stored);
+    const formats::ComplianceBlock block =
+        formats::placed_block(stored, packed.cluster_ends.data(), first, packed.scale[b]);
+    first += block.numbers();
+    for (std::int32_t r = 0; r < block.rows; ++r)
+      for (std::int32_t k = 0; k < block.columns; ++k) {
+        double entry[9];
+        block.entry(ElementType::f32, packed.values.data(), r, k, entry);
+        const std::int32_t row = packed.nodes[block.row + r], column = packed.nodes[block.column + k];
+        const double right = c(row, column), change = std::pow(entry[0] - right, 2) - std::pow(right, 2);
+        missed[column] += change;
+        if (!block.diagonal()) missed[row] += change;
+      }
+  }
+  for (std::int32_t k = 0; k < kNodes; ++k) EXPECT_LE(std::sqrt(std::max(0.0, missed[k]) / size[k]), kError) << k;
+}
+
 TEST(PackedBundle, FillsAShortArrayAsFarAsItGoes) {
   const auto def = gripped(PALPATE_SHAPE_SURFACE);
   const std::vector<palpate_grip> grips = {grip_at_node(rows().touchable[5], {0.001, -0.002, 0.003})};

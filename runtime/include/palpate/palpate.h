@@ -275,9 +275,9 @@ typedef enum palpate_contact_law {
 
 /* Which force the tools receive. */
 typedef enum palpate_force_model {
-  PALPATE_FORCE_OFF,    /* none                                                                                  */
-  PALPATE_FORCE_LINEAR, /* that of linear elasticity                                                             */
-  PALPATE_FORCE_RESPONSE /* the linear one, whose part F along the tool's direction becomes Q(F); its part across stays */
+  PALPATE_FORCE_OFF,     /* none                                                                                  */
+  PALPATE_FORCE_LINEAR,  /* that of linear elasticity                                                             */
+  PALPATE_FORCE_RESPONSE /* the linear one with Q(F) for its part F along the tool's direction; the rest stays     */
 } palpate_force_model;
 
 /* Which nodes palpate_scene_shape moves. */
