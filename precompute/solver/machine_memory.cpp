@@ -6,6 +6,7 @@
 
 #include <new>
 #include <utility>
+#include <vector>
 
 #include "formats/errors.h"
 
@@ -14,6 +15,7 @@ namespace {
 
 constexpr const char* kFolder = "/dev/shm";  // where MPI on Linux keeps the files behind its shared windows
 constexpr std::int64_t kPage = 1 << 12, kCacheLine = 64;
+constexpr const char* kOtherFailed = "another rank has failed";
 
 }  // namespace
 
@@ -89,14 +91,26 @@ std::int32_t MachineMemory::least(std::int32_t value) {
 
 std::int32_t MachineMemory::wait_for_least(std::int32_t value) {
   constexpr int kTestsBetweenQuestions = 1000;
-  std::int32_t result = value;
+  if (!exchange_) throw OperationError(kOtherFailed);
+  *exchange_ = {value, value};
   MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Iallreduce(&value, &result, 1, MPI_INT32_T, MPI_MIN, communicator_, &request);
+  bool fine = MPI_Iallreduce(&exchange_->mine, &exchange_->least, 1, MPI_INT32_T, MPI_MIN, communicator_, &request) ==
+              MPI_SUCCESS;
   int done = 0;
-  for (int tests = 1; MPI_Test(&request, &done, MPI_STATUS_IGNORE), !done; ++tests)
-    if (tests % kTestsBetweenQuestions == 0 && someone_failed_ && someone_failed_())
-      throw OperationError("another rank has failed");
-  return result;
+  for (int tests = 1; fine && !done; ++tests) {
+    fine = MPI_Test(&request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS;
+    if (!done && tests % kTestsBetweenQuestions == 0 && someone_failed_ && someone_failed_()) give_up(kOtherFailed);
+  }
+  if (!fine) give_up("the ranks of this machine cannot reach one another");
+  return exchange_->least;
+}
+
+// MPI cannot take a collective operation back. It may write its result when the other ranks come, so the memory for that stays
+// until the process ends.
+void MachineMemory::give_up(const char* why) {
+  static std::vector<std::unique_ptr<Exchange>> left;
+  left.push_back(std::move(exchange_));
+  throw OperationError(why);
 }
 
 double MachineMemory::first(double value) {

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 
 #include "precompute/solver/memory_left.h"
 
@@ -14,7 +15,7 @@ namespace palpate {
 class MachineMemory {
  public:
   // Collective over all ranks of `all`: those that run on one machine share one memory. someone_failed: asked while this rank
-  // waits for the others; where it says true, the rank stops waiting and throws OperationError. peak: of this process, borrowed; it is
+  // waits for the others; where it says true, this wait and all later ones throw OperationError. peak: of this process, borrowed; it is
   // told before memory is given back; may be null.
   explicit MachineMemory(MPI_Comm all, std::function<bool()> someone_failed = {}, OwnPeak* peak = nullptr);
   ~MachineMemory();
@@ -42,12 +43,18 @@ class MachineMemory {
   double first(double value);
 
  private:
+  // What MPI reads and writes while this rank waits.
+  struct Exchange {
+    std::int32_t mine = 0, least = 0;
+  };
   std::int32_t wait_for_least(std::int32_t value);
+  [[noreturn]] void give_up(const char* why);
 
   std::function<bool()> someone_failed_;
   OwnPeak* peak_ = nullptr;
   MPI_Comm communicator_ = MPI_COMM_NULL;
   MPI_Win window_ = MPI_WIN_NULL;
+  std::unique_ptr<Exchange> exchange_ = std::make_unique<Exchange>();  // null: this rank has given up waiting
   void* data_ = nullptr;
   std::int64_t bytes_ = 0;
   int rank_ = 0, count_ = 1;

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 #include <mpi.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "formats/errors.h"
 #include "precompute/solver/elimination.h"
 #include "precompute/solver/machine_memory.h"
@@ -93,8 +96,32 @@ TEST(SharedFactor, RanksStopWaitingWhereOneOfThemHasFailed) {
   MachineMemory machine(MPI_COMM_WORLD, [] { return true; });
   if (rank > 0) {
     EXPECT_THROW(machine.meet(), OperationError);
+    EXPECT_THROW(machine.meet(), OperationError);  // it cannot come back to what the others still wait for
   }
   MPI_Barrier(MPI_COMM_WORLD);
+}
+
+// Covers the stack below the caller while MPI works, and tells whether MPI wrote there.
+[[gnu::noinline]] bool stack_stays_as_it_is() {
+  volatile unsigned char below[1 << 13];
+  for (auto& byte : below) byte = 0x5a;
+  MPI_Barrier(MPI_COMM_WORLD);
+  return std::all_of(std::begin(below), std::end(below), [](unsigned char byte) { return byte == 0x5a; });
+}
+
+TEST(SharedFactor, WritesNoResultIntoTheFrameOfARankThatStoppedWaiting) {
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MachineMemory machine(MPI_COMM_WORLD, [&] { return rank > 0; });
+  if (rank > 0) {
+    EXPECT_THROW(machine.least(rank), OperationError);
+    MPI_Barrier(MPI_COMM_WORLD);
+    EXPECT_TRUE(stack_stays_as_it_is());
+  } else {
+    MPI_Barrier(MPI_COMM_WORLD);
+    EXPECT_EQ(machine.least(0), 0);  // the other ranks' parts came before they stopped waiting
+    MPI_Barrier(MPI_COMM_WORLD);
+  }
 }
 
 }  // namespace
