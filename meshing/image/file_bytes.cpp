@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -51,14 +52,50 @@ std::string read_head(const std::filesystem::path& file, std::size_t limit) {
   return head;
 }
 
-std::uint64_t inflated_bytes(const std::filesystem::path& file, std::uint64_t offset) {
+FileBytes bytes_from(const std::filesystem::path& file, std::uint64_t offset, std::uint64_t most) {
+  const std::uint64_t size = file_bytes(file);
+  FileBytes result;
+  result.present = size - std::min(size, offset);
+  if (result.present < most) most = 0;
+  std::ifstream in = open_at(file, offset);
+  result.bytes.resize(most);
+  in.read(result.bytes.data(), static_cast<std::streamsize>(most));
+  if (!in) throw InputError(fmt::format("{}: cannot be read to its end", file.string()));
+  return result;
+}
+
+namespace {
+
+// Keeps the bytes of a stream behind the first skipped ones, up to most.
+class Keeper {
+ public:
+  Keeper(std::uint64_t skipped, std::uint64_t most) : skipped_(skipped), most_(most) {}
+  void add(const unsigned char* bytes, std::uint64_t count) {
+    const std::uint64_t passed = std::min(count, skipped_ - std::min(skipped_, total_));
+    total_ += count;
+    const std::uint64_t kept = std::min(count - passed, most_ - result_.bytes.size());
+    result_.bytes.append(reinterpret_cast<const char*>(bytes) + passed, kept);
+    result_.present += count - passed;
+  }
+  std::uint64_t total() const { return total_; }
+  FileBytes take() { return std::move(result_); }
+
+ private:
+  std::uint64_t skipped_, most_, total_ = 0;
+  FileBytes result_;
+};
+
+}  // namespace
+
+FileBytes inflated_bytes(const std::filesystem::path& file, std::uint64_t offset, std::uint64_t skipped,
+                         std::uint64_t most) {
   std::ifstream in = open_at(file, offset);
   std::vector<unsigned char> packed(1 << 16), plain(1 << 18);
   z_stream stream{};
   if (inflateInit2(&stream, 32 + 15) != Z_OK)
     throw OperationError("zlib cannot start");  // 32: zlib detects gzip or zlib itself
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
-  std::uint64_t total = 0;
+  Keeper keeper(skipped, most);
   int state = Z_OK;
   while (true) {
     if (stream.avail_in == 0) {
@@ -73,17 +110,17 @@ std::uint64_t inflated_bytes(const std::filesystem::path& file, std::uint64_t of
     stream.next_out = plain.data();
     stream.avail_out = static_cast<unsigned>(plain.size());
     state = inflate(&stream, Z_NO_FLUSH);
-    total += plain.size() - stream.avail_out;
+    keeper.add(plain.data(), plain.size() - stream.avail_out);
     if (state != Z_OK && state != Z_STREAM_END && state != Z_BUF_ERROR) {
       throw InputError(fmt::format("{}: the compressed data is corrupt after {} bytes ({}); copy the file again",
-                                   file.string(), total, stream.msg ? stream.msg : "zlib"));
+                                   file.string(), keeper.total(), stream.msg ? stream.msg : "zlib"));
     }
   }
   if (state != Z_STREAM_END) {
-    throw InputError(
-        fmt::format("{}: the compressed data is cut off after {} bytes; copy the file again", file.string(), total));
+    throw InputError(fmt::format("{}: the compressed data is cut off after {} bytes; copy the file again",
+                                 file.string(), keeper.total()));
   }
-  return total;
+  return keeper.take();
 }
 
 }  // namespace palpate

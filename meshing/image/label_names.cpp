@@ -11,6 +11,7 @@
 #include <sstream>
 #include <vector>
 
+#include "formats/byte_order_mark.h"
 #include "meshing/image/file_bytes.h"
 
 namespace palpate {
@@ -186,7 +187,8 @@ Names names_of_file(const path& file) {
   if (!std::filesystem::is_regular_file(file, error) || std::filesystem::file_size(file, error) > kMostBytes || error)
     return {};
   std::ifstream stream(file, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  text.erase(0, byte_order_mark(text));
   return file.extension() == ".json" ? names_of_json(text) : names_of_csv(text);
 }
 

@@ -1,69 +1,25 @@
-// Chooses the reader for the name of an image. Also reads INR, through CGAL's ImageIO, and joins PNG slices to a
-// volume.
-#define CGAL_USE_ZLIB 1  // without it ImageIO cannot read .inr.gz
-#include <CGAL/ImageIO.h>
+// Chooses the reader for the name of an image, joins PNG slices to a volume, and checks what was read.
 #include <fmt/format.h>
 #include <glob.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <memory>
 
 #include "formats/errors.h"
 #include "meshing/image/image_header.h"
 #include "meshing/image/label_image.h"
 #include "meshing/image/label_names.h"
-#include "meshing/image/read_image_itk.h"
-#include "meshing/image/read_nifti.h"
+#include "meshing/image/read_png.h"
 
 namespace palpate {
 namespace {
 
 using std::filesystem::path;
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 bool ends_with_any(const std::string& name, std::initializer_list<const char*> endings) {
-  const std::string text = lower(name);
+  const std::string text = lower_case(name);
   return std::any_of(endings.begin(), endings.end(), [&](const char* end) { return text.ends_with(end); });
-}
-
-template <class T>
-void copy_values(const _image& raw, std::vector<float>& values) {
-  const T* first = static_cast<const T*>(raw.data);
-  std::copy_n(first, values.size(), values.begin());
-}
-
-LabelImage read_inr(const path& file) {
-  check_inr_header(file);
-  const std::unique_ptr<_image, void (*)(_image*)> raw(_readImage(file.c_str()), _freeImage);
-  if (!raw) throw InputError(fmt::format("{}: the INR header lacks XDIM .. VZ, TYPE, PIXSIZE or CPU", file.string()));
-  LabelImage image;
-  image.grid.size = {static_cast<int>(raw->xdim), static_cast<int>(raw->ydim), static_cast<int>(raw->zdim)};
-  image.grid.axis = {{{raw->vx, 0, 0}, {0, raw->vy, 0}, {0, 0, raw->vz}}};
-  image.grid.origin = {raw->tx, raw->ty, raw->tz};
-  image.values.resize(image.grid.voxels());
-  const bool is_signed = raw->sign == SGN_SIGNED;
-  if (raw->wordKind == WK_FLOAT && raw->wdim == 4)
-    copy_values<float>(*raw, image.values);
-  else if (raw->wordKind == WK_FLOAT && raw->wdim == 8)
-    copy_values<double>(*raw, image.values);
-  else if (raw->wordKind == WK_FLOAT)
-    throw InputError(fmt::format("{}: a float of {} bytes", file.string(), raw->wdim));
-  else if (raw->wdim == 1)
-    is_signed ? copy_values<std::int8_t>(*raw, image.values) : copy_values<std::uint8_t>(*raw, image.values);
-  else if (raw->wdim == 2)
-    is_signed ? copy_values<std::int16_t>(*raw, image.values) : copy_values<std::uint16_t>(*raw, image.values);
-  else if (raw->wdim == 4)
-    is_signed ? copy_values<std::int32_t>(*raw, image.values) : copy_values<std::uint32_t>(*raw, image.values);
-  else
-    is_signed ? copy_values<std::int64_t>(*raw, image.values) : copy_values<std::uint64_t>(*raw, image.values);
-  return image;
 }
 
 // Compares runs of digits as numbers, so that "slice2" comes before "slice10".
@@ -116,7 +72,6 @@ LabelImage read_png_stack(const std::vector<std::string>& inputs, const std::arr
   const std::vector<path> slices = png_slices(inputs);
   LabelImage image;
   for (std::size_t k = 0; k < slices.size(); ++k) {
-    check_png_header(slices[k]);
     const LabelImage slice = read_png_slice(slices[k]);
     if (k == 0) {
       image.grid.size = {slice.grid.size[0], slice.grid.size[1], static_cast<int>(slices.size())};
@@ -141,23 +96,6 @@ bool is_image_name(const std::string& input) {
 
 namespace {
 
-LabelImage read_any(const std::vector<std::string>& inputs, const std::optional<std::array<double, 3>>& spacing) {
-  const std::string& name = inputs.front();
-  if (std::filesystem::is_directory(name) || ends_with_any(name, {".png"})) {
-    if (!spacing) throw InputError(fmt::format("{}: PNG slices carry no voxel size; give --spacing x,y,z in mm", name));
-    check_spacing(name, *spacing);
-    return read_png_stack(inputs, *spacing);
-  }
-  if (inputs.size() > 1) throw InputError(fmt::format("{}: several inputs are read as PNG slices only", inputs[1]));
-  if (spacing) throw InputError(fmt::format("{}: --spacing is for PNG slices; this image has its own", name));
-  if (ends_with_any(name, {".inr", ".inr.gz"})) return read_inr(name);
-  if (ends_with_any(name, {".nrrd", ".nhdr"})) return read_nrrd(name);
-  if (ends_with_any(name, {".mha", ".mhd"})) return read_meta(name);
-  if (ends_with_any(name, {".nii", ".nii.gz", ".hdr"})) return read_nifti(name);
-  throw InputError(
-      fmt::format("{}: expected an image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd, PNG slices)", name));
-}
-
 // No scan lies outside these limits. Far from the origin, double precision cannot tell neighbouring voxels apart.
 constexpr double kFarthest = 1e9, kSmallestVoxel = 1e-9;  // mm
 
@@ -172,14 +110,45 @@ void check_grid(const std::string& name, const VoxelGrid& grid) {
       throw InputError(fmt::format("{}: expected an origin within 1e9 mm, found {:.3g} mm; correct the header", name,
                                    grid.origin[d]));
   }
+  const std::array<double, 3> spacing = grid.spacing();
+  if (!(grid.voxel_volume() > 1e-6 * spacing[0] * spacing[1] * spacing[2]))
+    throw InputError(fmt::format("{}: expected directions that span space, found a voxel of volume {} mm3", name,
+                                 grid.voxel_volume()));
+}
+
+LabelImage read_volume(const std::string& name) {
+  const ImageHeader header = [&] {
+    if (ends_with_any(name, {".inr", ".inr.gz"})) return read_inr_header(name);
+    if (ends_with_any(name, {".nrrd", ".nhdr"})) return read_nrrd_header(name);
+    if (ends_with_any(name, {".mha", ".mhd"})) return read_meta_header(name);
+    if (ends_with_any(name, {".nii", ".nii.gz", ".hdr"})) return read_nifti_header(name);
+    throw InputError(
+        fmt::format("{}: expected an image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd, PNG slices)", name));
+  }();
+  check_grid(name, header.grid);
+  return {header.grid, read_voxels(header.voxels, header.grid.size)};
 }
 
 }  // namespace
 
 LabelImage read_label_image(const std::vector<std::string>& inputs,
                             const std::optional<std::array<double, 3>>& spacing) {
-  LabelImage image = read_any(inputs, spacing);
-  check_grid(inputs.front(), image.grid);
+  const std::string& name = inputs.front();
+  const bool slices = std::filesystem::is_directory(name) || ends_with_any(name, {".png"});
+  if (slices && !spacing)
+    throw InputError(fmt::format("{}: PNG slices carry no voxel size; give --spacing x,y,z in mm", name));
+  if (!slices && inputs.size() > 1)
+    throw InputError(fmt::format("{}: several inputs are read as PNG slices only", inputs[1]));
+  if (!slices && spacing)
+    throw InputError(fmt::format("{}: --spacing is for PNG slices; this image has its own", name));
+  LabelImage image;
+  if (slices) {
+    check_spacing(name, *spacing);
+    image = read_png_stack(inputs, *spacing);
+    check_grid(name, image.grid);
+  } else {
+    image = read_volume(name);
+  }
   image.names = read_label_names(inputs.front());
   return image;
 }

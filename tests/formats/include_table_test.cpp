@@ -76,7 +76,7 @@ const std::vector<Rule>& rules() {
       {"formats/compliance_blocks.h", layout, {}},
       {"formats/response_check.", layout, {}},
       // Rooms, in the direction of the data: each may use those above it that it names.
-      {"meshing/image/", {"meshing/image/", "formats/"}, {"plumbing", "CGAL", "ITK", "zlib"}},
+      {"meshing/image/", {"meshing/image/", "formats/"}, {"plumbing", "ITK", "zlib"}},
       {"meshing/surface/", {"meshing/surface/", "meshing/image/", "formats/"}, {"plumbing", "Eigen", "CGAL", "VTK"}},
       {"meshing/tetrahedra/",
        {"meshing/tetrahedra/", "meshing/surface/", "meshing/image/", "formats/"},

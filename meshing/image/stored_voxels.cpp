@@ -1,0 +1,188 @@
+#include "meshing/image/stored_voxels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+#include "formats/errors.h"
+#include "formats/program.h"
+#include "meshing/image/file_bytes.h"
+
+namespace palpate {
+namespace {
+
+struct Extent {
+  std::array<int, 3> size;
+  std::uint64_t voxels() const { return slice() * static_cast<std::uint64_t>(size[2]); }
+  std::uint64_t slice() const { return static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]); }
+  std::string place(std::uint64_t voxel) const {
+    const auto row = static_cast<std::uint64_t>(size[0]);
+    return fmt::format("({}, {}, {})", voxel % row, voxel / row % static_cast<std::uint64_t>(size[1]), voxel / slice());
+  }
+};
+
+// found: how many there are; unit: what they are.
+void expect(const StoredVoxels& stored, std::uint64_t needed, std::uint64_t found, std::uint64_t slice,
+            const char* unit) {
+  if (found < needed) {
+    throw InputError(
+        fmt::format("{}: the header asks for {} {} of voxels, the file has {}; it is cut off, or its header is wrong",
+                    stored.header.string(), needed, unit, found));
+  }
+  if (found - needed >= slice) {
+    warn(
+        fmt::format("{}: the header asks for {} {} of voxels, the file has {}; the rest is not read: compare the sizes "
+                    "in the header with the image",
+                    stored.header.string(), needed, unit, found));
+  }
+}
+
+// Labels that single precision cannot tell apart would become one.
+template <class Number>
+float as_float(Number value, const StoredVoxels& stored, const Extent& extent, std::uint64_t voxel) {
+  const auto rounded = static_cast<float>(value);
+  if constexpr (sizeof(Number) >= 4 && !std::is_same_v<Number, float>) {
+    const auto exact = static_cast<long double>(value);
+    if (static_cast<long double>(rounded) != exact && std::floor(exact) == exact) {
+      throw InputError(fmt::format(
+          "{}: expected labels up to 16777216, found {} in voxel {}, which would become {:.0f}; renumber the labels",
+          stored.header.string(), value, extent.place(voxel), rounded));
+    }
+  }
+  return rounded;
+}
+
+template <class Number>
+void decode_as(const std::string& bytes, const StoredVoxels& stored, const Extent& extent, std::vector<float>& values) {
+  const bool swap = stored.big_endian != (std::endian::native == std::endian::big);
+  for (std::uint64_t v = 0; v < values.size(); ++v) {
+    std::array<char, sizeof(Number)> raw;
+    std::memcpy(raw.data(), bytes.data() + v * sizeof(Number), sizeof(Number));
+    if (swap) std::reverse(raw.begin(), raw.end());
+    values[v] = as_float(std::bit_cast<Number>(raw), stored, extent, v);
+  }
+}
+
+void decode(const std::string& bytes, const StoredVoxels& stored, const Extent& extent, std::vector<float>& values) {
+  switch (stored.number) {
+    case VoxelNumber::int8:
+      return decode_as<std::int8_t>(bytes, stored, extent, values);
+    case VoxelNumber::uint8:
+      return decode_as<std::uint8_t>(bytes, stored, extent, values);
+    case VoxelNumber::int16:
+      return decode_as<std::int16_t>(bytes, stored, extent, values);
+    case VoxelNumber::uint16:
+      return decode_as<std::uint16_t>(bytes, stored, extent, values);
+    case VoxelNumber::int32:
+      return decode_as<std::int32_t>(bytes, stored, extent, values);
+    case VoxelNumber::uint32:
+      return decode_as<std::uint32_t>(bytes, stored, extent, values);
+    case VoxelNumber::int64:
+      return decode_as<std::int64_t>(bytes, stored, extent, values);
+    case VoxelNumber::uint64:
+      return decode_as<std::uint64_t>(bytes, stored, extent, values);
+    case VoxelNumber::float32:
+      return decode_as<float>(bytes, stored, extent, values);
+    case VoxelNumber::float64:
+      return decode_as<double>(bytes, stored, extent, values);
+  }
+}
+
+std::string text_of_voxels(const StoredVoxels& stored) {
+  const std::uint64_t size = file_bytes(stored.data);
+  return bytes_from(stored.data, stored.first, size - std::min(size, stored.first)).bytes;
+}
+
+constexpr std::string_view kBlanks = " \t\r\n,";
+
+std::vector<float> numbers_of_text(const StoredVoxels& stored, const Extent& extent) {
+  const std::string text = text_of_voxels(stored);
+  std::vector<float> values;
+  std::uint64_t found = 0;
+  for (std::size_t at = text.find_first_not_of(kBlanks); at != std::string::npos;) {
+    const std::size_t end = std::min(text.find_first_of(kBlanks, at), text.size());
+    double value = 0;
+    const auto [stop, error] = std::from_chars(text.data() + at + (text[at] == '+'), text.data() + end, value);
+    if (error != std::errc() || stop != text.data() + end) {
+      throw InputError(fmt::format("{}: byte {}: expected a number, found '{}'", stored.data.string(),
+                                   stored.first + at, text.substr(at, std::min<std::size_t>(end - at, 40))));
+    }
+    if (found < extent.voxels()) values.push_back(as_float(value, stored, extent, found));
+    ++found;
+    at = text.find_first_not_of(kBlanks, end);
+  }
+  expect(stored, extent.voxels(), found, extent.slice(), "numbers");
+  return values;
+}
+
+FileBytes bytes_of_hex(const StoredVoxels& stored, std::uint64_t most) {
+  const std::string text = text_of_voxels(stored);
+  FileBytes result;
+  int high = -1;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (kBlanks.find(text[at]) != std::string_view::npos) continue;
+    int digit = 0;
+    if (std::from_chars(&text[at], &text[at] + 1, digit, 16).ec != std::errc()) {
+      throw InputError(fmt::format("{}: byte {}: expected a hexadecimal digit, found '{}'", stored.data.string(),
+                                   stored.first + at, text[at]));
+    }
+    if (high < 0) {
+      high = digit;
+      continue;
+    }
+    if (result.present++ < most) result.bytes += static_cast<char>(16 * high + digit);
+    high = -1;
+  }
+  return result;
+}
+
+FileBytes stored_bytes(const StoredVoxels& stored, std::uint64_t most) {
+  if (stored.encoding == StoredVoxels::Encoding::hex) return bytes_of_hex(stored, most);
+  if (stored.encoding == StoredVoxels::Encoding::compressed)
+    return inflated_bytes(stored.data, stored.first, stored.skipped, most);
+  return bytes_from(stored.data, stored.first, most);
+}
+
+}  // namespace
+
+std::uint64_t bytes_of(VoxelNumber number) {
+  switch (number) {
+    case VoxelNumber::int8:
+    case VoxelNumber::uint8:
+      return 1;
+    case VoxelNumber::int16:
+    case VoxelNumber::uint16:
+      return 2;
+    case VoxelNumber::int32:
+    case VoxelNumber::uint32:
+    case VoxelNumber::float32:
+      return 4;
+    default:
+      return 8;
+  }
+}
+
+std::vector<float> read_voxels(const StoredVoxels& stored, const std::array<int, 3>& size) {
+  const Extent extent{size};
+  std::vector<float> values;
+  if (stored.encoding == StoredVoxels::Encoding::text) {
+    values = numbers_of_text(stored, extent);
+  } else {
+    const std::uint64_t width = bytes_of(stored.number), needed = extent.voxels() * width;
+    const FileBytes found = stored_bytes(stored, needed);
+    expect(stored, needed, found.present, extent.slice() * width, "bytes");
+    values.resize(extent.voxels());
+    decode(found.bytes, stored, extent, values);
+  }
+  if (stored.slope != 1 || stored.intercept != 0)
+    for (float& value : values) value = stored.slope * value + stored.intercept;
+  return values;
+}
+
+}  // namespace palpate
