@@ -14,6 +14,7 @@
 #include <map>
 #include <set>
 
+#include "formats/byte_order_mark.h"
 #include "formats/errors.h"
 #include "formats/program.h"
 
@@ -37,7 +38,7 @@ constexpr ElementKind kKinds[] = {{0, 0},  {2, 1},  {3, 2},  {4, 2},  {4, 3},  {
 // Reads the file from its start to its end. Fails with the file's name and the line (ASCII) or byte (binary).
 class Cursor {
  public:
-  Cursor(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+  Cursor(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name), at_(byte_order_mark(bytes)) {}
 
   bool binary = false;
 
@@ -73,7 +74,8 @@ class Cursor {
     const std::string_view text = word();
     Number value{};
     const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
+    const auto [stop, error] = std::from_chars(text.data() + plus, end, value);
     if (text.empty() || error != std::errc() || stop != end)
       fail_at(at_ - text.size(), fmt::format("expected {}, found {}", what, quoted(text)));
     return value;
@@ -92,6 +94,15 @@ class Cursor {
   template <class Number>
   Number number(const char* what) {
     return binary ? raw<Number>(what) : ascii<Number>(what);
+  }
+
+  // Steps over a number that nobody needs, of which an ASCII file may write anything.
+  template <class Number>
+  void skip_number(const char* what) {
+    if (binary)
+      raw<Number>(what);
+    else if (word().empty())
+      fail(fmt::format("expected {}, found the end of the file", what));
   }
 
   // A count of things that take at least minimum bytes each, so that the rest of the file can hold them.
@@ -139,7 +150,7 @@ class Cursor {
 
   std::string_view bytes_;
   const std::string& name_;
-  std::size_t at_ = 0;
+  std::size_t at_;
 };
 
 // ---- what the sections hold -----------------------------------------------------------------------------------------
@@ -160,6 +171,7 @@ struct MshFile {
   std::map<EntityKey, std::vector<int>> physical_of_entity;
   std::vector<std::uint64_t> node_tags;
   std::vector<std::array<double, 3>> nodes;
+  std::map<std::size_t, std::size_t> not_finite;  // nodes that no tetrahedron may use, and where in the file they are
   std::vector<Element> triangles, tetrahedra;
   std::uint64_t ignored = 0;
   bool has_nodes = false, has_elements = false;
@@ -225,7 +237,7 @@ void read_entities(Cursor& in, MshFile& file) {
   for (int dimension = 0; dimension < 4; ++dimension)
     for (std::size_t i = 0; i < counts[dimension]; ++i) {
       const auto tag = in.number<std::int32_t>("an entity's number");
-      for (int d = 0; d < (dimension == 0 ? 3 : 6); ++d) in.number<double>("an entity's box");
+      for (int d = 0; d < (dimension == 0 ? 3 : 6); ++d) in.skip_number<double>("an entity's box");
       const std::size_t groups = in.count<std::uint64_t>("an entity's number of physical groups", in.binary ? 4 : 2);
       auto& list = file.physical_of_entity[{dimension, tag}];
       for (std::size_t g = 0; g < groups; ++g)
@@ -240,7 +252,7 @@ void add_node(Cursor& in, MshFile& file, std::size_t slot) {
   const std::size_t begin = in.at();
   for (double& x : file.nodes[slot]) {
     x = in.number<double>("a coordinate");
-    if (!std::isfinite(x)) in.fail_at(begin, fmt::format("node {} has the coordinate {}", file.node_tags[slot], x));
+    if (!std::isfinite(x)) file.not_finite.emplace(slot, begin);
   }
 }
 
@@ -265,7 +277,7 @@ void read_nodes_4(Cursor& in, MshFile& file) {
     file.nodes.resize(first + count);
     for (std::size_t i = 0; i < count; ++i) {
       add_node(in, file, first + i);
-      for (int d = 0; d < parametric * dimension; ++d) in.number<double>("a parametric coordinate");
+      for (int d = 0; d < parametric * dimension; ++d) in.skip_number<double>("a parametric coordinate");
     }
   }
   if (file.nodes.size() != total)
@@ -550,18 +562,33 @@ void assign_regions(const Cursor& in, const MshFile& file, TetrahedralMesh& mesh
 }
 
 // Nodes that a tetrahedron uses, in the file's order; new_position is -1 for the others.
-std::vector<std::int32_t> keep_used_nodes(const MshFile& file,
+std::vector<std::int32_t> keep_used_nodes(const Cursor& in, const MshFile& file,
                                           const std::vector<std::array<std::size_t, 4>>& tetrahedra,
                                           TetrahedralMesh& mesh) {
   std::vector<std::int32_t> new_position(file.nodes.size(), -1);
   for (const auto& tetrahedron : tetrahedra)
     for (const std::size_t node : tetrahedron) new_position[node] = 0;
+  for (const auto& [node, at] : file.not_finite)
+    if (new_position[node] == 0) {
+      const auto& [x, y, z] = file.nodes[node];
+      in.fail_at(at, fmt::format("node {} has the coordinates {}, {} and {}, expected finite ones",
+                                 file.node_tags[node], x, y, z));
+    }
   for (std::size_t node = 0; node < file.nodes.size(); ++node) {
     if (new_position[node] < 0) continue;
     new_position[node] = static_cast<std::int32_t>(mesh.nodes.size());
     mesh.nodes.push_back(file.nodes[node]);
   }
   return new_position;
+}
+
+// Some programs count the nodes of a tetrahedron in the other order.
+void turn_if_all_are_reversed(const Cursor& in, TetrahedralMesh& mesh) {
+  for (const auto& t : mesh.tetrahedra)
+    if (!(sixfold_volume(mesh, t) < 0)) return;
+  for (auto& t : mesh.tetrahedra) std::swap(t[2], t[3]);
+  note(fmt::format("{}: all {} tetrahedra list their nodes in the other order than gmsh; they were turned", in.name(),
+                   mesh.tetrahedra.size()));
 }
 
 void assign_patches(const MshFile& file, const NodeLookup& lookup, const std::vector<std::int32_t>& new_position,
@@ -599,12 +626,16 @@ TetrahedralMesh assemble(const Cursor& in, const MshFile& file) {
     auto& tetrahedron = tetrahedra.emplace_back();
     for (int i = 0; i < 4; ++i) tetrahedron[i] = lookup.position(element.nodes[i], element);
   }
-  const std::vector<std::int32_t> new_position = keep_used_nodes(file, tetrahedra, mesh);
+  const std::vector<std::int32_t> new_position = keep_used_nodes(in, file, tetrahedra, mesh);
 
   mesh.tetrahedra.reserve(tetrahedra.size());
-  for (std::size_t e = 0; e < tetrahedra.size(); ++e) {
+  for (const auto& tetrahedron : tetrahedra) {
     auto& t = mesh.tetrahedra.emplace_back();
-    for (int i = 0; i < 4; ++i) t[i] = new_position[tetrahedra[e][i]];
+    for (int i = 0; i < 4; ++i) t[i] = new_position[tetrahedron[i]];
+  }
+  turn_if_all_are_reversed(in, mesh);
+  for (std::size_t e = 0; e < tetrahedra.size(); ++e) {
+    const auto& t = mesh.tetrahedra[e];
     const double volume = sixfold_volume(mesh, t) / 6;
     // Written so that a volume that is not a number is refused as well.
     if (!(volume > 0 && std::isfinite(volume)))

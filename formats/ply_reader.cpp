@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "formats/byte_order_mark.h"
 #include "formats/errors.h"
 #include "formats/ply_reader.h"
 
@@ -45,7 +46,8 @@ Header read_header(const std::filesystem::path& file, const std::string& bytes) 
   };
   Header header;
   bool format_seen = false;
-  std::size_t start = 0;
+  const std::size_t first = byte_order_mark(bytes);
+  std::size_t start = first;
   while (true) {
     const std::size_t end = bytes.find('\n', start);
     if (end == std::string::npos || start > 65536) {
@@ -54,7 +56,7 @@ Header read_header(const std::filesystem::path& file, const std::string& bytes) 
     }
     std::string line = bytes.substr(start, end - start);
     if (line.ends_with('\r')) line.pop_back();
-    if (start == 0 && line != "ply") fail(line);
+    if (start == first && line != "ply") fail(line);
     start = end + 1;
     std::istringstream words(line);
     std::string keyword;
@@ -120,24 +122,36 @@ class Records {
     if (size == 2) return is_unsigned ? as(std::uint16_t{}) : as(std::int16_t{});
     return is_unsigned ? as(std::uint32_t{}) : as(std::int32_t{});
   }
+  // Steps over one number, of which a text may write anything.
+  void skip(const std::string& type) {
+    if (format_ == Header::Format::text)
+      text_word();
+    else
+      number(type);
+  }
   std::size_t at() const { return at_; }
   std::size_t left() const { return bytes_.size() - at_; }
 
  private:
-  double text_number() {
+  std::string text_word() {
     at_ = bytes_.find_first_not_of(" \t\r\n", at_);
     if (at_ == std::string::npos) {
       at_ = bytes_.size();
       throw InputError(fmt::format("{}: the file ends in the middle of its records; it is cut off", file_.string()));
     }
-    const std::size_t end = std::min(bytes_.find_first_of(" \t\r\n", at_), bytes_.size());
-    const std::string word = bytes_.substr(at_, std::min<std::size_t>(end - at_, 60));
+    const std::size_t begin = at_;
+    at_ = std::min(bytes_.find_first_of(" \t\r\n", at_), bytes_.size());
+    return bytes_.substr(begin, std::min<std::size_t>(at_ - begin, 60));
+  }
+
+  double text_number() {
+    const std::string word = text_word();
     char* stop = nullptr;
     const double value = std::strtod(word.c_str(), &stop);
     if (*stop != '\0' || word.empty()) {
-      throw InputError(fmt::format("{}: byte {}: expected a number, found '{}'", file_.string(), at_, word));
+      throw InputError(
+          fmt::format("{}: byte {}: expected a number, found '{}'", file_.string(), at_ - word.size(), word));
     }
-    at_ = end;
     return value;
   }
 
@@ -176,7 +190,8 @@ void add_polygon(const std::filesystem::path& file, const std::string& where, co
   }
 }
 
-PlyTriangles read_ply(const std::filesystem::path& file, const std::string& bytes) {
+PlyTriangles read_ply(const std::filesystem::path& file, const std::string& bytes,
+                      std::map<std::int32_t, std::string>* not_finite) {
   const Header header = read_header(file, bytes);
   Records records(file, bytes, header);
   PlyTriangles surface;
@@ -196,10 +211,11 @@ PlyTriangles read_ply(const std::filesystem::path& file, const std::string& byte
       std::vector<std::int64_t> corners;
       for (const Property& property : element.properties) {
         if (property.count_type.empty()) {
-          const double value = records.number(property.type);
-          for (int axis = 0; axis < 3; ++axis) {
-            if (property.name == std::string(1, static_cast<char>('x' + axis))) point[axis] = value;
-          }
+          const bool is_coordinate = property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z';
+          if (is_coordinate)
+            point[property.name[0] - 'x'] = records.number(property.type);
+          else
+            records.skip(property.type);
           continue;
         }
         const double count = records.number(property.count_type);
@@ -208,15 +224,21 @@ PlyTriangles read_ply(const std::filesystem::path& file, const std::string& byte
         }
         const bool is_face = property.name == "vertex_indices" || property.name == "vertex_index";
         for (std::uint64_t c = 0; c < static_cast<std::uint64_t>(count); ++c) {
+          if (!is_face) {
+            records.skip(property.type);
+            continue;
+          }
           const double value = records.number(property.type);
-          if (is_face) corners.push_back(std::abs(value) < 4e18 ? static_cast<std::int64_t>(value) : -1);
+          corners.push_back(std::abs(value) < 4e18 ? static_cast<std::int64_t>(value) : -1);
         }
       }
       if (element.name == "vertex") {
         for (const double c : point) {
-          if (!std::isfinite(c)) {
-            throw InputError(fmt::format("{}: {}: expected finite x, y and z, found {}", file.string(), where, c));
-          }
+          if (std::isfinite(c)) continue;
+          const std::string sentence =
+              fmt::format("{}: {}: expected finite x, y and z, found {}", file.string(), where, c);
+          if (!not_finite) throw InputError(sentence);
+          not_finite->emplace(static_cast<std::int32_t>(surface.points.size()), sentence);
         }
         surface.points.push_back(point);
       } else if (element.name == "face") {

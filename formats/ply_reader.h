@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,10 @@ struct PlyTriangles {
 
 // Polygons are cut into fans. bytes: the whole file; file: its name, for refusals.
 // Errors: InputError with the line or byte: not a number or not finite, an index out of range, counts that do not fit the
-// file's size, a file that ends early.
-PlyTriangles read_ply(const std::filesystem::path& file, const std::string& bytes);
+// file's size, a file that ends early. not_finite: where given, takes the points whose coordinates are not finite, each with
+// the sentence that would refuse it, and they are not refused.
+PlyTriangles read_ply(const std::filesystem::path& file, const std::string& bytes,
+                      std::map<std::int32_t, std::string>* not_finite = nullptr);
 
 // Appends a polygon as a fan after checking its indices against the number of points. where names the face in a
 // refusal. Errors: InputError.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCellArray.h>
+#include <vtkDataArraySelection.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
@@ -34,7 +35,7 @@ void check_counts(const std::filesystem::path& file, const std::string& bytes) {
 
 }  // namespace
 
-TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& bytes) {
+StatedSurface read_vtp(const std::filesystem::path& file, const std::string& bytes) {
   if (bytes.substr(0, 4096).find("type=\"PolyData\"") == std::string::npos) {
     throw InputError(fmt::format("{}: expected a VTK XML file of type PolyData", file.string()));
   }
@@ -52,6 +53,9 @@ TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& b
   vtkNew<vtkXMLPolyDataReader> reader;
   reader->AddObserver(vtkCommand::ErrorEvent, listen);
   reader->SetFileName(file.c_str());
+  reader->UpdateInformation();  // an array that nobody needs may hold what VTK cannot read
+  reader->GetPointDataArraySelection()->DisableAllArrays();
+  reader->GetCellDataArraySelection()->DisableAllArrays();
   vtkNew<vtkTriangleFilter> triangles;
   triangles->SetInputConnection(reader->GetOutputPort());
   triangles->PassVertsOff();
@@ -81,15 +85,16 @@ TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& b
   check(input->GetStrips());
   triangles->Update();
 
-  TriangleSurface surface;
+  StatedSurface stated;
+  TriangleSurface& surface = stated.surface;
   vtkPolyData* output = triangles->GetOutput();
   for (vtkIdType p = 0; p < output->GetNumberOfPoints(); ++p) {
     Point point{};
     output->GetPoint(p, point.data());
     for (const double c : point) {
-      if (!std::isfinite(c)) {
-        throw InputError(fmt::format("{}: point {}: expected finite coordinates, found {}", file.string(), p, c));
-      }
+      if (std::isfinite(c)) continue;
+      stated.not_finite.emplace(
+          p, fmt::format("{}: point {}: expected finite coordinates, found {}", file.string(), p, c));
     }
     surface.points.push_back(point);
   }
@@ -99,7 +104,7 @@ TriangleSurface read_vtp(const std::filesystem::path& file, const std::string& b
     std::vector<std::int64_t> corners(ids->begin(), ids->end());
     add_polygon(file, fmt::format("polygon {}", c), corners, surface.points.size(), surface.triangles);
   }
-  return surface;
+  return stated;
 }
 
 }  // namespace palpate

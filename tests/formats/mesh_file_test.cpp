@@ -13,6 +13,7 @@
 namespace palpate {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using tests::file_bytes;
 using tests::scratch;
@@ -69,6 +70,19 @@ TEST(MeshFile, ReadsLinesThatEndTheWayOfWindows) {
   std::string windows;
   for (const char c : tests::msh2_ascii(two_regions())) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
   expect_equal(parse_mesh(windows, "2.2"), two_regions());
+}
+
+TEST(MeshFile, PassesOverAByteOrderMark) {
+  expect_equal(parse_mesh("\xEF\xBB\xBF" + tests::msh2_ascii(two_regions()), "2.2"), two_regions());
+}
+
+TEST(MeshFile, TurnsTetrahedraThatAllListTheirNodesInTheOtherOrder) {
+  TetrahedralMesh reversed = two_regions();
+  for (auto& t : reversed.tetrahedra) std::swap(t[2], t[3]);
+  expect_equal(parse_mesh(tests::msh2_ascii(reversed), "2.2"), two_regions());
+  expect_equal(parse_mesh(tests::msh4_binary(reversed), "4.1"), two_regions());
+  std::swap(reversed.tetrahedra[0][2], reversed.tetrahedra[0][3]);  // one in gmsh's order among them
+  EXPECT_THAT(refusal(tests::msh2_ascii(reversed)), HasSubstr("expected a positive one"));
 }
 
 // One tetrahedron; each test changes a part.
@@ -139,7 +153,7 @@ TEST(MeshFile, ErrorsNameFilePlaceAndFinding) {
   EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 5\n"; }),
               HasSubstr("line 13: element 1 uses node 5"));
   EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 0\n"; }), HasSubstr("positive node number"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n8 4 2 7 9 1 3 2 4\n"; }),
+  EXPECT_THAT(with([](Small& s) { s.elements = "2\n7 4 2 7 9 1 2 3 4\n8 4 2 7 9 1 3 2 4\n"; }),
               HasSubstr("tetrahedron 8 has volume -0.167"));
   EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 3\n"; }), HasSubstr("volume 0"));
   EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 1e200 0 0\n3 0 1e200 0\n4 0 0 1e200\n"; }),
@@ -216,6 +230,32 @@ TEST(BoundaryTriangles, RefuseAFaceOfThreeTetrahedra) {
   mesh.nodes.resize(6);
   mesh.tetrahedra = {{0, 1, 2, 3}, {0, 2, 1, 4}, {0, 1, 2, 5}};
   EXPECT_THROW(boundary_triangles(mesh), InputError);
+}
+
+TEST(MeshFile, ReadsNumbersWithAPlus) {
+  Small small;
+  small.nodes = "+4\n1 0 0 0\n2 +1.0e+00 0 0\n3 0 +1 0\n+4 0 -0 +1\n";
+  small.elements = "1\n1 4 2 7 9 +1 2 3 4\n";
+  EXPECT_EQ(parse_mesh(small.text(), "x").nodes, parse_mesh(Small{}.text(), "x").nodes);
+  small.nodes = "4\n1 0 0 0\n2 +-1 0 0\n3 0 1 0\n4 0 0 1\n";
+  EXPECT_THAT(refusal(small.text()), HasSubstr("expected a coordinate, found '+-1'"));
+}
+
+TEST(MeshFile, ReadsANodeAtNanThatNoTetrahedronUses) {
+  Small small;
+  small.nodes = "5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 nan inf 0\n";
+  EXPECT_EQ(parse_mesh(small.text(), "x").nodes, parse_mesh(Small{}.text(), "x").nodes);
+  small.elements = "1\n1 4 2 7 9 1 2 3 5\n";
+  EXPECT_THAT(refusal(small.text()),
+              AllOf(HasSubstr("line 10"), HasSubstr("node 5 has the coordinates nan, inf and 0")));
+}
+
+TEST(MeshFile, ReadsNumbersThatItDoesNotNeedWhateverTheyAre) {
+  const std::string mesh =
+      "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 -1.#IND nan 0 1.#INF inf 0 0 0\n$EndEntities\n"
+      "$Nodes\n1 4 1 4\n3 1 1 4\n1\n2\n3\n4\n0 0 0 nan 0 0\n1 0 0 0 -1.#IND 0\n0 1 0 0 0 0\n0 0 1 0 0 0\n$EndNodes\n"
+      "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n$NodeData\n1\n\"x\"\n1\nnan\n$EndNodeData\n";
+  EXPECT_EQ(parse_mesh(mesh, "x").nodes, parse_mesh(Small{}.text(), "x").nodes);
 }
 
 }  // namespace

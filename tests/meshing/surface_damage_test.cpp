@@ -148,6 +148,7 @@ TEST_F(SurfaceDamage, VoxelSizesMustBeAboveZero) {
   std::string nifti = as_nifti(ball_, 2);
   const float zero = 0;
   std::memcpy(nifti.data() + 84, &zero, 4);
+  nifti[254] = 0;  // without the sform, which states the sizes too
   expect_refused("a.nii", nifti, HasSubstr("voxel sizes above 0"));
 }
 
@@ -258,7 +259,7 @@ TEST_F(SurfaceDamage, BrokenSurfaceFilesNameTheLineOrByte) {
   expect_refused("c.ply", out_of_range, AllOf(HasSubstr("face 79"), HasSubstr("1000")));
 
   expect_refused("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", AllOf(HasSubstr("line 4"), HasSubstr("below 3")));
-  expect_refused("b.obj", "v 0 0 0\nv 1 0 inf\n", AllOf(HasSubstr("line 2"), HasSubstr("inf")));
+  expect_refused("b.obj", "v 0 0 0\nv 1 0 inf\nv 0 1 0\nf 1 2 3\n", AllOf(HasSubstr("line 2"), HasSubstr("inf")));
   expect_refused("c.obj", "v 0 0 0\n", HasSubstr("no triangles"));
 
   const std::string vtp =
