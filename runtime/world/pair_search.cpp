@@ -78,20 +78,22 @@ bool PairSearch::create(SceneMemory& memory, palpate_scene* const* organs, std::
   organs_ = organs, organ_count_ = count, most_ = most_pairs, has_friction_ = friction > 0;
   for (std::int32_t k = 0; k < count; ++k)
     if (!surface_[k].create(memory, &touch(k).tree)) return false;
-  const std::int32_t most_groups = count * (count - 1) / 2;
+  const std::int32_t most_groups = count * (count - 1);
   groups_ = memory.array<OrganGroup>(static_cast<std::size_t>(most_groups));
   motions_ = memory.array<OrganGroup::Motion>(static_cast<std::size_t>(most_groups));
   if (memory.failed()) return false;
   for (std::int32_t k = 0; k < count; ++k)
-    for (std::int32_t other = k + 1; other < count; ++other) {
-      OrganGroup& group = groups_[group_count_] = OrganGroup{};
-      const bool first = touch(k).tree.mean_edge() <= touch(other).tree.mean_edge();
-      group.a = first ? k : other, group.b = first ? other : k;
-      const double edge = touch(group.b).tree.mean_edge();
-      group.margin = kMargin * edge, group.reach = kReach * edge;
-      group.motion = motions_ + group_count_++;
-      capacity_ += touch(group.a).tree.surface_nodes();
-    }
+    for (std::int32_t other = k + 1; other < count; ++other)
+      for (const bool second : {false, true}) {
+        OrganGroup& group = groups_[group_count_] = OrganGroup{};
+        const bool first_is_finer = touch(k).tree.mean_edge() <= touch(other).tree.mean_edge();
+        group.second = second;
+        group.a = first_is_finer != second ? k : other, group.b = first_is_finer != second ? other : k;
+        const double edge = touch(group.b).tree.mean_edge();
+        group.margin = kMargin * edge, group.reach = kReach * std::max(edge, touch(group.a).tree.mean_edge());
+        group.motion = motions_ + group_count_++;
+        capacity_ += touch(group.a).tree.surface_nodes();
+      }
   const auto vertices = static_cast<std::size_t>(capacity_);
   looks_ = memory.array<OrganGroup::Look>(vertices);
   for (double** array : {&overlap_, &overlap_at_rest_}) *array = memory.array<double>(vertices);

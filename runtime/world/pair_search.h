@@ -34,9 +34,10 @@ struct OrganPair {
 // The weights of the corners of the pair's place that contacts can move, as a sum. second: the organ of the place.
 double moving_share(const TouchState& second, const OrganPair& pair);
 
-// Two organs whose surfaces are near one another or may come so.
+// The vertices of one organ that are near the surface of another one or may come so. Two organs have two groups, one after the other.
 struct OrganGroup {
-  std::int32_t a = 0, b = 0;  // a carries the pairs
+  std::int32_t a = 0, b = 0;  // the pairs are of vertices of a and places of b
+  bool second = false;        // a has the longer edges of the two
   double margin = 0;          // m, within which a vertex counts as near
   double reach = 0;           // m, within which it is looked for
   // When a vertex of a was last looked at, and by how much it and the other organ may move until it is looked at again.

@@ -13,6 +13,9 @@ constexpr double kRounding = 1e-9;
 // force presses.
 constexpr double kGive = 0.05;
 
+// Where both organs' vertices hold the same place
+constexpr double kGiveOfSecond = 0;
+
 // Steps for which a pair that has ceased to press keeps its friction. So a pair that presses in every second step holds as firmly as a pair
 // that presses in every step.
 constexpr std::int16_t kRubs = 10;
@@ -88,7 +91,7 @@ std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
   }
   if (count == 0) return -1;
   PairWish wish;
-  wish.point = (other << 26) + pair.vertex;
+  wish.point = (other << 26) + (group.second ? 1 << 25 : 0) + pair.vertex;
   wish.node = node, wish.weight = weight, wish.count = count;
   wish.law = law_of(pair), wish.friction = friction_;
   const Vec3 row[3] = {pair.normal, pair.tangent, cross(pair.normal, pair.tangent)};
@@ -112,6 +115,7 @@ void TouchingOrgans::request_pairs() {
       const double moves = moving_share(touch(group.b), pair);
       joint.give = kGive / (moves * moves);
     }
+    if (group.second) joint.give = std::max(joint.give, kGiveOfSecond);
     joint.reaction = pair.reaction;
   }
 }
