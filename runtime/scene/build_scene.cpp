@@ -723,11 +723,14 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
   shape.row_scale = memory.array<float>(columns);
   shape.coefficient = memory.array<float>(columns);
   shape.surface_column = memory.array<const void*>(columns);
-  shape.interior_column = memory.array<const void*>(columns);
+  shape.column_of_sums = memory.array<std::int32_t>(columns / 3);
+  if (shape.interior.numbers) {
+    shape.interior_column = memory.array<const void*>(columns);
+    shape.interior_coefficient = memory.array<float>(columns);
+  }
   if (stores_compliance) {
     // One field for each corrected tool, and one for all others.
     const std::size_t groups = def.radial == PALPATE_RADIAL_OFF ? 1 : static_cast<std::size_t>(def.max_tools) + 1;
-    shape.column_of_sums = memory.array<std::int32_t>(columns / 3);
     shape.loads = memory.array<LoadedColumn>(columns / 3);
     shape.group_field = memory.array<float>(groups * 3 * counts.surface_nodes + 1);
   }

@@ -108,11 +108,11 @@ class Shape {
       const std::int32_t count = std::min(ShapeState::kChunkNodes, end - n);
       chunk(n, count, [&](int g, float* target) {
         if (interior)
-          superpose_rows(shape_state_.interior.type, shape_state_.interior_column, g, n - surface, count, target);
+          superpose_interior(g, n - surface, count, target);
         else if (compliance_)
           copy_group_field(g, n, count, target);
         else
-          superpose_rows(context_.tensors.surface.type, shape_state_.surface_column, g, n, count, target);
+          superpose_surface(g, n, count, target);
       });
       n += count;
     }
@@ -220,8 +220,11 @@ class Shape {
       if (slot == 0) slot = 1 + add_columns(node.column, group);
       for (int j = 0; j < 3; ++j) shape_state_.sum[slot - 1 + j] += node.modified_displacement[j];
     }
-    for (int c = group.first; c < group.first + group.count; ++c)
+    for (int c = group.first; c < group.first + group.count; ++c) {
       shape_state_.coefficient[c] = static_cast<float>(shape_state_.sum[c] * shape_state_.row_scale[c]);
+      if (shape_state_.interior.numbers)
+        shape_state_.interior_coefficient[c] = static_cast<float>(shape_state_.sum[c] * interior_scale(c));
+    }
     for (std::int32_t e = 0; e < contacts.node_count; ++e)  // as before the call
       if (nodes[e].column >= 0 && nodes[e].column < context_.tensors.all_columns())
         shape_state_.slot_of_column[nodes[e].column] = 0;
@@ -230,7 +233,7 @@ class Shape {
 
   int add_columns(std::int32_t column, Group& group) {
     const int first = column_count_;
-    if (shape_state_.column_of_sums) shape_state_.column_of_sums[column_count_ / 3] = column;
+    shape_state_.column_of_sums[column_count_ / 3] = column;
     for (int j = 0; j < 3; ++j) {
       shape_state_.sum[column_count_] = 0;
       shape_state_.surface_column[column_count_] = context_.tensors.surface_row(column, j);
@@ -244,6 +247,13 @@ class Shape {
     }
     group.count += 3;
     return first;
+  }
+
+  // Whether entry c of the state's arrays is of a corridor node, whose rows are stored in f32 without a scale.
+  bool is_of_corridor(int c) const { return !context_.tensors.is_of_surface(shape_state_.column_of_sums[c / 3]); }
+  // Of the interior's rows, which may be of another type than the surface's.
+  float interior_scale(int c) const {
+    return is_of_corridor(c) ? 1.0f : shape_state_.interior.row_scale(shape_state_.column_of_sums[c / 3], c % 3);
   }
 
   float* group_field(int g) const {
@@ -271,7 +281,7 @@ class Shape {
     compliance_->at_nodes(group_field(g), first, count, field);
     const Group& group = groups_[g];
     for (int c = group.first; c < group.first + group.count; ++c)
-      if (const std::int32_t column = shape_state_.column_of_sums[c / 3]; !context_.tensors.is_of_surface(column))
+      if (const std::int32_t column = shape_state_.column_of_sums[c / 3]; is_of_corridor(c))
         add_row(static_cast<const float*>(context_.tensors.surface_row(column, c % 3)) +
                     3 * static_cast<std::size_t>(first),
                 shape_state_.coefficient[c], 3 * static_cast<std::size_t>(count), field);
@@ -280,12 +290,31 @@ class Shape {
     for (std::size_t i = 0; i < numbers; ++i) field[i] += coefficient * row[i];
   }
 
-  // A group's field from stored rows, at their nodes row_first .. row_first + count - 1.
-  void superpose_rows(formats::ElementType type, const void* const* column, int g, std::int32_t row_first,
-                      std::int32_t count, float* out) const {
+  // A group's field on the surface from stored rows, at nodes first .. first + count - 1.
+  void superpose_surface(int g, std::int32_t first, std::int32_t count, float* out) const {
     const Group& group = groups_[g];
-    superpose(type, column + group.first, shape_state_.coefficient + group.first, group.count,
-              3 * static_cast<std::size_t>(row_first), 3 * static_cast<std::size_t>(count), out);
+    superpose(context_.tensors.surface.type, shape_state_.surface_column + group.first,
+              shape_state_.coefficient + group.first, group.count, 3 * static_cast<std::size_t>(first),
+              3 * static_cast<std::size_t>(count), out);
+  }
+
+  // The same inside, at the first .. first + count - 1 of the interior nodes: neighbours of one stored type at a time.
+  void superpose_interior(int g, std::int32_t first, std::int32_t count, float* out) const {
+    const auto type_of = [&](int c) {
+      return is_of_corridor(c) ? shape_state_.corridor_interior.type : shape_state_.interior.type;
+    };
+    const std::size_t at = 3 * static_cast<std::size_t>(first), numbers = 3 * static_cast<std::size_t>(count);
+    const int begin = groups_[g].first, end = begin + groups_[g].count;
+    for (int c = begin, next = begin; c < end; c = next) {
+      const formats::ElementType type = type_of(c);
+      while (next < end && type_of(next) == type) next += 3;
+      const void* const* const columns = shape_state_.interior_column + c;
+      const float* const coefficients = shape_state_.interior_coefficient + c;
+      if (c == begin)
+        superpose(type, columns, coefficients, next - c, at, numbers, out);
+      else
+        superpose_onto(type, columns, coefficients, next - c, at, numbers, out);
+    }
   }
 
   // Completes nodes first .. first + count - 1 of the output. field_of(g, target) writes the displacements by group g.

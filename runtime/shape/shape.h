@@ -24,16 +24,18 @@ struct ShapeState {
   ResponseCurve radial;
   std::int32_t* slot_of_column = nullptr;  // [S] 1 + first of its three entries in the arrays below; 0 between steps
   double* sum = nullptr;                   // [3 max_contact_nodes] m, u~ of a column, summed over contacts
-  float* row_scale = nullptr;              // [3 max_contact_nodes] factor on a column's stored numbers
+  std::int32_t* column_of_sums = nullptr;  // [max_contact_nodes] the tensor column of three sums
+  float* row_scale = nullptr;              // [3 max_contact_nodes] factor on a column's stored numbers on the surface
   float* coefficient = nullptr;            // [3 max_contact_nodes] sum times row_scale
   const void** surface_column = nullptr;   // [3 max_contact_nodes] stored numbers; unused with a stored compliance
-  const void** interior_column = nullptr;  // [3 max_contact_nodes]
-  // These three only where the bundle stores the compliance in blocks.
-  std::int32_t* column_of_sums = nullptr;  // [max_contact_nodes] the tensor column of three sums
-  LoadedColumn* loads = nullptr;           // [max_contact_nodes]
-  float* group_field = nullptr;            // [groups][Ns][3] and a number more, m, in the order of the slots
-  float* field = nullptr;                  // [kChunkNodes][3] m
-  float* tool_field = nullptr;             // [kChunkNodes][3] m
+  // These two only where the shape goes inside.
+  float* interior_coefficient = nullptr;   // [3 max_contact_nodes] sum times the factor on the stored numbers inside
+  const void** interior_column = nullptr;  // [3 max_contact_nodes] stored numbers
+  // These two only where the bundle stores the compliance in blocks.
+  LoadedColumn* loads = nullptr;  // [max_contact_nodes]
+  float* group_field = nullptr;   // [groups][Ns][3] and a number more, m, in the order of the slots
+  float* field = nullptr;         // [kChunkNodes][3] m
+  float* tool_field = nullptr;    // [kChunkNodes][3] m
 };
 
 // One shape step; palpate_scene_shape of palpate.h states the contract. compliance: nullptr where the bundle stores rows.

@@ -10,6 +10,7 @@
 #include "tests/support/box_corridor.h"
 #include "tests/support/box_motions.h"
 #include "tests/support/guarded_memory.h"
+#include "tests/support/packed_bundle.h"
 
 namespace palpate::tests {
 namespace {
@@ -180,6 +181,28 @@ TEST(Needle, MovedSidewaysAndTiltedItHoldsTheTissueAsADenseSolveDoes) {
     for (std::size_t i = 0; i < u.size(); ++i)
       EXPECT_NEAR(u[i], dense.u[static_cast<Eigen::Index>(i)], 1e-4 * dense.u.cwiseAbs().maxCoeff());
   }
+}
+
+// The rows of the corridor are stored in single precision beside an interior of any type.
+TEST(Needle, MovesTheInteriorInAnyTypeAsInSinglePrecision) {
+  const auto field_of = [](const TouchedBody& body) {
+    Piercing piercing(piercing_def(), body);
+    piercing.drive(needle_at(kEntry), 0.03);
+    palpate_needle moved = piercing.last;
+    Eigen::Map<Vector3d>(moved.tip) += Vector3d(0, 2e-3, 1e-3);
+    piercing.step(&moved);
+    return displacements(piercing.scene.get(), piercing.contacts, static_cast<std::int32_t>(body.dofs() / 3));
+  };
+  const std::vector<float> expected = field_of(box());
+  const float largest = *std::max_element(expected.begin(), expected.end());
+  ASSERT_GT(largest, 5e-4f);
+  const TouchedBody halves(pierced_body(), [&](BundleParts& parts) {
+    add_whole_corridor(parts, pierced_body());
+    store_interior_as_f16(parts), store_in_blocks(parts, {formats::ElementType::f32, {}});
+  });
+  const std::vector<float> found = field_of(halves);
+  // Half a unit in the last of the 11 bits of f16, of the columns of some surface nodes about the entry.
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-3 * largest) << i;
 }
 
 // ---- the laws --------------------------------------------------------------------------------------------------------

@@ -148,6 +148,36 @@ TEST(PackedBundle, PacksBlocksThatAreWithinTheErrorBeforeTheFirstRank) {
   for (std::int32_t k = 0; k < kNodes; ++k) EXPECT_LE(std::sqrt(std::max(0.0, missed[k]) / size[k]), kError) << k;
 }
 
+// Surface and interior each have a type of their own; f16 rows have a scale, and rows of another type have none.
+TEST(PackedBundle, GivesTheInteriorInItsOwnTypeBesideASurfaceInAnyOther) {
+  const Form forms[] = {
+      {"f16 beside f32 rows", 5e-4, store_interior_as_f16},
+      {"f16 beside f32 blocks", 5e-4,
+       [](BundleParts& p) {
+         store_interior_as_f16(p), store_in_blocks(p, {ElementType::f32, 1e-4});
+       }},
+      {"f16 beside f16 blocks", 5e-4,
+       [](BundleParts& p) {
+         store_interior_as_f16(p), store_in_blocks(p, {ElementType::f16, 1e-3});
+       }},
+      {"f32 beside f16 rows", 1e-6,
+       [](BundleParts& p) {
+         const auto interior = p.sections.at(SectionId::displacement_interior);
+         store_as_f16(p), p.sections.insert_or_assign(SectionId::displacement_interior, interior);
+       }},
+  };
+  const auto def = gripped(PALPATE_SHAPE_VOLUME);
+  const std::vector<palpate_grip> grips = {grip_at_node(rows().touchable[40], {0.001, -0.002, 0.003})};
+  const std::vector<float> expected = felt(rows(), def, grips).u;
+  const auto inside = 3 * static_cast<std::ptrdiff_t>(rows().body.surface_nodes);
+  for (const Form& form : forms) {
+    const std::vector<float> found = felt(TouchedBox(kLong, form.store), def, grips).u;
+    ASSERT_EQ(found.size(), expected.size());
+    EXPECT_LE(relative({found.begin() + inside, found.end()}, {expected.begin() + inside, expected.end()}), form.error)
+        << form.name;
+  }
+}
+
 TEST(PackedBundle, FillsAShortArrayAsFarAsItGoes) {
   const auto def = gripped(PALPATE_SHAPE_SURFACE);
   const std::vector<palpate_grip> grips = {grip_at_node(rows().touchable[5], {0.001, -0.002, 0.003})};

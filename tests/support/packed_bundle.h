@@ -41,6 +41,15 @@ inline void store_as_f16(BundleParts& parts) {
   parts.set(SectionId::displacement_scale, {shape[0], 3}, scale);
 }
 
+// Stores the interior alone in f16; the surface stays as it is.
+inline void store_interior_as_f16(BundleParts& parts) {
+  using formats::SectionId;
+  BundleParts halves = parts;
+  store_as_f16(halves);
+  for (const auto id : {SectionId::displacement_interior, SectionId::displacement_scale})
+    parts.sections.insert_or_assign(id, halves.sections.at(id));
+}
+
 // Stores the surface as compliance in blocks; the interior stays in rows.
 inline PackedCompliance store_in_blocks(BundleParts& parts, const CompliancePackOptions& options) {
   using formats::SectionId;
