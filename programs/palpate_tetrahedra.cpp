@@ -234,7 +234,10 @@ void run(const CLI::App& app, Options& o) {
   report.quality = measure_quality(report.mesh);
   fmt::print("{}", text_of(report));
   try {
-    pass_gate(report.mesh, report.quality, o.gate);
+    if (report.tried.empty())
+      pass_gate(report.mesh, report.quality, o.gate);
+    else
+      pass_gate(report.mesh, report.quality, o.gate, report.tried);
   } catch (const VerificationError& missed) {
     throw VerificationError(fmt::format("{}: {}", o.inputs.front(), missed.what()));
   }

@@ -187,8 +187,8 @@ std::vector<std::size_t> shares(const std::vector<TriangleSurface>& shells, cons
   std::vector<double> areas;
   for (const TriangleSurface& shell : shells) areas.push_back(area(shell));
   const double total = std::accumulate(areas.begin(), areas.end(), 0.0);
-  const double wanted = target.triangles ? static_cast<double>(*target.triangles)
-                                         : 4 * total / (std::sqrt(3.0) * *target.edge_mm * *target.edge_mm);
+  const double wanted =
+      target.triangles ? static_cast<double>(*target.triangles) : triangles_for_edge(total, *target.edge_mm);
   std::vector<std::size_t> counts;
   for (const double a : areas) {
     const double count = std::max(wanted * a / total, static_cast<double>(kFewestTriangles));

@@ -135,4 +135,8 @@ double edge_for_count(double area_mm2, double count) {
   return std::sqrt(4 * area_mm2 / (std::sqrt(3.0) * count));
 }
 
+double triangles_for_edge(double area_mm2, double edge_mm) {
+  return 4 * area_mm2 / (std::sqrt(3.0) * edge_mm * edge_mm);
+}
+
 }  // namespace palpate

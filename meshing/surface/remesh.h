@@ -22,5 +22,6 @@ TriangleSurface simplify_by_curvature(const TriangleSurface& surface, std::size_
 
 // Returns the edge (mm) of equilateral triangles of which count cover the area.
 double edge_for_count(double area_mm2, double count);
+double triangles_for_edge(double area_mm2, double edge_mm);  // the other way round
 
 }  // namespace palpate

@@ -83,7 +83,8 @@ MeshQuality measure_quality(const TetrahedralMesh& mesh) {
   return quality;
 }
 
-void pass_gate(const TetrahedralMesh& mesh, const MeshQuality& quality, const QualityGate& gate) {
+void pass_gate(const TetrahedralMesh& mesh, const MeshQuality& quality, const QualityGate& gate,
+               const std::string& cure) {
   if (!(quality.volume.value > 0))
     throw VerificationError(
         fmt::format("{} has volume {:g}, but every element must have a positive one; look for a fold "
@@ -96,15 +97,16 @@ void pass_gate(const TetrahedralMesh& mesh, const MeshQuality& quality, const Qu
   if (!(quality.radius_ratio.value >= gate.min_radius_ratio))
     accept += fmt::format(" --min-radius-ratio {:.3f}", std::floor(quality.radius_ratio.value * 1000) / 1000);
   if (!(quality.dihedral.value >= gate.min_dihedral))
-    throw VerificationError(
-        fmt::format("{} has a dihedral angle of {:.3g} degrees, less than the {:g} that --min-dihedral asks for; "
-                    "more triangles there or another --size may give a better mesh; accept it with{}",
-                    describe(mesh, quality.dihedral.tetrahedron), quality.dihedral.value, gate.min_dihedral, accept));
-  if (!(quality.radius_ratio.value >= gate.min_radius_ratio))
     throw VerificationError(fmt::format(
-        "{} has a radius ratio of {:.3g}, less than the {:g} that --min-radius-ratio asks for; "
-        "more triangles there or another --size may give a better mesh; accept it with{}",
-        describe(mesh, quality.radius_ratio.tetrahedron), quality.radius_ratio.value, gate.min_radius_ratio, accept));
+        "{} has a dihedral angle of {:.3g} degrees, less than the {:g} that --min-dihedral asks for; "
+        "{}; accept it with{}",
+        describe(mesh, quality.dihedral.tetrahedron), quality.dihedral.value, gate.min_dihedral, cure, accept));
+  if (!(quality.radius_ratio.value >= gate.min_radius_ratio))
+    throw VerificationError(
+        fmt::format("{} has a radius ratio of {:.3g}, less than the {:g} that --min-radius-ratio asks for; "
+                    "{}; accept it with{}",
+                    describe(mesh, quality.radius_ratio.tetrahedron), quality.radius_ratio.value, gate.min_radius_ratio,
+                    cure, accept));
 }
 
 }  // namespace palpate

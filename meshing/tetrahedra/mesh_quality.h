@@ -40,8 +40,9 @@ struct QualityGate {
   double min_radius_ratio = 0;
 };
 
-// Compares the worst elements with the limits. Errors: VerificationError that names the worst element, its index,
-// region, centroid and value, the limit and what to do.
-void pass_gate(const TetrahedralMesh& mesh, const MeshQuality& quality, const QualityGate& gate);
+// Compares the worst elements with the limits. cure: what may give a better mesh. Errors: VerificationError that names the
+// worst element, its index, region, centroid and value, the limit, the cure, and the limits that this mesh would meet.
+void pass_gate(const TetrahedralMesh& mesh, const MeshQuality& quality, const QualityGate& gate,
+               const std::string& cure = "more triangles there or another --size may give a better mesh");
 
 }  // namespace palpate

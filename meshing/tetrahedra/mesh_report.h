@@ -29,6 +29,7 @@ struct MeshReport {
   Improvement improvement;
   std::size_t surface_triangles = 0, kept_triangles = 0;  // 0 if the input was not a surface
   bool remeshed = false;                                  // the triangles are not the input's own
+  std::string tried = {};                                 // what else was tried in vain, if the gate is missed
   std::vector<double> region_volume_of_surface;           // [regions] or empty
   std::vector<TissueVolume> tissue_volumes;               // [regions] of a label image, or empty
 };

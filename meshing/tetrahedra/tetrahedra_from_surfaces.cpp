@@ -12,6 +12,7 @@
 #include "formats/processor_limit.h"
 #include "formats/program.h"
 #include "meshing/surface/extract_surface.h"
+#include "meshing/surface/remesh.h"
 #include "meshing/surface/surface_checks.h"
 #include "meshing/surface/surface_report.h"
 #include "meshing/tetrahedra/in_child_process.h"
@@ -20,10 +21,13 @@
 namespace palpate {
 namespace {
 
-constexpr double kFewest = 2000, kMost = 20'000;  // triangles of remeshed surfaces
-// Radius ratios of triangles: below the first, the surface's own triangles get one quick try; from the second on, even
-// triangles would not be much better. Even remeshing gives 0.5 and more.
-constexpr double kHopeful = 0.2, kWellShaped = 0.5;
+constexpr double kFewest = 2000, kMost = 40'000;  // triangles of remeshed surfaces
+// The surface's own triangles get one quick try where their worst radius ratio is below the first number (even remeshing gives
+// 0.5 and more), or where their edges are longer than the second number of edges inside.
+constexpr double kHopeful = 0.2, kLongEdges = 3;
+// The smallest dihedral angle of a part thinner than the edges is in proportion to one over their length. From one try to the
+// next, triangles grow in number for 1.5 times the angle that the gate asks for, within these factors.
+constexpr double kAngleWanted = 1.5, kLeastGrowth = 3, kMostGrowth = 10;
 // Processor time: a step that hangs leaves time for another way.
 constexpr double kHurriedSeconds = 5, kShareOfOwn = 0.5, kShareOfRemeshing = 0.6, kLeastSeconds = 1, kShortest = 0.1;
 constexpr double kRemeshingSeconds = 1.2e-3;  // for each triangle made: twice that of an EPYC at 2.4 GHz
@@ -71,16 +75,18 @@ class Tries {
  public:
   explicit Tries(const SurfaceFillOptions& options) : options_(options) {}
 
-  // Returns whether the mesh meets the gate. Otherwise why() says what is wrong. seconds: of processor time. hurried: one
-  // quick try, because the surface's own triangles give little hope.
-  bool run(const std::vector<ShellInput>& inputs, bool remeshed, double seconds, bool hurried = false) {
+  // Returns whether the mesh meets the gate. Otherwise why() says what is wrong. seconds: of processor time. needles: no
+  // search for a better mesh, because the surface's own triangles give little hope.
+  bool run(const std::vector<ShellInput>& inputs, bool remeshed, double seconds, bool needles = false) {
+    last_dihedral_ = 0;
     SurfaceFillOptions tried = options_;
     tried.fill.processor_limit = seconds;
-    if (hurried) tried.fill.goal = 0;
+    if (needles) tried.fill.goal = 0;
     try {
       MeshReport report = fill(inputs, tried);
       report.remeshed = remeshed;
       const MeshQuality quality = measure_quality(report.mesh);
+      last_dihedral_ = quality.dihedral.value;
       try {
         pass_gate(report.mesh, quality, options_.gate);
         why_.clear();
@@ -101,12 +107,13 @@ class Tries {
   }
 
   const std::string& why() const { return why_; }
+  double last_dihedral() const { return last_dihedral_; }  // degrees; 0 where the last try gave no mesh
   std::optional<MeshReport>& best() { return best_; }
 
  private:
   const SurfaceFillOptions& options_;
   std::optional<MeshReport> best_;
-  double best_dihedral_ = 0;
+  double best_dihedral_ = 0, last_dihedral_ = 0;
   std::string why_;
 };
 
@@ -136,6 +143,14 @@ std::vector<ShellInput> remeshed(const std::vector<ShellInput>& inputs, double t
   }
   if (result.size() > 1) refuse_contact(result);
   return result;
+}
+
+// finest: the most even triangles that were filled; limit: the seconds that ran out, or 0.
+std::string what_was_tried(double finest, double limit) {
+  const std::string more_time = limit > 0 ? fmt::format("; --time-limit {:.0f} lets it try more", 4 * limit) : "";
+  if (finest == 0) return fmt::format("no even triangles were made in {:.0f} s of processor time{}", limit, more_time);
+  return fmt::format("even triangles, up to {:.0f} of them, gave no better mesh: thin parts or sharp edges are there{}",
+                     finest, more_time);
 }
 
 }  // namespace
@@ -225,11 +240,15 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
       refuse("(" + tries.why() + ")", "leave out --keep-surface, or ");
     return std::move(*tries.best());
   }
-  const double ratio = worst.triangle.radius_ratio;
-  const bool hurried = ratio < kHopeful;
+  // How many even triangles have edges as long as those asked for inside.
+  double of_size = 0;
+  for (const ShellInput& input : inputs)
+    if (options.fill.size > 0) of_size += triangles_for_edge(area(input.surface), options.fill.size);
+  const double own = static_cast<double>(triangles_of(inputs));
+  const bool needles = worst.triangle.radius_ratio < kHopeful,
+             hurried = needles || of_size > kLongEdges * kLongEdges * own;
   const double for_own = hurried ? std::min(kHurriedSeconds, left() / 4) : kShareOfOwn * left();
-  if (why.empty() && tries.run(inputs, false, for_own, hurried)) return std::move(*tries.best());
-  if (why.empty() && tries.best() && ratio >= kWellShaped) return std::move(*tries.best());
+  if (why.empty() && tries.run(inputs, false, for_own, needles)) return std::move(*tries.best());
   if (why.empty())
     warn(fmt::format("{}: the surface's own triangles do not meet the gate: {}", inputs.front().file, tries.why()));
   else
@@ -237,13 +256,14 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
   // No more than can be made in the time that is left for certain, so that the number does not depend on the time that was taken.
   const double for_remeshing = kShareOfRemeshing * kShareOfTries * limit * (why.empty() ? 1 - kShareOfOwn : 1);
   const double most = std::clamp(for_remeshing / kRemeshingSeconds, kFewest, kMost);
-  double triangles = std::clamp(static_cast<double>(triangles_of(inputs)), kFewest, most);
+  double triangles = std::clamp(std::max(own, of_size), kFewest, most), finest = 0;
   std::string last;
   for (int round = 0; round < kRounds && left() > kLeastSeconds; ++round) {
     bool fewer = false;
     const double seconds = kShareOfRemeshing * left();
     try {
       const auto even = remeshed(inputs, triangles, seconds);
+      finest = std::max(finest, triangles);
       if (tries.run(even, true, left())) return std::move(*tries.best());
       last = tries.why();
     } catch (const OutOfTime& stopped) {
@@ -255,11 +275,16 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
     } catch (const InputError& failed) {
       last = failed.what();
     }
-    const double next = fewer ? std::max(kFewest, triangles / 4) : std::min(kMost, 3 * triangles);
+    const double angle_grows =
+        tries.last_dihedral() > 0 ? kAngleWanted * options.gate.min_dihedral / tries.last_dihedral() : 0;
+    const double growth = std::clamp(angle_grows * angle_grows, kLeastGrowth, kMostGrowth);
+    const double next = fewer ? std::max(kFewest, triangles / 4) : std::min(kMost, growth * triangles);
     if (next == triangles) break;
     triangles = next;
   }
-  if (!tries.best())
+  if (tries.best())
+    tries.best()->tried = what_was_tried(finest, left() < kLeastSeconds ? limit : 0);
+  else
     refuse(fmt::format(
                "within {:.0f} s of processor time, neither with the surface's own triangles nor with even ones ({})",
                limit, last.empty() ? tries.why() : last),
