@@ -262,6 +262,9 @@ const std::vector<ConfigKey>& config_keys() {
       {B, "store", "interior", "boolean", "-", "false", "",
        "Whether the bundle also keeps the displacement of the nodes inside the organ, which `shape = \"volume\"` in "
        "`scene.toml` needs. The bundle becomes several times larger."},
+      {B, "store", "large_deformation", "boolean", "-", "false", "",
+       "Whether the bundle also keeps what `deformation = \"large\"` in `scene.toml` needs, as `palpate-precompute "
+       "--large-deformation` does. For the elements `p1` and `p1-anp`."},
 
       {S, "", "name", "text", "-", "required", "not empty", "The scene's name; the results record it."},
       {S, "", "bundle", "file", "-", "-", "",
@@ -309,7 +312,7 @@ const std::vector<ConfigKey>& config_keys() {
        "How the organ deforms: by superposition of the tensors, or as a hyperelastic body, right at any depth. "
        "`large-beside` solves that body beside the touch, for organs that are too large to be solved in each touch "
        "step. `large-renewed` is the same for slender parts and a Poisson's ratio above 0.495. "
-       "They need a bundle of `palpate-precompute --large-deformation`, and none of `response`."},
+       "They need `large_deformation = true` in `[store]` of the boundary file, and none of `response`."},
       {S, "effects", "dent", "choice", "-", "\"off\"", "off, discs",
        "Whether the mesh of `palpate-run --render-mesh` sinks to the disc of each contact where the bundle's mesh is "
        "too "

@@ -87,7 +87,7 @@ OrganConfig::Region region(TomlTable& table) {
 
 OrganConfig::Response response(TomlTable table) {
   OrganConfig::Response result;
-  result.curve = table.file().parent_path() / table.text("curve", "\"curves/NAME.csv\"");
+  result.curve = table.path("curve", "\"curves/NAME.csv\"");
   result.source = table.text("source", "\"Author year, figure 3\"");
   result.height = length(table, "height");
   result.radius = length(table, "radius");
@@ -181,7 +181,7 @@ Selector selector(TomlTable table) {
         result.labels = t.numbers("labels");
         if (t.has("within")) result.number = t.number("within");
         if (result.number < 0) t.wrong("within", "a distance of 0 or above");
-        if (t.has("image")) result.image = t.file().parent_path() / t.text("image", "\"painted.nrrd\"");
+        if (t.has("image")) result.image = t.path("image", "\"painted.nrrd\"");
       });
       break;
     case Kind::all_of:
@@ -295,7 +295,7 @@ BoundaryConfig::Motion motion(TomlTable& table) {
   only_for("select", {Kind::piston, Kind::rotation, Kind::field, Kind::pressure}, "all kinds but gravity");
   if (result.kind == Kind::piston || result.kind == Kind::rotation) result.axis = axis_of(table);
   if (result.kind == Kind::rotation) result.point = table.vector("point");
-  if (result.kind == Kind::field) result.file = table.file().parent_path() / table.text("file", "\"diaphragm.csv\"");
+  if (result.kind == Kind::field) result.file = table.path("file", "\"diaphragm.csv\"");
   if (result.kind == Kind::pressure || table.has("select")) result.select = selectors(table);
   table.finish();
   return result;
@@ -425,6 +425,7 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
   if (table.has("store")) {
     TomlTable store = table.table("store");
     if (store.has("interior")) result.store_interior = store.boolean("interior");
+    if (store.has("large_deformation")) result.store_large_deformation = store.boolean("large_deformation");
     store.finish();
   }
   table.finish();

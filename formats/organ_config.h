@@ -140,7 +140,7 @@ struct BoundaryConfig {
   std::vector<Corridor> corridors;
   std::vector<Selector> touchable;  // empty: all
   std::optional<std::array<double, 3>> gravity;
-  bool store_interior = false;
+  bool store_interior = false, store_large_deformation = false;
   bool operator==(const BoundaryConfig&) const = default;
 };
 BoundaryConfig read_boundary_config(const std::filesystem::path& file);

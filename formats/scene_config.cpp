@@ -122,7 +122,7 @@ std::vector<SceneConfig::KeyFrame> read_path(TomlTable& tool, double scale) {
                "either path = [[t, x, y, z], ...] or path_csv = \"FILE.csv\", not both; or a place on the organ: at = "
                "\"foremost\" or near = [x, y, z], with depth = [[t, depth], ...]");
   if (inline_rows) return read_key_frames(tool, scale);
-  return read_csv_path(tool.file().parent_path() / tool.text("path_csv", "\"path.csv\""), scale);
+  return read_csv_path(tool.path("path_csv", "\"path.csv\""), scale);
 }
 
 // ---- tools ---------------------------------------------------------------------------------------------------------
@@ -268,7 +268,8 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion, scene));
   if (root.has("carried"))
     for (TomlTable& carried : root.tables("carried")) scene.carried.push_back(read_carried(carried, scene));
-  if (scene.tools.size() > kMaxTools) root.wrong("tool", fmt::format("at most {} tools", kMaxTools));
+  if (scene.tools.size() > kMaxTools)
+    root.contradicts("tool", 0, fmt::format("at most {} tools", kMaxTools), std::to_string(scene.tools.size()));
   if (scene.organs.empty()) settle_effects(scene, root, named);
   for (std::size_t k = 0; k < scene.organs.size(); ++k) {
     SceneConfig of_organ = organ_scene(scene, k);

@@ -18,19 +18,28 @@ void optional_choice(TomlTable& table, const char* key, const std::vector<std::p
   if (table.has(key)) out = table.choice(key, choices);
 }
 
+// What an effect is, as a scene file would say it: law = "sticking".
+template <typename Value>
+std::string in_words(const char* key, Value value) {
+  std::string words = find_config_key(ConfigFile::scene, "effects", key)->limits;  // in the order of the enumerators
+  for (int skip = static_cast<int>(value); skip > 0; --skip) words.erase(0, words.find(", ") + 2);
+  return fmt::format("{} = \"{}\"", key, words.substr(0, words.find(',')));
+}
+
 // A radius selects the contact model patch; with another contact model named, the radius would be ignored, so it is refused.
 void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contact) {
-  const auto needs_patch = [&](const char* key, const std::string& why) {
+  const auto needs_patch = [&](const char* key, int line, const std::string& why) {
     if (!names_contact) scene.contact = SceneConfig::Contact::patch;
     if (scene.contact != SceneConfig::Contact::patch)
-      root.wrong(key, fmt::format("contact = \"patch\" in [effects], since {}", why));
+      root.contradicts(key, line, fmt::format("contact = \"patch\" in [effects], since {}", why),
+                       in_words("contact", scene.contact));
   };
   for (const auto& tool : scene.tools) {
-    if (tool.disc_radius > 0) needs_patch("tool", fmt::format("tool \"{}\" has a disc_radius", tool.name));
-    if (tool.grasp) needs_patch("tool", fmt::format("tool \"{}\" has a grasp", tool.name));
+    if (tool.disc_radius > 0) needs_patch("tool", tool.line, fmt::format("tool \"{}\" has a disc_radius", tool.name));
+    if (tool.grasp) needs_patch("tool", tool.line, fmt::format("tool \"{}\" has a grasp", tool.name));
   }
   for (const auto& link : scene.links)
-    if (link.radius > 0) needs_patch("link", fmt::format("link \"{}\" has a radius", link.name));
+    if (link.radius > 0) needs_patch("link", link.line, fmt::format("link \"{}\" has a radius", link.name));
 }
 
 // Sutures, grasps and needles hold the linear organ alone.
@@ -38,14 +47,18 @@ void check_holds(const SceneConfig& scene, const TomlTable& root) {
   const bool linear = scene.deformation == SceneConfig::Deformation::linear;
   for (const auto& tool : scene.tools)
     if ((tool.grasp || tool.needle) && !linear)
-      root.wrong("tool", fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a {}", tool.name,
-                                     tool.grasp ? "grasp" : "needle"));
+      root.contradicts("tool", tool.line,
+                       fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a {}", tool.name,
+                                   tool.grasp ? "grasp" : "needle"),
+                       in_words("deformation", scene.deformation));
   if (!scene.links.empty() && !linear)
-    root.wrong("link", "deformation = \"linear\" in [effects], since the scene has links");
+    root.contradicts("link", scene.links[0].line, "deformation = \"linear\" in [effects], since the scene has links",
+                     in_words("deformation", scene.deformation));
   int stretches = 0;
   for (const auto& link : scene.links) stretches += stretches_of(link);
   if (stretches > kMaxLinks)
-    root.wrong("link", fmt::format("at most {} stretches between places of all links together", kMaxLinks));
+    root.contradicts("link", 0, fmt::format("at most {} stretches between places of all links together", kMaxLinks),
+                     std::to_string(stretches));
 }
 
 // Motions move the linear organ, and tools meet it where it is.
@@ -54,28 +67,38 @@ void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collisi
   for (std::size_t i = 0; i < scene.motions.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (scene.motions[i].name == scene.motions[j].name)
-        root.wrong("motion",
-                   fmt::format("a name that no other [[motion]] has, not \"{}\" twice", scene.motions[i].name));
+        root.contradicts("motion", scene.motions[i].line, "a name that no other [[motion]] has",
+                         fmt::format("\"{}\" again", scene.motions[i].name));
   if (scene.deformation != SceneConfig::Deformation::linear)
-    root.wrong("motion", "deformation = \"linear\" in [effects], since the scene has motions");
+    root.contradicts("motion", scene.motions[0].line,
+                     "deformation = \"linear\" in [effects], since the scene has motions",
+                     in_words("deformation", scene.deformation));
   if (!names_collision) scene.collision = SceneConfig::Collision::deformed;
   if (scene.collision == SceneConfig::Collision::rest)
-    root.wrong("motion", "collision = \"deformed\" or \"off\" in [effects], since the scene has motions");
+    root.contradicts("motion", scene.motions[0].line,
+                     "collision = \"deformed\" or \"off\" in [effects], since the scene has motions",
+                     in_words("collision", scene.collision));
 }
 
 void check_inside(const SceneConfig& scene, const TomlTable& root) {
   if (scene.inside && scene.shape != SceneConfig::Shape::volume)
-    root.wrong("effects", "shape = \"volume\" beside inside = true, which needs the displacement of all nodes");
+    root.contradicts("effects", 0, "shape = \"volume\" beside inside = true, which needs the displacement of all nodes",
+                     in_words("shape", scene.shape));
   if (!scene.carried.empty() && !scene.inside)
-    root.wrong("carried", fmt::format("inside = true in [effects], since \"{}\" is carried", scene.carried[0].name));
+    root.contradicts("carried", scene.carried[0].line,
+                     fmt::format("inside = true in [effects], since \"{}\" is carried", scene.carried[0].name),
+                     "inside = false");
 }
 
 void check_dent_and_friction(const SceneConfig& scene, const TomlTable& root) {
   if (scene.dent == SceneConfig::Dent::discs && scene.contact != SceneConfig::Contact::patch)
-    root.wrong("effects", "no dent = \"discs\", or a tool with a disc_radius, whose dent is drawn");
+    root.contradicts("effects", 0, "no dent = \"discs\", or a tool with a disc_radius, whose dent is drawn",
+                     in_words("contact", scene.contact));
   for (const auto& tool : scene.tools)
     if (tool.friction > 0 && scene.law != SceneConfig::Law::coulomb)
-      root.wrong("tool", fmt::format("law = \"coulomb\" in [effects], since tool \"{}\" has a friction", tool.name));
+      root.contradicts("tool", tool.line,
+                       fmt::format("law = \"coulomb\" in [effects], since tool \"{}\" has a friction", tool.name),
+                       in_words("law", scene.law));
 }
 
 }  // namespace
@@ -137,7 +160,7 @@ SceneConfig::Relaxation read_relaxation(TomlTable table) {
 
 SceneConfig::Surface read_surface(TomlTable table) {
   SceneConfig::Surface surface;
-  surface.file = table.file().parent_path() / table.text("file", "\"fine.ply\"");
+  surface.file = table.path("file", "\"fine.ply\"");
   optional_choice(table, "unit", scene_lengths(), surface.metres_per_unit);
   table.finish();
   return surface;
@@ -153,7 +176,7 @@ SceneConfig::Carried read_carried(TomlTable table, const SceneConfig& scene) {
   for (const SceneConfig::Carried& other : scene.carried)
     if (other.name == carried.name) table.wrong("name", "a name that no other [[carried]] has");
   carried.organ = read_organ_of(table, scene, true);
-  carried.file = table.file().parent_path() / table.text("file", "\"tumour.ply\"");
+  carried.file = table.path("file", "\"tumour.ply\"");
   optional_choice(table, "unit", scene_lengths(), carried.metres_per_unit);
   if (table.has("within")) carried.within = table.number("within") * scene.metres_per_unit;
   if (!(carried.within >= 0)) table.wrong("within", "a length of at least 0");
@@ -168,7 +191,8 @@ void settle_effects(SceneConfig& scene, const TomlTable& root, NamedEffects name
   check_dent_and_friction(scene, root);
   check_inside(scene, root);
   if (scene.surface && scene.collision == SceneConfig::Collision::off)
-    root.wrong("surface", "collision = \"rest\" or \"deformed\" in [effects], since tools meet that surface");
+    root.contradicts("surface", 0, "collision = \"rest\" or \"deformed\" in [effects], since tools meet that surface",
+                     in_words("collision", scene.collision));
 }
 
 }  // namespace palpate

@@ -148,8 +148,7 @@ SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene) {
     }
     if (motion.amounts.empty()) table.wrong("amounts", "one row [t, amount] or more");
   }
-  if (table.has("amounts_csv"))
-    motion.amounts = read_amounts(table.file().parent_path() / table.text("amounts_csv", "\"breath.csv\""));
+  if (table.has("amounts_csv")) motion.amounts = read_amounts(table.path("amounts_csv", "\"breath.csv\""));
   table.finish();
   return motion;
 }

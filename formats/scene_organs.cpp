@@ -77,7 +77,8 @@ std::vector<NamedEffects> read_organs(TomlTable& root, SceneConfig& scene, Named
     named_by_organs.push_back(named);
     scene.organs.push_back(read_organ(table, scene, named_by_organs.back()));
   }
-  if (scene.organs.size() > kMaxOrgans) root.wrong("organ", fmt::format("at most {} organs", kMaxOrgans));
+  if (scene.organs.size() > kMaxOrgans)
+    root.contradicts("organ", 0, fmt::format("at most {} organs", kMaxOrgans), std::to_string(scene.organs.size()));
   return named_by_organs;
 }
 
@@ -104,24 +105,29 @@ void check_links_between_organs(const SceneConfig& scene, const TomlTable& root)
     stretches += stretches_of(link);
     for (const SceneConfig::Organ& organ : scene.organs)
       if (organ.effects.deformation != SceneEffects::Deformation::linear)
-        root.wrong("link", fmt::format("of organ \"{}\" deformation = \"linear\" in [effects], since link \"{}\" is "
-                                       "between organs",
-                                       organ.name, link.name));
+        root.contradicts("link", link.line,
+                         fmt::format("of organ \"{}\" deformation = \"linear\" in [effects], since link \"{}\" is "
+                                     "between organs",
+                                     organ.name, link.name),
+                         "another one");
     for (const std::size_t k : link.organs)
       if (link.radius > 0 && scene.organs[k].effects.contact != SceneEffects::Contact::patch)
-        root.wrong("link",
-                   fmt::format("of organ \"{}\" contact = \"patch\" in [effects], since link \"{}\" has a radius",
-                               scene.organs[k].name, link.name));
+        root.contradicts("link", link.line,
+                         fmt::format("of organ \"{}\" contact = \"patch\" in [effects], since link \"{}\" has a radius",
+                                     scene.organs[k].name, link.name),
+                         "another one");
   }
   if (stretches > kMaxLinks)
-    root.wrong("link", fmt::format("at most {} stretches of all links between organs together", kMaxLinks));
+    root.contradicts("link", 0, fmt::format("at most {} stretches of all links between organs together", kMaxLinks),
+                     std::to_string(stretches));
 }
 
 void check_pairs(const SceneConfig& scene, const TomlTable& root) {
   if (scene.pairs == 0) return;
   for (const SceneConfig::Organ& organ : scene.organs) {
     const auto refuse = [&](const char* expected) {
-      root.wrong("world", fmt::format("pairs = 0, or of organ \"{}\" {}", organ.name, expected));
+      root.contradicts("world", 0, fmt::format("pairs = 0, or of organ \"{}\" {}", organ.name, expected),
+                       fmt::format("pairs = {} and another one", scene.pairs));
     };
     if (organ.effects.collision != SceneEffects::Collision::deformed) refuse("collision = \"deformed\" in [effects]");
     if (organ.effects.deformation != SceneEffects::Deformation::linear) refuse("deformation = \"linear\" in [effects]");

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "formats/errors.h"
+#include "formats/make_rule.h"
 
 namespace palpate {
 namespace {
@@ -94,7 +95,9 @@ struct TomlTable::State {
 
   [[noreturn]] void wrong(std::string_view key, const std::string& expected) const {
     const auto* value = table->get(key);
-    fail(line_of(*table, key), key, expected, value ? shown(*value) : "nothing");
+    const auto* array = value ? value->as_array() : nullptr;
+    const bool tables = array && !array->empty() && array->is_array_of_tables();
+    fail(line_of(*table, key), key, expected, tables ? fmt::format("[[{}]]", key) : value ? shown(*value) : "nothing");
   }
 
   const ConfigKey& listed(std::string_view key) const {
@@ -146,6 +149,7 @@ struct TomlTable::State {
 
 TomlTable::TomlTable(const std::filesystem::path& file, ConfigFile kind) {
   const auto document = std::make_shared<const toml::table>(parse_toml(file));
+  has_read(file);
   state_ = std::make_shared<State>(State{document, document.get(), file, kind, "", "", {}});
 }
 
@@ -163,6 +167,12 @@ bool TomlTable::has(std::string_view key) {
 
 std::string TomlTable::text(std::string_view key, const char* example) {
   return state_->text(key, fmt::format("{} = {}", key, example));
+}
+
+std::filesystem::path TomlTable::path(std::string_view key, const char* example) {
+  const std::filesystem::path named = state_->file.parent_path() / text(key, example);
+  has_read(named);
+  return named;
 }
 
 double TomlTable::number(std::string_view key) {
@@ -279,6 +289,11 @@ void TomlTable::finish() const {
 
 void TomlTable::wrong(std::string_view key, const std::string& expected) const {
   state_->wrong(key, expected);
+}
+
+void TomlTable::contradicts(std::string_view key, int line, const std::string& expected,
+                            const std::string& found) const {
+  state_->fail(line > 0 ? line : line_of(*state_->table, key), key, expected, found);
 }
 
 void TomlTable::wrong_row(std::string_view key, std::size_t row, const std::string& expected) const {

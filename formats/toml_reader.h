@@ -28,7 +28,9 @@ class TomlTable {
 
   // The key's value. Errors: missing, or of another type.
   std::string text(std::string_view key, const char* example);
-  double number(std::string_view key);  // finite
+  std::filesystem::path path(std::string_view key,
+                             const char* example);  // from the folder of this file; counts as read
+  double number(std::string_view key);              // finite
   std::int64_t integer(std::string_view key);
   bool boolean(std::string_view key);
   std::array<double, 3> vector(std::string_view key);
@@ -66,6 +68,9 @@ class TomlTable {
 
   // Throws: expected this, found what the key (or the row of it) has.
   [[noreturn]] void wrong(std::string_view key, const std::string& expected) const;
+  // The same of a key that another key contradicts: found says what that one has. line: of the part of the key that asks for it; 0: the key's.
+  [[noreturn]] void contradicts(std::string_view key, int line, const std::string& expected,
+                                const std::string& found) const;
   [[noreturn]] void wrong_row(std::string_view key, std::size_t row, const std::string& expected) const;
 
  private:

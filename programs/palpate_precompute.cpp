@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "formats/command_line.h"
+#include "formats/make_rule.h"
 #include "precompute/ranks/rank_group.h"
 #include "precompute/run/precompute.h"
 #include "precompute/solver/petsc_session.h"
@@ -146,12 +147,14 @@ int run(int argc, char** argv) {
   if (ranks.rank() != 0 && (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)))
     return 1;
   PrecomputeOptions options;
+  MakeRule rule;
   return run_program(
       own, argv, "palpate-precompute", "Computes the elastic response of an organ: tetrahedra -> tensors -> bundle.",
-      [&options](CLI::App& app) { define_options(app, options); },
+      [&](CLI::App& app) { define_options(app, options), define_make_rule(app, rule); },
       [&] {
         const PetscSession session(petsc_options);
         precompute(options, ranks, signals);
+        if (ranks.rank() == 0) write_make_rule(rule);
       });
 }
 

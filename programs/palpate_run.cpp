@@ -11,6 +11,7 @@
 #include "formats/atomic_file.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
+#include "formats/make_rule.h"
 #include "formats/program.h"
 #include "programs/player/csv_files.h"
 #include "programs/player/explain.h"
@@ -36,6 +37,7 @@ struct Options : SceneOptions {
   std::vector<double> rates = {1000, 4000, 10000};
   unsigned every = 1;
   double render_unit = 1e-3;  // m
+  MakeRule rule;
 };
 
 fs::path target_of(const Options& options) {
@@ -211,6 +213,7 @@ int main(int argc, char** argv) {
         auto* replay = app.add_option("--replay", options.replay,
                                       "play this record and hold it to its hashes; writes nothing. SCENE.toml, where "
                                       "given, must be the scene that was recorded");
+        palpate::define_make_rule(app, options.rule);
         for (auto* other : {output, every, record, gltf, render_mesh}) replay->excludes(other);
         replay->excludes(explain)->excludes(realtime);
         app.callback([scene, &options] {
@@ -223,5 +226,5 @@ int main(int argc, char** argv) {
             ->check(CLI::Range(1.0, 100000.0))
             ->needs(realtime);
       },
-      [&] { palpate::run(options); });
+      [&] { palpate::run(options), palpate::write_make_rule(options.rule); });
 }

@@ -9,6 +9,7 @@
 #include "formats/atomic_file.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
+#include "formats/make_rule.h"
 #include "formats/processor_limit.h"
 #include "formats/program.h"
 #include "meshing/image/label_image.h"
@@ -34,6 +35,7 @@ struct Options {
   bool list = false;
   bool wrap = false;
   double wrap_mm = 0;
+  MakeRule rule;
 };
 
 void define(CLI::App& app, Options& options) {
@@ -77,6 +79,7 @@ void define(CLI::App& app, Options& options) {
       ->check(positive_number())
       ->needs(wrap);
   app.add_option("--report", options.report, "Also write the quality report, or the list, as JSON");
+  define_make_rule(app, options.rule);
   for (const char* of_a_surface : {"--output", "--labels", "--threshold", "--smooth", "--triangles", "--edge-mm",
                                    "--spread", "--components", "--cavities", "--unit", "--wrap", "--wrap-mm"})
     list->excludes(app.get_option(of_a_surface));
@@ -161,6 +164,7 @@ void from_image(const Options& options) {
     json["lost_tip_mm"] = distance.outside_mm;
     json["touched_border"] = mask.touched_border;
     json["attempts"] = extracted.attempts;
+    json["warnings"] = warnings();
     write_text_atomically(options.report, json.dump(2) + "\n");
   }
   fmt::print("{}", report_text(quality, distance, voxels_mm3, "voxels"));
@@ -179,6 +183,7 @@ void write_report(const Options& options, const TriangleSurface& surface, const 
     nlohmann::ordered_json json = report_json(quality, distance, input_mm3, "input");
     json["distance_from_surface_mm"] = {{"mean", back.mean_mm}, {"p95", back.p95_mm}, {"most", back.most_mm}};
     json.update(more);
+    json["warnings"] = warnings();
     write_text_atomically(options.report, json.dump(2) + "\n");
   }
   fmt::print("{}", report_text(quality, distance, input_mm3, "input", back));
@@ -293,5 +298,6 @@ int main(int argc, char** argv) {
   palpate::Options options;
   return palpate::run_program(
       argc, argv, "palpate-surface", "Label image or segmented surface -> closed triangle surface in LPS mm",
-      [&](CLI::App& app) { palpate::define(app, options); }, [&] { palpate::run(options); });
+      [&](CLI::App& app) { palpate::define(app, options); },
+      [&] { palpate::run(options), palpate::write_make_rule(options.rule); });
 }

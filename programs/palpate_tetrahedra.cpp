@@ -12,6 +12,7 @@
 #include "formats/atomic_file.h"
 #include "formats/command_line.h"
 #include "formats/errors.h"
+#include "formats/make_rule.h"
 #include "formats/processor_limit.h"
 #include "formats/program.h"
 #include "formats/tetrahedral_mesh.h"
@@ -41,6 +42,7 @@ struct Options {
   std::optional<std::string> components;  // default: all pieces of a surface, 1% for an image
   QualityGate gate{10, 0.05};
   std::optional<double> time_limit;
+  MakeRule rule;
 };
 
 void define_for_images(CLI::App& app, Options& o) {
@@ -65,6 +67,7 @@ void define(CLI::App& app, Options& o) {
       ->required();
   app.add_option("-o,--output", o.output, "Mesh to write, MSH 4.1")->required();
   app.add_option("--report", o.report, "Also write the quality report as JSON");
+  define_make_rule(app, o.rule);
   app.add_option("--size", o.fill.size,
                  "Largest edge inside, in the unit of the input (default: as the surface nearby)")
       ->check(positive_number());
@@ -243,6 +246,7 @@ void run(const CLI::App& app, Options& o) {
   }
   write_mesh(o.output, report.mesh);
   if (!o.report.empty()) write_text_atomically(o.report, json_of(report));
+  write_make_rule(o.rule);
 }
 
 }  // namespace

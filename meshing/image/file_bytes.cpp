@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "formats/errors.h"
+#include "formats/make_rule.h"
 
 namespace palpate {
 namespace {
 
 std::ifstream open_at(const std::filesystem::path& file, std::uint64_t offset) {
+  has_read(file);
   std::ifstream in(file, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(offset));
   if (!in) throw InputError(fmt::format("{}: cannot be read", file.string()));
@@ -25,6 +27,7 @@ std::ifstream open_at(const std::filesystem::path& file, std::uint64_t offset) {
 }  // namespace
 
 std::uint64_t file_bytes(const std::filesystem::path& file) {
+  has_read(file);
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
     throw InputError(fmt::format("{}: expected a file, found {}; check the path", file.string(),

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "formats/program.h"
 #include "meshing/surface/triangle_surface.h"
 
 namespace palpate {
@@ -101,6 +102,7 @@ std::string json_of(const MeshReport& r) {
   const MeshQuality& q = r.quality;
   ordered_json json;
   json["inputs"] = r.inputs;
+  json["warnings"] = warnings();
   json["vertices"] = r.mesh.nodes.size();
   json["surface_vertices"] = surface_vertices(r.mesh);
   json["tetrahedra"] = r.mesh.tetrahedra.size();

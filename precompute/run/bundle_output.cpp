@@ -289,7 +289,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
   for (const auto& region : organ.regions) {
     p["young_source " + region.name] = region.young.source;
     p["poisson_source " + region.name] = region.poisson.source;
-    if (region.stiffening && options.large_deformation)
+    if (region.stiffening && inputs.large_deformation)
       p["stiffening_source " + region.name] = region.stiffening->source;
     if (region.density) p["density_source " + region.name] = region.density->source;
   }

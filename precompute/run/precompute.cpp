@@ -280,8 +280,8 @@ struct BegunPart {
 // The nodes of the rows of K in an order that keeps the factor of K itself sparse, which the runtime makes; empty where the run
 // does not store it. The order of the pressure form does not: its separators divide K's graph less well.
 std::vector<std::int32_t> elimination_order_of(const HeldStiffness& held, const SolverPlan& plan,
-                                               const PrecomputeOptions& options) {
-  if (!options.large_deformation) return {};
+                                               const RunInputs& inputs) {
+  if (!inputs.large_deformation) return {};
   if (plan.elimination && !plan.form_blocks)
     return held.node_of_row;  // put_in_order() has brought the rows into that order
   std::vector<std::int32_t> order;
@@ -302,7 +302,7 @@ BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::ve
                               solved_type(options),
                               elimination_order,
                               stiffening_of(inputs.body, inputs.organ),
-                              options.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
+                              inputs.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
   BegunPart begun;
   begun.provenance =
       provenance_of(options, inputs, content, solver.description(), petsc_options_in_force(), solver.width(), locking);
@@ -410,10 +410,10 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   });
   const GroupChoice choice =
       choose_group(inputs.body, inputs.organ.element, memory(), ranks.count(), options.ranks_per_operator);
-  if (options.large_deformation && choice.ranks_per_operator > 1)
+  if (inputs.large_deformation && choice.ranks_per_operator > 1)
     throw InputError(fmt::format(
         "--large-deformation: expected a mesh whose stiffness one rank holds, found one that {} ranks divide; "
-        "take a coarser mesh, or leave the option out",
+        "take a coarser mesh, or leave out the option and large_deformation in [store]",
         choice.ranks_per_operator));
   if (choice.ranks_per_operator > 1) refuse_motions_of_supports(inputs, options, choice);
   const RankGroup group(ranks, choice.ranks_per_operator);
@@ -477,7 +477,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
 
   ReciprocitySample sample(inputs.body);
   const BegunPart begun = report.stage("lay out", [&] {
-    return is_first ? begin_part(*output.part(), inputs, elimination_order_of(assembled.held, plan, options), plan,
+    return is_first ? begin_part(*output.part(), inputs, elimination_order_of(assembled.held, plan, inputs), plan,
                                  *solver, batches, sample, preload, motions, corridor, locking, options)
                     : BegunPart{};
   });

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "formats/errors.h"
+#include "formats/make_rule.h"
 #include "formats/program.h"
 #include "precompute/elements/element_warnings.h"
 #include "precompute/elements/plausibility.h"
@@ -20,6 +21,7 @@ void check_densities(const RunInputs& inputs, const PrecomputeOptions& options) 
 }
 
 std::string hash_or_nothing(const std::filesystem::path& file) {
+  if (!file.empty()) has_read(file);
   return file.empty() ? std::string() : sha256_of_file(file.string());
 }
 
@@ -46,11 +48,13 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
   if (!options.image.empty() && !std::filesystem::is_regular_file(options.image))
     throw InputError(fmt::format("{}: expected the image file, found none", options.image.string()));
   inputs.organ = read_organ_config(options.organ);
-  if (options.large_deformation && inputs.organ.element == Element::p2_p0)
-    throw InputError(fmt::format(
-        "{}: --large-deformation: expected the element p1 or p1-anp, found p2-p0; change it, or leave the option out",
-        options.organ.string()));
   inputs.boundary = read_boundary_config(options.boundary);
+  inputs.large_deformation = options.large_deformation || inputs.boundary.store_large_deformation;
+  if (inputs.large_deformation && inputs.organ.element == Element::p2_p0)
+    throw InputError(fmt::format(
+        "{}: {}: expected the element p1 or p1-anp, found p2-p0; change it, or leave the {} out",
+        options.organ.string(), options.large_deformation ? "--large-deformation" : "large_deformation in [store]",
+        options.large_deformation ? "option" : "key"));
   if (inputs.organ.response) inputs.fit = fit_responses(*inputs.organ.response);
   inputs.hashes = hashes_of(options, inputs.organ, inputs.boundary);
   const BodyFiles files{options.mesh, options.organ, options.boundary, options.image};

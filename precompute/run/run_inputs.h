@@ -19,6 +19,7 @@ struct RunInputs {
   ElasticBody body;
   std::optional<ResponseFit> fit;
   bool store_interior = false;
+  bool large_deformation = false;  // by the option or by [store] of the boundary file
   std::map<std::string, std::string>
       hashes;  // "mesh_sha256" and so on, for every file that was read; "" where there is none
 };

@@ -87,7 +87,8 @@ TEST_F(SceneFile, MakesAPatchOfAToolWithARadius) {
                  "scene.toml:7: [[tool]] 1: disc_radius: expected a length above 0");
   expect_refused(kPoint + kPath + "disc_radius = 1001\n", "", "a length of at most 1 m");
   expect_refused(kPoint + kPath + "disc_radius = 3\n", "[effects]\ncontact = \"point\"\n", "contact = \"patch\"");
-  expect_refused(kPoint + kPath + "friction = 0.2\n", "", "law = \"coulomb\"");
+  expect_refused(kPoint + kPath + "friction = 0.2\n", "",
+                 "law = \"coulomb\" in [effects], since tool \"t\" has a friction, found law = \"sticking\"");
   expect_refused(kPoint + kPath + "friction = -1\n", "[effects]\nlaw = \"coulomb\"\n", "a coefficient of 0 to 100");
 }
 
@@ -226,7 +227,8 @@ TEST_F(SceneFile, RefusesAMotionThatCannotBeWithLineAndKey) {
   refused(sine + "colour = 1\n", "unknown key \"colour\"");
   refused(sine, "collision = \"deformed\" or \"off\"", "[effects]\ncollision = \"rest\"\n");
   refused(sine, "deformation = \"linear\"", "[effects]\ndeformation = \"large\"\n");
-  refused(sine + "[[motion]]\nname = \"diaphragm\"\n" + sine, "not \"diaphragm\" twice");
+  refused(sine + "[[motion]]\nname = \"diaphragm\"\n" + sine,
+          "a name that no other [[motion]] has, found \"diaphragm\" again");
   const auto refusal = [&](const std::string& csv) {
     try {
       read(kPoint + kPath + "[[motion]]\nname = \"a\"\namounts_csv = \"" + csv + "\"\n");
@@ -345,7 +347,7 @@ TEST_F(SceneFile, NamesTheLineOfTheKeyAndDumpsNoTable) {
   expect_refused(kPoint + kPath, "[limits]\nforce = { value = 3, unit = \"N\" }\n",
                  "scene.toml:4: limits: force: expected a finite number, found 3 N");
   expect_refused(kPoint + kPath, "[[effects]]\nshape = \"off\"\n",
-                 "scene.toml:3: effects: expected a table, headed [effects], found an array of tables");
+                 "scene.toml:3: effects: expected a table, headed [effects], found [[effects]]");
   try {
     read_scene_config(write("scene.toml", "name = \"s\"\nunit = \"mm\"\n[tool]\nname = \"t\"\n" + kPoint + kPath));
     ADD_FAILURE() << "expected an error";
