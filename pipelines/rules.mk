@@ -22,18 +22,18 @@ WORK = $(DATA)/$(ORGAN)/$(RESOLUTION)
 case_of = $(WORK)/$(BC)$(if $(filter-out organ,$1),-$1)
 CASE = $(call case_of,organ)
 
-# A path of a user's file as a prerequisite, where make wants a backslash before a blank, and as one word of the shell.
+# A path of a user's file as a prerequisite, where make wants a backslash before each character that it would read itself, and as one
+# word of the shell.
 empty :=
-prerequisite = $(subst $(empty) ,\ ,$(strip $1))
+prerequisite = $(subst ;,\;,$(subst :,\:,$(subst $(empty) ,\ ,$(strip $1))))
 quoted = '$(subst ','\'',$(strip $1))'
 
 .PHONY: pipeline mesh separate show-resolutions new-organ
 pipeline:
 
-# Of the command line or organ.mk, never of the environment.
-ifeq ($(origin LABELS),environment)
-LABELS :=
-endif
+# What an organ is made from stands on the command line or in organ.mk, never in the environment, where other programs have such names.
+$(foreach v,IMAGE LABELS SURFACE UNIT MESH GEOMETRY SHELLS SURFACE_OPTIONS TETRAHEDRA_OPTIONS PRECOMPUTE_OPTIONS RENDER_OPTIONS,\
+    $(if $(filter environment,$(origin $v)),$(eval undefine $v)))
 include $(ORGAN_DIR)/organ.mk
 # What an organ.mk leaves out: the first mesh size, the first boundary set, all scenes, the options of the mesh size.
 toml_names = $(basename $(notdir $(sort $(wildcard $(ORGAN_DIR)/$1/*.toml))))
@@ -55,9 +55,17 @@ endif
 
 PICTURES ?= $(addprefix $(CASE)/pictures/,$(addsuffix .png,mesh boundary $(SCENES)))
 
+# The warnings of all steps, of all materials: on the page, and at the end of make. STRICT=1: make ends with an error if there is one.
+WARNINGS = $(PIPELINES)/pictures/case_warnings.py
+reports = --reports $(if $(parts)$(MESH),,$(if $(SOURCE),surface=$(WORK)/surface-quality.json)) \
+    $(if $(MESH),,mesh=$(WORK)/mesh-quality.json) --cases $(foreach m,$(MATERIALS),$(call case_of,$m))
+
 pipeline: $(CASE)/index.html $(foreach m,$(MATERIALS),$(call case_of,$m)/verified.json \
                                                $(SCENES:%=$(call case_of,$m)/scenes/%/summary.json))
 	@echo "$(ORGAN): results in $(WORK); all pictures, figures and warnings: $(CASE)/index.html"
+	@$(if $(filter command,$(origin PRECOMPUTE_OPTIONS)),echo "$(ORGAN): PRECOMPUTE_OPTIONS holds for this call of make alone; a line of $(ORGAN_DIR)/organ.mk keeps it:" \
+	    $(call quoted,PRECOMPUTE_OPTIONS ?= $(PRECOMPUTE_OPTIONS)))
+	@$(PYTHON) $(WARNINGS) $(call quoted,$(ORGAN)) $(reports) $(if $(STRICT),--strict)
 
 # ---- several organs of one image ----------------------------------------------------------------------------------
 
@@ -69,7 +77,8 @@ parts := $(foreach l,$(LABELS),$(if $(filter 2,$(words $(subst =, ,$l))),$(lastw
 ifneq ($(parts),)
 part_bundles = $(parts:%=$(DATA)/$(ORGAN)/%/$(RESOLUTION)/$(BC)/bundle.h5)
 .PHONY: $(parts:%=separate-%)
-$(parts:%=separate-%): separate-%: $(call prerequisite,$(IMAGE)) $(BIN)/palpate-precompute
+$(parts:%=separate-%): $(call prerequisite,$(IMAGE)) $(BIN)/palpate-precompute
+$(parts:%=separate-%): separate-%:
 	+$(MAKE) -f $(PIPELINES)/built.mk ORGAN=$(ORGAN)/$* LABELS= RESOLUTION=$(RESOLUTION) BC=$(BC) BIN=$(BIN) DATA=$(DATA) \
 	    PYTHON=$(PYTHON) ORGANS_DIR=$(ORGANS_DIR)
 $(part_bundles): $(DATA)/$(ORGAN)/%/$(RESOLUTION)/$(BC)/bundle.h5: separate-%
@@ -78,14 +87,16 @@ $(part_bundles): $(DATA)/$(ORGAN)/%/$(RESOLUTION)/$(BC)/bundle.h5: separate-%
 # Scenes of all of them together, and their pictures.
 WORLDS ?= $(call toml_names,worlds)
 worlds = $(WORK)/separate-$(BC)
+-include $(wildcard $(worlds)/*.d)
 $(worlds)/%/summary.json: $(ORGAN_DIR)/worlds/%.toml $(part_bundles) $(BIN)/palpate-run
 	mkdir -p $(worlds)
-	$(BIN)/palpate-run $< $(foreach p,$(parts),--bundle $p=$(DATA)/$(ORGAN)/$p/$(RESOLUTION)/$(BC)/bundle.h5) -o $(@D)
+	$(BIN)/palpate-run $< --make-rule $@ $(worlds)/$*.d $(foreach p,$(parts),--bundle $p=$(DATA)/$(ORGAN)/$p/$(RESOLUTION)/$(BC)/bundle.h5) -o $(@D)
 $(worlds)/%.png: $(worlds)/%/summary.json $(addprefix $(PIPELINES)/pictures/,touched.py mesh.py offscreen.py views.py picture_file.py)
 	$(PYTHON) $(PIPELINES)/pictures/touched.py $(<D) -o $@
 
 separate: $(WORK)/separate-$(BC).png $(WORLDS:%=$(worlds)/%/summary.json) $(WORLDS:%=$(worlds)/%.png)
 	@echo "$(ORGAN): $(words $(parts)) bundles in one frame: $(part_bundles); all in one picture: $<$(if $(WORLDS),; scenes of all of them: $(worlds))"
+	@$(PYTHON) $(WARNINGS) $(call quoted,$(ORGAN)) --reports $(foreach w,$(WORLDS),$w=$(worlds)/$w/summary.json) $(if $(STRICT),--strict)
 $(WORK)/separate-$(BC).png: $(part_bundles) $(addprefix $(PIPELINES)/pictures/,organs.py mesh.py \
                             offscreen.py views.py picture_file.py)
 	mkdir -p $(@D)
@@ -97,36 +108,47 @@ endif
 
 # ---- image or surface -> surface -> tetrahedra; geometry -> tetrahedra; or a mesh as it is -------------------------
 
-# What the mesh is made by. Make sees files alone: this one changes where a variable has another value than at the last run, so that
-# a mesh of other labels or options is never taken for this one.
-MADE_BY = $(WORK)/mesh-options.txt
+# What a file is made by beside other files. Make sees files alone: NAME-options.txt changes where one of the variables in
+# VARIABLES_OF_NAME has another value than at the last run, so that a mesh of other labels or a bundle of other options is never taken for
+# this one. The last run's values and these are then printed.
+VARIABLES_OF_mesh = IMAGE SURFACE MESH GEOMETRY LABELS SURFACE_OPTIONS SHELLS TETRAHEDRA_OPTIONS
+VARIABLES_OF_bundle = IMAGE PRECOMPUTE_OPTIONS
+VARIABLES_OF_render = IMAGE SURFACE RENDER_OPTIONS
+VARIABLES_OF_page = PICTURES
+made_by = $(VARIABLES_OF_$(patsubst %-options.txt,%,$(@F)))
 .PHONY: force
 force:
-$(MADE_BY): force
+%-options.txt: force
 	@mkdir -p $(@D)
-	@printf '%s\n' $(foreach v,IMAGE SURFACE UNIT MESH LABELS SURFACE_OPTIONS SHELLS TETRAHEDRA_OPTIONS,$(call quoted,$v = $(strip $($v)))) > $@.now
-	@if cmp -s $@.now $@; then rm $@.now; else mv $@.now $@; fi
+	@now=$@.$$$$; printf '%s\n' $(foreach v,$(made_by),$(call quoted,$v = $(strip $($v)))) > $$now; \
+	if cmp -s $$now $@; then rm $$now; exit; fi; \
+	if [ -f $@ ]; then (diff $@ $$now || true) | sed -n 's,^< ,$(@:-options.txt=) was made with ,p; s,^> ,it is made anew with ,p'; fi; \
+	mv $$now $@
+MADE_BY = $(WORK)/mesh-options.txt
+# The programs write which files they have read: slices of an image, data files of a header, what a TOML file names.
+-include $(wildcard $(WORK)/*.d $(DATA)/$(ORGAN)/*.d)
 
 SOURCE = $(or $(IMAGE),$(SURFACE))
+mesh_results = -o $@ --report $(@D)/mesh-quality.json --make-rule $@ $(@D)/mesh.d
 ifneq ($(parts),)
 $(WORK)/mesh.msh: $(call prerequisite,$(IMAGE)) $(ORGAN_DIR)/organ.mk $(MADE_BY) $(BIN)/palpate-tetrahedra
 	mkdir -p $(@D)
-	$(BIN)/palpate-tetrahedra $(call quoted,$(IMAGE)) --labels $(call quoted,$(subst $(empty) $(empty),$(comma),$(strip $(LABELS)))) \
-	    -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
+	$(BIN)/palpate-tetrahedra $(call quoted,$(IMAGE)) $(mesh_results) --labels $(call quoted,$(subst $(empty) $(empty),$(comma),$(strip $(LABELS)))) \
+	    $(TETRAHEDRA_OPTIONS)
 else ifneq ($(SOURCE),)
 $(WORK)/surface.ply: $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(MADE_BY) $(BIN)/palpate-surface
 	mkdir -p $(@D)
-	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ $(SURFACE_OPTIONS)
+	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ --report $(@D)/surface-quality.json --make-rule $@ $(@D)/surface.d $(SURFACE_OPTIONS)
 
 # SHELLS: more surfaces of an organ.mk, nested in the first.
 $(WORK)/mesh.msh: $(WORK)/surface.ply $(SHELLS) $(MADE_BY) $(BIN)/palpate-tetrahedra
-	$(BIN)/palpate-tetrahedra $< $(SHELLS) -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
+	$(BIN)/palpate-tetrahedra $< $(SHELLS) $(mesh_results) $(TETRAHEDRA_OPTIONS)
 # A finer surface to draw over any of the meshes (palpate_scene_skin), where the organ.mk says how fine.
 ifdef RENDER_OPTIONS
 RENDER_MESH := $(DATA)/$(ORGAN)/render.ply
-$(RENDER_MESH): $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(BIN)/palpate-surface
+$(RENDER_MESH): $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(DATA)/$(ORGAN)/render-options.txt $(BIN)/palpate-surface
 	mkdir -p $(@D)
-	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ $(RENDER_OPTIONS)
+	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ --make-rule $@ $(@D)/render.d $(RENDER_OPTIONS)
 endif
 else ifneq ($(MESH),)
 $(WORK)/mesh.msh: $(call prerequisite,$(MESH)) $(MADE_BY)
@@ -136,7 +158,7 @@ $(WORK)/mesh.msh: $(call prerequisite,$(MESH)) $(MADE_BY)
 else
 $(WORK)/mesh.msh: $(GEOMETRY) $(ORGAN_DIR)/organ.mk $(MADE_BY) $(BIN)/palpate-tetrahedra
 	mkdir -p $(@D)
-	$(BIN)/palpate-tetrahedra $< -o $@ --report $(@D)/mesh-quality.json $(TETRAHEDRA_OPTIONS)
+	$(BIN)/palpate-tetrahedra $< $(mesh_results) $(TETRAHEDRA_OPTIONS)
 endif
 
 mesh: $(WORK)/mesh.msh
@@ -160,15 +182,14 @@ export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM := 1
 
 # $1: folder of the case; $2: its material file.
 define case_rules
-$1/bundle.h5: $(WORK)/mesh.msh $2 $(ORGAN_DIR)/boundary/$(BC).toml $(wildcard $(ORGAN_DIR)/curves/*.csv) \
-              $(wildcard $(addprefix $(ORGAN_DIR)/boundary/*,.nii .nii.gz .nrrd .mha .inr.gz)) \
-              $(BIN)/palpate-precompute
+-include $(wildcard $1/*.d $1/scenes/*.d)
+$1/bundle.h5: $(WORK)/mesh.msh $2 $(ORGAN_DIR)/boundary/$(BC).toml $1/bundle-options.txt $(BIN)/palpate-precompute
 	mkdir -p $$(@D)
 	set -- $(BIN)/palpate-precompute $$< --organ $2 --boundary $(ORGAN_DIR)/boundary/$(BC).toml \
 	    $(if $(IMAGE),--image $(subst $$,$$$$,$(call quoted,$(IMAGE)))) $(if $(MEMORY),--memory $(MEMORY)); \
 	ranks=$(or $(RANKS),$(if $(LAUNCH),1,`("$$$$@" --plan --json - $(PRECOMPUTE_OPTIONS) 2> /dev/null || true) | $(USEFUL_RANKS)`)); \
 	if [ "$$$${ranks:-1}" -gt 1 ]; then set -- $(MPIEXEC) "$$$$ranks" "$$$$@"; fi; \
-	$(LAUNCH) "$$$$@" -o $$@ $(PRECOMPUTE_OPTIONS)
+	$(LAUNCH) "$$$$@" -o $$@ --json $$(@D)/bundle-report.json --make-rule $$@ $$(@D)/bundle.d $(PRECOMPUTE_OPTIONS)
 
 $1/verified.json: $1/bundle.h5 $(WORK)/mesh.msh $(BIN)/palpate-bundle
 	$(BIN)/palpate-bundle verify $$< --mesh $(WORK)/mesh.msh --organ $2 \
@@ -176,10 +197,9 @@ $1/verified.json: $1/bundle.h5 $(WORK)/mesh.msh $(BIN)/palpate-bundle
 	    --json > $$@.part
 	mv $$@.part $$@
 
-$1/scenes/%/summary.json: $(ORGAN_DIR)/scenes/%.toml $1/verified.json $(wildcard $(ORGAN_DIR)/scenes/*.csv) \
-                          $(BIN)/palpate-run
+$1/scenes/%/summary.json: $(ORGAN_DIR)/scenes/%.toml $1/verified.json $(BIN)/palpate-run
 	mkdir -p $1/scenes
-	$(BIN)/palpate-run $$< --bundle $1/bundle.h5 -o $$(@D)
+	$(BIN)/palpate-run $$< --make-rule $$@ $1/scenes/$$*.d --bundle $1/bundle.h5 -o $$(@D)
 endef
 $(foreach m,$(MATERIALS),$(eval $(call case_rules,$(call case_of,$m),$(ORGAN_DIR)/$m.toml)))
 
@@ -198,10 +218,11 @@ $(CASE)/pictures/%.png: $(CASE)/scenes/%/summary.json $(DRAW)/touched.py $(DRAW)
 	$(PYTHON) $(DRAW)/touched.py $(<D) -o $@
 
 # One page with every picture, the mesh's quality, the certificate and the warnings. A mesh that was given has no report of its own.
-$(CASE)/index.html: $(PICTURES) $(CASE)/verified.json $(SCENES:%=$(CASE)/scenes/%/summary.json) $(DRAW)/contact_sheet.py \
-                    $(DRAW)/picture_file.py $(BIN)/palpate-bundle
+$(CASE)/index.html: $(PICTURES) $(foreach m,$(MATERIALS),$(call case_of,$m)/verified.json \
+                                                         $(SCENES:%=$(call case_of,$m)/scenes/%/summary.json)) \
+                    $(CASE)/page-options.txt $(DRAW)/contact_sheet.py $(WARNINGS) $(BIN)/palpate-bundle
 	$(PYTHON) $(DRAW)/contact_sheet.py $(CASE) -o $@ --palpate-bundle $(BIN)/palpate-bundle --pictures $(PICTURES) \
-	    $(if $(MESH),,--mesh-quality $(WORK)/mesh-quality.json)
+	    $(if $(MESH),,--mesh-quality $(WORK)/mesh-quality.json) $(reports)
 
 # ---- a new organ's folder ------------------------------------------------------------------------------------------
 

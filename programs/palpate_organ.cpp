@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 void define(CLI::App& app, OrganRequest& request) {
-  app.add_option("--name", request.name, "Name of the folder and the tissue: letters, digits, -")->required();
+  app.add_option("--name", request.name, "Name of the folder and the tissue: letters, digits, - and _")->required();
   auto* image = app.add_option("--image", request.image, "Label image, as for palpate-surface");
   auto* surface = app.add_option("--surface", request.surface, "Closed surface: .off .obj .ply .stl .vtp");
   auto* mesh = app.add_option("--mesh", request.mesh, "Tetrahedral mesh: MSH 2.2 or 4.1");
@@ -36,7 +36,8 @@ void define(CLI::App& app, OrganRequest& request) {
   });
 }
 
-void warn_of(const std::string& organ, const OrganSource& source) {
+void warn_of(const std::string& organ, const OrganRequest& request, const OrganSource& source) {
+  for (const std::string& doubt : doubts(request, source)) warn(doubt);
   if (source.pieces > 1)
     warn(fmt::format("{} has {} pieces; the largest is kept, {:.4g} cm3; the others have {:.3g} cm3 together", organ,
                      source.pieces, source.volume_mm3 / 1000, source.dropped_mm3 / 1000));
@@ -52,7 +53,7 @@ void say_size(const std::string& organ, const OrganSource& source) {
 void write_several(const OrganRequest& request) {
   const std::vector<NamedLabel> labels = parse_named_labels(request.labels);
   const OrganGroup group = measure_group(request, labels);
-  for (std::size_t o = 0; o < labels.size(); ++o) warn_of(labels[o].name, group.organs[o]);
+  for (std::size_t o = 0; o < labels.size(); ++o) warn_of(labels[o].name, request, group.organs[o]);
   const std::filesystem::path folder = write_organs(request, labels, group);
   for (std::size_t o = 0; o < labels.size(); ++o) say_size(labels[o].name, group.organs[o]);
   fmt::print("wrote {}, and in it a folder for each organ\n", folder.string());
@@ -65,8 +66,9 @@ void run(const OrganRequest& request) {
   check_organ_name(request);
   if (!request.labels.empty()) return write_several(request);
   const OrganSource source = measure_source(request);
-  warn_of("the organ", source);
+  warn_of("the organ", request, source);
   const OrganChoices choices = choose(source);
+  if (!choices.size_warning.empty()) warn(choices.size_warning);
   const std::filesystem::path folder = write_organ(request, source, choices);
   say_size(request.name, source);
   for (const char* file : {"organ.toml", "boundary/held.toml", "scenes/press.toml", "organ.mk"})

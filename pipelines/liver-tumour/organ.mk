@@ -25,7 +25,8 @@ $(DATA)/liver-tumour/liver.inr.gz: $(PIPELINES)/liver/extract-image.sh
 	mkdir -p $(@D)
 	$< $@
 
-$(WORK)/tumours.off: $(PIPELINES)/liver-tumour/make_balls.py $(PIPELINES)/liver-tumour/organ.mk
+VARIABLES_OF_tumours = TUMOURS TUMOUR_EDGE_$(RESOLUTION)
+$(WORK)/tumours.off: $(PIPELINES)/liver-tumour/make_balls.py $(PIPELINES)/liver-tumour/organ.mk $(WORK)/tumours-options.txt
 	mkdir -p $(@D)
 	$(PYTHON) $< $(TUMOURS) --edge $(TUMOUR_EDGE_$(RESOLUTION)) -o $@
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """contact_sheet.py CASE -o HTML: one page of a case (the folder of a bundle): every picture, the mesh's quality, the certificate of the
-bundle, what was verified, and the warnings of all scenes."""
+bundle, what was verified, and the warnings of all steps."""
 import argparse
 import glob
 import html
@@ -8,7 +8,7 @@ import json
 import os
 import subprocess
 
-import picture_file
+import case_warnings
 
 STYLE = """
 :root { color-scheme: light dark; }
@@ -52,14 +52,13 @@ def flat(value, name=""):
     return [(name.replace("_", " "), text)]
 
 
-def page(case, pictures, quality, info, output):
+def page(case, pictures, quality, info, warnings, output):
     scenes = sorted(os.path.dirname(f) for f in glob.glob(os.path.join(case, "scenes", "*", "summary.json")))
     verified = read_json(os.path.join(case, "verified.json"))
-    warnings = picture_file.warnings_of(scenes) if scenes else []
     title = html.escape(os.path.relpath(case, os.path.dirname(os.path.dirname(os.path.dirname(case)))))
     parts = ["<h1>%s</h1>" % title, "<h2>Warnings</h2>"]
-    parts += ["<ul>%s</ul>" % "".join('<li class="warning">%s</li>' % html.escape(w) for w in warnings) if warnings else
-              "<p>No scene has a warning.</p>"]
+    parts += ["<ul>%s</ul>" % "".join('<li class="warning">%s: %s</li>' % (html.escape(step), html.escape(sentence))
+                                      for step, sentence in warnings) if warnings else "<p>No step has a warning.</p>"]
     parts += ["<h2>Pictures</h2>"]
     for picture in pictures:
         name = os.path.relpath(picture, os.path.dirname(os.path.abspath(output)))
@@ -67,7 +66,7 @@ def page(case, pictures, quality, info, output):
     if scenes:
         parts += ["<h2>Scenes</h2>", table(scene_rows(scenes), ["scene", "tool", "peak force, N", "at, s", "first contact, s", "flags"])]
     if quality:
-        parts += ["<h2>Quality of the mesh</h2>", table(flat(quality), ["figure", "value"])]
+        parts += ["<h2>Quality of the mesh</h2>", table(flat({k: v for k, v in quality.items() if k != "warnings"}), ["figure", "value"])]
     parts += ["<h2>Verified</h2>", table([[check["name"], "holds" if check["held"] else "does NOT hold", check["detail"]]
                                           for check in verified["checks"]], ["check", "", "found"]),
               "<h2>The bundle and its certificate</h2>", "<pre>%s</pre>" % html.escape(info)]
@@ -82,13 +81,15 @@ def main():
     parser.add_argument("--palpate-bundle", default="palpate-bundle", help="the program that describes the bundle")
     parser.add_argument("--mesh-quality", help="the JSON that palpate-tetrahedra --report wrote")
     parser.add_argument("--pictures", nargs="*", default=[])
+    case_warnings.add_arguments(parser)
     arguments = parser.parse_args()
     case = os.path.abspath(arguments.case)
     info = subprocess.run([arguments.palpate_bundle, "info", os.path.join(case, "bundle.h5")], check=True, capture_output=True,
                           text=True).stdout
     quality = read_json(arguments.mesh_quality) if arguments.mesh_quality else None
     with open(arguments.output + ".part", "w") as stream:
-        stream.write(page(case, arguments.pictures, quality, info, arguments.output))
+        stream.write(page(case, arguments.pictures, quality, info,
+                          case_warnings.warnings_of(arguments.reports, arguments.cases or [case]), arguments.output))
     os.replace(arguments.output + ".part", arguments.output)
 
 

@@ -33,9 +33,11 @@ void warn_of_size(const ElasticBody& body, const OrganConfig& organ, const BodyF
     if (meant.empty() && then >= kSmallestOrgan && then <= kLargestOrgan)
       meant = fmt::format("; with mesh_unit = \"{}\" it would be {} long", name, length_text(then));
   }
-  sentences.push_back(fmt::format("{}: the organ is {} long, expected 1 cm to 1 m; mesh_unit is \"{}\" in {}{}",
-                                  files.mesh.string(), length_text(longest), organ.mesh_unit.name, files.organ.string(),
-                                  meant));
+  sentences.push_back(
+      fmt::format("{}: the organ is {} long, expected 1 cm to 1 m; mesh_unit is \"{}\" in {}{}; of a mesh "
+                  "by palpate-surface, which is in mm, the surface's unit (--unit in SURFACE_OPTIONS of organ.mk) "
+                  "or the image's voxel size is wrong instead",
+                  files.mesh.string(), length_text(longest), organ.mesh_unit.name, files.organ.string(), meant));
 }
 
 std::string pressure_text(double pascal) {

@@ -23,6 +23,13 @@ double vertices_of(const OrganSource& source, double edge) {
   return kVertexShare * source.volume_mm3 / std::pow(edge, 3);
 }
 
+// A column for each axis of each surface node, each with three numbers of 4 bytes for each surface node. The surface has half as many
+// vertices as triangles.
+double bundle_megabytes(const OrganSource& source, double edge) {
+  const double nodes = 0.5 * source.area_mm2 / (0.25 * std::sqrt(3.0) * edge * edge);
+  return 1e-6 * (3 * nodes) * (3 * nodes) * 4;
+}
+
 void choose_sizes(const OrganSource& source, OrganChoices& choices) {
   constexpr double kVertices = 1700, kMostVertices = 10'000;  // of the default size
   const double by_volume = std::cbrt(kVertexShare * source.volume_mm3 / kVertices);
@@ -37,8 +44,16 @@ void choose_sizes(const OrganSource& source, OrganChoices& choices) {
                         edge == least ? fmt::format("; no more than about {} vertices", kMostVertices) : "");
   for (const auto& [name, factor] : {std::pair{"coarse", 1.4}, std::pair{"medium", 1.0}, std::pair{"fine", 0.7}}) {
     const double inside = two_digits(factor * edge);
-    choices.sizes.push_back({name, inside, two_digits(kSurfaceFactor * inside), vertices_of(source, inside)});
+    const double surface = two_digits(kSurfaceFactor * inside);
+    choices.sizes.push_back({name, inside, surface, vertices_of(source, inside), bundle_megabytes(source, surface)});
   }
+  constexpr double kLargeBundle = 200;  // MB; that of a compact organ has 10 to 30 at this size
+  if (const double megabytes = choices.sizes[1].bundle_megabytes; megabytes > kLargeBundle)
+    choices.size_warning = fmt::format(
+        "the surface of {:.4g} cm2 around {:.4g} cm3 makes a bundle of up to {:.0f} MB: noise in the label, or thin "
+        "parts ({}); "
+        "smooth the label, or set longer edges in organ.mk",
+        source.area_mm2 / 100, source.volume_mm3 / 1000, megabytes, source.thickness_text);
 }
 
 // Gaussian smoothing by a width s loses a rod that is thinner than 2.35 s: in its middle exp(-r^2 / (2 s^2)) is one half.

@@ -15,9 +15,11 @@ struct OrganChoices {
     std::string name;
     double inside_mm = 0, surface_mm = 0;  // edges
     double vertices = 0;                   // expected
+    double bundle_megabytes = 0;           // expected at most: smoothing makes a rough surface smaller
   };
   std::vector<MeshSize> sizes;  // coarse to fine
   std::string size_reason;
+  std::string size_warning;  // empty, or why bundles are as large as they are
   double smooth_mm = 0;
   std::string smooth_reason;
   std::array<double, 3> held_towards{};  // of a frame's axes

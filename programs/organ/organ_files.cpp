@@ -71,6 +71,8 @@ std::string organ_toml(const OrganRequest& request, const OrganSource& source,
   text += fmt::format("name = \"{}\"\n", request.name);
   const bool mesh = source.kind == OrganSource::Kind::mesh;
   if (!mesh) text += "# What palpate-surface and palpate-tetrahedra write.\n";
+  if (mesh && !request.unit)
+    text += "# An assumption: the file does not say its unit. UNIT= says it (m, cm, mm, um).\n";
   text += fmt::format("mesh_unit = \"{}\"\n", mesh ? source.unit : "mm");
   if (source.kind != OrganSource::Kind::image && !request.frame)
     text += "# An assumption: the file does not say what its axes mean. FRAME= says it (LPS, RAS, none).\n";
@@ -172,6 +174,9 @@ std::string organ_mk(const OrganRequest& request, const OrganSource& source, con
   const std::string file = in_make(source.file.string());
   if (source.kind == OrganSource::Kind::mesh)
     return text + "# The mesh as it is.\nRESOLUTIONS := given\nMESH ?= " + file + "\n";
+  if (source.kind == OrganSource::Kind::surface && !request.unit)
+    text +=
+        "# An assumption: the file does not say its unit. UNIT= says it (m, cm, mm, um); here it is --unit below.\n";
   text += (source.kind == OrganSource::Kind::image ? "IMAGE ?= " : "SURFACE ?= ") + file + "\n";
   text += "\n" + comment("Mesh sizes, edges in mm: --edge-mm on the surface, --size inside. " + choices.size_reason);
   std::string names, options;
@@ -182,7 +187,8 @@ std::string organ_mk(const OrganRequest& request, const OrganSource& source, con
                             "have {:.3g} cm3 together.",
                             source.pieces, source.dropped_mm3 / 1000));
   for (const auto& size : choices.sizes) {
-    text += fmt::format("# {}: about {:.0f} vertices\n", size.name, size.vertices);
+    text += fmt::format("# {}: about {:.0f} vertices, a bundle of up to {:.2g} MB\n", size.name, size.vertices,
+                        size.bundle_megabytes);
     names += " " + size.name;
     options += fmt::format("SURFACE_OPTIONS_{} := {}\n", size.name, surface_options(source, choices, size));
   }
@@ -242,7 +248,7 @@ struct PartFolder {
 void check_organ_name(const OrganRequest& request) {
   const std::string& name = request.name;
   if (!is_plain_name(name))
-    throw InputError(fmt::format("NAME: expected letters, digits and - (spleen, left-kidney), found \"{}\"", name));
+    throw InputError(fmt::format("NAME: expected letters, digits, - and _ (spleen, left-kidney), found \"{}\"", name));
   if (!fs::is_directory(request.folder))
     throw InputError(
         fmt::format("{}: expected the folder that holds the organs' folders, found none", request.folder.string()));

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-// Call before the source is measured. Errors: InputError for a name with other characters than letters, digits and -, for one
+// Call before the source is measured. Errors: InputError for a name with other characters than letters, digits, - and _, for one
 // whose folder exists, and where the folder that is to hold it does not.
 void check_organ_name(const OrganRequest& request);
 

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "formats/errors.h"
+#include "formats/plausible_size.h"
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/image/label_list.h"
 #include "meshing/image/thickness.h"
@@ -38,12 +39,41 @@ void set_box(OrganSource& source) {
 
 // ---- from an image -------------------------------------------------------------------------------------------------
 
+std::string shown(const LabelEntry& e) {
+  return fmt::format("{}{} ({:.4g} cm3)", e.label, e.name.empty() ? "" : " " + e.name, e.volume_mm3 / 1000);
+}
+
+// As many labels as a reader takes in, and where the others are.
 std::string listed(const std::vector<LabelEntry>& labels) {
+  constexpr std::size_t kShown = 8;
   std::string text;
-  for (const LabelEntry& e : labels)
-    text += fmt::format("{}{}{} ({:.4g} cm3)", text.empty() ? "" : ", ", e.label, e.name.empty() ? "" : " " + e.name,
-                        e.volume_mm3 / 1000);
+  for (std::size_t l = 0; l < std::min(kShown, labels.size()); ++l) text += (l > 0 ? ", " : "") + shown(labels[l]);
+  if (labels.size() > kShown)
+    text += fmt::format(" and {} more, which palpate-surface --list shows", labels.size() - kShown);
   return text;
+}
+
+// "kidney_right", "Right Kidney" and "kidney right" have the same letters.
+std::string letters_of(const std::string& name) {
+  std::string letters;
+  for (const unsigned char c : name)
+    if (std::isalnum(c) || c >= 0x80) letters += static_cast<char>(std::tolower(c));
+  return letters;
+}
+
+// The labels whose names are nearly the word: equal letters, else those that begin with it or with which it begins.
+std::vector<LabelEntry> similar(const std::string& word, const std::vector<LabelEntry>& labels) {
+  const std::string asked = letters_of(word);
+  for (const bool whole : {true, false}) {
+    std::vector<LabelEntry> found;
+    for (const LabelEntry& e : labels) {
+      const std::string name = letters_of(e.name);
+      const bool alike = whole ? name == asked : name.starts_with(asked) || asked.starts_with(name);
+      if (!name.empty() && !asked.empty() && alike) found.push_back(e);
+    }
+    if (!found.empty()) return found;
+  }
+  return {};
 }
 
 // The labels that the text names, by number or by name, separated by commas.
@@ -65,9 +95,12 @@ std::vector<LabelEntry> chosen_labels(const std::string& text, const std::vector
     const auto found = std::find_if(labels.begin(), labels.end(), [&](const LabelEntry& e) {
       return is_number ? e.label == static_cast<float>(number) : e.name == word;
     });
-    if (found == labels.end())
-      throw InputError(fmt::format("{}: expected one of its labels, found {}={}; its labels are {}", file, variable,
-                                   word, listed(labels)));
+    if (found == labels.end()) {
+      const std::vector<LabelEntry> meant = is_number ? std::vector<LabelEntry>() : similar(word, labels);
+      throw InputError(fmt::format("{}: expected one of its labels, found {}={}; {} {}", file, variable, word,
+                                   meant.empty() ? "its labels are" : "nearest are",
+                                   listed(meant.empty() ? labels : meant)));
+    }
     chosen.push_back(*found);
   }
   return chosen;
@@ -195,10 +228,62 @@ void finish(OrganSource& source, const std::filesystem::path& file) {
 
 }  // namespace
 
+namespace {
+
+double longest_mm(const OrganSource& source) {
+  double longest = 0;
+  for (int d = 0; d < 3; ++d) longest = std::max(longest, source.high[d] - source.low[d]);
+  return longest;
+}
+
+std::string length_text(double mm) {
+  return mm >= 1e6   ? fmt::format("{:.3g} km", mm / 1e6)
+         : mm >= 1e4 ? fmt::format("{:.3g} m", mm / 1e3)
+                     : fmt::format("{:.3g} mm", mm);
+}
+
+// What to do about a size that is not an organ's: the unit in which it would be one.
+std::string other_unit(const OrganSource& source) {
+  if (source.kind == OrganSource::Kind::image) return "correct the size of the voxels in the image's header";
+  for (const char* unit : {"mm", "cm", "m", "um"}) {
+    const double then = longest_mm(source) / millimetres(source.unit) * millimetres(unit);
+    if (then >= 1e3 * kSmallestOrgan && then <= 1e3 * kLargestOrgan)
+      return fmt::format("with UNIT={} it would be {} long", unit, length_text(then));
+  }
+  return "no UNIT= makes it one; is this the right file?";
+}
+
+}  // namespace
+
+std::vector<std::string> doubts(const OrganRequest& request, const OrganSource& source) {
+  constexpr double kNoOrgan = 10;  // times as long as the longest, or as short as the shortest
+  const double longest = longest_mm(source), shortest_organ = 1e3 * kSmallestOrgan, longest_organ = 1e3 * kLargestOrgan;
+  const bool knows_unit = source.kind == OrganSource::Kind::image || request.unit;
+  const bool knows_frame = source.kind == OrganSource::Kind::image || request.frame;
+  std::vector<std::string> sentences;
+  if (longest < shortest_organ || longest > longest_organ) {
+    const std::string text = fmt::format("{}: expected an organ of 1 cm to 1 m, found one of {}, {:.3g} cm3{}; {}",
+                                         source.file.string(), length_text(longest), source.volume_mm3 / 1000,
+                                         knows_unit ? "" : ", in mm, since UNIT= is not given", other_unit(source));
+    if (longest < shortest_organ / kNoOrgan || longest > longest_organ * kNoOrgan || !knows_unit)
+      throw InputError(text);
+    sentences.push_back(text);
+  }
+  if (!knows_unit)
+    sentences.push_back(
+        fmt::format("{}: taken to be in mm, in which the organ is {} long; UNIT= (m, cm, mm, um) says it",
+                    source.file.string(), length_text(longest)));
+  if (!knows_frame)
+    sentences.push_back(fmt::format(
+        "{}: x, y, z are taken to point to the patient's left, back and head; FRAME= (LPS, RAS, none) says it",
+        source.file.string()));
+  return sentences;
+}
+
 bool is_plain_name(const std::string& name) {
   return !name.empty() && name.size() <= 64 && std::isalnum(static_cast<unsigned char>(name[0])) &&
          std::all_of(name.begin(), name.end(),
-                     [](unsigned char c) { return c < 128 && (std::isalnum(c) || c == '-'); });
+                     [](unsigned char c) { return c < 128 && (std::isalnum(c) || c == '-' || c == '_'); });
 }
 
 std::vector<NamedLabel> parse_named_labels(const std::string& text) {
@@ -211,8 +296,8 @@ std::vector<NamedLabel> parse_named_labels(const std::string& text) {
     const NamedLabel label{word.substr(0, equals), equals == std::string::npos ? "" : word.substr(equals + 1)};
     if (label.label.empty() || !is_plain_name(label.name))
       throw InputError(
-          fmt::format("LABELS: expected LABEL=NAME LABEL=NAME (5=liver 2=right-kidney), each NAME of letters, digits "
-                      "and -, found \"{}\"",
+          fmt::format("LABELS: expected LABEL=NAME LABEL=NAME (5=liver 2=right-kidney), each NAME of letters, digits, "
+                      "- and _, found \"{}\"",
                       word));
     for (const NamedLabel& other : labels)
       if (other.label == label.label || other.name == label.name)

@@ -11,7 +11,7 @@
 namespace palpate {
 
 struct OrganRequest {
-  std::string name;                            // of the folder and the tissue: letters, digits, -
+  std::string name;                            // of the folder and the tissue: letters, digits, - and _
   std::filesystem::path folder;                // in which the organ's folder is written
   std::filesystem::path image, surface, mesh;  // exactly one
   std::string label;                           // of an image: "1", "2,7" or a name that the image has
@@ -46,10 +46,10 @@ struct NamedLabel {
 };
 
 // Reads "5=liver 2=right-kidney", with blanks or commas between. Errors: InputError for another text, for a name with other
-// characters than letters, digits and -, and for a label or a name that is given twice.
+// characters than letters, digits, - and _, and for a label or a name that is given twice.
 std::vector<NamedLabel> parse_named_labels(const std::string& text);
 
-// Whether a name is one for a folder and a tissue: letters, digits and -, at most 64, not - first.
+// Whether a name is one for a folder and a tissue: letters, digits, - and _, at most 64, a letter or digit first.
 bool is_plain_name(const std::string& name);
 
 // The organs of one image.
@@ -59,6 +59,10 @@ struct OrganGroup {
 };
 // Reads the image once. Errors: as measure_source.
 OrganGroup measure_group(const OrganRequest& request, const std::vector<NamedLabel>& labels);
+
+// What is taken for granted, and what is out of the way: a unit or a frame that was not given, a size that hardly any organ has. A
+// sentence each. Errors: InputError for an organ below 1 mm or above 10 m, and for one below 1 cm or above 1 m whose unit was not given.
+std::vector<std::string> doubts(const OrganRequest& request, const OrganSource& source);
 
 // Reads and measures. Errors: InputError for a label that the image does not have, with the list of its labels; for several
 // labels where none is asked for; for files that cannot be read.

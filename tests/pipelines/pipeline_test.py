@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +24,7 @@ BIN = os.path.abspath(sys.argv.pop(1))
 sys.path.insert(0, os.path.join(ROOT, "tests", "support"))
 import three_organs_image  # noqa: E402
 from ellipsoid_image import write_ellipsoid  # noqa: E402
+from labelled_image import write_nifti  # noqa: E402
 
 
 def arguments(data, *more):
@@ -264,13 +266,131 @@ class Pipeline(unittest.TestCase):
             self.assertIn(answer, run.stdout)
 
 
+class MadeBy(unittest.TestCase):
+    """What a result was made by belongs to it: another variable, or another file that a file names, makes it anew."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="palpate_made_by_")
+        self.data, self.organs = os.path.join(self.folder.name, "data"), os.path.join(self.folder.name, "organs")
+        self.elsewhere = os.path.join(self.folder.name, "else where: 1; #2 100%")
+        os.mkdir(self.elsewhere)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def own_plate(self, boundary="", scene=""):
+        """An organ of the folder's own, with one scene `still`."""
+        folder = os.path.join(self.organs, "own")
+        os.makedirs(os.path.join(folder, "boundary"))
+        os.makedirs(os.path.join(folder, "scenes"))
+        plate = os.path.join(ROOT, "pipelines", "plate")
+        for name in ("organ.toml", "boundary/corners.toml"):
+            shutil.copy(os.path.join(plate, name), os.path.join(folder, name))
+        self.append(os.path.join(folder, "boundary", "corners.toml"), boundary)
+        self.write(os.path.join(folder, "scenes", "still.toml"), 'name = "still"\nunit = "mm"\n[[tool]]\nname = "probe"\n'
+                   "points = [[0, 0, 0]]\n" + (scene or "path = [[0, 50, 50, 12], [0.1, 50, 50, 9]]\n"))
+        with open(os.path.join(plate, "organ.mk")) as makefile:
+            self.write(os.path.join(folder, "organ.mk"), makefile.read().replace("SCENES ?=", "SCENES ?= still #"))
+        return os.path.join(self.data, "own", "5mm", "corners")
+
+    @staticmethod
+    def write(file, text):
+        with open(file, "w") as stream:
+            stream.write(text)
+
+    @staticmethod
+    def append(file, text):
+        with open(file, "a") as stream:
+            stream.write(text)
+
+    def make(self, *more):
+        return make(self.data, "ORGANS_DIR=" + self.organs, *more)
+
+    def changed(self, *more):
+        """The files that make makes anew, without the folder."""
+        before = file_times(self.data)
+        said = self.make(*more)
+        return said, {os.path.relpath(f, self.data) for f, t in file_times(self.data).items() if before.get(f) != t}
+
+    def test_a_bundle_of_other_options_is_made_anew_and_make_says_why(self):
+        bundle = os.path.join("plate", "5mm", "corners", "bundle.h5")
+        target = os.path.join(self.data, bundle)
+        make(self.data, "ORGAN=plate", target)
+        small = os.path.getsize(target)
+        said, changed = self.changed("ORGAN=plate", target, "PRECOMPUTE_OPTIONS=--store f64")
+        self.assertIn(bundle, changed)
+        self.assertGreater(os.path.getsize(target), 1.5 * small)
+        self.assertIn("was made with PRECOMPUTE_OPTIONS =\n", said)
+        self.assertIn("it is made anew with PRECOMPUTE_OPTIONS = --store f64\n", said)
+        self.assertEqual(self.changed("ORGAN=plate", target, "PRECOMPUTE_OPTIONS=--store f64")[1], set())
+        self.assertIn(bundle, self.changed("ORGAN=plate", target)[1])
+        self.assertEqual(os.path.getsize(target), small)
+
+    def test_what_a_scene_of_large_deformation_needs_stands_in_the_organs_folder(self):
+        case = self.own_plate()
+        self.make("ORGAN=own", "PICTURES=", os.path.join(case, "bundle.h5"))
+        self.append(os.path.join(self.organs, "own", "boundary", "corners.toml"), "[store]\nlarge_deformation = true\n")
+        self.append(os.path.join(self.organs, "own", "scenes", "still.toml"), '[effects]\ndeformation = "large"\n')
+        self.make("ORGAN=own", "PICTURES=")
+        self.assertGreater(summary_of(os.path.join(case, "scenes", "still"))["tools"][0]["peak_force_N"], 0)
+
+    def test_a_file_that_a_file_names_belongs_to_what_is_made_from_it_wherever_it_lies(self):
+        motion, path = os.path.join(self.elsewhere, "motion.csv"), os.path.join(self.elsewhere, "path.csv")
+        corners = [0, 4, 8, 92, 96, 100]  # mm: the plate is held there
+        self.write(motion, "x,y,z,ux,uy,uz\n" + "".join("%g,%g,%g,0,0,1\n" % (x, y, z) for x in corners for y in corners for z in (0, 5, 10)))
+        self.write(path, "0,50,50,12\n0.1,50,50,9\n")
+        case = self.own_plate('\n[[motion]]\nname = "m"\nkind = "field"\nfile = "%s"\n' % motion,
+                              'path_csv = "%s"\n[effects]\ncollision = "deformed"\n' % path)
+        bundle, summary = os.path.join(case, "bundle.h5"), os.path.join(case, "scenes", "still", "summary.json")
+        self.make("ORGAN=own", "PICTURES=")
+        self.assertEqual(self.changed("ORGAN=own", "PICTURES=")[1], set())
+        later = time.time() + 2  # of a file system that counts whole seconds
+        os.utime(path, (later, later))
+        changed = self.changed("ORGAN=own", "PICTURES=", summary)[1]
+        self.assertIn(os.path.relpath(summary, self.data), changed)
+        self.assertNotIn(os.path.relpath(bundle, self.data), changed)
+        os.utime(motion, (later, later))
+        self.assertIn(os.path.relpath(bundle, self.data), self.changed("ORGAN=own", bundle)[1])
+        # One that is no longer there makes no rule without an end: the program says what it misses.
+        os.remove(path)
+        run = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, "ORGAN=own", "PICTURES="), stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("path.csv: expected a CSV file with a tool's path, found none", run.stdout)
+
+    def test_slices_of_an_image_and_data_beside_a_header_belong_to_the_surface(self):
+        header, raw = os.path.join(self.elsewhere, "scan.mhd"), os.path.join(self.elsewhere, "scan.raw")
+        voxels = np.zeros((30, 30, 30), np.uint8)
+        voxels[5:25, 5:25, 5:25] = 1
+        voxels.tofile(raw)
+        self.write(header, "ObjectType = Image\nNDims = 3\nDimSize = 30 30 30\nElementSpacing = 2 2 2\nElementType = MET_UCHAR\n"
+                           "ElementByteOrderMSB = False\nElementDataFile = scan.raw\n")
+        surface = os.path.join(self.data, "liver", "600", "surface.ply")
+        small = ["RESOLUTION=600", "IMAGE=" + header, "SURFACE_OPTIONS=--labels 1 --triangles 300", surface]
+        self.make(*small)
+        self.assertEqual(self.changed(*small)[1], set())
+        later = time.time() + 2
+        os.utime(raw, (later, later))
+        self.assertIn("liver/600/surface.ply", self.changed(*small)[1])
+
+    def test_balls_of_other_places_are_made_anew_and_an_environment_names_no_image(self):
+        balls = os.path.join(self.data, "liver-tumour", "1700", "tumours.off")
+        organ = ["ORGAN=liver-tumour", balls]
+        self.make(*organ)
+        self.assertEqual(self.changed(*organ)[1], set())
+        self.assertIn("liver-tumour/1700/tumours.off", self.changed(*organ, "TUMOURS=115,50,118,12")[1])
+        shown = subprocess.run(arguments(self.data, "-pn", "show-resolutions"), stdout=subprocess.PIPE, text=True,
+                               env={**os.environ, "IMAGE": "/nowhere.nii"})
+        self.assertNotIn("IMAGE = /nowhere.nii", shown.stdout)
+
+
 class NewOrgan(unittest.TestCase):
     """make new-organ on a small image of three organs, and what it writes through all rules."""
 
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory(prefix="palpate_organ_")
         self.data, self.organs = os.path.join(self.folder.name, "data"), os.path.join(self.folder.name, "organs")
-        self.scans = os.path.join(self.folder.name, "my scans (2)")
+        self.scans = os.path.join(self.folder.name, "my scans: (2); #1, 100%")  # what make or a shell would read itself
         os.mkdir(self.organs)
         os.mkdir(self.scans)
         self.image = os.path.join(self.scans, "case of A's.nii.gz")
@@ -319,6 +439,16 @@ class NewOrgan(unittest.TestCase):
         self.assertNotIn("\n\t", makefile)  # rules live in rules.mk
         self.assertIn("--labels 1 --smooth 6 --components largest", makefile)  # twice the voxel of 3 mm
         case = self.expect_touched("spleen", "coarse")
+        # What was dropped is told by the step that drops it, on the page, and at the end of make, whether it has to do anything or not.
+        dropped = "surface: dropped 1 of 2 pieces"
+        with open(os.path.join(case, "index.html")) as page:
+            self.assertIn('<li class="warning">%s' % dropped, page.read())
+        said = self.make("ORGAN=spleen", "RESOLUTION=coarse")
+        self.assertIn("spleen: 1 warning of all steps:\n  %s" % dropped, said)
+        strict = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, "ORGAN=spleen", "RESOLUTION=coarse", "STRICT=1"),
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(strict.returncode, 2)
+        self.assertIn("Error 3", strict.stdout)
         work = os.path.dirname(os.path.dirname(case))
 
         surface, mesh = os.path.join(self.scans, "the spleen.off"), os.path.join(self.scans, "spleen's mesh.msh")
@@ -351,15 +481,62 @@ class NewOrgan(unittest.TestCase):
     def test_refusals_say_what_is_expected_and_leave_nothing(self):
         self.assertIn("found several labels: 1 spleen (155.6 cm3), 2 kidney (", self.refused("NAME=a", "IMAGE=" + self.image))
         self.assertIn("found LABEL=9; its labels are 1 spleen", self.refused("NAME=a", "IMAGE=" + self.image, "LABEL=9"))
+        self.assertIn("found LABEL=Spleen; nearest are 1 spleen (155.6 cm3)\n",
+                      self.refused("NAME=a", "IMAGE=" + self.image, "LABEL=Spleen"))
+        many = os.path.join(self.scans, "many.nii.gz")
+        write_nifti(many, np.repeat(np.arange(125, dtype=np.uint8), 8).reshape(10, 10, 10))
+        said = self.refused("NAME=a", "IMAGE=" + many, "LABEL=Spleen")
+        self.assertIn(" and 116 more, which palpate-surface --list shows\n", said)
+        self.assertLess(max(map(len, said.split("\n"))), 500)
         self.assertIn("--name is required", self.refused("IMAGE=" + self.image, "LABEL=1"))
         self.assertIn("--image (IMAGE=), --surface (SURFACE=) or --mesh (MESH=)", self.refused("NAME=a"))
-        for name in ("two words", "../a", "-a", "Milz\u00e4"):
-            self.assertIn("NAME: expected letters, digits and -", self.refused("NAME=" + name, "IMAGE=" + self.image, "LABEL=1"))
+        for name in ("two words", "../a", "-a", "_a", "Milz\u00e4"):
+            self.assertIn("NAME: expected letters, digits, - and _", self.refused("NAME=" + name, "IMAGE=" + self.image, "LABEL=1"))
         self.assertEqual(os.listdir(self.organs), [])
         self.make("new-organ", "NAME=a", "IMAGE=" + self.image, "LABEL=1")
         before = file_times(self.organs)
         self.assertIn("expected no such folder yet", self.refused("NAME=a", "IMAGE=" + self.image, "LABEL=2"))
         self.assertEqual(file_times(self.organs), before)
+
+
+    def box(self, side):
+        """A cube with a corner at 0, as a surface."""
+        file = os.path.join(self.scans, "box %g.off" % side)
+        with open(file, "w") as stream:
+            stream.write("OFF\n8 12 0\n")
+            for corner in range(8):
+                stream.write("%g %g %g\n" % tuple(side * (corner >> axis & 1) for axis in range(3)))
+            for a, b, c, d in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)):
+                stream.write("3 %d %d %d\n3 %d %d %d\n" % (a, b, c, a, c, d))
+        return "SURFACE=" + file
+
+    def test_a_unit_is_said_or_warned_of_and_a_size_that_no_organ_has_is_refused(self):
+        said = self.refused("NAME=a", self.box(0.1))
+        self.assertIn("expected an organ of 1 cm to 1 m, found one of 0.1 mm, 1e-06 cm3, in mm, since UNIT= is not given; with UNIT=m "
+                      "it would be 100 mm long", said)
+        self.assertIn("expected an organ of 1 cm to 1 m, found one of 29 km, 2.44e+19 cm3", self.refused("NAME=a", self.box(29000), "UNIT=m"))
+        self.assertIn("expected an organ of 1 cm to 1 m, found one of 0.9 mm", self.refused("NAME=a", self.box(0.9), "UNIT=mm"))
+        self.assertEqual(os.listdir(self.organs), [])
+        said = self.make("new-organ", "NAME=box_100", self.box(100))
+        self.assertIn("warning: %s: taken to be in mm, in which the organ is 100 mm long; UNIT=" % self.box(100)[8:], said)
+        self.assertIn("x, y, z are taken to point to the patient's left, back and head; FRAME=", said)
+        self.assertIn("An assumption: the file does not say its unit.", self.text("box_100", "organ.mk"))
+        said = self.make("new-organ", "NAME=told", self.box(100), "UNIT=mm", "FRAME=RAS")
+        self.assertNotIn("warning", said)
+        self.assertIn("warning: %s: expected an organ of 1 cm to 1 m, found one of 5 mm" % self.box(5)[8:],
+                      self.make("new-organ", "NAME=small", self.box(5), "UNIT=mm", "FRAME=none"))
+
+    def test_a_noisy_label_is_told_from_an_organ_before_its_bundle_fills_the_disk(self):
+        x, y, z = np.meshgrid(*(np.arange(n) for n in (40, 40, 40)), indexing="ij")
+        ball = (x - 20) ** 2 + (y - 20) ** 2 + (z - 20) ** 2 < 18 ** 2
+        noisy = ball & (np.random.default_rng(1).random(ball.shape) < 0.6)
+        for name, voxels in (("ball", ball), ("noisy", noisy)):
+            scan = os.path.join(self.scans, name + ".nii.gz")
+            write_nifti(scan, voxels.astype(np.uint8))
+            said = self.make("new-organ", "NAME=" + name, "IMAGE=" + scan, "LABEL=1")
+            warned = re.search(r"warning: the surface of .* makes a bundle of up to (\d+) MB: noise in the label, or thin parts", said)
+            self.assertEqual(warned is not None, name == "noisy", said)
+            self.assertRegex(self.text(name, "organ.mk"), r"# medium: about \d+ vertices, a bundle of up to [0-9.e+]+ MB\n")
 
 
 def sha256(file):
@@ -448,7 +625,9 @@ class SeveralOrgans(unittest.TestCase):
 
     def test_separate_organs_lie_where_the_image_has_them(self):
         organ = ["separate", "ORGAN=upper-abdomen", "RESOLUTION=coarse"]
-        self.assertIn("3 bundles in one frame", make(self.data, "-j2", *organ))
+        said = make(self.data, "-j2", *organ)
+        self.assertIn("3 bundles in one frame", said)
+        self.assertRegex(said, r"upper-abdomen: (no step has a warning\n|\d+ warnings? of all steps:\n  breathing: )")
         found = {}
         for name in self.LABELS:
             case = os.path.join(self.data, "upper-abdomen", name, "coarse", "held")
