@@ -95,4 +95,27 @@ std::vector<std::string> HeldSummary::lines() const {
   return lines;
 }
 
+std::vector<std::string> HeldSummary::warnings() const {
+  constexpr double kWideJaws =
+      10;  // times their radius: forceps take a fold, which is not much thicker than they are wide
+  std::vector<std::string> sentences;
+  for (std::size_t t = 0; t < grasps_.size(); ++t) {
+    const palpate_grasp* grasp = organ_.held().grasp(t);
+    const std::string& name = organ_.scene().tools[t].name;
+    if (grasp && grasps_[t].let_go)
+      sentences.push_back(fmt::format(
+          "the grasp of tool \"{}\" let go at {:.3g} s: it was pulled beyond what friction holds; close it farther, "
+          "pull less, or give it another friction",
+          name, *grasps_[t].let_go));
+    if (grasp && organ_.held().apart(t) > kWideJaws * grasp->radius)
+      sentences.push_back(fmt::format(
+          "the jaws of tool \"{}\" take hold {:.3g} mm apart, more than {:g} times their radius of {:.3g} mm; are near "
+          "and opposite on one fold?",
+          name, 1e3 * organ_.held().apart(t), kWideJaws, 1e3 * grasp->radius));
+    if (organ_.needles().of(t) && !needles_[t].stuck().empty())
+      sentences.push_back(fmt::format("the needle of tool \"{}\" was {}", name, needles_[t].stuck()));
+  }
+  return sentences;
+}
+
 }  // namespace palpate

@@ -24,6 +24,8 @@ class HeldSummary {
   nlohmann::ordered_json needle(std::size_t tool) const;
   // One line for each stretch that was taut, and for each grasp and needle.
   std::vector<std::string> lines() const;
+  // A sentence for each grasp that let go, each pair of jaws that are not on one fold, and each needle that was stuck.
+  std::vector<std::string> warnings() const;
 
  private:
   struct Grasp {

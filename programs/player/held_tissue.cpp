@@ -33,6 +33,7 @@ HeldTissue::HeldTissue(const SceneConfig& scene, const palpate_bundle* bundle)
   for (const auto& tool : scene.tools) tools_.push_back(tool.name), from_grasps_.push_back(tool.grasp);
   grasps_.resize(scene.tools.size());
   closed_.assign(scene.tools.size(), 1);
+  apart_.resize(scene.tools.size());
   if (!from_links_.empty()) find_links(bundle);
   if (std::any_of(from_grasps_.begin(), from_grasps_.end(), [](const auto& grasp) { return grasp.has_value(); }))
     find_grasps(bundle);
@@ -73,6 +74,8 @@ void HeldTissue::find_grasps(const palpate_bundle* bundle) {
     if (from.opposite) {
       const SurfacePlace opposite = finder.nearest(*from.opposite, who + ".opposite");
       grasp.opposite_triangle = opposite.triangle;
+      apart_[t] = std::hypot(near.point[0] - opposite.point[0], near.point[1] - opposite.point[1],
+                             near.point[2] - opposite.point[2]);
       std::copy(opposite.barycentric.begin(), opposite.barycentric.end(), grasp.opposite_barycentric);
     }
     if (from.friction) grasp.friction = *from.friction;

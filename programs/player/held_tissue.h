@@ -27,6 +27,9 @@ class HeldTissue {
   // The grasp of a tool, whether it is closed or not; nullptr: it has none.
   const palpate_grasp* grasp(std::size_t tool) const { return grasps_[tool].radius > 0 ? &grasps_[tool] : nullptr; }
 
+  // How far apart the two jaws of a grasp are where they were put, m; 0 with one.
+  double apart(std::size_t tool) const { return apart_[tool]; }
+
   // What they may add to the nodes under contact.
   int most_nodes() const;
 
@@ -51,6 +54,7 @@ class HeldTissue {
   bool links_are_given_ = false;
   std::vector<palpate_grasp> grasps_;  // [tool] radius 0: none
   std::vector<char> closed_;           // [tool]
+  std::vector<double> apart_;          // [tool]
 };
 
 }  // namespace palpate

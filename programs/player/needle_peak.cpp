@@ -58,16 +58,20 @@ nlohmann::ordered_json NeedlePeak::json(const palpate_needle& needle) const {
           {"out_s", or_null(out_)}};
 }
 
+std::string NeedlePeak::stuck() const {
+  if (!stuck_) return {};
+  return fmt::format("stuck at {:.3g} s, {}", *stuck_,
+                     no_place_  ? "for want of needle_places"
+                     : pierced_ ? "where the tip would leave the corridor"
+                                : "since the bundle has no corridor where it enters");
+}
+
 std::string NeedlePeak::sentence() const {
   std::string text = pierced_ ? fmt::format("pierced the surface at {:.3g} s, deepest {:.3g} mm at {:.3g} s", *pierced_,
                                             1e3 * depth_.value, depth_.time)
                               : std::string("did not pierce the surface");
   text += fmt::format("; largest force {:.3g} N, at {:.3g} s", force_.value, force_.time);
-  if (stuck_)
-    text += fmt::format("; stuck at {:.3g} s, {}", *stuck_,
-                        no_place_  ? "for want of needle_places"
-                        : pierced_ ? "where the tip would leave the corridor"
-                                   : "since the bundle has no corridor where it enters");
+  if (stuck_) text += "; " + stuck();
   if (out_) text += fmt::format("; out at {:.3g} s", *out_);
   return text;
 }

@@ -17,6 +17,8 @@ class NeedlePeak {
   nlohmann::ordered_json json(const palpate_needle& needle) const;
   // "pierced the surface at 0.3 s, deepest 40 mm at 2 s, ..."
   std::string sentence() const;
+  // "stuck at 0.4 s, where the tip would leave the corridor"; empty: it never was.
+  std::string stuck() const;
 
  private:
   void note_events(const palpate_needle_state& state, double time, int most_places);

@@ -263,7 +263,7 @@ std::vector<std::string> size_warnings(const NamedOrgan& of) {
   if (longest >= kSmallestOrgan && longest <= kLargestOrgan) return {};
   return {fmt::format(
       "the organ of {} bundle is {:.3g} m long, expected 1 cm to 1 m; was mesh_unit right when the bundle was "
-      "computed?",
+      "computed, and before it the unit of the surface or the voxel size of the image?",
       of.name.empty() ? "this" : fmt::format("{}'s", of.name), longest)};
 }
 

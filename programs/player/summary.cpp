@@ -230,7 +230,7 @@ std::vector<std::string> Summary::warnings(const std::vector<BundleFields>& fiel
   for (const Organ& organ : organs_) organs.push_back(organ.of), append(size_warnings(organ.of));
   append(placement_warnings(scene_, organs, touched));
   for (std::size_t k = 0; k < organs_.size(); ++k)
-    append(displacement_warnings(organs_[k].of, fields[k], organs_[k].largest));
+    append(organs_[k].held.warnings()), append(displacement_warnings(organs_[k].of, fields[k], organs_[k].largest));
   append(touch_flags_.warnings("touches"));
   append(shape_flags_.warnings("shapes"));
   return sentences;

@@ -174,11 +174,40 @@ SurfacePlace nearest_on(const Surface& surface, const Vector& p, double* distanc
 struct PlaceFinder::Searched {
   Surface surface;
   Where where;
+  std::optional<Surface> whole;  // where only touchable triangles are searched
+
+  void refuse_another_part(const Vector& near, const SurfacePlace& found, const std::string& who) const;
 };
 
 PlaceFinder::PlaceFinder(const palpate_bundle* bundle, Where where)
-    : searched_(std::make_unique<Searched>(Searched{surface_of(bundle, where), where})) {}
+    : searched_(std::make_unique<Searched>(Searched{surface_of(bundle, where), where, {}})) {
+  if (where == Where::touchable) searched_->whole = surface_of(bundle, Where::surface);
+}
 PlaceFinder::~PlaceFinder() = default;
+
+// Refuses a place that is another part of the organ than the one that was meant. Beside a held part the last triangles are not touchable,
+// so that a place may be off by the longest edge there.
+void PlaceFinder::Searched::refuse_another_part(const Vector& near, const SurfacePlace& found,
+                                                const std::string& who) const {
+  double ignored = 0;
+  const SurfacePlace meant = nearest_on(*whole, near, &ignored);
+  const Triangle& t = whole->triangles[meant.triangle];
+  double edge = 0;
+  for (int c = 0; c < 3; ++c) {
+    const Vector side = minus(whole->nodes[t[c]], whole->nodes[t[(c + 1) % 3]]);
+    edge = std::max(edge, std::sqrt(dot(side, side)));
+  }
+  const Vector away = minus(found.point, meant.point);
+  const double distance = std::sqrt(dot(away, away));
+  if (distance <= edge) return;
+  const auto text = [](const Vector& p) {
+    return fmt::format("[{:.4g}, {:.4g}, {:.4g}] mm", 1e3 * p[0], 1e3 * p[1], 1e3 * p[2]);
+  };
+  throw InputError(fmt::format(
+      "{}: expected a place that can be touched, found {}, which is held or outside [touchable]; the nearest one "
+      "that can be touched is {:.4g} mm away, at {}",
+      who, text(meant.point), 1e3 * distance, text(found.point)));
+}
 
 SurfacePlace PlaceFinder::nearest(const Vector& near, const std::string& who) const {
   const Surface& surface = searched_->surface;
@@ -198,6 +227,7 @@ SurfacePlace PlaceFinder::nearest(const Vector& near, const std::string& who) co
                     "found one {:.4g} mm away; check the numbers and unit",
                     who, 1e3 * surface.low[0], 1e3 * surface.high[0], 1e3 * surface.low[1], 1e3 * surface.high[1],
                     1e3 * surface.low[2], 1e3 * surface.high[2], 1e3 * distance));
+  if (searched_->whole) searched_->refuse_another_part(near, place, who);
   return place;
 }
 

@@ -24,12 +24,13 @@ class PlaceFinder {
   PlaceFinder(const palpate_bundle* bundle, Where where);
   ~PlaceFinder();
   // The nearest point to `near`, m. Errors: InputError that begins with `who`, where there are no such triangles, or where the point is
-  // farther from the organ than the organ's box is large.
+  // farther from the organ than the organ's box is large; and, of touchable triangles, where the point of the surface that is nearest to it is
+  // farther from them than the longest edge there.
   SurfacePlace nearest(const SceneConfig::Vector& near, const std::string& who) const;
 
  private:
   struct Searched;
-  std::unique_ptr<const Searched> searched_;
+  std::unique_ptr<Searched> searched_;
 };
 
 // at: of the touchable nodes the one that lies farthest in that direction of the patient. Nodes with an untouchable node

@@ -108,6 +108,25 @@ TEST_F(PlayedScene, SlipsAndLetsGoAndSaysWhen) {
   EXPECT_THAT(ended.errors, HasSubstr("; slipped by"));
 }
 
+TEST_F(PlayedScene, WarnsOfAGraspThatLetGoAndOfJawsThatAreNotOnOneFold) {
+  // It slips as above, by more than the smaller radius.
+  std::string small = kForceps + "friction = 0.5\nclamp_force = 0.02\n";
+  small.replace(small.find("radius = 12"), 11, "radius = 1");
+  write_scene(small);
+  const Ended slipped = run("scene.toml -o out --strict");
+  EXPECT_EQ(slipped.code, 3);
+  EXPECT_THAT(slipped.errors, HasSubstr("warning: the grasp of tool \"forceps\" let go at 0.0"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  EXPECT_THAT(summary["warnings"].dump(), HasSubstr("let go at"));
+  write_scene(
+      "[[tool]]\nname = \"forceps\"\npath = [[0, 50, 25, 20], [0.01, 50, 25, 20]]\n[tool.grasp]\nnear = [50, 0, 20]\n"
+      "opposite = [50, 50, 20]\nradius = 4\n");
+  EXPECT_THAT(
+      run("scene.toml -o wide").errors,
+      HasSubstr(
+          "warning: the jaws of tool \"forceps\" take hold 50 mm apart, more than 10 times their radius of 4 mm"));
+}
+
 // From the far face to a point 40 mm beside it, and a suture across the edge at x = 60, z = 40.
 const std::string kLinks =
     "[[link]]\nname = \"ligament\"\nkind = \"spring\"\nplaces = [[60, 25, 20]]\nworld = [100, 25, 20]\nrest_lengths = "

@@ -97,6 +97,29 @@ TEST_F(ToolPlace, IsRefusedFarFromTheOrganInTheWrongUnit) {
   expect_refused(near({41, 26, 55}), "LPS", "near: expected a point near the organ");
 }
 
+TEST_F(ToolPlace, IsRefusedOnAPartThatIsHeldRatherThanMovedToAnotherPart) {
+  // The box in 6 x 3 x 3 cells, whose left half is held: the nearest place that can be touched is 40 mm away.
+  DenseBody body = dense_box({.cells = {6, 3, 3}});
+  for (std::size_t n = 0; n < body.body.mesh.nodes.size(); ++n)
+    if (body.body.mesh.nodes[n][0] < 0.035) std::fill_n(body.fixed.begin() + 3 * static_cast<std::ptrdiff_t>(n), 3, 1);
+  write_bundle(folder_ / "half.h5", dense_bundle(body));
+  palpate_bundle* bundle = nullptr;
+  ASSERT_EQ(palpate_bundle_open_file((folder_ / "half.h5").c_str(), nullptr, &bundle, nullptr), PALPATE_OK);
+  const std::unique_ptr<palpate_bundle, void (*)(palpate_bundle*)> open(bundle, palpate_bundle_close);
+  const PlaceFinder finder(bundle, PlaceFinder::Where::touchable);
+  try {
+    finder.nearest({-0.005, 0.025, 0.02}, "near");
+    ADD_FAILURE() << "expected a refusal";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("near: expected a place that can be touched, found [0, 25, 20] mm, which is held or "
+                          "outside [touchable]; the nearest one that can be touched is"));
+  }
+  // Beside the border the triangles with a held corner cannot be touched, and the place is the nearest one that can.
+  EXPECT_NEAR(finder.nearest({0.036, 0.025, 0.045}, "near").point[0], 0.04,
+              0.002);  // nodes are off a grid by a tenth of a cell
+}
+
 TEST_F(ToolPlace, MakesThePathOfDepthsAlongTheNormal) {
   const std::filesystem::path scene = folder_ / "scene.toml";
   std::ofstream(scene) << "name = \"press\"\nunit = \"mm\"\n[[tool]]\nname = \"finger\"\npoints = [[0, 0, 0]]\n"
