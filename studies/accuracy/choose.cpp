@@ -48,6 +48,22 @@ const Record* cheapest(const std::vector<Record>& points, const std::vector<Limi
   return least_of(points, least, [&](const Record& r) { return within_all(r, limits); });
 }
 
+std::string beyond_the_reference(const Record& point, const std::vector<Limit>& limits) {
+  for (const Limit& limit : limits) {
+    const std::string own = "reference_" + limit.field;
+    if (!point.contains(own)) continue;
+    const bool known = point.at(own).is_number();
+    if (known && point.at(own).get<double>() <= limit.most) continue;
+    return fmt::format(
+        "{}: the study cannot tell, since its reference is itself off by {}; study finer meshes (--resolutions, "
+        "--memory, "
+        "--most-seconds), or ask for {}",
+        limit.option, known ? "about " + shown(limit.field, point.at(own)) : "an unknown amount, for want of meshes",
+        known ? "less" : "no limit of an error");
+  }
+  return {};
+}
+
 std::string what_stands_in_the_way(const std::vector<Record>& points, const std::vector<Limit>& limits) {
   std::string text;
   for (const Limit& limit : limits)

@@ -25,6 +25,10 @@ bool can_be_chosen(const nlohmann::ordered_json& record);
 const nlohmann::ordered_json* cheapest(const std::vector<nlohmann::ordered_json>& points,
                                        const std::vector<Limit>& limits, const std::string& least);
 
+// Why no limit on an error can be judged against this point's reference: its own error, estimated, is above the limit or unknown. A
+// sentence; empty: it can.
+std::string beyond_the_reference(const nlohmann::ordered_json& point, const std::vector<Limit>& limits);
+
 // Names each limit that rules out every setting although the other limits leave some. If there is no such limit, names
 // the smallest measured value for each limit.
 std::string what_stands_in_the_way(const std::vector<nlohmann::ordered_json>& points, const std::vector<Limit>& limits);

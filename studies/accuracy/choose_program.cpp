@@ -196,6 +196,7 @@ void choose(const ChooseOptions& options) {
     throw VerificationError("no measured setting is within all limits: " +
                             what_stands_in_the_way(points, options.limits));
   const Record& p = *found;
+  if (const std::string why = beyond_the_reference(p, options.limits); !why.empty()) throw VerificationError(why);
   fmt::print(
       "{}\n  force error {} (worst {}, {:.3g} N), field error {} (at most {:.3g} mm)\n  against {}, itself off by "
       "about "
@@ -211,7 +212,7 @@ void choose(const ChooseOptions& options) {
   for (const Limit& limit : options.limits)
     if (const std::string own = "reference_" + limit.field; p.contains(own) && p.at(own).is_number())
       if (const double error = p.at(limit.field), band = p.at(own); error + band > limit.most)
-        note(fmt::format("{}: the limit may be exceeded, because the reference itself is off by about {:.2g} %",
+        warn(fmt::format("{}: the limit may be exceeded, because the reference itself is off by about {:.2g} %",
                          limit.option, 100 * band));
   const std::string deformation = options.depth_mm > 0 ? choose_deformation(study, options) : "linear";
   if (deformation == "large" && p.at("element") == "p2-p0")

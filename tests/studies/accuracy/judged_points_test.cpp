@@ -219,6 +219,20 @@ TEST_F(Chooser, SaysWhatStandsInTheWay) {
               testing::HasSubstr("--bundle-mb 50 stands in the way: with the other limits the least is 400 (fine)"));
 }
 
+TEST_F(Chooser, DoesNotAnswerWhereTheReferenceIsFartherOffThanTheLimit) {
+  nlohmann::ordered_json point = points_[1];
+  point["reference_force_error"] = 0.26, point["reference_field_error"] = nullptr;
+  const Limit force{"force_error", "--force-error 5%", 0.05}, size{"bundle_MB", "--bundle-mb 50", 50};
+  EXPECT_EQ(beyond_the_reference(point, {size}), "");
+  EXPECT_THAT(
+      beyond_the_reference(point, {size, force}),
+      testing::StartsWith("--force-error 5%: the study cannot tell, since its reference is itself off by about 26 %;"));
+  point["reference_force_error"] = 0.05;
+  EXPECT_EQ(beyond_the_reference(point, {force}), "");
+  EXPECT_THAT(beyond_the_reference(point, {{"field_error", "--field-error 9%", 0.09}}),
+              testing::HasSubstr("off by an unknown amount, for want of meshes"));
+}
+
 TEST_F(Chooser, PicksTheSmallestErrorThatEachBudgetAffords) {
   const auto picked = picks(points_, {});
   ASSERT_EQ(picked.size(), 3u);
