@@ -74,7 +74,9 @@ class HeldScene {
     const InUse use(touching_, kTouching), contacts_use(contacts.in_use, kContactsInUse);
     if (contacts.bytes < palpate_contacts_bytes(scene_))
       throw py::value_error("contacts: expected contacts of this scene's make_contacts, found smaller ones");
-    copies_.take(tools);
+    Obeyed obeyed;
+    obeyed.add(def_);
+    copies_.take(tools, obeyed);
     return step_flags(without_lock([&] {
       return palpate_scene_touch(scene_, copies_.data(), copies_.count(), dt, contacts.contacts.get(), contacts.bytes);
     }));

@@ -46,6 +46,15 @@ bool are_points(const py::array& points) {
          (points.flags() & py::array::c_style) != 0;
 }
 
+void check_number(const char* name, double value, double most, const char* unit, bool obeyed, const char* effect) {
+  if (!(value >= 0 && value <= most))
+    throw py::value_error(std::string(name) + ": expected 0 to " + std::to_string(static_cast<int>(most)) + unit +
+                          ", found " + std::string(py::str(py::float_(value))));
+  if (value > 0 && !obeyed)
+    throw py::value_error(std::string(name) + ": expected " + effect +
+                          ", without which the scene takes no account of it, or 0");
+}
+
 // A view of a grip's three numbers, which the caller may write to.
 py::array three_of(const py::object& self, double (palpate_grip::*member)[3]) {
   return py::array_t<double>({3}, {sizeof(double)}, self.cast<palpate_grip&>().*member, self);
@@ -60,7 +69,7 @@ void set_numbers(double* to, py::ssize_t count, const Numbers& from, const char*
   std::copy_n(from.data(), count, to);
 }
 
-void ToolCopies::take(const py::iterable& tools) {
+void ToolCopies::take(const py::iterable& tools, const Obeyed& obeyed) {
   tools_.clear();
   points_.clear();
   grips_.clear();
@@ -71,6 +80,8 @@ void ToolCopies::take(const py::iterable& tools) {
     if (!are_points(tool.points))
       throw py::value_error(
           "points: expected shape [P, 3], but the array's shape was changed; assign a new array to tool.points");
+    check_number("disc_radius", tool.disc_radius, 1, " m", obeyed.disc_radius, "contact=\"patch\"");
+    check_number("friction", tool.friction, 100, "", obeyed.friction, "law=\"coulomb\"");
     const auto* numbers = static_cast<const double*>(tool.points.data());
     points_.insert(points_.end(), numbers, numbers + tool.points.size());
     for (const py::handle grip : tool.grips) grips_.push_back(grip.cast<const palpate_grip&>());

@@ -30,12 +30,22 @@ struct HeldTool {
   std::int32_t organ = 0;                                            // of a world, that grips, grasp and needle hold
 };
 
+// What the effects of a scene make of a tool's numbers: what they leave out is refused, so that nobody waits for a force of it.
+struct Obeyed {
+  bool disc_radius = false, friction = false;
+  void add(const palpate_scene_def& def) {
+    disc_radius = disc_radius || def.contact == PALPATE_CONTACT_PATCH;
+    friction = friction || def.law == PALPATE_LAW_COULOMB;
+  }
+};
+
 // A copy of the tools of one touch, made while the interpreter's lock is held, so that nothing changes during the step. The next
 // touch uses the same memory.
 class ToolCopies {
  public:
-  // Throws a Python error where an object is not a tool, or its points no longer have the shape [P, 3].
-  void take(const py::iterable& tools);
+  // Throws a Python error where an object is not a tool, its points no longer have the shape [P, 3], or a number is outside its limits or
+  // not obeyed.
+  void take(const py::iterable& tools, const Obeyed& obeyed);
   const palpate_tool* data() const { return tools_.data(); }
   std::int32_t count() const { return static_cast<std::int32_t>(tools_.size()); }
 

@@ -58,7 +58,9 @@ class HeldWorld : public std::enable_shared_from_this<HeldWorld> {
     if (contacts.contacts.bytes() < palpate_world_contacts_bytes(world_.get()) ||
         contacts.organs.size() != organs_.size())
       throw py::value_error("contacts: expected contacts of this world's make_contacts, found others");
-    copies_.take(tools);
+    Obeyed obeyed;  // by one of the organs
+    for (const auto& organ : organs_) obeyed.add(organ->effects.def);
+    copies_.take(tools, obeyed);
     palpate_step_flags flags = 0;
     {
       const py::gil_scoped_release released;
