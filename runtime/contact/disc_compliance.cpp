@@ -36,7 +36,7 @@ Mat3 compliance_between(const ContactDisc& a, const ContactDisc& b) {
   Mat3 sum;
   add_scaled(sum, tangent, times_transposed(a.tangent_root, b.tangent_root));
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) sum.m[i][j] += normal * a.normal_root[i] * b.normal_root[j];
+    for (int j = 0; j < 3; ++j) sum.m[i][j] += normal * (a.normal_root[i] * b.normal_root[j]);
   return sum;
 }
 

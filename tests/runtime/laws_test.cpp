@@ -421,10 +421,10 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
         } else if (radius == 0) {
           EXPECT_LT(shallow[0], 0);  // the shallow one holds the surface back
         }
-        // Points: 1e-8 for rounding, because the last gaps make no difference any more. Discs have a compliance of their own: the
-        // stiffness below the deeper disc changes over the gap (4e-4 per 0.05 mm, patch_test).
+        // Points: 1e-8 for rounding, because the last gaps make no difference any more. Where a disc alone is left that pushes, its
+        // place moves by 0.75 mm with the first gap, and the stiffness below it changes by up to 4e-4 per 0.05 mm (patch_test).
         // A force at its limit keeps it; what the rows beside it do then changes a little.
-        EXPECT_GE(conflict, before * (1 - (radius > 0                   ? 1e-3
+        EXPECT_GE(conflict, before * (1 - (radius > 0                   ? 6e-3
                                            : law <= PALPATE_LAW_SLIDING ? 0.1
                                                                         : 1e-8)))
             << law << " radius " << radius << " gap " << gap;

@@ -106,6 +106,39 @@ TEST(LargeLaws, ASmallPushAndDragIsTheLinearOne) {
     }
 }
 
+// Discs that overlap share what the mesh does not resolve (disc_compliance.h). The second one presses less deep, so that it slips while
+// the first one sticks.
+TEST(LargeLaws, ASmallPushAndDragOfDiscsThatOverlapIsTheLinearOne) {
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+    for (const double apart : {0.0, 0.002}) {
+      Vector3d force[3][3];
+      const Vector3d aside(0, apart, 0);
+      const std::vector<Vector3d> start = {kPlace + 1e-4 * kOut, kPlace + aside + 1e-4 * kOut};
+      for (int discs = 1; discs <= 2; ++discs)
+        for (int form = 0; form < 3; ++form) {
+          palpate_scene_def def = law_def(law);
+          def.deformation = static_cast<palpate_deformation_model>(form);
+          Probe probe(def, 0.2, 0.003);
+          probe.move({start.begin(), start.begin() + discs});
+          for (int tick = 0; tick <= 20; ++tick) {
+            const Vector3d along(0, 1e-6 * tick, 0.5e-6 * tick);
+            std::vector<Vector3d> to = {kPlace - 2e-5 * kOut + along, kPlace + aside - 1.9e-5 * kOut + along};
+            to.resize(static_cast<std::size_t>(discs));
+            force[discs][form] = probe.move(to);
+            for (int i = 0; form == 2 && i < 100 && palpate_scene_deform(probe.scene.get()) > 0; ++i) {
+            }
+          }
+          EXPECT_EQ(probe.flags, 0u) << law << form;
+          // The strain is 1e-3; friction and the solver's tolerance are 1 %.
+          EXPECT_LE((force[discs][form] - force[discs][0]).norm(), 0.02 * force[discs][0].norm())
+              << law << form << apart;
+        }
+      // A second disc at the same place, a little less deep, adds next to nothing: the first one is already there.
+      if (apart == 0 && law == PALPATE_LAW_UNILATERAL)
+        EXPECT_NEAR(force[2][1].norm(), force[1][1].norm(), 0.01 * force[1][1].norm());
+    }
+}
+
 // With a sliding contact the body is in equilibrium with a single force along the present normal, and the contact's mean
 // displacement along it is the tool's.
 TEST(LargeLaws, ADeepSlidingPushIsTheConvergedSolutionAlongThePresentNormal) {
