@@ -173,6 +173,17 @@ void DeformedSurface::corners(std::int32_t triangle, Vec3 corner[3]) {
   for (int v = 0; v < 3; ++v) corner[v] = place({}, tree_->corners(triangle)[v]);
 }
 
+Vec3 DeformedSurface::normal(std::int32_t node) {
+  Vec3 sum;
+  tree_->around(node, [&](std::int32_t triangle) {
+    Vec3 corner[3];
+    corners(triangle, corner);
+    work_.add(60);
+    sum += cross(corner[1] - corner[0], corner[2] - corner[0]);
+  });
+  return unit_or_zero(sum);
+}
+
 Vec3 DeformedSurface::moved(const SurfacePoint& surface_point) {
   Vec3 sum;
   if (!field_ || !field_->has_motions()) return sum;

@@ -61,6 +61,8 @@ class DeformedSurface {
   Vec3 displacement(const AskedSurface& asked, const SurfacePoint& surface_point);
   // m, where the corners of a triangle are now.
   void corners(std::int32_t triangle, Vec3 corner[3]);
+  // Unit, outward, of a node now: the mean of its triangles' normals, by their areas; zero where they cancel.
+  Vec3 normal(std::int32_t node);
   // m, the displacement of a surface point by the bundle's motions alone.
   Vec3 moved(const SurfacePoint& surface_point);
 

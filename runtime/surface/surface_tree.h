@@ -70,6 +70,12 @@ class SurfaceTree {
   Vec3 at_rest(const SurfacePoint& surface_point) const;
   Vec3 outward_at_rest(std::int32_t triangle) const;
 
+  // Calls visit(triangle) for every triangle around a node.
+  template <class Visit>
+  void around(std::int32_t node, Visit visit) const {
+    for (std::int32_t f = fan_start_[node]; f < fan_start_[node + 1]; ++f) visit(fan_[f]);
+  }
+
   // Calls visit(triangle) for every triangle whose box at rest may meet the box [low, high], whatever was seen.
   template <class Visit>
   void near_at_rest(Vec3 low, Vec3 high, Operations* work, Visit visit) const;

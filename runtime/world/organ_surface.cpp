@@ -11,6 +11,8 @@ bool OrganSurface::create(SceneMemory& memory, const SurfaceTree* tree) {
   tree_ = tree;
   normal_ = memory.array<Vec3>(static_cast<std::size_t>(tree->surface_nodes()));
   area_ = memory.array<double>(static_cast<std::size_t>(tree->surface_nodes()));
+  now_ = memory.array<Vec3>(static_cast<std::size_t>(tree->surface_nodes()));
+  seen_ = memory.array<std::uint64_t>(static_cast<std::size_t>(tree->surface_nodes()));
   if (memory.failed()) return false;
   for (std::int32_t t = 0; t < tree->triangle_count(); ++t) {
     const std::int32_t* const corner = tree->corners(t);
@@ -22,18 +24,35 @@ bool OrganSurface::create(SceneMemory& memory, const SurfaceTree* tree) {
   return true;
 }
 
-OrganSurface::Smooth OrganSurface::at(const SurfacePoint& place) const {
+bool OrganSurface::is_smooth(std::int32_t corner, Vec3 flat_at_rest) const {
+  return dot(normal_[corner], flat_at_rest) > kSmooth;
+}
+
+double OrganSurface::bulge(const SurfacePoint& place) const {
   const Vec3 flat = tree_->outward_at_rest(place.triangle), at = tree_->at_rest(place);
   const std::int32_t* const corner = tree_->corners(place.triangle);
-  Smooth smooth;
+  double bulge = 0;
+  for (int v = 0; v < 3; ++v)
+    bulge += 0.5 * place.barycentric[v] *
+             dot(is_smooth(corner[v], flat) ? normal_[corner[v]] : flat, tree_->at_rest(corner[v]) - at);
+  return bulge;
+}
+
+Vec3 OrganSurface::normal(const SurfacePoint& place, Vec3 flat, DeformedSurface& now) {
+  const Vec3 flat_at_rest = tree_->outward_at_rest(place.triangle);
+  const std::int32_t* const corner = tree_->corners(place.triangle);
+  Vec3 sum;
   for (int v = 0; v < 3; ++v) {
-    const Vec3 normal = dot(normal_[corner[v]], flat) > kSmooth ? normal_[corner[v]] : flat;
-    smooth.normal += place.barycentric[v] * normal;
-    smooth.bulge += 0.5 * place.barycentric[v] * dot(normal, tree_->at_rest(corner[v]) - at);
+    const std::int32_t n = corner[v];
+    Vec3 of_corner = flat;
+    if (is_smooth(n, flat_at_rest)) {
+      if (seen_[n] != step_) seen_[n] = step_, now_[n] = now.normal(n);
+      of_corner = now_[n];
+    }
+    sum += place.barycentric[v] * of_corner;
   }
-  smooth.normal = unit_or_zero(smooth.normal);
-  if (length(smooth.normal) == 0) smooth.normal = flat;
-  return smooth;
+  const Vec3 normal = unit_or_zero(sum);
+  return length(normal) == 0 ? flat : normal;
 }
 
 }  // namespace palpate

@@ -3,13 +3,14 @@
 
 #include <cstdint>
 
+#include "runtime/contact/deformed_surface.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
 
 class OrganSurface {
  public:
-  // tree: of the organ's own triangles, borrowed. Memory: 32 bytes for each node.
+  // tree: of the organ's own triangles, borrowed. Memory: 64 bytes for each node.
   bool create(SceneMemory& memory, const SurfaceTree* tree);
 
   // Of a node, at rest: the mean of its triangles' normals, by their areas; zero where they cancel.
@@ -17,19 +18,26 @@ class OrganSurface {
   // m^2, a node's share of the surface.
   double area(std::int32_t node) const { return area_[node]; }
 
-  struct Smooth {
-    Vec3 normal;       // unit, outward, at rest
-    double bulge = 0;  // m, by how much the smooth surface lies outside of the triangle there
-  };
-  // Exact to second order in the edge over the radius of curvature: a point on a chord lies half as far below the surface as the tangents at
-  // its ends lie above it. A corner whose normal differs from the triangle's by more than 25 degrees lies on an edge of the organ and
-  // counts as flat.
-  Smooth at(const SurfacePoint& place) const;
+  // m, by how much the smooth surface lies outside of the triangle at a place, at rest. Exact to second order in the edge over the radius of
+  // curvature: a point on a chord lies half as far below the surface as the tangents at its ends lie above it.
+  double bulge(const SurfacePoint& place) const;
+  // Unit, outward, at a place of the deformed surface: between the normals of its corners. flat: of its triangle now. Where corners are
+  // not evaluated yet in this step, each of their triangles is looked at.
+  Vec3 normal(const SurfacePoint& place, Vec3 flat, DeformedSurface& now);
+  // The surface has moved: what was evaluated of it is forgotten.
+  void begin_step() { ++step_; }
 
  private:
+  // A corner whose normal at rest differs from its triangle's by more than 25 degrees lies on an edge of the organ and counts as flat.
+  bool is_smooth(std::int32_t corner, Vec3 flat_at_rest) const;
+
   const SurfaceTree* tree_ = nullptr;
   Vec3* normal_ = nullptr;  // [nodes]
   double* area_ = nullptr;  // [nodes]
+  // Normals that were evaluated in this step:
+  Vec3* now_ = nullptr;            // [nodes]
+  std::uint64_t* seen_ = nullptr;  // [nodes] in which step
+  std::uint64_t step_ = 1;
 };
 
 }  // namespace palpate

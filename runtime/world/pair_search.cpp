@@ -216,13 +216,10 @@ Vec3 PairSearch::left_by_last_step(const OrganGroup& group, const OrganPair& pai
 }
 
 // The place of the pair and its normal. off: from the nearest place to the vertex.
-void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) const {
-  const TouchState& b = touch(group.b);
-  const OrganSurface::Smooth smooth = surface_[group.b].at(nearest.surface_point);
-  // The triangle has turned since rest, and the smooth normal with it.
-  Vec3 normal = unit_or_zero(smooth.normal + nearest.outward - b.tree.outward_at_rest(nearest.surface_point.triangle));
-  double bulge = smooth.bulge;
-  if (length(normal) == 0) normal = smooth.normal;
+void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) {
+  TouchState& b = touch(group.b);
+  Vec3 normal = surface_[group.b].normal(nearest.surface_point, nearest.outward, b.deformed);
+  double bulge = surface_[group.b].bulge(nearest.surface_point);
   if (nearest.outside && nearest.distance > kOnSurface * b.tree.mean_edge() &&
       dot(off, normal) < kOverFace * nearest.distance)
     normal = (1 / nearest.distance) * off, bulge = 0;
@@ -233,7 +230,7 @@ void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Ve
 }
 
 // Makes the pair whose place is nearest to a point of the second organ's frame. Returns the place, m.
-Vec3 PairSearch::anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) const {
+Vec3 PairSearch::anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) {
   TouchState& b = touch(group.b);
   const Vec3 place = b.tree.at_rest(nearest.surface_point) + b.deformed.displacement({}, nearest.surface_point);
   anchor(group, nearest, at - place, pair);
@@ -245,7 +242,7 @@ Vec3 PairSearch::anchor_under(const OrganGroup& group, const NearestPoint& neare
 // goes on goes farther again. With friction the place is the vertex's own, and the normal alone holds back. before: the pair as it was,
 // whose place is now at `was`; at: the vertex; found: the pair all the way, whose place is *place.
 void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found,
-                        Vec3* place) const {
+                        Vec3* place) {
   TouchState& b = touch(group.b);
   const Vec3 along = *place - was;
   const bool turns_back = dot(along, before.way) < 0 && length(along) > kStill * b.tree.mean_edge();
@@ -414,7 +411,8 @@ std::uint32_t PairSearch::keep_nearest() {
 
 std::uint32_t PairSearch::search() {
   work_ = {};
-  for (std::int32_t k = 0; k < organ_count_; ++k) touch(k).work.add(touch(k).deformed.take_work());
+  for (std::int32_t k = 0; k < organ_count_; ++k)
+    touch(k).work.add(touch(k).deformed.take_work()), surface_[k].begin_step();
   std::int32_t next_held = 0;
   found_count_ = 0;
   for (std::int32_t g = 0; g < group_count_; ++g) search_group(g, &next_held);

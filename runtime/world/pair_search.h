@@ -114,14 +114,14 @@ class PairSearch {
   Vec3 to_second_before(const OrganGroup& group, Vec3 point) const {
     return group.pose_b_before.to_body(group.pose_a_before.to_world(point));
   }
-  Vec3 anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) const;
+  Vec3 anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair);
   Vec3 place_now(const OrganGroup& group, const OrganPair& pair, Vec3* outward) const;
   bool stands(const OrganGroup& group, const OrganPair& pair, Vec3 at, double* moved) const;
   bool keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at, bool outside) const;
   void note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) const;
-  void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found, Vec3* place) const;
+  void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found, Vec3* place);
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
-  void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) const;
+  void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair);
   void find_overlaps(OrganGroup& group);
   std::uint32_t keep_nearest();
 
