@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <set>
 
 #include "formats/errors.h"
 #include "formats/toml_reader.h"
@@ -51,6 +50,10 @@ constexpr double kFarthest = 1e15;                   // mesh_unit; the square of
 constexpr std::size_t kMostCorridors = 16;
 // At 1/2 the tissue is incompressible, at -1 it does not shear: nearer to either, the stiffness matrix has no correct digits.
 constexpr double kFromTheEnds = 1e-6;
+
+NamedFile named_file(TomlTable& table, const char* key, const char* example) {
+  return {table.text(key, example), table.path(key, example)};
+}
 
 SourcedValue young(TomlTable& parent) {
   const SourcedValue result = sourced(parent, "young", kPressures);
@@ -181,7 +184,7 @@ Selector selector(TomlTable table) {
         result.labels = t.numbers("labels");
         if (t.has("within")) result.number = t.number("within");
         if (result.number < 0) t.wrong("within", "a distance of 0 or above");
-        if (t.has("image")) result.image = t.path("image", "\"painted.nrrd\"");
+        if (t.has("image")) result.image = named_file(t, "image", "\"painted.nrrd\"");
       });
       break;
     case Kind::all_of:
@@ -295,7 +298,7 @@ BoundaryConfig::Motion motion(TomlTable& table) {
   only_for("select", {Kind::piston, Kind::rotation, Kind::field, Kind::pressure}, "all kinds but gravity");
   if (result.kind == Kind::piston || result.kind == Kind::rotation) result.axis = axis_of(table);
   if (result.kind == Kind::rotation) result.point = table.vector("point");
-  if (result.kind == Kind::field) result.file = table.path("file", "\"diaphragm.csv\"");
+  if (result.kind == Kind::field) result.file = named_file(table, "file", "\"diaphragm.csv\"");
   if (result.kind == Kind::pressure || table.has("select")) result.select = selectors(table);
   table.finish();
   return result;
@@ -363,28 +366,23 @@ OrganConfig read_organ_config(const std::filesystem::path& file) {
   return result;
 }
 
-std::vector<std::filesystem::path> label_images(const BoundaryConfig& boundary) {
-  std::set<std::filesystem::path> images;
+std::map<std::string, std::filesystem::path> files_of(const BoundaryConfig& boundary) {
+  std::map<std::string, std::filesystem::path> files;
   const std::function<void(const std::vector<Selector>&)> add = [&](const std::vector<Selector>& selectors) {
     for (const auto& one : selectors) {
-      if (one.kind == Selector::Kind::label) images.insert(one.image);
+      if (one.image) files["label_image_sha256 " + one.image->name] = one.image->path;
       add(one.inner);
     }
   };
   for (const auto& fixed : boundary.fixed) add(fixed.select);
   for (const auto& foundation : boundary.foundations) add(foundation.select);
   for (const auto& spring : boundary.springs) add(spring.from), add(spring.to);
-  for (const auto& motion : boundary.motions) add(motion.select);
+  for (const auto& motion : boundary.motions) {
+    if (!motion.file.name.empty()) files["motion_file_sha256 " + motion.file.name] = motion.file.path;
+    add(motion.select);
+  }
   add(boundary.touchable);
-  return {images.begin(), images.end()};
-}
-
-std::string label_image_key(const std::filesystem::path& image) {
-  return "label_image_sha256 " + image.filename().string();
-}
-
-std::string motion_file_key(const std::filesystem::path& file) {
-  return "motion_file_sha256 " + file.filename().string();
+  return files;
 }
 
 BoundaryConfig read_boundary_config(const std::filesystem::path& file) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,6 +60,13 @@ struct OrganConfig {
 // Errors: InputError with file, line, key, expected and found; an unknown key is an error.
 OrganConfig read_organ_config(const std::filesystem::path& file);
 
+// A file beside a config that the config reads.
+struct NamedFile {
+  std::string name;            // as the config writes it
+  std::filesystem::path path;  // a relative name is relative to the config's folder
+  bool operator==(const NamedFile&) const = default;
+};
+
 // `select` of a boundary file: picks nodes of the surface, or of the whole mesh.
 struct Selector {
   enum class Kind {
@@ -82,7 +90,7 @@ struct Selector {
   std::vector<std::array<double, 3>> points{};  // nearest
   std::vector<std::string> names{};             // patch, contact
   std::vector<double> labels{};                 // label
-  std::filesystem::path image{};                // label; empty: the image that the mesh was made from
+  std::optional<NamedFile> image{};             // label; none: the image that the mesh was made from
   std::vector<Selector> inner{};                // all_of, any_of, none_of
   int line = 0;
   bool operator==(const Selector&) const = default;
@@ -123,7 +131,7 @@ struct BoundaryConfig {
     std::string name;
     std::array<double, 3> axis{},
         point{};                     // piston and rotation: not zero, of any length; rotation: a point of the axis
-    std::filesystem::path file{};    // field: a CSV with the columns x,y,z,ux,uy,uz
+    NamedFile file{};                // field: a CSV with the columns x,y,z,ux,uy,uz
     std::vector<Selector> select{};  // which supports move, empty: all; pressure: which triangles
     int line = 0;
     bool operator==(const Motion&) const = default;
@@ -145,13 +153,10 @@ struct BoundaryConfig {
 };
 BoundaryConfig read_boundary_config(const std::filesystem::path& file);
 
-// The images of all `label` selectors, each once, ascending; an empty path for the image that the mesh was made from.
-std::vector<std::filesystem::path> label_images(const BoundaryConfig& boundary);
-// The provenance's key for the hash of one of them: "label_image_sha256 painted.nrrd".
-std::string label_image_key(const std::filesystem::path& image);
-
-// The provenance's key for the hash of a motion's file: "motion_file_sha256 field.csv".
-std::string motion_file_key(const std::filesystem::path& file);
+// The files that the boundary file reads, by the provenance's key for their hash: "label_image_sha256 ../painted.nrrd",
+// "motion_file_sha256 field.csv". The name is the one that the boundary file writes, so that the key stays where an organ's
+// folder is moved, and two files of one name in two folders have two keys.
+std::map<std::string, std::filesystem::path> files_of(const BoundaryConfig& boundary);
 
 // Answers a `label` selector: for each node of the mesh, 1 where it is within the selector's distance of one of its labels.
 using LabelledNodes = std::function<std::vector<char>(const Selector&)>;

@@ -44,20 +44,15 @@ void check_images(const BundleFile& file, const VerifyOptions& options, const Bo
                   Checks& checks) {
   const nlohmann::json provenance = file.provenance();
   std::string wrong;
-  const auto require = [&](const std::string& key, const std::filesystem::path& image) {
-    const bool same = std::filesystem::is_regular_file(image) && provenance.is_object() && provenance.contains(key) &&
-                      provenance[key] == sha256_of_file(image.string());
-    if (!same) wrong += fmt::format("{}{} is not the file it was made with", wrong.empty() ? "" : ", ", image.string());
+  const auto require = [&](const std::string& key, const std::filesystem::path& name) {
+    const bool same = std::filesystem::is_regular_file(name) && provenance.is_object() && provenance.contains(key) &&
+                      provenance[key] == sha256_of_file(name.string());
+    if (!same) wrong += fmt::format("{}{} is not the file it was made with", wrong.empty() ? "" : ", ", name.string());
   };
-  const auto images = label_images(boundary);
-  for (const auto& image : images)
-    if (!image.empty()) require(label_image_key(image), image);
-  for (const auto& motion : boundary.motions)
-    if (!motion.file.empty()) require(motion_file_key(motion.file), motion.file);
-  if (!options.image.empty()) require("image_sha256", options.image);
-  const bool reads = std::any_of(boundary.motions.begin(), boundary.motions.end(),
-                                 [](const BoundaryConfig::Motion& motion) { return !motion.file.empty(); });
-  if (images.empty() && options.image.empty() && !reads) return;
+  auto files = files_of(boundary);
+  if (!options.image.empty()) files["image_sha256"] = options.image;
+  if (files.empty()) return;
+  for (const auto& [key, name] : files) require(key, name);
   checks.add("image hashes", wrong.empty(), wrong.empty() ? "the images and fields are those it was made with" : wrong);
 }
 

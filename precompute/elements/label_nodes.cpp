@@ -93,7 +93,7 @@ LabelledNodes labelled_nodes(const TetrahedralMesh& mesh, const OrganConfig& org
                              const std::filesystem::path& boundary_file) {
   const auto images = std::make_shared<std::map<std::filesystem::path, LabelImage>>();
   return [&mesh, &organ, &image, &boundary_file, images](const Selector& s) {
-    const std::filesystem::path file = s.image.empty() ? image : s.image;
+    const std::filesystem::path file = s.image ? s.image->path : image;
     const std::string place = fmt::format("{}:{}: label: ", boundary_file.string(), s.line);
     if (file.empty())
       throw InputError(place +

@@ -109,7 +109,7 @@ std::vector<Point> field_at(const std::vector<FieldRow>& rows, const std::vector
           "{}: expected a row near every support that moves, found none within {:.3g} m of the node at "
           "({:.4g}, {:.4g}, {:.4g}) m (its longest edge; the nearest row is {:.3g} m away); add rows, check "
           "their unit (mesh_unit), or select fewer supports",
-          config.file.string(), longest[n], body.nodes[n][0], body.nodes[n][1], body.nodes[n][2], least));
+          config.file.path.string(), longest[n], body.nodes[n][0], body.nodes[n][1], body.nodes[n][2], least));
   }
   return way;
 }
@@ -129,7 +129,7 @@ class MotionPlacer {
       case Kind::field: {
         Motion motion{config.name, formats::MotionKind::field};
         motion.moves = moving(config, nodes);
-        motion.way = field_at(read_field(config.file, metres_), motion.moves, body_, config);
+        motion.way = field_at(read_field(config.file.path, metres_), motion.moves, body_, config);
         body_.motions.push_back(std::move(motion));
         break;
       }

@@ -32,12 +32,9 @@ std::map<std::string, std::string> hashes_of(const PrecomputeOptions& options, c
                                                {"organ_sha256", hash_or_nothing(options.organ)},
                                                {"boundary_sha256", hash_or_nothing(options.boundary)}};
   if (organ.response) hashes["curve_sha256"] = hash_or_nothing(organ.response->curve);
-  for (const auto& image : label_images(boundary))
-    if (std::filesystem::is_regular_file(image))  // else refused where it is read
-      hashes[label_image_key(image)] = hash_or_nothing(image);
-  for (const auto& motion : boundary.motions)
-    if (std::filesystem::is_regular_file(motion.file))  // else refused where it is read
-      hashes[motion_file_key(motion.file)] = hash_or_nothing(motion.file);
+  for (const auto& [key, file] : files_of(boundary))
+    if (std::filesystem::is_regular_file(file))  // else refused where it is read
+      hashes[key] = hash_or_nothing(file);
   return hashes;
 }
 

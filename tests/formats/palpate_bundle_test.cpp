@@ -1,4 +1,5 @@
 // Runs palpate-bundle as users do: what it prints and its exit codes.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -457,6 +458,32 @@ TEST(PalpateBundleVerify, SolvesMotionsAgainAndShowsThem) {
               boundary.substr(0, boundary.find("[[motion]]")) + tables.substr(second) + tables.substr(0, second));
   const ProgramRun turned = palpate_bundle(with_inputs(bundle));
   EXPECT_EQ(turned.code, 3);
+}
+
+TEST(PalpateBundleVerify, HoldsWithFilesOfOneNameInTwoFoldersAndFindsThatOneOfThemIsAnother) {
+  const auto folder = scratch("fields");
+  std::string tables;
+  for (const std::string name : {"in", "out"}) {
+    std::filesystem::create_directories(folder / name);
+    std::string field = "x,y,z,ux,uy,uz\n60,50,40,0,1,0\n";  // mm, near the held nodes of write_inputs()
+    for (const int y : {0, 17, 33, 50})
+      for (const int z : {0, 13, 27, 40}) field += fmt::format("0,{},{},1,0,{}\n", y, z, name.size());
+    write_bytes(folder / name / "field.csv", field);
+    tables += "[[motion]]\nname = \"" + name + "\"\nkind = \"field\"\nfile = \"" + folder.filename().string() + "/" +
+              name + "/field.csv\"\n";
+  }
+  write_inputs(tables);
+  const std::string bundle = precompute();
+  EXPECT_EQ(palpate_bundle(with_inputs(bundle)).code, 0);
+  for (const std::string name : {"in", "out"}) {
+    const std::string field = file_bytes(folder / name / "field.csv");
+    write_bytes(folder / name / "field.csv", field + "9,9,9,1,1,1\n");
+    const ProgramRun ended = palpate_bundle(with_inputs(bundle));
+    EXPECT_EQ(ended.code, 3);
+    EXPECT_THAT(ended.errors, HasSubstr("image hashes does not hold"));
+    EXPECT_THAT(ended.out, HasSubstr(name + "/field.csv is not the file it was made with"));
+    write_bytes(folder / name / "field.csv", field);
+  }
 }
 
 // A sealed bundle whose bytes a test changes.

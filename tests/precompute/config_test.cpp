@@ -220,10 +220,11 @@ TEST(BoundaryConfig, ReadsMotions) {
   EXPECT_EQ(boundary.motions[0].select.size(), 1u);
   EXPECT_THAT(boundary.motions[1].point, ElementsAre(1, 2, 3));
   EXPECT_TRUE(boundary.motions[1].select.empty());
-  EXPECT_EQ(boundary.motions[2].file, file().parent_path() / "breath.csv");
+  EXPECT_EQ(boundary.motions[2].file, (NamedFile{"breath.csv", file().parent_path() / "breath.csv"}));
   EXPECT_EQ(boundary.motions[3].kind, Kind::pressure);
   EXPECT_EQ(boundary.motions[4].kind, Kind::gravity);
-  EXPECT_EQ(label_images(boundary).size(), 1u);
+  EXPECT_THAT(files_of(boundary), ElementsAre(testing::Key("label_image_sha256 painted.nrrd"),
+                                              testing::Key("motion_file_sha256 breath.csv")));
 }
 
 TEST(BoundaryConfig, RefusesEachFaultOfAMotionInOneSentenceWithItsLine) {
@@ -428,12 +429,38 @@ TEST_F(Selectors, ACombinationNamesTheLineOfTheSelectorThatPicksNothing) {
   EXPECT_THAT(refused("{ not = { everything = true } }"), HasSubstr("picks none of the 26 surface nodes"));
   EXPECT_THAT(refused("{ and = [] }"), HasSubstr("and: expected"));
 }
+TEST_F(Selectors, FilesOfOneNameInTwoFoldersHaveTwoKeys) {
+  const std::string text = R"(name = "t"
+[[fixed]]
+dofs = "x"
+select = { label = { labels = [3], image = "a/labels.nii" } }
+[[fixed]]
+dofs = "yz"
+select = { not = { label = { labels = [3], image = "../b/labels.nii" } } }
+[[motion]]
+name = "in"
+kind = "field"
+file = "in/field.csv"
+[[motion]]
+name = "out"
+kind = "field"
+file = "out/field.csv"
+)";
+  const auto folder = file().parent_path();
+  EXPECT_THAT(files_of(read_text(read_boundary_config, text)),
+              ElementsAre(testing::Pair("label_image_sha256 ../b/labels.nii", folder / "../b/labels.nii"),
+                          testing::Pair("label_image_sha256 a/labels.nii", folder / "a/labels.nii"),
+                          testing::Pair("motion_file_sha256 in/field.csv", folder / "in/field.csv"),
+                          testing::Pair("motion_file_sha256 out/field.csv", folder / "out/field.csv")));
+}
+
 TEST_F(Selectors, LabelAsksForTheNodesNearItsLabels) {
   const std::string text =
       "name = \"t\"\n[[fixed]]\ndofs = \"x\"\nselect = { and = [{ label = { labels = [3, 5], within = 2, "
       "image = \"painted.nrrd\" } }, { label = { labels = [7] } }] }\n";
   const BoundaryConfig boundary = read_text(read_boundary_config, text);
-  EXPECT_THAT(label_images(boundary), ElementsAre("", file().parent_path() / "painted.nrrd"));
+  EXPECT_THAT(files_of(boundary),
+              ElementsAre(testing::Pair("label_image_sha256 painted.nrrd", file().parent_path() / "painted.nrrd")));
   std::vector<std::vector<double>> asked;
   const auto nodes = select_nodes(boundary.fixed[0].select, mesh_, surface_, file(), [&](const Selector& s) {
     asked.push_back(s.labels);

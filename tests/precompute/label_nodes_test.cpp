@@ -116,7 +116,7 @@ TEST_F(LabelledBox, IsHeldWhereTheLabelIsInAnyUnitAndFrame) {
 }
 
 TEST_F(LabelledBox, TakesTheSelectorsOwnImageFirst) {
-  selector_.image = folder_ / "labels.nrrd";
+  selector_.image = {"labels.nrrd", folder_ / "labels.nrrd"};
   EXPECT_EQ(held(40, {"mm", 1e-3}, "LPS", "/no/such/image.nrrd"), 25u);
 }
 

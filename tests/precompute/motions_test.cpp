@@ -305,7 +305,7 @@ TEST(MotionsOfFiles, AFieldIsTheRowNearestToEachSupport) {
   for (const Point& p : plain.nodes)
     if (p[0] == 0) csv << p[0] << ',' << p[1] << ", " << p[2] << ',' << 2 * p[1] << ',' << -p[2] << ",0.5\r\n";
   csv.close();
-  boundary.motions = {{.kind = Kind::field, .name = "breath", .file = folder / "field.csv"}};
+  boundary.motions = {{.kind = Kind::field, .name = "breath", .file = {"field.csv", folder / "field.csv"}}};
   const ElasticBody body = body_with(box(), boundary);
   const Solved solved = solve(body, Element::p1);
   for (std::size_t n = 0; n < body.nodes.size(); ++n) {
@@ -352,9 +352,9 @@ TEST(MotionsOfFiles, AreRefusedWithOneSentence) {
   EXPECT_THAT(refused(boundary), HasSubstr("\"32\": expected at most 32 motions"));
   const auto file = [&](const std::string& text) {
     std::ofstream(folder / "f.csv") << text;
-    return with({.kind = Kind::field, .name = "f", .file = folder / "f.csv"});
+    return with({.kind = Kind::field, .name = "f", .file = {"f.csv", folder / "f.csv"}});
   };
-  EXPECT_THAT(with({.kind = Kind::field, .name = "f", .file = folder / "none.csv"}),
+  EXPECT_THAT(with({.kind = Kind::field, .name = "f", .file = {"none.csv", folder / "none.csv"}}),
               HasSubstr("none.csv: expected a CSV file with the columns x,y,z,ux,uy,uz"));
   EXPECT_THAT(file("1,2,3,4,5,6\n"), HasSubstr("f.csv:1: expected the names of the columns"));
   EXPECT_THAT(file("x,y,z,ux,uy,uz\n1,2,3,4,5\n"), HasSubstr("f.csv:2: expected six finite numbers"));
