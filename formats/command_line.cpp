@@ -1,10 +1,16 @@
 #include "formats/command_line.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 #include <new>
+#include <system_error>
 
 #include "formats/errors.h"
 #include "formats/program.h"
@@ -12,6 +18,8 @@
 namespace palpate {
 
 namespace {
+
+const std::string kNotWritten = "standard output cannot be written";
 
 enum ExitCode { kDone = 0, kOperation = 1, kInput = 2, kVerification = 3 };
 
@@ -39,12 +47,26 @@ void refuse_numbers_that_are_not_finite(const CLI::App& app) {
   for (const CLI::App* sub : app.get_subcommands()) refuse_numbers_that_are_not_finite(*sub);
 }
 
+// So that an exit code of 0 means that everything printed has arrived. std::cout, on which CLI11 prints, writes to stdout at once.
+void flush_output() {
+  const bool flushed = std::fflush(stdout) == 0;
+  const std::string reason = flushed ? "" : fmt::format(": {}", std::strerror(errno));
+  if (!flushed || std::ferror(stdout)) throw OperationError(kNotWritten + reason);
+}
+
 int fail(const std::string& name, const std::string& text, ExitCode code) {
   say_failure(name, text);
   return code;
 }
 
 }  // namespace
+
+void open_standard_streams() {
+  // The lowest free descriptor is the next that opens. It is opened the wrong way round, so that its use fails.
+  for (const int wanted : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(wanted, F_GETFD) < 0)
+      static_cast<void>(::open("/dev/null", wanted == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+}
 
 CLI::Validator positive_number() {
   return number_from("POSITIVE", "a number above 0", false);
@@ -55,6 +77,7 @@ CLI::Validator non_negative_number() {
 
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<void(CLI::App&)>& define, const std::function<void()>& body) {
+  open_standard_streams();
   try {
     CLI::App app(description, name);
     app.set_version_flag("--version", name + " " + PALPATE_VERSION);
@@ -70,12 +93,15 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
       app.parse(argc, argv);
       refuse_numbers_that_are_not_finite(app);
     } catch (const CLI::Success& success) {  // --help, --version
-      return app.exit(success);
+      app.exit(success);
+      flush_output();
+      return kDone;
     } catch (const CLI::ParseError& error) {
       return fail(name, fmt::format("{}; see {} --help", error.what(), name), kInput);
     }
     set_quiet(quiet);
     body();
+    flush_output();
     if (const std::size_t count = warnings().size(); strict && count > 0)
       return fail(name, fmt::format("--strict: expected no warning, found {}, printed above", count), kVerification);
     return kDone;
@@ -83,6 +109,8 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
     return fail(name, error.what(), kInput);
   } catch (const VerificationError& error) {
     return fail(name, error.what(), kVerification);
+  } catch (const std::system_error& error) {  // as fmt throws it where stdout takes no more
+    return fail(name, std::ferror(stdout) ? kNotWritten + ": " + error.code().message() : error.what(), kOperation);
   } catch (const std::bad_alloc&) {
     return fail(name, "out of memory; use a smaller input or a larger machine", kOperation);
   } catch (const std::exception& error) {

@@ -28,10 +28,15 @@ double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+// What stderr does not take is lost: nobody can be told of it, and the results are elsewhere.
+void print_error(const std::string& text) {
+  static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
+}
+
 // Whether the cursor is behind a progress bar: another line must then begin with a line end.
 bool bar_is_open = false;
 void close_bar() {
-  if (bar_is_open) fmt::print(stderr, "\n");
+  if (bar_is_open) print_error("\n");
   bar_is_open = false;
 }
 
@@ -74,13 +79,13 @@ void Progress::advance(std::uint64_t by) {
                            : done_ == begun_ ? std::string("...")
                                              : duration_text(spent * (1.0 - share) / (share - begun_share)) + " left";
   if (!terminal_) {
-    fmt::print(stderr, "{}: {} % ({} of {}), {}\n", what_, 10 * tenth, std::min(done_, total_), total_, rest);
+    print_error(fmt::format("{}: {} % ({} of {}), {}\n", what_, 10 * tenth, std::min(done_, total_), total_, rest));
     return;
   }
   constexpr int kWidth = 30;
   const int filled = static_cast<int>(share * kWidth);
-  fmt::print(stderr, "\r{} [{:#>{}}{:.>{}}] {:3.0f} % {}\033[K", what_, "", filled, "", kWidth - filled, 100 * share,
-             rest);
+  print_error(fmt::format("\r{} [{:#>{}}{:.>{}}] {:3.0f} % {}\033[K", what_, "", filled, "", kWidth - filled,
+                          100 * share, rest));
   std::fflush(stderr);
   bar_is_open = true;
 }
@@ -88,18 +93,18 @@ void Progress::advance(std::uint64_t by) {
 void say(const std::string& text) {
   if (quiet) return;
   close_bar();
-  fmt::print(stderr, "{}\n", text);
+  print_error(fmt::format("{}\n", text));
 }
 
 void note(const std::string& text) {
   if (quiet) return;
   close_bar();
-  fmt::print(stderr, "note: {}\n", text);
+  print_error(fmt::format("note: {}\n", text));
 }
 
 void warn(const std::string& text) {
   close_bar();
-  fmt::print(stderr, "warning: {}\n", text);
+  print_error(fmt::format("warning: {}\n", text));
   const std::lock_guard<std::mutex> lock(warned_mutex);
   warned.push_back(text);
 }
@@ -118,7 +123,7 @@ void say_failure(const std::string& name, std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
   std::replace(text.begin(), text.end(), '\n', ' ');
   close_bar();
-  fmt::print(stderr, "{}: {}\n", name, text);
+  print_error(fmt::format("{}: {}\n", name, text));
 }
 
 std::string duration_text(double seconds) {

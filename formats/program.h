@@ -26,8 +26,8 @@ class Progress {
   bool terminal_ = false;
 };
 
-// One line on stderr: the text, "note: text", "warning: text". After set_quiet(true), which --quiet calls, only
-// warnings appear, and no progress.
+// One line on stderr, lost where stderr takes nothing: the text, "note: text", "warning: text". After set_quiet(true), which
+// --quiet calls, only warnings appear, and no progress.
 void say(const std::string& text);
 void note(const std::string& text);
 void warn(const std::string& text);

@@ -162,6 +162,7 @@ int run(int argc, char** argv) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
+  palpate::open_standard_streams();  // before MPI opens files of its own
   palpate::block_stop_signals();
   // Open MPI's hwloc would look for X servers by name, for minutes where no name resolves.
   ::setenv("HWLOC_COMPONENTS", "-gl", 0);

@@ -1,8 +1,12 @@
 #include "formats/program.h"
 
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <fstream>
@@ -97,6 +101,62 @@ TEST(Program, ReportsAShortJobInOneLineAwayFromATerminal) {
   }
   EXPECT_THAT(testing::internal::GetCapturedStderr(),
               testing::MatchesRegex("solve: 100 % \\(1000 of 1000\\), took . s\n"));
+}
+
+// ---- streams that take nothing -----------------------------------------------------------------------------------------
+
+// Runs the program in a process of its own with this stream on the device; nullptr: closed, as by 2>&- of a shell.
+Ended run_with(int stream, const char* device, std::vector<std::string> words, const std::function<void()>& body) {
+  const auto errors = fresh_folder() / "errors.txt";
+  std::fflush(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::dup2(::open(errors.c_str(), O_CREAT | O_WRONLY, 0600), STDERR_FILENO);
+    ::close(stream);
+    if (device) ::open(device, O_WRONLY);  // gets the lowest free descriptor: stream
+    std::vector<char*> arguments;
+    for (auto& word : words) arguments.push_back(word.data());
+    ::_exit(run_program(
+        static_cast<int>(arguments.size()), arguments.data(), "palpate-test", "A test", [](CLI::App&) {}, body));
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), "", file_bytes(errors)};
+}
+
+TEST(Program, WritesItsResultWhereStandardErrorTakesNothing) {
+  for (const char* device : {"/dev/full", static_cast<const char*>(nullptr)}) {
+    const auto file = fresh_folder() / "result.txt";
+    const Ended ended = run_with(STDERR_FILENO, device, {"x"}, [&] {
+      std::ofstream result(file);  // gets the descriptor of a stream that is closed
+      result << "one\n" << std::flush;
+      warn("a");
+      note("b");
+      {
+        Progress progress("c", 2);
+        progress.advance(2);
+      }
+      result << "two\n";
+    });
+    EXPECT_EQ(ended.code, 0) << (device ? device : "closed");
+    EXPECT_EQ(file_bytes(file), "one\ntwo\n") << (device ? device : "closed");
+  }
+}
+
+TEST(Program, EndsWithOneWhereStandardOutputDoesNotTakeWhatItPrints) {
+  for (const char* device : {"/dev/full", static_cast<const char*>(nullptr)}) {
+    for (const std::size_t bytes : {10u, 1'000'000u}) {  // less and more than a buffer
+      const Ended ended = run_with(STDOUT_FILENO, device, {"x"}, [&] { fmt::print("{}\n", std::string(bytes, 'a')); });
+      EXPECT_EQ(ended.code, 1) << (device ? device : "closed");
+      EXPECT_THAT(ended.err, StartsWith("palpate-test: standard output cannot be written")) << bytes;
+    }
+    for (const char* option : {"--help", "--version"}) {
+      const Ended ended = run_with(STDOUT_FILENO, device, {"x", option}, [] {});
+      EXPECT_EQ(ended.code, 1) << option;
+      EXPECT_THAT(ended.err, StartsWith("palpate-test: standard output cannot be written")) << option;
+    }
+    EXPECT_EQ(run_with(STDOUT_FILENO, device, {"x"}, [] {}).code, 0) << "nothing printed, nothing lost";
+  }
 }
 
 TEST(Program, HashesAFileAsSha256sumDoes) {
