@@ -405,7 +405,8 @@ const std::vector<ConfigKey>& config_keys() {
        "Rows `[t, x, y, z]`: the tool's position at these times, on straight lines in between. A tool has either "
        "`path`, or `path_csv`, or a place (`at` or `near`) with `depth`."},
       {S, "tool", "path_csv", "file", "s, `unit`", "-", "as `path`",
-       "A CSV file of `time,x,y,z`, relative to the scene's folder; `#` begins a comment, one header line is allowed."},
+       "A CSV file of `time,x,y,z`, relative to the scene's folder; `#` begins a comment. The first line may be a "
+       "heading, of which no cell begins as a number does."},
       {S, "tool", "away", "rows", "s", "-", "ascending times of at least 0 s",
        "Rows `[from, until]`: the tool is away and touches nothing from the first time until before the second."},
       {S, "tool", "at", "choice", "-", "-", "foremost, hindmost, leftmost, rightmost, uppermost, lowest",

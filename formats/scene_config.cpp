@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 
+#include "formats/csv_lines.h"
 #include "formats/errors.h"
 #include "formats/scene_effects.h"
 #include "formats/scene_holds.h"
@@ -42,41 +41,15 @@ std::vector<SceneConfig::KeyFrame> read_key_frames(TomlTable& tool, double scale
   return path;
 }
 
-// Four comma-separated finite numbers, or nothing.
-std::optional<std::array<double, 4>> parse_csv_row(const std::string& line) {
-  std::array<double, 4> row{};
-  const char* at = line.c_str();
-  for (int i = 0; i < 4; ++i) {
-    char* end = nullptr;
-    row[i] = std::strtod(at, &end);
-    if (end == at || !std::isfinite(row[i])) return std::nullopt;
-    while (*end == ' ' || *end == '\t') ++end;
-    if (*end != (i < 3 ? ',' : '\0')) return std::nullopt;
-    at = end + 1;
-  }
-  return row;
-}
-
 std::vector<SceneConfig::KeyFrame> read_csv_path(const std::filesystem::path& csv, double scale) {
-  std::ifstream stream(csv);
-  if (!std::filesystem::is_regular_file(csv) || !stream)
-    throw InputError(
-        fmt::format("{}: expected a CSV file with a tool's path, found none that can be read", csv.string()));
+  CsvLines lines(csv, "a tool's path");
   std::vector<SceneConfig::KeyFrame> path;
-  std::string line;
-  bool header_allowed = true;
-  for (int number = 1; std::getline(stream, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty() || line[0] == '#') continue;
-    const auto row = parse_csv_row(line);
-    const auto refuse = [&](const char* expected) {
-      throw InputError(
-          fmt::format("{}:{}: expected {}, found \"{}\"", csv.string(), number, expected, line.substr(0, 60)));
-    };
-    if (!row && !header_allowed) refuse("four numbers time,x,y,z");
-    if (row && !follows(path, (*row)[0])) refuse("a time of at least 0 s and after the row before");
-    if (row) path.push_back(key_frame(*row, scale));
-    header_allowed = false;
+  while (lines.next()) {
+    if (lines.may_be_heading()) continue;
+    const auto row = csv_numbers<4>(lines.text());
+    if (!row) lines.refuse("four numbers time,x,y,z");
+    if (!follows(path, (*row)[0])) lines.refuse("a time of at least 0 s and after the row before");
+    path.push_back(key_frame(*row, scale));
   }
   if (path.empty()) throw InputError(fmt::format("{}: expected rows of time,x,y,z, found none", csv.string()));
   return path;

@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <numbers>
-#include <sstream>
 
+#include "formats/csv_lines.h"
 #include "formats/errors.h"
 #include "formats/scene_organs.h"
 
@@ -86,30 +85,15 @@ namespace {
 
 // Rows time,amount of a CSV file; the first line may hold names.
 Rows read_amounts(const std::filesystem::path& csv) {
-  std::ifstream stream(csv);
-  if (!std::filesystem::is_regular_file(csv) || !stream)
-    throw InputError(
-        fmt::format("{}: expected a CSV file with a motion's amounts, found none that can be read", csv.string()));
+  CsvLines lines(csv, "a motion's amounts");
   Rows rows;
-  std::string line;
-  bool names_allowed = true;
-  for (int number = 1; std::getline(stream, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.empty() || line[0] == '#') continue;
-    std::istringstream in(line);
-    double time = 0, amount = 0;
-    char comma = 0;
-    const bool read = in >> time >> comma >> amount && comma == ',' && (in >> std::ws).eof() && std::isfinite(time) &&
-                      std::isfinite(amount);
-    const auto refuse = [&](const char* expected) {
-      throw InputError(
-          fmt::format("{}:{}: expected {}, found \"{}\"", csv.string(), number, expected, line.substr(0, 60)));
-    };
-    if (!read && !names_allowed) refuse("two numbers time,amount");
-    if (read && !(time >= 0 && (rows.empty() || time > rows.back()[0])))
-      refuse("a time of at least 0 s and after the row before");
-    if (read) rows.push_back({time, amount});
-    names_allowed = false;
+  while (lines.next()) {
+    if (lines.may_be_heading()) continue;
+    const auto row = csv_numbers<2>(lines.text());
+    if (!row) lines.refuse("two numbers time,amount");
+    if (!((*row)[0] >= 0 && (rows.empty() || (*row)[0] > rows.back()[0])))
+      lines.refuse("a time of at least 0 s and after the row before");
+    rows.push_back(*row);
   }
   if (rows.empty()) throw InputError(fmt::format("{}: expected rows of time,amount, found none", csv.string()));
   return rows;

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
+#include "formats/csv_lines.h"
 #include "formats/errors.h"
 #include "precompute/elements/place_supports.h"
 
@@ -45,42 +44,21 @@ struct FieldRow {
   Point at, way;  // m
 };
 
-// "1.5,2,3,..." -> numbers; false where they are not six finite ones.
-bool parse_row(const std::string& line, std::array<double, 6>& row) {
-  std::istringstream in(line);
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    char comma = 0;
-    if (!(in >> row[i]) || !std::isfinite(row[i])) return false;
-    if (i + 1 < row.size() && !(in >> comma && comma == ',')) return false;
-  }
-  return (in >> std::ws).eof();
-}
-
 std::vector<FieldRow> read_field(const std::filesystem::path& file, double metres) {
-  std::ifstream in(file);
-  if (!std::filesystem::is_regular_file(file) || !in)
-    throw InputError(fmt::format("{}: expected a CSV file with the columns x,y,z,ux,uy,uz, found none that can be read",
-                                 file.string()));
+  CsvLines lines(file, "the columns x,y,z,ux,uy,uz");
   std::vector<FieldRow> rows;
-  std::string line;
-  bool named = false;
-  for (int number = 1; std::getline(in, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    std::erase(line, ' ');
-    if (line.empty() || line[0] == '#') continue;
+  for (bool named = false; lines.next(); named = true) {
     if (!named) {
-      if (line != "x,y,z,ux,uy,uz")
-        throw InputError(fmt::format("{}:{}: expected the names of the columns, x,y,z,ux,uy,uz, found \"{}\"",
-                                     file.string(), number, line.substr(0, 60)));
-      named = true;
+      std::string names = lines.text();
+      std::erase(names, ' ');
+      if (names != "x,y,z,ux,uy,uz") lines.refuse("the names of the columns, x,y,z,ux,uy,uz");
       continue;
     }
-    std::array<double, 6> row{};
-    if (!parse_row(line, row))
-      throw InputError(fmt::format("{}:{}: expected six finite numbers x,y,z,ux,uy,uz, found \"{}\"", file.string(),
-                                   number, line.substr(0, 60)));
-    for (double& x : row) x *= metres;
-    rows.push_back({{row[0], row[1], row[2]}, {row[3], row[4], row[5]}});
+    auto row = csv_numbers<6>(lines.text());
+    if (!row) lines.refuse("six finite numbers x,y,z,ux,uy,uz");
+    for (double& x : *row) x *= metres;
+    const auto& [x, y, z, ux, uy, uz] = *row;
+    rows.push_back({{x, y, z}, {ux, uy, uz}});
   }
   if (rows.empty()) throw InputError(fmt::format("{}: expected rows of x,y,z,ux,uy,uz, found none", file.string()));
   return rows;

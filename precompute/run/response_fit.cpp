@@ -5,10 +5,10 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <sstream>
 
+#include "formats/csv_lines.h"
 #include "formats/errors.h"
 
 namespace palpate {
@@ -195,23 +195,18 @@ bool is_monotone(const VectorXd& coefficient) {
 }  // namespace
 
 MeasuredCurve read_measured_curve(const std::filesystem::path& file) {
-  std::ifstream input(file);
-  if (!input) throw InputError(fmt::format("{}: the measured curve of [response] cannot be read", file.string()));
+  CsvLines lines(file, "the measured curve of [response]");
   MeasuredCurve curve;
   bool radial = false, header = false;
-  int line = 0;
   double last[3] = {0, 0, 0};
-  for (std::string text; std::getline(input, text);) {
-    ++line;
-    if (!text.empty() && text.back() == '\r') text.pop_back();
-    if (text.find_first_not_of(" \t") == std::string::npos || text[text.find_first_not_of(" \t")] == '#') continue;
-    const auto cells = split(text);
+  while (lines.next()) {
+    const int line = lines.number();
+    const auto cells = split(lines.text());
     if (!header) {
       radial = cells.size() == 3;
       if (cells.size() < 2 || cells.size() > 3 || cells[0] != "displacement_mm" || cells[1] != "force_N" ||
           (radial && cells[2] != "radial_mm"))
-        bad_line(file, line,
-                 fmt::format("expected the header displacement_mm,force_N[,radial_mm], found \"{}\"", text));
+        lines.refuse("the header displacement_mm,force_N[,radial_mm]");
       header = true;
       continue;
     }

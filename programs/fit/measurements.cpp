@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <optional>
 
+#include "formats/csv_lines.h"
 #include "formats/errors.h"
 #include "formats/program.h"
 
@@ -52,20 +52,13 @@ struct Header {
 
 class Reader {
  public:
-  Reader(const std::filesystem::path& file, const ReadOptions& options) : options_(options) {
+  Reader(const std::filesystem::path& file, const ReadOptions& options)
+      : options_(options), lines_(file, "measurements") {
     result_.file = file;
-    std::ifstream stream(file);
-    if (!std::filesystem::is_regular_file(file) || !stream)
-      throw InputError(
-          fmt::format("{}: expected a CSV file of measurements, found none that can be read", file.string()));
     bool has_header = false;
-    for (std::string line; std::getline(stream, line);) {
-      ++line_;
-      if (line_ == 1 && line.rfind("\xef\xbb\xbf", 0) == 0) line.erase(0, 3);  // spreadsheets write this mark
-      if (!line.empty() && line.back() == '\r') line.pop_back();
-      if (line.empty() || line[0] == '#') continue;
-      const auto cells = cells_of(line);
-      if (!cells) refuse("a quote at the end of the quoted cell", line);
+    while (lines_.next()) {
+      const auto cells = cells_of(lines_.text());
+      if (!cells) lines_.refuse("a quote at the end of the quoted cell");
       has_header ? read_row(*cells) : read_header(*cells);
       has_header = true;
     }
@@ -79,13 +72,12 @@ class Reader {
 
  private:
   [[noreturn]] void refuse(const std::string& expected, const std::string& found) const {
-    throw InputError(
-        fmt::format("{}:{}: expected {}, found \"{}\"", result_.file.string(), line_, expected, found.substr(0, 80)));
+    lines_.refuse(expected, found);
   }
   [[noreturn]] void refuse_columns(const std::string& found) const {
     throw InputError(fmt::format(
         "{}:{}: expected a header with {}depth_mm and force_N, and optionally place and source; {}",
-        result_.file.string(), std::max(line_, 1),
+        result_.file.string(), std::max(lines_.number(), 1),
         options_.plate ? "" : (options_.radius > 0 ? "x_mm, y_mm, z_mm, " : "x_mm, y_mm, z_mm, radius_mm, "), found));
   }
 
@@ -170,7 +162,7 @@ class Reader {
       refuse("a depth of at least 0, from first contact into the organ", cells[header_.column[kDepth]]);
     if (header_.source >= 0) remember(result_.sources, cells[header_.source]);
     Spot spot;
-    spot.line = line_, spot.radius = options_.radius;
+    spot.line = lines_.number(), spot.radius = options_.radius;
     std::string place = "all";
     if (!options_.plate) {
       for (const Column q : {kX, kY, kZ}) spot.at[q] = number(cells, q);
@@ -206,9 +198,9 @@ class Reader {
   }
 
   ReadOptions options_;
+  CsvLines lines_;
   Measurements result_;
   Header header_;
-  int line_ = 0;
 };
 
 }  // namespace

@@ -301,7 +301,7 @@ TEST(MotionsOfFiles, AFieldIsTheRowNearestToEachSupport) {
   boundary.fixed = {held(patch("x0"))};
   const ElasticBody plain = body_with(box(), boundary);
   std::ofstream csv(folder / "field.csv");
-  csv << "# of the held face\nx,y,z,ux,uy,uz\n";
+  csv << "\xef\xbb\xbf# of the held face\nx,y,z,ux,uy,uz\n";  // a byte order mark first, as spreadsheets write it
   for (const Point& p : plain.nodes)
     if (p[0] == 0) csv << p[0] << ',' << p[1] << ", " << p[2] << ',' << 2 * p[1] << ',' << -p[2] << ",0.5\r\n";
   csv.close();

@@ -129,7 +129,8 @@ std::string curve_refusal(const std::string& text) {
 }
 
 TEST(MeasuredCurve, IsReadInMetresWithoutItsOrigin) {
-  const CurveFile file("# source\ndisplacement_mm,force_N,radial_mm\n0,0,0\n1, 2,0.5\r\n\n2,3,1.25\n");
+  const CurveFile file(
+      "\xef\xbb\xbf# source\ndisplacement_mm,force_N,radial_mm\n0,0,0\n1, 2,0.5\r\n\n2,3,1.25\n");  // a byte order mark first
   const auto curve = read_measured_curve(file.path());
   EXPECT_THAT(curve.displacement, ::testing::ElementsAre(1e-3, 2e-3));
   EXPECT_THAT(curve.force, ::testing::ElementsAre(2, 3));

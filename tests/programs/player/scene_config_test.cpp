@@ -238,7 +238,8 @@ TEST_F(SceneFile, RefusesAMotionThatCannotBeWithLineAndKey) {
     return std::string();
   };
   EXPECT_THAT(refusal("none.csv"), HasSubstr("none.csv: expected a CSV file with a motion's amounts"));
-  for (const char* rows : {"a,b\nc,d\n", "0,1\n0,2\n", "0,1,2\n3,4,5\n", "0;1\n1;2\n", "-1,0\n"}) {
+  for (const char* rows : {"0,a\n1,2\n", "0\n1,2\n", "nan,nan\n1,2\n", "a,b\nc,d\n", "0,1\n0,2\n", "0,1,2\n3,4,5\n",
+                           "0;1\n1;2\n", "-1,0\n"}) {
     write("bad.csv", rows);
     EXPECT_THAT(refusal("bad.csv"), HasSubstr("bad.csv:")) << rows;
   }
@@ -317,6 +318,29 @@ TEST_F(SceneFile, NamesTheLineOfABadCsvRow) {
   refused("1,1,2,3\n1,2,3,4\n", "p.csv:2: expected a time");
   refused("-1,1,2,3\n", "p.csv:1: expected a time");
   refused("# nothing\n", "p.csv: expected rows");
+  // The first line is no heading where it is a row with a fault.
+  for (const char* row : {"0,1,2", "0,1,2,x", "0,1,2,3,4", "time,1,2,3", "0;1;2;3", "nan,nan,nan,nan", "inf,1,2,3",
+                          ",,,", "o,1,2,3", "\"0\",\"1\",\"2\",\"3\"", "0,1,2,", "x,y,z,.5", "t,x,-,z"})
+    refused(std::string("# a\n\n") + row + "\n1,2,3,4\n", "p.csv:3: expected four numbers time,x,y,z, found \"");
+  refused(std::string("0,1,2,3\0,4\n", 11), "p.csv:1: expected four numbers");
+  refused("\xff\xfe" + std::string("0\0,\0", 4), "p.csv: expected text in UTF-8, found UTF-16");
+}
+
+// As spreadsheets write CSV files, and some editors TOML files.
+TEST_F(SceneFile, ReadsFilesThatBeginWithAByteOrderMark) {
+  const std::string mark = "\xef\xbb\xbf";
+  for (const std::string rows : {"0,1,2,3\n1,2,3,4\n", "time,x,y,z\n0,1,2,3\n1,2,3,4\n", "# a\n0,1,2,3\n1,2,3,4\n"}) {
+    write("p.csv", mark + rows);
+    const auto scene = write("marked.toml", mark + "name = \"s\"\nunit = \"mm\"\n[[tool]]\nname = \"t\"\n" + kPoint +
+                                                "path_csv = \"p.csv\"\n");
+    const auto path = read_scene_config(scene).tools.at(0).path;
+    ASSERT_EQ(path.size(), 2u) << rows;
+    EXPECT_EQ(path[0].time, 0);
+    EXPECT_DOUBLE_EQ(path[0].position[2], 0.003);
+  }
+  write("a.csv", mark + "0,5\n1,6\n");
+  const SceneConfig scene = read(kPoint + kPath + "[[motion]]\nname = \"a\"\namounts_csv = \"a.csv\"\n");
+  EXPECT_DOUBLE_EQ(amount_at(scene.motions.at(0), 0), 5);
 }
 
 TEST_F(SceneFile, RefusesAMissingCsv) {
