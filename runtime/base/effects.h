@@ -35,6 +35,12 @@ constexpr bool kHasEffects = true;
   return kHasEffects && (def.law == PALPATE_LAW_UNILATERAL || def.law == PALPATE_LAW_COULOMB);
 }
 
+// Anchors move over a surface whose stiffness differs from place to place (slide_energy.h).
+[[maybe_unused]] static bool watches_slide_energy(const palpate_scene_def& def) {
+  return kHasEffects && def.law != PALPATE_LAW_STICKING && def.collision != PALPATE_COLLISION_OFF &&
+         def.deformation == PALPATE_DEFORMATION_LINEAR;
+}
+
 // Q of the measured response corrects each tool's force.
 [[maybe_unused]] static bool corrects_force(const palpate_scene_def& def) {
   return kHasEffects && def.force == PALPATE_FORCE_RESPONSE;

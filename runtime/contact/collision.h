@@ -42,6 +42,7 @@ struct PointState {
   SurfacePoint anchor;  // the surface point that the tool point holds
   Vec3 anchor_at_rest;  // m
   Vec3 outward;         // unit normal of the anchor's triangle at rest
+  double slack = 0;     // m, by which the contact gives way along the normal (slide_energy.h)
   Vec3 tangent;         // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
 };
 

@@ -18,6 +18,7 @@ struct ContactWish {
   ContactLaw law = ContactLaw::sticking;
   double friction = 0;
   Vec3 outward, tangent;  // unit and orthogonal; where contacts have frames
+  double slack = 0;       // m, by which the displacement along the inward normal is to be less
   bool moved = false;     // its frame may have changed although its surface point is the same
 };
 

@@ -71,6 +71,7 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   spread_ = memory.array<Mat3>(nodes);
   rows_ = memory.array<Rows>(constraints);
   is_kept_ = memory.array<bool>(constraints);
+  stayed_ = memory.array<bool>(constraints);
   carried_ = memory.array<Vec3>(constraints);
   kept_rows_ = memory.array<Rows>(constraints);
   kept_node_ = memory.array<ContactNode>(nodes);
@@ -191,6 +192,7 @@ void ContactSolver::match(const ContactConstraints& set) {
     if (known) ++k;
   }
   while (k < kept_constraints_) leave(k++);
+  if (!again_) std::copy_n(is_kept_, set.constraint_count, stayed_);
 }
 
 // Rows without a scale leave the order of the factor. Returns their number, and their positions in list_.

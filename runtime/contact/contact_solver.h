@@ -126,6 +126,8 @@ class ContactSolver {
   }
   // Whether constraint p has the rows of the last solve.
   bool holds(const ContactConstraints& set, std::int32_t p) const;
+  // Whether constraint p of this step's solves has the rows that it had in the last step.
+  bool stayed(std::int32_t p) const { return stayed_[p]; }
   // The constraint of the last solve, whose nodes are kept_nodes() + first_node; nullptr where it had none of that tool, point and part.
   // number: which it had as a rule, the one that it has now.
   const ContactConstraint* kept(const ContactConstraint& like, std::int32_t number) const;
@@ -308,6 +310,7 @@ class ContactSolver {
 
   Rows* rows_ = nullptr;       // [constraint_capacity] of this step
   bool* is_kept_ = nullptr;    // [constraint_capacity] its rows were there in the last step
+  bool* stayed_ = nullptr;     // [constraint_capacity] the same, of the first solve of a step
   Vec3* carried_ = nullptr;    // [constraint_capacity] N, the last step's reaction of a contact that got new rows
   Rows* kept_rows_ = nullptr;  // [constraint_capacity] of the last step, like all kept_
   ContactNode* kept_node_ = nullptr;

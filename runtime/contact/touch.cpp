@@ -308,7 +308,7 @@ class Touch {
       ContactWish wish;
       wish.tool = t, wish.point = i;
       wish.displacement = point(tool, i) - state.anchor_at_rest;
-      wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction;
+      wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction, wish.slack = state.slack;
       if (has_fine_contacts(touch_state_)) {
         request_fine_contact(wish, state, touch_state_.fine_contacts[t][i]);
       } else {
@@ -343,6 +343,7 @@ class Touch {
   static void set_frame(ContactWish& wish, Vec3 outward, Vec3* tangent) {
     wish.outward = length(outward) == 0 ? Vec3{0, 0, 1} : outward;
     wish.tangent = *tangent = across(wish.outward, *tangent);
+    if (wish.slack != 0) wish.displacement += wish.slack * wish.outward;
   }
 
   void request_grip_contacts(std::int32_t t) {
@@ -424,12 +425,43 @@ class Touch {
       const bool missed =
           moves && (has_room ? touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_)
                              : touch_state_.motions.holds_volumes());
-      if (!grasps_slip() && !missed) break;
+      const bool gives_way = watches_slide_energy(context_.def) && has_room && note_sliding(*acting_) &&
+                             touch_state_.slide_energy.give_way(touch_state_.solver, *acting_,
+                                                                touch_state_.slide_energy.sliding(), touch_state_.rows);
+      if (!grasps_slip() && !missed && !gives_way) break;
       if (has_room) continue;
       flags_ |= PALPATE_STEP_SOLVE_INEXACT;
       break;
     }
     return outcome;
+  }
+  // For SlideEnergy, what it is to know about the constraints. False where none slides.
+  bool note_sliding(const ContactConstraints& set) {
+    bool any = false;
+    for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+      const ContactConstraint& constraint = set.constraints[p];
+      SlideEnergy::Sliding& sliding = touch_state_.slide_energy.sliding()[p];
+      sliding = {};
+      if (!is_of_tool(constraint.tool)) continue;
+      const Tool& tool = touch_state_.input.tool(constraint.tool);
+      if (constraint.point >= tool.point_count) continue;
+      PointState& state = touch_state_.points[constraint.tool][constraint.point];
+      sliding.slack = &state.slack, sliding.at = point(tool, constraint.point) - moved(set, constraint);
+      any = true;
+    }
+    return any;
+  }
+  void end_slide_energy(ContactSolver::Outcome outcome) {
+    note_sliding(*acting_);
+    bool trusted = outcome == ContactSolver::Outcome::solved;
+    for (std::int32_t p = 0; p < acting_->constraint_count; ++p) {
+      const ContactSolver::Doubt doubt = touch_state_.solver.doubt_of(p);
+      trusted = trusted && !doubt.inexact && !doubt.conflict;
+    }
+    SlideEnergy& energy = touch_state_.slide_energy;
+    if (energy.end(touch_state_.solver, *acting_, energy.sliding(), trusted)) return;
+    for (std::int32_t p = 0; p < acting_->constraint_count; ++p)
+      if (energy.sliding()[p].slack) raise(acting_->constraints[p].tool, PALPATE_STEP_SOLVE_INEXACT);
   }
   static_assert(Motions::kMostSolves <= kMostSlipSolves, "the last solve has the pressures that follow_volumes() left");
   void finish_grasps() {
@@ -550,6 +582,7 @@ class Touch {
     const ContactConstraints& set = deforms_beside(context_.def) ? take_solution() : touch_state_.rows.set();
     acting_ = joint && has_motions(context_.def) ? &touch_state_.motions.acting(set) : &set;
     const ContactSolver::Outcome outcome = joint ? *joint : solve_again(set);
+    if (watches_slide_energy(context_.def)) end_slide_energy(outcome);
     if (has_motions(context_.def)) touch_state_.motions.end(set, touch_state_.force);
     if (has_grasps(context_.def)) {
       context_.watch.ended(Pass::contact);
@@ -991,6 +1024,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.tree.forget();
   state.collision.forget();
   state.slides.forget();
+  if (watches_slide_energy(def)) state.slide_energy.forget();
   state.work.forget();
   state.solver.forget();
   if (deforms_largely(def)) state.body.forget();

@@ -19,6 +19,7 @@
 #include "runtime/contact/links.h"
 #include "runtime/contact/motions.h"
 #include "runtime/contact/needle.h"
+#include "runtime/contact/slide_energy.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
 #include "runtime/surface/fine_surface.h"
@@ -66,6 +67,7 @@ struct TouchState {
   Links links;      // where the scene may have some
   ContactSolver solver;
   ContactAdmission admission;
+  SlideEnergy slide_energy;           // where watches_slide_energy()
   DeformingBody body;                 // in place of the solver, under large deformation
   BodyBeside beside;                  // or beside it: the body then belongs to the thread of palpate_scene_deform
   FarTools far;                       // of an organ in a world

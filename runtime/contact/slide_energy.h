@@ -1,0 +1,64 @@
+// Keeps contacts that slide from giving energy: what they give back in a way is at most what their tools have put in.
+//
+// A contact holds the surface at rest at an anchor, and while it slides the anchor moves to where the surface is stiffer or softer. The
+// energy of the contacts is half the sum of reactions times targets. Where it rises by more than the tools' work and what the contacts have
+// lost before in the same touch, the contacts that slide give way: each target along the normal gets shorter by a part of it, the slack,
+// until the energy is what was paid for. The slack goes back as the contacts lose energy in softer places.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/contact/contact_rows.h"
+#include "runtime/contact/contact_solver.h"
+
+namespace palpate {
+
+class SlideEnergy {
+ public:
+  // What a touch knows about constraint p of a step.
+  struct Sliding {
+    Vec3 at;                  // m, where its tool holds it, less what motions have moved the surface there
+    double* slack = nullptr;  // m, of its contact; nullptr: a constraint that does not slide
+  };
+
+  bool create(SceneMemory& memory, std::int32_t constraint_capacity);
+  void forget();
+
+  // After a solve. sliding: [constraint_count], of this step; acting: the targets that were solved. True where contacts have shorter targets in
+  // `rows` now, so that the step is to be solved again. Cost: some 50 operations for each constraint.
+  bool give_way(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
+                ContactRows& rows);
+  // After the last solve of a step. False where contacts have given more energy than the tolerance allows.
+  // trusted: the solution meets its targets and laws.
+  bool end(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool trusted);
+
+  Sliding* sliding() { return sliding_; }  // [constraint_capacity]
+
+ private:
+  // A constraint of the last step.
+  struct Held {
+    std::int32_t tool, point, part, slides;
+    Vec3 target, reaction;  // m and N, in its frame
+    Vec3 force, at;         // N and m, in the organ's frame
+  };
+  // J, of a step's solution.
+  struct Sum {
+    bool known = false;
+    double created =
+        0;              // energy less work since the last step; not known where other constraints came, went or changed
+    double stored = 0;  // in contacts that slide
+    double moved = 0;   // of that, in those whose rows are new
+  };
+  Sum sum_up(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding) const;
+  void shorten(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, double excess,
+               const Sum& sum, ContactRows& rows) const;
+  void lengthen(const ContactConstraints& acting, const Sliding* sliding, double stored) const;
+
+  Held* held_ = nullptr;  // [constraint_capacity]
+  Sliding* sliding_ = nullptr;
+  std::int32_t count_ = 0;
+  double lost_ = 0;  // J, by the contacts in this touch, not yet given back
+};
+
+}  // namespace palpate
