@@ -171,7 +171,8 @@ void Collision::begin_contact(PointState& state, const SurfacePoint& surface_poi
   state.outward = surface_->tree().outward_at_rest(surface_point.triangle);
   state.tangent = Vec3{};
   state.clear = {};
-  state.drift = state.unseen = state.slack = 0;
+  state.drift = state.unseen = state.slack = state.push = 0;
+  state.rides = false, state.lean = Vec3{};
 }
 
 void Collision::end_contact(PointState& state, std::int32_t tool, std::int32_t point) {

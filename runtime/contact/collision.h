@@ -32,7 +32,8 @@ struct PointState {
   bool over_held = false;   // in contact: the contact has held nodes alone, so that it has no force
   bool has_ended = false;   // its contact has ended since the point was last tested
   bool predicted = false;   // in contact: `inside` is of the predicted surface
-  bool unused[2] = {};      // in the place of padding, which a saved state would hold
+  bool rides = false;       // in contact: the next three numbers are known, of a disc that slides almost freely
+  bool unused[1] = {};      // in the place of padding, which a saved state would hold
   std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                // m, where the point was in the last step that followed it
   Clearance clear;
@@ -42,6 +43,9 @@ struct PointState {
   SurfacePoint anchor;  // the surface point that the tool point holds
   Vec3 anchor_at_rest;  // m
   Vec3 outward;         // unit normal of the anchor's triangle at rest
+  Vec3 ridden;          // m, where the last step left the disc's mean place
+  Vec3 lean;            // how its normal turned there (DiscSlide)
+  double push = 0;      // N, the same
   double slack = 0;     // m, by which the contact gives way along the normal (slide_energy.h)
   Vec3 tangent;         // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
 };

@@ -80,11 +80,22 @@ inline bool may_give_way(const ContactConstraint& constraint) {
   return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb || constraint.limit > 0;
 }
 
+// Where a disc that slides meets the surface at rest, and what changes as its anchor moves (contact_rows.h).
+struct DiscPlace {
+  Vec3 at;       // m, the mean place of the disc's nodes
+  Vec3 outward;  // unit, the surface's normal at rest
+  Vec3 rise;     // of `at` along the normal per metre of the anchor's way
+  Vec3 softer;   // 1/N, slope of the compliance along the normal that the mesh does not resolve
+  std::int32_t known, unused;
+};
+
 // Fixed capacity; all arrays belong to the scene.
 struct ContactConstraints {
   ContactNode* nodes = nullptr;              // [node_capacity]
   ContactConstraint* constraints = nullptr;  // [constraint_capacity]
   Vec3* target = nullptr;                    // [constraint_capacity] m, u* along each row; imposed axes only
+  DiscPlace* place = nullptr;                // [constraint_capacity] where discs may slide
+  Vec3* slope = nullptr;                     // [node_capacity] 1/m, the same: of the weight, per metre of the anchor's way
   std::int32_t node_capacity = 0, constraint_capacity = 0, node_count = 0, constraint_count = 0;
 };
 

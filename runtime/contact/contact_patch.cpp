@@ -162,6 +162,74 @@ void ContactPatch::first_moments(double* along, double* across) {
   for (int e = 0; e < count_; ++e) index_of_node_[node_[e]] = -1;
 }
 
+namespace {
+
+// 1/m, along u and v: the gradients of a triangle's three hat functions, seen along the normal.
+struct HatSlopes {
+  HatSlopes(const SurfaceIndex& surface, std::int32_t triangle, Vec3 u, Vec3 v) {
+    double x[3], y[3];
+    for (int c = 0; c < 3; ++c) x[c] = dot(surface.corner(triangle, c), u), y[c] = dot(surface.corner(triangle, c), v);
+    const double twice_area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
+    for (int c = 0; c < 3 && twice_area > 0; ++c) {
+      const int d = (c + 1) % 3, e = (c + 2) % 3;
+      along[c] = (y[d] - y[e]) / twice_area, across[c] = (x[e] - x[d]) / twice_area;
+    }
+  }
+  double along[3] = {}, across[3] = {};
+};
+
+}  // namespace
+
+Vec3 ContactPatch::spacing_slope(std::int32_t triangle, Vec3 u, Vec3 v) const {
+  const HatSlopes hat(*surface_, triangle, u, v);
+  Vec3 sum;
+  for (int c = 0; c < 3; ++c)
+    sum += measure_->spacing(triangles_[3 * triangle + c]) * (hat.along[c] * u + hat.across[c] * v);
+  return sum;
+}
+
+// The mean place is that of the nodes, lifted along their normals by what a disc on a curved surface lies below it, tr(K) b^2 / 6: so it lies at
+// the surface, and is smooth where the triangles have edges.
+void ContactPatch::measure_slopes(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a, Vec3* slope,
+                                  DiscPlace* place) {
+  a = std::max(a, kLeastRadius);
+  const Vec3 other = cross(outward, tangent);
+  const double s = measure_->spacing(surface_point);
+  const bool grows = radius_ > a;
+  const Vec3 wider = spacing_slope(surface_point.triangle, tangent, other);
+  for (int e = 0; e < count_; ++e) index_of_node_[node_[e]] = e, slope[e] = Vec3{};
+  Vec3 lost;
+  for (int p = 0; p < kPoints; ++p) {
+    if (hit_[p].triangle < 0) continue;
+    const HatSlopes hat(*surface_, hit_[p].triangle, tangent, other);
+    for (int c = 0; c < 3; ++c) {
+      const std::int32_t e = index_of_node_[triangles_[3 * hit_[p].triangle + c]];
+      if (e < 0) continue;
+      Vec3 change = hat.along[c] * tangent + hat.across[c] * other;
+      if (grows) change += kResolved * (hat.along[c] * x_[p] + hat.across[c] * y_[p]) * wider;
+      slope[e] += share_[p] * change, lost += share_[p] * change;
+    }
+  }
+  for (int e = 0; e < count_; ++e) index_of_node_[node_[e]] = -1;
+  double whole = 0;
+  for (int e = 0; e < count_; ++e) whole += weight_[e];
+  Vec3 at, rise;
+  double lifted = 0;
+  for (int e = 0; e < count_; ++e) {
+    slope[e] += (-weight_[e] / whole) * lost;
+    const Mat3& k = measure_->curvature(node_[e]);
+    const double bend = std::clamp((k.m[0][0] + k.m[1][1] + k.m[2][2]) * radius_, -1.0, 1.0);
+    const Vec3 up = measure_->outward(node_[e]), x = surface_->node(node_[e]) + bend * radius_ / 6 * up;
+    at += weight_[e] * x, rise += dot(x, outward) * slope[e];
+    lifted += weight_[e] * bend / 3 * dot(up, outward);
+  }
+  place->at = (1 / whole) * at;
+  place->rise = (1 / whole) * (grows ? rise + kResolved * lifted * wider : rise);
+  const LocalCompliance tissue = measure_->tissue(surface_point);
+  const double wide = radius_ + tissue.normal_blur * s;
+  place->softer = tissue.normal / (wide * wide) * (tissue.normal_blur + (grows ? kResolved : 0)) * wider;
+}
+
 void ContactPatch::measure_local(const SurfacePoint& surface_point, Vec3 outward, Vec3 u, Vec3 v, double a, double b) {
   const LocalCompliance tissue = measure_->tissue(surface_point);
   const double s = measure_->spacing(surface_point), wide = b + tissue.tangent_blur * s;

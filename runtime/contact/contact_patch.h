@@ -14,6 +14,7 @@
 
 #include <cstdint>
 
+#include "runtime/contact/contact_constraints.h"
 #include "runtime/contact/disc_compliance.h"
 #include "runtime/surface/surface_measure.h"
 
@@ -44,6 +45,10 @@ class ContactPatch {
   // [count()] m: of each node the sum of the quadrature points' shares times their place along the tangent and across it, from the disc's
   // centre. sum_n along_n u_n is then the first moment of the interpolated displacement, which weights times places of nodes are not.
   void first_moments(double* along, double* across);
+  // After press(), with the same arguments and kResolved: how the disc changes as its place moves across `outward`. slope: [count()] 1/m, of the
+  // weights, whose sum stays `whole`. Of place, `outward` is not written. Cost: about half of press().
+  void measure_slopes(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a, Vec3* slope,
+                      DiscPlace* place);
   const Mat3& local() const { return local_; }       // m/N, symmetric: added to the contact's own compliance
   const ContactDisc& disc() const { return disc_; }  // its frame: x, y, z
 
@@ -56,6 +61,7 @@ class ContactPatch {
   };
   void find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b);
   void gather_nodes(const SurfacePoint& surface_point);
+  Vec3 spacing_slope(std::int32_t triangle, Vec3 u, Vec3 v) const;
   void measure_local(const SurfacePoint& surface_point, Vec3 outward, Vec3 u, Vec3 v, double a, double b);
 
   SurfaceIndex* surface_ = nullptr;

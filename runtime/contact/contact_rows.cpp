@@ -11,6 +11,12 @@ namespace {
 // A thinned disc is as good as the whole one where the nodes that it keeps carried this share of its weight.
 constexpr double kFaithful = 0.95;
 
+// Of the weights, for a disc that lies on the surface as a whole.
+constexpr double kWhole = 0.999;
+
+// rad, and the tangent of an angle: how far the normal of a disc's law turns at least in a step, and at most from that at rest.
+constexpr double kSteady = 1e-4, kMostLean = 1;
+
 }  // namespace
 
 bool ContactRows::create_set(SceneMemory& memory, std::int32_t nodes, std::int32_t constraints,
@@ -18,6 +24,10 @@ bool ContactRows::create_set(SceneMemory& memory, std::int32_t nodes, std::int32
   set->nodes = memory.array<ContactNode>(static_cast<std::size_t>(nodes));
   set->constraints = memory.array<ContactConstraint>(static_cast<std::size_t>(constraints));
   set->target = memory.array<Vec3>(static_cast<std::size_t>(constraints));
+  if (source_.slides) {
+    set->place = memory.array<DiscPlace>(static_cast<std::size_t>(constraints));
+    set->slope = memory.array<Vec3>(static_cast<std::size_t>(nodes));
+  }
   set->node_capacity = nodes, set->constraint_capacity = constraints;
   return !memory.failed();
 }
@@ -31,6 +41,10 @@ bool ContactRows::create(SceneMemory& memory, const Source& source, std::int32_t
     memory.keep_array(set_.nodes, static_cast<std::size_t>(node_capacity), set_.node_count);
     memory.keep_array(set_.constraints, static_cast<std::size_t>(constraint_capacity), set_.constraint_count);
     memory.keep_array(set_.target, static_cast<std::size_t>(constraint_capacity), set_.constraint_count);
+  }
+  if (source.slides) {
+    memory.keep_array(set_.place, static_cast<std::size_t>(constraint_capacity), set_.constraint_count);
+    memory.keep_array(set_.slope, static_cast<std::size_t>(node_capacity), set_.node_count);
   }
   return create_set(memory, node_capacity, constraint_capacity, &set_) &&
          (!source.patch || create_set(memory, node_capacity, constraint_capacity, &last_));
@@ -59,6 +73,7 @@ ContactConstraint& ContactRows::add_constraint(const ContactWish& wish, std::int
   constraint.axes = wish.axes;
   constraint.tool = wish.tool, constraint.point = wish.point, constraint.part = part;
   constraint.law = wish.law, constraint.friction = wish.friction, constraint.share = 1;
+  if (set_.place) set_.place[set_.constraint_count].known = 0;
   set_.target[set_.constraint_count++] = wish.displacement;
   return constraint;
 }
@@ -196,6 +211,7 @@ bool ContactRows::hold_as_before(std::int32_t first, const ContactConstraint* be
     Vec3& target = set_.target[first + part];
     if (now.framed) target = transposed_times(now.frame, target);
     if (held.framed) target = held.frame * target;
+    if (set_.place) set_.place[first + part].known = 0;
     held.friction = now.friction, held.share = now.share, held.first_node = set_.node_count;
     std::copy(nodes + before[part].first_node, nodes + before[part].first_node + held.node_count,
               set_.nodes + set_.node_count);
@@ -298,6 +314,27 @@ void ContactRows::make_link(const LinkWish& link, std::int32_t tool) {
   for (int i = 0; i < 3; ++i) constraint.local.m[i][i] += link.softness;
 }
 
+// The wish with the disc's mean place in the place of its anchor and the disc's own normal in that of the surface. A frame that would turn by
+// less than kSteady stays, so that a tool at rest keeps its rows; so does that of a contact with friction, until it slips.
+ContactWish ContactRows::along_own_normal(const ContactWish& wish, const DiscPlace& place,
+                                          const ContactConstraint* before) const {
+  ContactWish own = wish;
+  Vec3 lean = 0.5 * wish.slide->push * place.softer - place.rise - wish.slide->lean;
+  if (const double size = length(lean); size > kMostLean) lean = kMostLean / size * lean;
+  own.outward = unit_or_zero(place.outward + lean);
+  own.displacement += wish.slide->anchor - place.at;
+  if (before) {
+    const Vec3 was = -1 * load3(before->frame.m[0]);
+    if (wish.law == ContactLaw::coulomb || length(own.outward - was) < kSteady) own.outward = was;
+    if (own.outward.x != was.x || own.outward.y != was.y || own.outward.z != was.z)
+      own.tangent = across(own.outward, own.tangent);
+  } else {
+    own.tangent = across(own.outward, own.tangent);
+  }
+  own.displacement += wish.slack * (own.outward - wish.outward);
+  return own;
+}
+
 // Takes over the patch of the last step where its surface point, radius and law are the same.
 bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfacePoint& surface_point) {
   const auto before = [&](const ContactConstraint& constraint) {
@@ -316,11 +353,21 @@ bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfaceP
   if (!has_room(1, old.node_count)) return false;
   ContactWish same = wish;
   if (old.framed) same.tangent = Vec3{old.frame.m[1][0], old.frame.m[1][1], old.frame.m[1][2]};
+  const DiscPlace* const place = wish.slide && last_.place[next_in_last_].known ? &last_.place[next_in_last_] : nullptr;
+  if (place) same = along_own_normal(same, *place, &old);
   ContactConstraint& constraint = add_constraint(same, 0);
   set_frame(same, constraint);
   constraint.local = old.local, constraint.discs[0] = old.discs[0];
-  constraint.disc_radius = old.disc_radius, constraint.surface_point = old.surface_point, constraint.flags = old.flags,
-  constraint.thinned_to = old.thinned_to;
+  if (place) {
+    set_.place[set_.constraint_count - 1] = *place;
+    std::copy_n(last_.slope + old.first_node, old.node_count, set_.slope + set_.node_count);
+    if (!std::equal(constraint.frame.m[0], constraint.frame.m[0] + 3, old.frame.m[0])) {
+      const Mat3 turn = times_transposed(constraint.frame, old.frame);
+      constraint.local = times_transposed(turn * old.local, turn), constraint.discs[0] = in_frame(old.discs[0], turn);
+    }
+  }
+  constraint.disc_radius = old.disc_radius, constraint.surface_point = old.surface_point,
+  constraint.flags = old.flags, constraint.thinned_to = old.thinned_to;
   for (std::int32_t v = 0; v < old.node_count; ++v) {
     const ContactNode& held = last_.nodes[old.first_node + v];
     add_held_node(same, constraint, held.node, held.weight);
@@ -352,8 +399,19 @@ std::uint32_t ContactRows::add_patch(const ContactWish& wish, const SurfacePoint
   if (thins && thin_nodes(source_.rest, wish.tangent, cross(wish.outward, wish.tangent), most, &nodes) < kFaithful)
     flags |= PALPATE_STEP_DISCS_THINNED;
   if (!has_room(1, nodes.count)) return flags | PALPATE_STEP_CONTACTS_DROPPED;
-  ContactConstraint& constraint = add_constraint(wish, 0);
-  set_frame(wish, constraint);
+  // Of a disc that is not whole the slopes are not known.
+  DiscPlace place{};
+  place.known = wish.slide && !thins && nodes.count == patch.count() && sum > kWhole;
+  ContactWish own = wish;
+  if (place.known) {
+    place.outward = wish.outward;
+    patch.measure_slopes(surface_point, wish.outward, wish.tangent, wish.disc_radius, set_.slope + set_.node_count,
+                         &place);
+    own = along_own_normal(wish, place, nullptr);
+  }
+  ContactConstraint& constraint = add_constraint(own, 0);
+  if (place.known) set_.place[set_.constraint_count - 1] = place;
+  set_frame(own, constraint);
   constraint.local = patch.local(), constraint.discs[0] = patch.disc();
   if (constraint.framed) {
     constraint.local = times_transposed(constraint.frame * patch.local(), constraint.frame);

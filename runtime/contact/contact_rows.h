@@ -9,6 +9,15 @@
 
 namespace palpate {
 
+// What a disc that slides almost freely knows from the last step. Its law is along the normal of the disc as it is: that of the surface at rest
+// at its mean place, turned as the nodes below it have moved, so that the force along the slide is minus the slope of the stored energy
+// (docs/method.md, section 6).
+struct DiscSlide {
+  Vec3 anchor;      // m, at rest
+  Vec3 lean;        // slope of the displacement along the normal
+  double push = 0;  // N, along the normal
+};
+
 // One contact as a tool asks for it, before the contact model turns it into constraints.
 struct ContactWish {
   std::int32_t tool = 0, point = 0;
@@ -19,6 +28,7 @@ struct ContactWish {
   double friction = 0;
   Vec3 outward, tangent;  // unit and orthogonal; where contacts have frames
   double slack = 0;       // m, by which the displacement along the inward normal is to be less
+  const DiscSlide* slide = nullptr;  // of a disc whose law is along its own normal
   bool moved = false;     // its frame may have changed although its surface point is the same
 };
 
@@ -94,6 +104,7 @@ class ContactRows {
     const std::int32_t* triangles;       // [F][3]
     const double* rest;                  // [Ns][3] m
     ContactPatch* patch;
+    bool slides;  // discs may have a DiscSlide
   };
   bool create(SceneMemory& memory, const Source& source, std::int32_t node_capacity, std::int32_t constraint_capacity);
 
@@ -151,6 +162,7 @@ class ContactRows {
   ContactConstraint& add_constraint(const ContactWish& wish, std::int32_t part);
   void add_held_node(const ContactWish& wish, ContactConstraint& constraint, std::int32_t node, double weight);
   void set_frame(const ContactWish& wish, ContactConstraint& constraint);
+  ContactWish along_own_normal(const ContactWish& wish, const DiscPlace& place, const ContactConstraint* before) const;
 
   Source source_ = {};
   ContactConstraints set_, last_;

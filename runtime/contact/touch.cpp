@@ -38,6 +38,10 @@ void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t
 // equal length may differ by 120 degrees.
 constexpr double kAgreed = 0.5;
 
+// Below this coefficient of friction the law of a disc is along the disc's own normal. Above it friction takes more than the normal at rest is
+// off by.
+constexpr double kAlmostFree = 0.1;
+
 // Sums over one tool's contacts in this step.
 struct ToolSum {
   Vec3 imposed;               // m, of their imposed displacements
@@ -245,7 +249,9 @@ class Touch {
       const SurfacePoint anchor = state.anchor;
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
       // tool has slid past it, so the tool's own position decides.
-      if (context_.def.contact == PALPATE_CONTACT_NODE)
+      if (state.rides)
+        touch_state_.collision.slide(state, state.anchor_at_rest + (p - state.ridden));
+      else if (context_.def.contact == PALPATE_CONTACT_NODE)
         touch_state_.collision.slide_pulled(state, p, t, i);
       else
         touch_state_.collision.follow(state, p, t, i);
@@ -309,6 +315,8 @@ class Touch {
       wish.tool = t, wish.point = i;
       wish.displacement = point(tool, i) - state.anchor_at_rest;
       wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction, wish.slack = state.slack;
+      const DiscSlide slide = {state.anchor_at_rest, state.lean, state.push};
+      if (slides_almost_freely(tool)) wish.slide = &slide;
       if (has_fine_contacts(touch_state_)) {
         request_fine_contact(wish, state, touch_state_.fine_contacts[t][i]);
       } else {
@@ -316,6 +324,11 @@ class Touch {
         state.over_held = !request_contact(wish, state.anchor, state.paid);
       }
     }
+  }
+
+  bool slides_almost_freely(const Tool& tool) const {
+    return discs_may_slide(context_.def) && tool.disc_radius > 0 &&
+           (context_.def.law != PALPATE_LAW_COULOMB || tool.friction < kAlmostFree);
   }
 
   // The anchor is on the fine surface. The contact acts on the mesh below it, along the fine surface's normal.
@@ -616,7 +629,30 @@ class Touch {
                                touch_state_.work.debts_left(), &work);
       touch_state_.work.owe(work);
     }
+    if (discs_may_slide(context_.def)) ride_discs(outcome != ContactSolver::Outcome::unsolved);
     if (contacts_may_give_way(context_.def) && outcome != ContactSolver::Outcome::unsolved) move_slipped_anchors();
+  }
+
+  // Where the step leaves the discs that slide almost freely, and how their normals have turned. Without room for it they follow their tools
+  // in the next step as other contacts do.
+  void ride_discs(bool solved) {
+    const ContactConstraints& set = touch_state_.rows.set();
+    for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+      const ContactConstraint& constraint = set.constraints[p];
+      if (!touch_state_.slide_energy.sliding()[p].slack) continue;
+      PointState& state = touch_state_.points[constraint.tool][constraint.point];
+      const Operations cost = 9 * Operations{constraint.node_count} * set.node_count / kDense;
+      state.rides = solved && set.place[p].known && cost <= touch_state_.work.left();
+      if (!state.rides) continue;
+      touch_state_.work.add(cost);
+      const DiscPlace& place = set.place[p];
+      state.ridden = place.at, state.lean = Vec3{}, state.push = reaction(p).x;
+      for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
+        Vec3 u = touch_state_.solver.displacement(set, touch_state_.force, e);
+        if (has_motions(context_.def)) u += touch_state_.motions.now(set.nodes[e].node);
+        state.ridden += set.nodes[e].weight * u, state.lean += dot(u, place.outward) * set.slope[e];
+      }
+    }
   }
 
   // COULOMB: where a contact slipped or released, moves its anchor to where the tool has gone relative to the surface. A

@@ -39,6 +39,7 @@ class SurfaceIndex {
   // from the surface it visits all buckets.
   SurfacePoint nearest(Vec3 p);
 
+  Vec3 node(std::int32_t n) const { return load3(position_ + 3 * static_cast<std::size_t>(n)); }
   Vec3 corner(std::int32_t triangle, int v) const { return load3(position_ + 3 * triangles_[3 * triangle + v]); }
   Vec3 position(const SurfacePoint& surface_point) const;
   Vec3 outward(std::int32_t triangle) const;  // unit normal, or zero for a degenerate triangle

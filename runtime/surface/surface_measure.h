@@ -59,6 +59,9 @@ class SurfaceMeasure {
   // the node.
   const Mat3& curvature(std::int32_t node) const { return curvature_[node]; }
 
+  Vec3 outward(std::int32_t node) const { return outward_[node]; }
+  double spacing(std::int32_t node) const { return spacing_[node]; }
+
   // Interpolated between the three nodes of the triangle, so continuous over the surface.
   Vec3 outward(const SurfacePoint& surface_point) const;    // unit normal; zero where it is not defined
   double spacing(const SurfacePoint& surface_point) const;  // s, m: root of a node's share of the surface area
