@@ -33,7 +33,7 @@ struct PointState {
   bool has_ended = false;   // its contact has ended since the point was last tested
   bool predicted = false;   // in contact: `inside` is of the predicted surface
   bool rides = false;       // in contact: the next three numbers are known, of a disc that slides almost freely
-  bool unused[1] = {};      // in the place of padding, which a saved state would hold
+  bool begins = false;      // the contact has had no rows yet
   std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                // m, where the point was in the last step that followed it
   Clearance clear;

@@ -164,6 +164,9 @@ void ContactPatch::first_moments(double* along, double* across) {
 
 namespace {
 
+// Of a disc's radius times the trace of the curvature below it.
+constexpr double kMostBend = 3;
+
 // 1/m, along u and v: the gradients of a triangle's three hat functions, seen along the normal.
 struct HatSlopes {
   HatSlopes(const SurfaceIndex& surface, std::int32_t triangle, Vec3 u, Vec3 v) {
@@ -218,7 +221,7 @@ void ContactPatch::measure_slopes(const SurfacePoint& surface_point, Vec3 outwar
   for (int e = 0; e < count_; ++e) {
     slope[e] += (-weight_[e] / whole) * lost;
     const Mat3& k = measure_->curvature(node_[e]);
-    const double bend = std::clamp((k.m[0][0] + k.m[1][1] + k.m[2][2]) * radius_, -1.0, 1.0);
+    const double bend = std::clamp((k.m[0][0] + k.m[1][1] + k.m[2][2]) * radius_, -kMostBend, kMostBend);
     const Vec3 up = measure_->outward(node_[e]), x = surface_->node(node_[e]) + bend * radius_ / 6 * up;
     at += weight_[e] * x, rise += dot(x, outward) * slope[e];
     lifted += weight_[e] * bend / 3 * dot(up, outward);

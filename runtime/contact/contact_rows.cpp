@@ -331,7 +331,8 @@ ContactWish ContactRows::along_own_normal(const ContactWish& wish, const DiscPla
   } else {
     own.tangent = across(own.outward, own.tangent);
   }
-  own.displacement += wish.slack * (own.outward - wish.outward);
+  own.slack = wish.slide->begins ? dot(own.outward, place.at - wish.slide->anchor) : wish.slack;
+  own.displacement += own.slack * own.outward - wish.slack * wish.outward;
   return own;
 }
 

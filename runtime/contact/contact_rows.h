@@ -16,6 +16,7 @@ struct DiscSlide {
   Vec3 anchor;      // m, at rest
   Vec3 lean;        // slope of the displacement along the normal
   double push = 0;  // N, along the normal
+  bool begins = false;
 };
 
 // One contact as a tool asks for it, before the contact model turns it into constraints.

@@ -315,17 +315,26 @@ class Touch {
       wish.tool = t, wish.point = i;
       wish.displacement = point(tool, i) - state.anchor_at_rest;
       wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction, wish.slack = state.slack;
-      const DiscSlide slide = {state.anchor_at_rest, state.lean, state.push};
+      const DiscSlide slide = {state.anchor_at_rest, state.lean, state.push, state.begins};
       if (slides_almost_freely(tool)) wish.slide = &slide;
       if (has_fine_contacts(touch_state_)) {
         request_fine_contact(wish, state, touch_state_.fine_contacts[t][i]);
       } else {
         set_frame(wish, state.anchor, &state.tangent);
         state.over_held = !request_contact(wish, state.anchor, state.paid);
+        if (state.begins && !state.over_held) begin_slide(wish, state);
       }
     }
   }
 
+  // A contact begins without force, where the disc's mean place lies off its anchor, too.
+  void begin_slide(const ContactWish& wish, PointState& state) {
+    state.begins = false;
+    const ContactConstraints& set = touch_state_.rows.set();
+    const std::int32_t p = set.constraint_count - 1;
+    if (!wish.slide || set.constraints[p].tool != wish.tool || !set.place[p].known) return;
+    state.slack = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
+  }
   bool slides_almost_freely(const Tool& tool) const {
     return discs_may_slide(context_.def) && tool.disc_radius > 0 &&
            (context_.def.law != PALPATE_LAW_COULOMB || tool.friction < kAlmostFree);
