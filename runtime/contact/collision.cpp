@@ -14,6 +14,8 @@ bool is_over_anchor(const PointState& state, Vec3 at) {
 constexpr double kOppositeFaces = -0.5;
 // Mean edges within which the nearest point is looked for.
 constexpr double kReach = 4;
+// m: a disc that is nearer to its tool stays, so that a tool at rest comes to rest. A push changes by less than a millionth over it.
+constexpr double kStill = 1e-8;
 // An anchor slides by at most this many buckets in one step.
 constexpr int kMostSlides = 8;
 
@@ -301,6 +303,11 @@ void Collision::follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_
   const double asked = length(p - state.anchor_at_rest - surface_->moved(state.anchor)), own = length(moved - others);
   const double share = own > 0 ? asked / (asked + own) : 1;
   slide(state, state.anchor_at_rest + share * (p - moved - state.anchor_at_rest));
+}
+
+void Collision::ride(PointState& state, Vec3 p) {
+  const Vec3 off = p - state.ridden, along = off - dot(off, state.axis) * state.axis;
+  if (length(along) > kStill) slide(state, state.anchor_at_rest + along);
 }
 
 void Collision::slide_pulled(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {

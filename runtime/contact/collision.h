@@ -32,7 +32,7 @@ struct PointState {
   bool over_held = false;   // in contact: the contact has held nodes alone, so that it has no force
   bool has_ended = false;   // its contact has ended since the point was last tested
   bool predicted = false;   // in contact: `inside` is of the predicted surface
-  bool rides = false;       // in contact: the next three numbers are known, of a disc that slides almost freely
+  bool rides = false;       // in contact: the next four are known, of a disc that slides almost freely
   bool begins = false;      // the contact has had no rows yet
   std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                // m, where the point was in the last step that followed it
@@ -44,6 +44,7 @@ struct PointState {
   Vec3 anchor_at_rest;  // m
   Vec3 outward;         // unit normal of the anchor's triangle at rest
   Vec3 ridden;          // m, where the last step left the disc's mean place
+  Vec3 axis;            // unit, of its law
   Vec3 lean;            // how its normal turned there (DiscSlide)
   double push = 0;      // N, the same
   double slack = 0;     // m, by which the contact gives way along the normal (slide_energy.h)
@@ -75,6 +76,8 @@ class Collision {
   // Moves the anchor towards the point of the deformed surface that is nearest to the tool point p. It stays where the step's work does
   // not allow that.
   void follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
+  // The same of a disc that slides almost freely: by what its mean place is off the tool across its axis.
+  void ride(PointState& state, Vec3 p);
   // The same by slide(), to p less what all other contacts do at the anchor.
   void slide_pulled(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
 

@@ -95,7 +95,7 @@ struct ContactConstraints {
   ContactConstraint* constraints = nullptr;  // [constraint_capacity]
   Vec3* target = nullptr;                    // [constraint_capacity] m, u* along each row; imposed axes only
   DiscPlace* place = nullptr;                // [constraint_capacity] where discs may slide
-  Vec3* slope = nullptr;                     // [node_capacity] 1/m, the same: of the weight, per metre of the anchor's way
+  Vec3* slope = nullptr;  // [node_capacity] 1/m, the same: of the weight, per metre of the anchor's way
   std::int32_t node_capacity = 0, constraint_capacity = 0, node_count = 0, constraint_count = 0;
 };
 

@@ -367,8 +367,8 @@ bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfaceP
       constraint.local = times_transposed(turn * old.local, turn), constraint.discs[0] = in_frame(old.discs[0], turn);
     }
   }
-  constraint.disc_radius = old.disc_radius, constraint.surface_point = old.surface_point,
-  constraint.flags = old.flags, constraint.thinned_to = old.thinned_to;
+  constraint.disc_radius = old.disc_radius, constraint.surface_point = old.surface_point, constraint.flags = old.flags,
+  constraint.thinned_to = old.thinned_to;
   for (std::int32_t v = 0; v < old.node_count; ++v) {
     const ContactNode& held = last_.nodes[old.first_node + v];
     add_held_node(same, constraint, held.node, held.weight);

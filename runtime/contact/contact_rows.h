@@ -27,10 +27,10 @@ struct ContactWish {
   double disc_radius = 0;  // m; 0: a point
   ContactLaw law = ContactLaw::sticking;
   double friction = 0;
-  Vec3 outward, tangent;  // unit and orthogonal; where contacts have frames
-  double slack = 0;       // m, by which the displacement along the inward normal is to be less
+  Vec3 outward, tangent;             // unit and orthogonal; where contacts have frames
+  double slack = 0;                  // m, by which the displacement along the inward normal is to be less
   const DiscSlide* slide = nullptr;  // of a disc whose law is along its own normal
-  bool moved = false;     // its frame may have changed although its surface point is the same
+  bool moved = false;                // its frame may have changed although its surface point is the same
 };
 
 // The nodes below one end of a link, with weights that sum to one. No nodes: the end does not move with the tissue.

@@ -250,7 +250,7 @@ class Touch {
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
       // tool has slid past it, so the tool's own position decides.
       if (state.rides)
-        touch_state_.collision.slide(state, state.anchor_at_rest + (p - state.ridden));
+        touch_state_.collision.ride(state, p);
       else if (context_.def.contact == PALPATE_CONTACT_NODE)
         touch_state_.collision.slide_pulled(state, p, t, i);
       else
@@ -447,7 +447,8 @@ class Touch {
       const bool missed =
           moves && (has_room ? touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_)
                              : touch_state_.motions.holds_volumes());
-      const bool gives_way = watches_slide_energy(context_.def) && has_room && note_sliding(*acting_) &&
+      const bool gives_way = watches_slide_energy(context_.def) && has_room && is_trusted(outcome) &&
+                             note_sliding(*acting_) &&
                              touch_state_.slide_energy.give_way(touch_state_.solver, *acting_,
                                                                 touch_state_.slide_energy.sliding(), touch_state_.rows);
       if (!grasps_slip() && !missed && !gives_way) break;
@@ -473,15 +474,19 @@ class Touch {
     }
     return any;
   }
-  void end_slide_energy(ContactSolver::Outcome outcome) {
-    note_sliding(*acting_);
+  // Whether all constraints meet their targets and laws.
+  bool is_trusted(ContactSolver::Outcome outcome) const {
     bool trusted = outcome == ContactSolver::Outcome::solved;
     for (std::int32_t p = 0; p < acting_->constraint_count; ++p) {
       const ContactSolver::Doubt doubt = touch_state_.solver.doubt_of(p);
       trusted = trusted && !doubt.inexact && !doubt.conflict;
     }
+    return trusted;
+  }
+  void end_slide_energy(ContactSolver::Outcome outcome) {
+    note_sliding(*acting_);
     SlideEnergy& energy = touch_state_.slide_energy;
-    if (energy.end(touch_state_.solver, *acting_, energy.sliding(), trusted)) return;
+    if (energy.end(touch_state_.solver, *acting_, energy.sliding(), is_trusted(outcome))) return;
     for (std::int32_t p = 0; p < acting_->constraint_count; ++p)
       if (energy.sliding()[p].slack) raise(acting_->constraints[p].tool, PALPATE_STEP_SOLVE_INEXACT);
   }
@@ -656,6 +661,7 @@ class Touch {
       touch_state_.work.add(cost);
       const DiscPlace& place = set.place[p];
       state.ridden = place.at, state.lean = Vec3{}, state.push = reaction(p).x;
+      state.axis = load3(constraint.frame.m[0]);
       for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
         Vec3 u = touch_state_.solver.displacement(set, touch_state_.force, e);
         if (has_motions(context_.def)) u += touch_state_.motions.now(set.nodes[e].node);
