@@ -33,7 +33,7 @@ CsvLines::CsvLines(const std::filesystem::path& file, const std::string& what) :
   stream_.clear();
   if (mark.starts_with("\xff\xfe") || mark.starts_with("\xfe\xff"))
     throw InputError(fmt::format("{}: expected text in UTF-8, found UTF-16; save it as CSV in UTF-8", file.string()));
-  stream_.seekg(mark == "\xef\xbb\xbf" ? 3 : 0);
+  stream_.seekg(static_cast<std::streamoff>(byte_order_mark(mark)));
 }
 
 bool CsvLines::next() {

@@ -203,8 +203,10 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* 
     const ContactNode* const nodes = set.nodes + constraint.first_node;
     Vec3 target = in_axes(constraint, targets[p]);
     for (std::int32_t e = 0; e < constraint.node_count; ++e) target += -nodes[e].weight * added_.now(nodes[e].node);
-    if (constraint.framed && turned_.made())
-      constraint.frame = times_transposed(constraint.frame, turned_.turn(nodes, constraint.node_count, moved));
+    if (constraint.framed && turned_.made()) {
+      const TurnedSurface::Normals normal = turned_.normals(nodes, constraint.node_count, moved);
+      constraint.frame = times_transposed(constraint.frame, TurnedSurface::rotation(normal.rest, normal.now));
+    }
     targets[p] = constraint.framed ? constraint.frame * target : target;
   }
   behind_ = is_behind(set);

@@ -14,6 +14,8 @@ constexpr double kShift = 1e-6;
 constexpr double kSettled = 1e-6;
 // Rounding of a friction that is at its limit.
 constexpr double kRounding = 1e-9;
+// Of what a contact's frame is off the surface's normal, the share that it follows in a step.
+constexpr double kFollows = 0.25;
 
 bool gives_way(const ContactConstraint& constraint) {
   return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
@@ -28,14 +30,14 @@ LargeSolver::Created DeformingBody::create(SceneMemory& memory, const Hyperelast
              nodes = static_cast<std::size_t>(limits.nodes);
   rows_ = memory.array<LargeRow>(rows), rows_of_ = memory.array<RowsOfConstraint>(constraints);
   frames_ = memory.array<Mat3>(constraints), reaction_ = memory.array<Vec3>(constraints);
-  kept_ = memory.array<Kept>(constraints);
+  kept_ = memory.array<Kept>(constraints), now_ = memory.array<Kept>(constraints);
   nodes_ = memory.array<std::int32_t>(nodes), weights_ = memory.array<double>(nodes);
   force_ = memory.array<double>(rows), start_ = memory.array<double>(rows);
   beside_ = memory.array<double>(rows * rows);
   if (limits.gives_way) {
-    for (double** array : {&law_force_, &applied_, &free_, &target_, &soft_, &ahead_})
+    for (double** array : {&law_force_, &place_, &free_, &target_, &soft_, &ahead_})
       *array = memory.array<double>(rows);
-    holds_ = memory.array<std::uint8_t>(rows);
+    holds_ = memory.array<std::uint8_t>(rows), slips_ = memory.array<std::uint8_t>(rows);
     if (!laws_.create(memory, static_cast<std::int32_t>(rows))) return LargeSolver::Created::no_memory;
   }
   if (memory.failed()) return LargeSolver::Created::no_memory;
@@ -53,8 +55,25 @@ void DeformingBody::forget() {
   kept_count_ = 0;
 }
 
-// The frame of a constraint, turned as the surface has.
-Mat3 DeformingBody::present_frame(const ContactConstraints& set, std::int32_t p) const {
+// What the last step knew about the constraints of this one. Both lists ascend by tool, point and part.
+void DeformingBody::find_known(const ContactConstraints& set) {
+  std::int32_t k = 0;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& now = set.constraints[p];
+    const auto order = [&](const Kept& before) {
+      if (before.tool != now.tool) return before.tool - now.tool;
+      return before.point != now.point ? before.point - now.point : before.part - now.part;
+    };
+    while (k < kept_count_ && order(kept_[k]) < 0) ++k;
+    const bool known = k < kept_count_ && order(kept_[k]) == 0;
+    now_[p] = known ? kept_[k] : Kept{now.tool, now.point, now.part, 0, {0, 0, 0}, {}};
+    now_[p].known = known;
+  }
+}
+
+// The frame of a constraint, turned as the surface has. It follows the surface by kFollows of what is left in each step: the surface
+// turns with the frame's forces, by more than the frame where a rim rolls up below a tool, and a frame that followed at once would swing.
+Mat3 DeformingBody::present_frame(const ContactConstraints& set, std::int32_t p) {
   const ContactConstraint& constraint = set.constraints[p];
   if (!constraint.framed) {
     Mat3 axes;
@@ -62,8 +81,12 @@ Mat3 DeformingBody::present_frame(const ContactConstraints& set, std::int32_t p)
     return axes;
   }
   if (!turned_.made()) return constraint.frame;
-  return times_transposed(constraint.frame, turned_.turn(set.nodes + constraint.first_node, constraint.node_count,
-                                                         [&](std::int32_t n) { return displacement(n); }));
+  const TurnedSurface::Normals normal =
+      turned_.normals(set.nodes + constraint.first_node, constraint.node_count,
+                      [&](std::int32_t n) { return displacement(n); });
+  Vec3& turned = now_[p].turned;
+  turned += (now_[p].known ? kFollows : 1) * (normal.now - normal.rest - turned);
+  return times_transposed(constraint.frame, TurnedSurface::rotation(normal.rest, unit_or_zero(normal.rest + turned)));
 }
 
 std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count) {
@@ -109,30 +132,21 @@ bool DeformingBody::fill_beside(const ContactConstraints& set, StepWork* work) {
   return true;
 }
 
-// The forces of the last step. Both lists ascend by tool, point and part.
+// The forces of the last step.
 void DeformingBody::take_start(const ContactConstraints& set) {
-  std::int32_t k = 0;
-  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    const ContactConstraint& now = set.constraints[p];
-    const auto order = [&](const Kept& before) {
-      if (before.tool != now.tool) return before.tool - now.tool;
-      return before.point != now.point ? before.point - now.point : before.part - now.part;
-    };
-    while (k < kept_count_ && order(kept_[k]) < 0) ++k;
-    const bool known = k < kept_count_ && order(kept_[k]) == 0;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
     for (int i = 0; i < 3; ++i)
-      if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) start_[row] = known ? kept_[k].force[i] : 0;
-  }
+      if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) start_[row] = now_[p].force[i];
 }
 
 void DeformingBody::keep(const ContactConstraints& set) {
   kept_count_ = set.constraint_count;
-  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    const ContactConstraint& constraint = set.constraints[p];
-    kept_[p] = {constraint.tool, constraint.point, constraint.part, 0, {0, 0, 0}};
-    for (int i = 0; i < 3; ++i)
-      if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) kept_[p].force[i] = force_[row];
-  }
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t row = rows_of_[p].at[i];
+      now_[p].force[i] = row >= 0 ? force_[row] : 0;
+    }
+  std::swap(kept_, now_);
 }
 
 ContactSystem DeformingBody::system(const ContactConstraints& set) const {
@@ -143,10 +157,14 @@ ContactSystem DeformingBody::system(const ContactConstraints& set) const {
   return laws;
 }
 
-// Which rows hold and which force the others have, by the reactions that the laws ask for.
+// Which rows hold, and where, by the reactions that the laws ask for. A contact that slips with friction is held, too: where these
+// reactions bring it in the linear response. Its friction is then found as a force that holds. Were it applied as a load, a part of the body
+// that has become softer than at rest would go too far under it, and back again by more in the next step. Held, it goes too little, and
+// the next step brings the rest.
 void DeformingBody::decide(const ContactConstraints& set, const double* reaction) {
   std::fill(holds_, holds_ + row_count_, std::uint8_t{1});
-  std::fill(applied_, applied_ + row_count_, 0.0);
+  std::fill(slips_, slips_ + row_count_, std::uint8_t{0});
+  for (std::int32_t r = 0; r < row_count_; ++r) place_[r] = rows_[r].target;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     if (!gives_way(constraint)) continue;
@@ -156,8 +174,16 @@ void DeformingBody::decide(const ContactConstraints& set, const double* reaction
     const double across = length({0, of(1), of(2)}), most = constraint.friction * of(0);
     const bool slips = released || across >= most * (1 - kRounding);
     if (released && row[0] >= 0) holds_[row[0]] = 0;
-    for (int i = 1; i < 3; ++i)
-      if (row[i] >= 0 && slips) holds_[row[i]] = 0, applied_[row[i]] = released ? 0 : of(i);
+    for (int i = 1; i < 3; ++i) {
+      const std::int32_t r = row[i];
+      if (r < 0 || !slips) continue;
+      slips_[r] = 1;
+      holds_[r] = !released && most > 0;
+      if (!holds_[r]) continue;
+      const double* const c = solver_.compliance() + static_cast<std::size_t>(r) * solver_.compliance_stride();
+      place_[r] = free_[r];
+      for (std::int32_t k = 0; k < row_count_; ++k) place_[r] += c[k] * reaction[k];
+    }
   }
 }
 
@@ -193,7 +219,7 @@ bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_
     effort_.sweeps += laws_.effort().sweeps, effort_.newton_steps += laws_.effort().newton_steps;
     work->add(laws_.effort().operations / kDense);
     decide(set, law_force_);
-    if (!solver_.hold(holds_, applied_, carried, outcome)) return false;
+    if (!solver_.hold(holds_, place_, carried, outcome)) return false;
     solver_.improve(std::max(1, most_steps - outcome->steps), outcome);
     carried = solver_.carried();
   }
@@ -210,7 +236,7 @@ void DeformingBody::obey(const ContactConstraint& constraint, std::int32_t p) {
     return;
   }
   const std::int32_t row = std::max(rows_of_[p].at[1], rows_of_[p].at[2]);
-  const bool slips = row >= 0 && !holds_[row];
+  const bool slips = row >= 0 && slips_[row];
   const double across = length({0, r.y, r.z}), most = constraint.friction * r.x;
   if (across > 0 && (slips || across > most)) r.y *= most / across, r.z *= most / across;
 }
@@ -219,6 +245,7 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
   for (std::int32_t e = 0; e < set.node_count; ++e)
     nodes_[e] = set.nodes[e].node, weights_[e] = set.nodes[e].weight, force[e] = Vec3{};
   row_count_ = 0, effort_ = {};
+  find_known(set);
   bool may_give_way = false;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     row_count_ = add_rows(set, p, row_count_);

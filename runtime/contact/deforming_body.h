@@ -88,12 +88,14 @@ class DeformingBody {
   std::int64_t factor_numbers() const { return solver_.factor().numbers(); }
 
  private:
-  // Of a constraint of the last step.
+  // Of a constraint, from step to step.
   struct Kept {
-    std::int32_t tool, point, part, unused;
-    double force[3];  // N, along the axes of its frame
+    std::int32_t tool, point, part, known;  // known: 1 where the last step had it
+    double force[3];                        // N, along the axes of its frame
+    Vec3 turned;                            // the unit normal along which its laws act, less that at rest
   };
-  Mat3 present_frame(const ContactConstraints& set, std::int32_t p) const;
+  void find_known(const ContactConstraints& set);
+  Mat3 present_frame(const ContactConstraints& set, std::int32_t p);
   std::int32_t add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count);
   void take_start(const ContactConstraints& set);
   bool fill_beside(const ContactConstraints& set, StepWork* work);
@@ -113,7 +115,7 @@ class DeformingBody {
   RowsOfConstraint* rows_of_ = nullptr;         // [constraint_capacity]
   Mat3* frames_ = nullptr;                      // [constraint_capacity]
   Vec3* reaction_ = nullptr;                    // [constraint_capacity] N
-  Kept* kept_ = nullptr;                        // [constraint_capacity]
+  Kept *kept_ = nullptr, *now_ = nullptr;       // [constraint_capacity] of the last step; of this one
   std::int32_t* nodes_ = nullptr;               // [node_capacity]
   double* weights_ = nullptr;                   // [node_capacity]
   double *force_ = nullptr, *start_ = nullptr;  // [3 constraint_capacity] N
@@ -121,9 +123,10 @@ class DeformingBody {
       nullptr;  // [3 constraint_capacity][3 constraint_capacity] m/N, between the discs of two constraints
   bool has_beside_ = false;
   // Where contacts give way:
-  double *law_force_ = nullptr, *applied_ = nullptr;  // [3 constraint_capacity] N
+  double* law_force_ = nullptr;  // [3 constraint_capacity] N
+  double* place_ = nullptr;      // [3 constraint_capacity] m, where each row is held
   double *free_ = nullptr, *target_ = nullptr, *soft_ = nullptr, *ahead_ = nullptr;
-  std::uint8_t* holds_ = nullptr;  // [3 constraint_capacity]
+  std::uint8_t *holds_ = nullptr, *slips_ = nullptr;  // [3 constraint_capacity]
   Operations operations_ = 0, solve_operations_ = 0;
 };
 

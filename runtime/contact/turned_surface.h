@@ -16,18 +16,22 @@ class TurnedSurface {
               std::int32_t triangle_count);
   bool made() const { return fan_ != nullptr; }
 
-  // The smallest rotation from the mean normal of these nodes at rest, weighted, to that of now. displacement(node): Vec3, m.
-  // The identity where a normal is not defined or has turned by more than 150 degrees.
-  // Cost: some six triangles a node.
+  // The mean normals of some nodes, weighted; unit, or zero where they are not defined.
+  struct Normals {
+    Vec3 rest, now;
+  };
+  // displacement(node): Vec3, m. Cost: some six triangles a node.
   template <class Displacement>
-  Mat3 turn(const ContactNode* nodes, std::int32_t count, Displacement displacement) const {
-    Vec3 before, now;
+  Normals normals(const ContactNode* nodes, std::int32_t count, Displacement displacement) const {
+    Normals mean;
     for (std::int32_t e = 0; e < count; ++e) {
-      before += nodes[e].weight * unit_or_zero(normal(nodes[e].node, [](std::int32_t) { return Vec3{}; }));
-      now += nodes[e].weight * unit_or_zero(normal(nodes[e].node, displacement));
+      mean.rest += nodes[e].weight * unit_or_zero(normal(nodes[e].node, [](std::int32_t) { return Vec3{}; }));
+      mean.now += nodes[e].weight * unit_or_zero(normal(nodes[e].node, displacement));
     }
-    return rotation(unit_or_zero(before), unit_or_zero(now));
+    return {unit_or_zero(mean.rest), unit_or_zero(mean.now)};
   }
+  // The smallest rotation between two such normals. The identity where one is not defined, or where they are more than 150 degrees apart.
+  static Mat3 rotation(Vec3 from, Vec3 to);
 
  private:
   // The sum of the normals of the triangles around a node, weighted by their areas.
@@ -44,7 +48,6 @@ class TurnedSurface {
     }
     return sum;
   }
-  static Mat3 rotation(Vec3 from, Vec3 to);
 
   const double* rest_ = nullptr;
   const std::int32_t* triangles_ = nullptr;

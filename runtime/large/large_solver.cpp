@@ -721,15 +721,15 @@ void LargeSolver::find_free(double* free) const {
 
 // u <- u + Y x, where x moves the rows that hold to their targets and changes the forces of the others; halved until no tetrahedron
 // is nearly flat. False where even no move at all is not finite.
-bool LargeSolver::hold(const std::uint8_t* holds, const double* applied, const double* start, LargeOutcome* outcome) {
+bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const double* start, LargeOutcome* outcome) {
   bool other_rows = false;
   double *const move = work_, *const change = work2_, largest = 0;
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
     const std::uint8_t held = !holds || holds[r] ? 1 : 0;
     other_rows = other_rows || holds_[r] != held;
-    holds_[r] = held, applied_[r] = held ? 0 : applied[r];
-    change[r] = held ? 0 : applied[r] - start[r];
-    if (!held) local_[r] = applied[r];
+    holds_[r] = held, applied_[r] = 0;
+    change[r] = held ? 0 : -start[r];
+    if (!held) local_[r] = 0;
   }
   if (other_rows) {
     now_.pairs_of_other_contacts = now_.pair_count > 0;
@@ -743,7 +743,7 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* applied, const d
       largest = std::max(largest, std::abs(change[r]) * c[r]);
       continue;
     }
-    move[r] = row_[r].target - on_row(r, u_) - move[r];
+    move[r] = (place ? place[r] : row_[r].target) - on_row(r, u_) - move[r];
     for (std::int32_t k = 0; k < now_.row_count; ++k)
       if (change[k] != 0) move[r] -= c[k] * change[k];
     // L takes the whole of a given force, of which `change` has a part.

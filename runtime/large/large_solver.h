@@ -94,9 +94,9 @@ class LargeSolver {
   void find_free(double* free) const;
   const double* compliance() const { return compliance_; }  // [row_count][compliance_stride()] m/N, C
   std::size_t compliance_stride() const { return stride_; }
-  // holds: [row_count] whether the row meets its target; else it has the force applied[row], and before it had start[row].
-  // False as take().
-  bool hold(const std::uint8_t* holds, const double* applied, const double* start, LargeOutcome* outcome);
+  // holds: [row_count] whether the row is held, at place[row] (m); nullptr: all are, at their targets. Else it has no force, and
+  // before it had start[row]. False as take().
+  bool hold(const std::uint8_t* holds, const double* place, const double* start, LargeOutcome* outcome);
   // Takes steps until the body is in equilibrium, at most most_steps.
   void improve(std::int32_t most_steps, LargeOutcome* outcome);
   const double* carried() const { return multiplier_; }  // [row_count] N, the force of each row after improve()
