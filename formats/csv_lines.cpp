@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "formats/byte_order_mark.h"
 #include "formats/errors.h"
 
 namespace palpate {

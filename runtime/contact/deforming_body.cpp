@@ -261,8 +261,9 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
                                   has_beside_ ? beside_ : nullptr,
                                   3 * static_cast<std::size_t>(constraint_capacity_)};
   const Operations fit = work->left() / std::max<Operations>(operations_, 1);
-  const auto most = static_cast<std::int32_t>(std::clamp<Operations>(fit, 1, LargeSolver::kMostSteps));
+  const auto most = static_cast<std::int32_t>(std::clamp<Operations>(fit, LargeSolver::kFewestSteps, LargeSolver::kMostSteps));
   Outcome outcome;
+  laws_decided_ = may_give_way;
   if (may_give_way) {
     const bool sound = solver_.take(contacts) && solve_laws(set, most, work, &outcome);
     solver_.forces(sound, force_, &outcome);

@@ -54,6 +54,9 @@ class DeformingBody {
   const LargeSolver& solver() const { return solver_; }
   // [rows] N, of each row of the last solve(): constraint after constraint, axis after axis.
   const double* row_forces() const { return force_; }
+  // Of the last solve(), for measuring: its rows, their nodes and weights; the place, m, at which a row is held that holds.
+  LargeContacts last_rows() const { return {rows_, nodes_, weights_, row_count_, nullptr}; }
+  double place(std::int32_t row) const { return laws_decided_ ? place_[row] : rows_[row].target; }
 
   // Displacements of nodes 0 .. count - 1, [count][3] m.
   void write_field(std::int32_t count, float* out) const {
@@ -127,6 +130,7 @@ class DeformingBody {
   double* place_ = nullptr;      // [3 constraint_capacity] m, where each row is held
   double *free_ = nullptr, *target_ = nullptr, *soft_ = nullptr, *ahead_ = nullptr;
   std::uint8_t *holds_ = nullptr, *slips_ = nullptr;  // [3 constraint_capacity]
+  bool laws_decided_ = false;  // in the last solve()
   Operations operations_ = 0, solve_operations_ = 0;
 };
 

@@ -571,7 +571,7 @@ class Touch {
     deformed_ = touch_state_.body.solve(set, &touch_state_.work, touch_state_.force);
     std::uint32_t flags = 0;
     if (deformed_.failed) flags |= PALPATE_STEP_UNSOLVED;
-    if (deformed_.cut || deformed_.unfinished) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
+    if (deformed_.cut || deformed_.given_up || deformed_.unfinished) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
     if (deformed_.inexact) flags |= PALPATE_STEP_SOLVE_INEXACT;
     flags_ |= flags;
     for (std::int32_t e = 0; e < set.node_count; ++e) {
@@ -585,7 +585,9 @@ class Touch {
       touch_state_.body_field.set(set, touch_state_.force, !deformed_.failed, &work);
       touch_state_.work.owe(work);
     }
-    if (contacts_may_give_way(context_.def) && !deformed_.failed) move_slipped_anchors();
+    // What a body that lags misses is not what a tool has slipped by.
+    const bool lags = deformed_.failed || deformed_.cut || deformed_.given_up;
+    if (contacts_may_give_way(context_.def) && !lags) move_slipped_anchors();
   }
 
   // Large deformation beside the touch: the constraints as the linear organ is to hold them.

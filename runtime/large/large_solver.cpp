@@ -14,6 +14,10 @@ constexpr double kRestEnergy = 1e-10;
 constexpr double kContactShift = 1e-6;
 // Rounding of the energy in single precision, as a share.
 constexpr double kEnergyRounding = 1e-6;
+// Of the method, at targets that stand still, to kStillTolerance; after them the state counts as solved.
+constexpr std::int32_t kMostStillSteps = 400;
+// LargeSolver gives up a step by a fourth of its reach, to this at least.
+constexpr double kLeastReach = 1.0 / 1024;
 // The same of the energy of a preload, from which all others are counted.
 constexpr double kEnergyNoise = 2e-7;
 // The rest state under a preload is solved to this share, where a step is to LargeSolver::kTolerance.
@@ -79,7 +83,8 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
   const std::size_t padded = std::max(3 * nodes, length_);
   u_ = memory.array<float>(padded), trial_ = memory.array<float>(padded);
   if (preload) base_ = memory.array<float>(padded), absolute_ = memory.array<float>(padded);
-  for (float** vector : {&f_, &trial_f_, &g_, &p_}) *vector = memory.array<float>(length_);
+  u_before_ = memory.array<float>(padded);
+  for (float** vector : {&f_, &trial_f_, &g_, &p_, &f_before_}) *vector = memory.array<float>(length_);
   const auto most = static_cast<std::size_t>(max_rows), most_nodes = static_cast<std::size_t>(max_nodes);
   for (int i = 0; i < kPairs; ++i) {
     moves_[i] = memory.array<float>(length_), changes_[i] = memory.array<float>(length_);
@@ -102,7 +107,8 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
     *matrix = memory.array<double>(most * stride_);
   holds_ = memory.array<std::uint8_t>(most);
   for (double** vector :
-       {&applied_, &local_, &next_local_, &multiplier_, &local_g_, &local_p_, &trial_local_, &work_, &work2_})
+       {&applied_, &local_, &next_local_, &multiplier_, &local_g_, &local_p_, &trial_local_, &work_, &work2_,
+        &local_before_})
     *vector = memory.array<double>(most);
   if (memory.failed()) return Created::no_memory;
   for (std::size_t n = 0; n < nodes; ++n)
@@ -307,7 +313,8 @@ void LargeSolver::come_to_rest() {
   drop_pairs();
   now_.pairs_of_other_contacts = 0;
   now_.solved = now_.at_rest = 1;
-  now_.energy = now_.peak_energy = now_.residual = 0, now_.least_volume = 1;
+  now_.energy = now_.peak_energy = now_.residual = 0, now_.least_volume = now_.reach = 1;
+  now_.alone = now_.still = 0;
   take_rest_metric();
 }
 
@@ -573,6 +580,7 @@ void LargeSolver::take_beside(const LargeContacts& contacts) {
 bool LargeSolver::take(const LargeContacts& contacts) {
   take_spots(contacts);
   take_rows(contacts);
+  begin_step();
   if (!rows_changed_) return true;
   // The pairs stay samples of the body's tangent, but their moves may move the new rows.
   now_.pairs_of_other_contacts = now_.pair_count > 0;
@@ -719,8 +727,12 @@ void LargeSolver::find_free(double* free) const {
   for (std::int32_t r = 0; r < now_.row_count; ++r) free[r] = on_row(r, u_) - free[r];
 }
 
-// u <- u + Y x, where x moves the rows that hold to their targets and changes the forces of the others; halved until no tetrahedron
-// is nearly flat. False where even no move at all is not finite.
+// Of the energy that the linear response expects of a move: beyond, the move is shortened. kMoreEnergy: of the part that grows with
+// the square of the move, by how much the body may be stiffer than at rest; kMoreOfAll: of the energy that the body has.
+constexpr double kMoreEnergy = 4, kMoreOfAll = 0.1;
+
+// u <- u + Y x, where x moves the rows that hold to their places; halved until the energy is near what the linear response expects, and no
+// tetrahedron nearly flat. False where even no move at all is not finite.
 bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const double* start, LargeOutcome* outcome) {
   bool other_rows = false;
   double *const move = work_, *const change = work2_, largest = 0;
@@ -752,21 +764,34 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const dou
     largest = std::max(largest, std::abs(move[r]));
   }
   constexpr double least_move = 1e-9;  // m
-  if (largest <= least_move && !rows_changed_ && !other_rows && now_.solved && !std::isnan(largest)) return true;
+  still_ = largest <= least_move && !rows_changed_ && !other_rows;
+  if (still_ && now_.solved == 2) return true;
   rows_changed_ = false;
   now_.solved = 0;
+  if (!still_) now_.still = 0;
   solve_contacts(move);
   for (std::int32_t r = 0; r < now_.row_count; ++r)
     if (!holds_[r]) move[r] = change[r];
-  double share = 1;
+  double squared = 0;  // J, twice what a move of the body alone would take at rest
+  for (std::int32_t r = 0; r < now_.row_count; ++r) {
+    const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
+    for (std::int32_t k = 0; k < now_.row_count; ++k) squared += move[r] * c[k] * move[k];
+  }
+  const double of_rows = 0.5 * times_compliance(local_, local_);
+  double slope = 0;  // J, of the body's energy along the whole move
+  double share = now_.reach;
   for (int i = 0;; ++i, share = i < 10 ? share / 2 : 0) {
     std::copy(u_, u_ + length_, trial_);
     add_responses(move, share, trial_);
     for (std::int32_t r = 0; r < now_.row_count; ++r) trial_local_[r] = local_[r] + (holds_[r] ? share * move[r] : 0);
+    if (i == 0) slope = (dot_product(f_, trial_, length_) - dot_product(f_, u_, length_)) / share;
     const Elements::Energy found = evaluate(trial_, trial_f_);
     ++outcome->evaluations;
-    // Where the body was beyond the limit before, any part of the move is as good as none.
-    if (found.least_volume > kLeastVolume || (share == 0 && std::isfinite(found.energy))) {
+    const double of_body = now_.energy - of_rows,
+                 most = of_body + share * slope + 0.5 * kMoreEnergy * share * share * squared +
+                        kMoreOfAll * std::abs(of_body) + noise_;
+    // Where the body was beyond the limits before, any part of the move is as good as none.
+    if ((found.least_volume > kLeastVolume && found.energy <= most) || (share == 0 && std::isfinite(found.energy))) {
       now_.energy = found.energy + 0.5 * times_compliance(trial_local_, trial_local_),
       now_.least_volume = found.least_volume;
       break;
@@ -774,6 +799,7 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const dou
     if (share == 0) return false;
   }
   outcome->cut = outcome->cut || share < 1;
+  shortened_ = shortened_ || share < now_.reach;
   std::swap(u_, trial_), std::swap(f_, trial_f_);
   std::swap(local_, trial_local_);
   return true;
@@ -871,7 +897,7 @@ bool LargeSolver::search(double slope, LargeOutcome* outcome) {
     ++outcome->evaluations;
     const double energy = found.energy + 0.5 * times_compliance(trial_local_, trial_local_),
                  change = energy - now_.energy - share * applied;
-    const bool allowed = found.least_volume > kLeastVolume;
+    const bool allowed = found.least_volume > std::min(kLeastVolume, now_.least_volume);
     if (allowed && change <= -1e-4 * share * slope + kEnergyRounding * std::abs(now_.energy) + noise_) {
       now_.energy = energy, now_.least_volume = found.least_volume;
       keep_pair(share);
@@ -888,23 +914,46 @@ bool LargeSolver::search(double slope, LargeOutcome* outcome) {
 void LargeSolver::improve(std::int32_t most_steps, LargeOutcome* outcome) {
   if (now_.solved) return;
   now_.at_rest = 0;
+  const double tolerance = still_ ? std::min(tolerance_, kStillTolerance) : tolerance_;
   for (std::int32_t steps = 0;; ++steps, ++outcome->steps) {
     find_multipliers();
     if (steps >= most_steps) break;
     const double slope = descend();
     const double energy = std::max(std::abs(now_.energy), 1e-300);
-    now_.residual = std::sqrt(std::max(slope, 0.0) / std::max(energy, noise_));
-    now_.solved = slope <= tolerance_ * tolerance_ * now_.scale * energy + 0.01 * noise_;
+    now_.residual = std::sqrt(std::max(slope, 0.0) / (now_.scale * std::max(energy, noise_)));
+    if (slope <= tolerance * tolerance * now_.scale * energy + 0.01 * noise_) now_.solved = still_ ? 2 : 1;
     if (now_.solved || !std::isfinite(slope)) break;
     if (slope < 0 || !search(slope, outcome)) {
-      if (now_.pair_count == 0) break;
+      stuck_ = now_.pair_count == 0;
+      if (stuck_) break;
       drop_pairs();
     }
   }
   outcome->unfinished = !now_.solved && !(now_.residual <= kUnfinished);
+  // What the numbers' rounding leaves is not worth a search without end.
+  now_.still = still_ ? now_.still + most_steps : 0;
+  if (now_.still > kMostStillSteps && !outcome->unfinished) now_.solved = 2;
   if (outcome->cut) now_.solved = 0;
-  now_.peak_energy = std::max(now_.peak_energy, std::abs(now_.energy));
-  if (std::abs(now_.energy) <= kRestEnergy * now_.peak_energy + noise_ && nothing_acts()) come_to_rest();
+}
+
+void LargeSolver::begin_step() {
+  before_ = now_;
+  shortened_ = stuck_ = false;
+  std::copy(u_, u_ + std::max(3 * static_cast<std::size_t>(nodes_), length_), u_before_);
+  std::copy(f_, f_ + length_, f_before_);
+  std::copy(local_, local_ + max_rows_, local_before_);
+}
+
+// Back to where the step began. The pairs stay what they are: samples of the tangent, though from far away; they are dropped.
+void LargeSolver::give_up() {
+  const double reach = std::max(now_.reach / 4, kLeastReach);
+  const std::int32_t rows = now_.row_count, spots = now_.spot_count;
+  now_ = before_;
+  now_.row_count = rows, now_.spot_count = spots, now_.reach = reach;
+  std::swap(u_, u_before_), std::swap(f_, f_before_), std::swap(local_, local_before_);
+  now_.solved = 0;
+  drop_pairs();
+  find_multipliers();
 }
 
 void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
@@ -913,7 +962,20 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   outcome->failed = !finite;
   std::fill(force, force + now_.row_count, 0.0);
   if (!finite) return forget();
+  outcome->given_up = now_.energy > before_.energy && now_.residual > kLost && !now_.solved;
+  if (outcome->given_up) {
+    outcome->unfinished = true;
+    give_up();
+  } else {
+    if (!shortened_) now_.reach = std::min(2 * now_.reach, 1.0);
+    now_.peak_energy = std::max(now_.peak_energy, std::abs(now_.energy));
+  }
   std::copy(multiplier_, multiplier_ + now_.row_count, force);
+  const bool acts = !nothing_acts();
+  now_.alone = acts ? 0 : now_.alone + 1;
+  if (!acts && (std::abs(now_.energy) <= kRestEnergy * now_.peak_energy + noise_ || now_.alone > kStepsToRest ||
+                stuck_))
+    come_to_rest();
   outcome->residual = now_.residual, outcome->least_volume = now_.least_volume;
 }
 

@@ -47,9 +47,12 @@ struct LargeContacts {
 // What a step says about itself.
 struct LargeOutcome {
   std::int32_t steps = 0, evaluations = 0;
-  double residual = 0;      // square root of the energy that one more step would still find, over the energy
+  // Square root of the energy that the state still has to lose, over the energy, as the metric K^-1 estimates it: by the last step's
+  // gradient g, g.H g / gamma.
+  double residual = 0;
   double least_volume = 1;  // smallest J of a tetrahedron
   bool cut = false;         // the move to the targets was shortened: the rows miss them
+  bool given_up = false;    // the step was undone: the state is that of the last step, and so are the forces
   bool unfinished = false;  // the steps allowed ended far from the tolerance
   bool failed = false;      // numbers were not finite: the body is at rest and the forces are zero
 };
@@ -58,9 +61,15 @@ class LargeSolver {
  public:
   enum class Created { made, no_memory, not_definite, no_equilibrium };
   static constexpr int kPairs = 8;
-  static constexpr int kMostSteps = 8;
-  // A state is solved where one more step would find less than this share's square of the energy.
-  static constexpr double kTolerance = 0.01;
+  // Fewer steps than kFewestSteps do not bring a body back that a contact has disturbed: the next step disturbs it again.
+  static constexpr int kMostSteps = 8, kFewestSteps = 3;
+  // A state is solved where its residual (LargeOutcome) is below this; where targets stand still, below kStillTolerance.
+  static constexpr double kTolerance = 0.01, kStillTolerance = 0.003;
+  // A step that has given the body energy and ends with a larger residual than this is undone. So the energy grows along states near
+  // equilibrium alone, whatever contacts do. The next step goes on by a part of its way.
+  static constexpr double kLost = 0.5;
+  // Without contacts the body is put to rest after so many steps, if it has not come there.
+  static constexpr std::int32_t kStepsToRest = 250;
   // A step leaves its state unfinished where the residual (LargeOutcome) before the last move exceeds this.
   static constexpr double kUnfinished = 0.035;
   // No step may bring a tetrahedron to this share of its volume.
@@ -223,6 +232,8 @@ class LargeSolver {
   void find_multipliers();
   double descend();
   bool search(double slope, LargeOutcome* outcome);
+  void begin_step();
+  void give_up();
   void keep_pair(double share);
   void drop_pairs() { now_.pair_count = now_.pair_first = now_.pairs_since_scale = 0, now_.scale = 1; }
   void come_to_rest();
@@ -272,10 +283,20 @@ class LargeSolver {
     double scale;              // gamma
     double energy, peak_energy, least_volume, residual;
     std::int32_t pair_first, pair_count, pairs_since_scale, row_count, spot_count;
-    std::int32_t pairs_of_other_contacts, solved, at_rest;
+    double reach;  // the part of the way to the targets that a step tries
+    std::int32_t pairs_of_other_contacts, at_rest;
+    std::int32_t solved;  // 1: to kTolerance; 2: to kStillTolerance
+    std::int32_t alone, still;  // steps without contacts; steps of the method at targets that stand still
     std::int32_t has_beside, unused;
   };
   Kept now_ = {};
+  // Where this step began, to which give_up() returns.
+  Kept before_ = {};
+  float *u_before_ = nullptr, *f_before_ = nullptr;  // as u_ and f_
+  double* local_before_ = nullptr;                   // [max_rows]
+  bool still_ = false;      // the targets are those of the last step
+  bool shortened_ = false;  // the move to the targets, beyond now_.reach
+  bool stuck_ = false;      // no direction led on
 
   std::int32_t max_rows_ = 0, max_nodes_ = 0, max_spots_ = 0;
   std::size_t stride_ = 0;                         // numbers from one row of the matrices to the next

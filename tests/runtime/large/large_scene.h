@@ -21,12 +21,12 @@ inline palpate_scene_def large_def(palpate_contact_model contact) {
 
 // A body of one region, seen as a HyperelasticBody.
 struct Seen {
-  Seen(const TouchedBody& from, bool nodal, double stiffening) {
+  Seen(const TouchedBody& from, bool nodal, double stiffening, double poisson = 0.45) {
     for (const auto& n : from.body.mesh.nodes) nodes.insert(nodes.end(), n.begin(), n.end());
     for (const auto& t : from.body.mesh.tetrahedra) tetrahedra.insert(tetrahedra.end(), t.begin(), t.end());
     region.assign(from.body.mesh.tetrahedra.size(), 0);
     fixed = from.fixed;
-    const double young = 5400, poisson = 0.45;
+    const double young = 5400;
     law = {young / (2 * (1 + poisson)), young / (3 * (1 - 2 * poisson)), stiffening};
     body = {nodes.data(),
             tetrahedra.data(),
