@@ -174,7 +174,7 @@ void Collision::begin_contact(PointState& state, const SurfacePoint& surface_poi
   state.tangent = Vec3{};
   state.clear = {};
   state.drift = state.unseen = state.slack = state.push = 0;
-  state.rides = false, state.begins = true, state.lean = Vec3{};
+  state.rides = false, state.begins = true, state.lean = Vec3{}, state.ridden = state.last;
 }
 
 void Collision::end_contact(PointState& state, std::int32_t tool, std::int32_t point) {

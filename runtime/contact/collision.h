@@ -43,12 +43,12 @@ struct PointState {
   SurfacePoint anchor;  // the surface point that the tool point holds
   Vec3 anchor_at_rest;  // m
   Vec3 outward;         // unit normal of the anchor's triangle at rest
-  Vec3 ridden;          // m, where the last step left the disc's mean place
-  Vec3 axis;            // unit, of its law
-  Vec3 lean;            // how its normal turned there (DiscSlide)
-  double push = 0;      // N, the same
-  double slack = 0;     // m, by which the contact gives way along the normal (slide_energy.h)
-  Vec3 tangent;         // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
+  Vec3 ridden;       // m, where the last step left the disc's mean place; before, where the tool was before the contact
+  Vec3 axis;         // unit, of its law
+  Vec3 lean;         // how its normal turned there (DiscSlide)
+  double push = 0;   // N, the same
+  double slack = 0;  // m, by which the contact gives way along the normal (slide_energy.h)
+  Vec3 tangent;      // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
 };
 
 // The limits beyond which a tool point is no longer followed.

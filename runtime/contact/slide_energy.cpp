@@ -12,10 +12,11 @@ constexpr double kTolerance = 0.01;
 // Of the stored energy. A step that leaves more given than this is told.
 constexpr double kTold = 0.02;
 
-double energy_of(const ContactConstraint& constraint, Vec3 reaction, Vec3 target) {
+// J, along the rows that a constraint has.
+double product_of(const ContactConstraint& constraint, Vec3 force, Vec3 way) {
   double sum = 0;
   for (int i = 0; i < 3; ++i)
-    if (constraint.axes >> i & 1u) sum += 0.5 * reaction[i] * target[i];
+    if (constraint.axes >> i & 1u) sum += force[i] * way[i];
   return sum;
 }
 
@@ -48,42 +49,43 @@ void SlideEnergy::forget() {
   count_ = 0, lost_ = 0;
 }
 
-// With A the system of the step, the energy is r . A r / 2 = r . d / 2. Constraints that keep their rows do the work (r + r') . (d' - d) / 2
-// by Betti's theorem exactly; tools do (f + f') . (p' - p) / 2. A contact that begins or ends bears next to nothing then: it counts for nothing.
+// With A the system of the step and w = A r what is reached, the energy is r . w / 2. Constraints that do not slide take the work
+// (r + r') . (d' - d) / 2, tools (f + f') . (p' - p) / 2.
 SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactConstraints& acting,
-                                     const Sliding* sliding) const {
+                                     const Sliding* sliding, bool met) const {
   Sum sum;
   sum.known = true;
   const Held *before = held_, *const end = held_ + count_;
+  const auto leave = [&] {
+    sum.created -= before->energy;
+    sum.known = sum.known && (before++)->slides;
+  };
   for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
     const ContactConstraint& constraint = acting.constraints[p];
-    const Vec3 reaction = solver.reaction(p), target = acting.target[p];
-    const double energy = energy_of(constraint, reaction, target);
+    const Vec3 reaction = solver.reaction(p), target = acting.target[p], force = force_of(constraint, reaction);
+    const double energy = product_of(constraint, 0.5 * reaction, met ? target : target + solver.missed(acting, p));
+    while (before != end && number_of(*before) < number_of(constraint)) leave();
+    const bool had = before != end && number_of(*before) == number_of(constraint);
+    sum.created += energy - (had ? before->energy : 0);
     if (sliding[p].slack) {
       sum.stored += energy;
       if (!solver.stayed(p)) sum.moved += energy;
+      sum.created -= had ? 0.5 * dot(force + before->force, sliding[p].at - before->at)
+                         : 0.5 * dot(force, sliding[p].at - sliding[p].from);
+    } else if (had && solver.stayed(p)) {
+      sum.created -= product_of(constraint, 0.5 * (reaction + before->reaction), target - before->target);
+    } else {
+      sum.known = false;
     }
-    while (before != end && number_of(*before) < number_of(constraint)) sum.known = sum.known && (before++)->slides;
-    const bool had = before != end && number_of(*before) == number_of(constraint);
-    if (!had) {
-      sum.known = sum.known && sliding[p].slack;
-      continue;
-    }
-    if (sliding[p].slack)
-      sum.created += energy - energy_of(constraint, before->reaction, before->target) -
-                     0.5 * dot(force_of(constraint, reaction) + before->force, sliding[p].at - before->at);
-    else
-      sum.created += energy_of(constraint, reaction, before->target) - energy_of(constraint, before->reaction, target);
-    sum.known = sum.known && (sliding[p].slack || solver.stayed(p));
-    ++before;
+    before += had;
   }
-  for (; before != end; ++before) sum.known = sum.known && before->slides;
+  while (before != end) leave();
   return sum;
 }
 
 bool SlideEnergy::give_way(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
                            ContactRows& rows) {
-  const Sum sum = sum_up(solver, acting, sliding);
+  const Sum sum = sum_up(solver, acting, sliding, true);
   if (!sum.known || !(sum.stored > 0)) return false;
   const double excess = sum.created - lost_;
   if (getenv("NOGUARD")) return false;
@@ -124,22 +126,20 @@ void SlideEnergy::lengthen(const ContactConstraints& acting, const Sliding* slid
   }
 }
 
-bool SlideEnergy::end(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
-                      bool trusted) {
-  const Sum sum = sum_up(solver, acting, sliding);
-  lost_ = !(sum.stored > 0) ? 0 : trusted && sum.known ? std::min(lost_ - sum.created, sum.stored) : lost_;
+bool SlideEnergy::end(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool met) {
+  const Sum sum = sum_up(solver, acting, sliding, met);
+  if (sum.known) lost_ = std::min(lost_ - sum.created, sum.stored);
+  if (!(sum.stored > 0)) lost_ = 0;
   count_ = acting.constraint_count;
   for (std::int32_t p = 0; p < count_; ++p) {
     const ContactConstraint& constraint = acting.constraints[p];
-    const Vec3 reaction = solver.reaction(p);
-    held_[p] = {constraint.tool,
-                constraint.point,
-                constraint.part,
-                sliding[p].slack != nullptr,
-                acting.target[p],
-                reaction,
-                force_of(constraint, reaction),
-                sliding[p].at};
+    const Vec3 reaction = solver.reaction(p), target = acting.target[p];
+    Held& held = held_[p];
+    held.tool = constraint.tool, held.point = constraint.point, held.part = constraint.part;
+    held.slides = sliding[p].slack != nullptr;
+    held.target = target, held.reaction = reaction;
+    held.energy = product_of(constraint, 0.5 * reaction, met ? target : target + solver.missed(acting, p));
+    held.force = force_of(constraint, reaction), held.at = sliding[p].at;
   }
   lengthen(acting, sliding, sum.stored);
   return lost_ >= -kTold * sum.stored;

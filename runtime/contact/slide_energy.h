@@ -18,7 +18,8 @@ class SlideEnergy {
  public:
   // What a touch knows about constraint p of a step.
   struct Sliding {
-    Vec3 at;                  // m, where its tool holds it, less what motions have moved the surface there
+    Vec3 at,
+        from;  // m, where its tool holds it, less what motions have moved the surface there; where that was before it began
     double* slack = nullptr;  // m, of its contact; nullptr: a constraint that does not slide
   };
 
@@ -30,8 +31,8 @@ class SlideEnergy {
   bool give_way(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
                 ContactRows& rows);
   // After the last solve of a step. False where contacts have given more energy than the tolerance allows.
-  // trusted: the solution meets its targets and laws.
-  bool end(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool trusted);
+  // met: the solution meets its targets and laws. Else it costs rows^2 multiply-adds.
+  bool end(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool met);
 
   Sliding* sliding() { return sliding_; }  // [constraint_capacity]
 
@@ -40,6 +41,7 @@ class SlideEnergy {
   struct Held {
     std::int32_t tool, point, part, slides;
     Vec3 target, reaction;  // m and N, in its frame
+    double energy;          // J
     Vec3 force, at;         // N and m, in the organ's frame
   };
   // J, of a step's solution.
@@ -50,7 +52,7 @@ class SlideEnergy {
     double stored = 0;  // in contacts that slide
     double moved = 0;   // of that, in those whose rows are new
   };
-  Sum sum_up(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding) const;
+  Sum sum_up(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool met) const;
   void shorten(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, double excess,
                const Sum& sum, ContactRows& rows) const;
   void lengthen(const ContactConstraints& acting, const Sliding* sliding, double stored) const;

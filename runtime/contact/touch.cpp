@@ -469,7 +469,9 @@ class Touch {
       const Tool& tool = touch_state_.input.tool(constraint.tool);
       if (constraint.point >= tool.point_count) continue;
       PointState& state = touch_state_.points[constraint.tool][constraint.point];
-      sliding.slack = &state.slack, sliding.at = point(tool, constraint.point) - moved(set, constraint);
+      const Vec3 by_motions = moved(set, constraint);
+      sliding.slack = &state.slack, sliding.at = point(tool, constraint.point) - by_motions;
+      sliding.from = state.ridden - by_motions;
       any = true;
     }
     return any;
