@@ -260,9 +260,13 @@ typedef enum palpate_contact_model {
                                belongs to the organ; that of the other three falls as the mesh is refined          */
 } palpate_contact_model;
 
-/* How the anchor of a tool point may move against the tool. A grip always sticks. "Normal" is that of the surface at rest, with
- * collision against the deformed surface too: where the organ bends, a law's directions do not turn with it (docs/method.md,
- * section 6: 2 degrees below a disc that is pressed 5 mm into a liver, 13 degrees at worst beside it). */
+/* How the anchor of a tool point may move against the tool. A grip always sticks. "Normal" is that of the disc as the organ bends it, for a
+ * disc (PATCH) under SLIDING, UNILATERAL or COULOMB with a friction below 0.1: then the force along the slide is minus the slope of
+ * the stored energy. For all other contacts, and on a fine surface, it is that of the surface at rest, with collision against the deformed
+ * surface too (docs/method.md, section 6: 2 degrees below a disc that is pressed 5 mm into a liver, 13 degrees at worst beside it).
+ * Under linear elasticity and force LINEAR, without relaxation, all tools together get back at most what they put in and 2 % of it,
+ * under every law and model: where a contact that slides would give more, its force falls, and PALPATE_STEP_SOLVE_INEXACT tells
+ * where that did not suffice. */
 typedef enum palpate_contact_law {
   PALPATE_LAW_STICKING,   /* the anchor moves with the tool in every direction as long as the contact lasts        */
   PALPATE_LAW_SLIDING,    /* only motion along the surface's normal is imposed; the anchor follows the tool over the
