@@ -110,7 +110,8 @@ endif
 
 # What a file is made by beside other files. Make sees files alone: NAME-options.txt changes where one of the variables in
 # VARIABLES_OF_NAME has another value than at the last run, so that a mesh of other labels or a bundle of other options is never taken for
-# this one. The last run's values and these are then printed.
+# this one. The last run's values and these are then printed. Jobs on several machines may ask at once, so each writes a file of its
+# own first. MESH_IS_MADE: of a job that has made the mesh under a lock and does not hold it any more, so that it must not make it anew.
 VARIABLES_OF_mesh = IMAGE SURFACE MESH GEOMETRY LABELS SURFACE_OPTIONS SHELLS TETRAHEDRA_OPTIONS
 VARIABLES_OF_bundle = IMAGE PRECOMPUTE_OPTIONS
 VARIABLES_OF_render = IMAGE SURFACE RENDER_OPTIONS
@@ -120,8 +121,9 @@ made_by = $(VARIABLES_OF_$(patsubst %-options.txt,%,$(@F)))
 force:
 %-options.txt: force
 	@mkdir -p $(@D)
-	@now=$@.$$$$; printf '%s\n' $(foreach v,$(made_by),$(call quoted,$v = $(strip $($v)))) > $$now; \
+	@now=$@.$$(uname -n).$$$$; printf '%s\n' $(foreach v,$(made_by),$(call quoted,$v = $(strip $($v)))) > $$now; \
 	if cmp -s $$now $@; then rm $$now; exit; fi; \
+	$(if $(filter mesh-options.txt,$(and $(MESH_IS_MADE),$(@F))),rm $$now; echo "$@: another job has made this mesh with other options; give each of them a DATA of its own" >&2; exit 2;) \
 	if [ -f $@ ]; then (diff $@ $$now || true) | sed -n 's,^< ,$(@:-options.txt=) was made with ,p; s,^> ,it is made anew with ,p'; fi; \
 	mv $$now $@
 MADE_BY = $(WORK)/mesh-options.txt
