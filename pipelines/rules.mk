@@ -127,6 +127,7 @@ force:
 	if [ -f $@ ]; then (diff $@ $$now || true) | sed -n 's,^< ,$(@:-options.txt=) was made with ,p; s,^> ,it is made anew with ,p'; fi; \
 	mv $$now $@
 MADE_BY = $(WORK)/mesh-options.txt
+MESH_IS_MADE ?=
 # The programs write which files they have read: slices of an image, data files of a header, what a TOML file names.
 -include $(wildcard $(WORK)/*.d $(DATA)/$(ORGAN)/*.d)
 
