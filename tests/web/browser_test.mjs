@@ -259,8 +259,11 @@ test("without WebAssembly the page says so", async () => {
 
 test("a path file that is none is named, with its line", async () => {
   const page = await ready();
-  await page.setInputFiles("#path-file", { name: "bad.csv", mimeType: "text/csv", buffer: Buffer.from("time,x,y,z\n0,1,2\n") });
-  await page.waitForFunction(() => /bad.csv: line 2/.test(document.getElementById("notice").textContent));
+  const bad = [["time,x,y,z\n0,1,2\n", 2], ["0,1,2\n1,0,0,0\n", 1], ["nan,nan,nan,nan\n1,0,0,0\n", 1], ["t,x,y,z\nt,x,y,z\n0,0,0,0\n", 2], ["0,,1,2\n", 1]];
+  for (const [i, [text, line]] of bad.entries()) {
+    await page.setInputFiles("#path-file", { name: `bad${i}.csv`, mimeType: "text/csv", buffer: Buffer.from(text) });
+    await page.waitForFunction(([i, line]) => document.getElementById("notice").textContent.includes(`bad${i}.csv: line ${line}`), [i, line]);
+  }
   await page.close();
 });
 

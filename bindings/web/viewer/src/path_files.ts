@@ -4,18 +4,25 @@ import { decimal, word } from "./words";
 
 export const LONGEST_PATH = 600; // s
 
-// Rows of time (s), x, y, z (m), with '#' comments and one header line. Linear between rows, as palpate-run plays them.
+// With or without quotes. What Number() makes of an empty cell, 0, is no number here.
+const beginsAsNumber = (cell: string) => /^\s*"?\s*([-+.\d]|(nan|inf|infinity)\s*"?\s*$)/i.test(cell);
+const isNumber = (cell: string) => cell.trim() !== "" && Number.isFinite(Number(cell));
+
+// Rows of time (s), x, y, z (m), with '#' comments. The first line may be a heading: none of its cells begins as a number does. Linear
+// between rows, as palpate-run plays them.
 export function pathOfFile(text: string): Path {
   const rows: number[][] = [];
+  let lines = 0;
   text.split(/\r?\n/).forEach((line, index) => {
     const row = line.replace(/#.*/, "").trim();
     if (!row) return;
-    const numbers = row.split(",").map(Number);
-    if (numbers.length === 4 && numbers.every(Number.isFinite)) {
+    const cells = row.split(","), numbers = cells.map(Number);
+    ++lines;
+    if (cells.length === 4 && cells.every(isNumber)) {
       const last = rows.at(-1);
       if (last && !(numbers[0] > last[0])) throw new Error(word("path.time", { line: index + 1, last: last[0], found: numbers[0] }));
       rows.push(numbers);
-    } else if (rows.length > 0 || /^[-+.\d]/.test(row)) {
+    } else if (lines > 1 || cells.some(beginsAsNumber) || !/[^\s,"]/.test(row)) {
       throw new Error(word("path.row", { line: index + 1, found: row }));
     }
   });
