@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "formats/errors.h"
+#include "formats/make_rule.h"
 #include "formats/program.h"
 
 namespace palpate {
@@ -73,6 +74,13 @@ CLI::Validator positive_number() {
 }
 CLI::Validator non_negative_number() {
   return number_from("NONNEGATIVE", "a number of 0 or above", true);
+}
+
+void define_make_rule(CLI::App& app, MakeRule& rule) {
+  app.add_option("--make-rule", rule.words,
+                 "TARGET FILE: also write a rule for make to FILE, by which TARGET depends on all files that were read")
+      ->expected(2)
+      ->option_text("TARGET FILE");
 }
 
 int run_program(int argc, char** argv, const std::string& name, const std::string& description,

@@ -23,6 +23,10 @@ int run_program(int argc, char** argv, const std::string& name, const std::strin
 // caller has closed, so that no file of the program gets their place and its lines. Reading and writing them fails all the same.
 void open_standard_streams();
 
+struct MakeRule;
+// Adds the option --make-rule TARGET FILE (make_rule.h).
+void define_make_rule(CLI::App& app, MakeRule& rule);
+
 // For an option's check(): a number above 0; a number of 0 or above.
 CLI::Validator positive_number();
 CLI::Validator non_negative_number();

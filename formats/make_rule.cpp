@@ -1,6 +1,5 @@
 #include "formats/make_rule.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <mutex>
 
@@ -36,13 +35,6 @@ void has_read(const std::filesystem::path& file) {
   const std::lock_guard<std::mutex> lock(read_mutex);
   const std::string name = file.lexically_normal().string();
   if (std::find(read_files.begin(), read_files.end(), name) == read_files.end()) read_files.push_back(name);
-}
-
-void define_make_rule(CLI::App& app, MakeRule& rule) {
-  app.add_option("--make-rule", rule.words,
-                 "TARGET FILE: also write a rule for make to FILE, by which TARGET depends on all files that were read")
-      ->expected(2)
-      ->option_text("TARGET FILE");
 }
 
 void write_make_rule(const MakeRule& rule) {

@@ -5,10 +5,6 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-}
-
 namespace palpate {
 
 // Adds a file to those that were read. Call it where a file names another one: make knows only the first one. Any thread may call it.
@@ -17,8 +13,6 @@ void has_read(const std::filesystem::path& file);
 struct MakeRule {
   std::vector<std::string> words;  // what is made, and the file of the rule; empty: no rule is asked for
 };
-// Adds the option --make-rule TARGET FILE.
-void define_make_rule(CLI::App& app, MakeRule& rule);
 // Writes the rule, by which make takes a file that is no longer there for one that has changed. TARGET has no character that make reads
 // itself; the files may. Call it after the output is written. Errors: OperationError.
 void write_make_rule(const MakeRule& rule);

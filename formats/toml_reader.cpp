@@ -149,7 +149,6 @@ struct TomlTable::State {
 
 TomlTable::TomlTable(const std::filesystem::path& file, ConfigFile kind) {
   const auto document = std::make_shared<const toml::table>(parse_toml(file));
-  has_read(file);
   state_ = std::make_shared<State>(State{document, document.get(), file, kind, "", "", {}});
 }
 
@@ -171,7 +170,8 @@ std::string TomlTable::text(std::string_view key, const char* example) {
 
 std::filesystem::path TomlTable::path(std::string_view key, const char* example) {
   const std::filesystem::path named = state_->file.parent_path() / text(key, example);
-  has_read(named);
+  // The precompute says itself what it has read: it also looks into other organs' files, which are no part of a bundle.
+  if (state_->kind == ConfigFile::scene) has_read(named);
   return named;
 }
 

@@ -28,9 +28,9 @@ class TomlTable {
 
   // The key's value. Errors: missing, or of another type.
   std::string text(std::string_view key, const char* example);
-  std::filesystem::path path(std::string_view key,
-                             const char* example);  // from the folder of this file; counts as read
-  double number(std::string_view key);              // finite
+  // A file, from the folder of this file.
+  std::filesystem::path path(std::string_view key, const char* example);
+  double number(std::string_view key);  // finite
   std::int64_t integer(std::string_view key);
   bool boolean(std::string_view key);
   std::array<double, 3> vector(std::string_view key);

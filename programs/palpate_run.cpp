@@ -149,6 +149,7 @@ void run(const Options& options) {
     fmt::print("{}", replay(options.replay, options.bundles, options.scene));
     return;
   }
+  has_read(options.scene);
   const SceneConfig scene = read_scene_config(options.scene);
   if (!scene.organs.empty()) {
     play_organs(scene, options);

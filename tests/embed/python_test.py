@@ -45,6 +45,38 @@ def pressed(scene, displacement=(0, 0, -0.002), bundle=None):
     return node, contacts, flags
 
 
+class Refusals(unittest.TestCase):
+    def test_a_keyword_that_is_not_known_is_named_with_the_nearest_one(self):
+        bundle = palpate.Bundle(BUNDLE)
+        for make, kind, found, near in ((lambda: palpate.Scene(bundle, contcat="point"), "Scene", "contcat", "contact"),
+                                        (lambda: palpate.Tool(disc_radus=0.003), "Tool", "disc_radus", "disc_radius"),
+                                        (lambda: palpate.World([], fricton=0.1), "World", "fricton", "friction"),
+                                        (lambda: palpate.ToolShape("ball", radios=0.01), "ToolShape", "radios", "radius")):
+            with self.assertRaises(TypeError) as caught:
+                make()
+            self.assertEqual(str(caught.exception), "%s: expected a keyword that it has, found '%s'; did you mean '%s'?; help(palpate.%s) "
+                             "lists them" % (kind, found, near, kind))
+        with self.assertRaisesRegex(TypeError, r"^Scene: expected other arguments, found Bundle, law: int; help"):
+            palpate.Scene(bundle, law=3)
+        self.assertIn("friction", palpate.Tool.__init__.__doc__)
+
+    def test_numbers_that_the_scene_leaves_out_are_refused(self):
+        bundle = palpate.Bundle(BUNDLE)
+        scene = palpate.Scene(bundle, contact="point")
+        contacts = scene.make_contacts()
+        far = [[9, 9, 9]]
+        for tool, sentence in ((palpate.Tool(far, disc_radius=8), "disc_radius: expected 0 to 1 m, found 8.0"),
+                               (palpate.Tool(far, disc_radius=float("nan")), "disc_radius: expected 0 to 1 m, found nan"),
+                               (palpate.Tool(far, disc_radius=0.003), 'disc_radius: expected contact="patch", without which'),
+                               (palpate.Tool(far, friction=0.3), 'friction: expected law="coulomb", without which'),
+                               (palpate.Tool(far, friction=-1), "friction: expected 0 to 100, found -1.0")):
+            with self.assertRaisesRegex(ValueError, "^" + sentence):
+                scene.touch([tool], 0.001, contacts)
+        self.assertEqual(scene.touch([palpate.Tool(far)], 0.001, contacts), 0)
+        obeying = palpate.Scene(bundle, law="coulomb")
+        self.assertEqual(obeying.touch([palpate.Tool(far, disc_radius=0.003, friction=0.3)], 0.001, obeying.make_contacts()), 0)
+
+
 class Bundle(unittest.TestCase):
     def test_arrays_of_a_mapped_file_are_read_only_views_of_it(self):
         bundle = palpate.Bundle(pathlib.Path(BUNDLE))

@@ -220,6 +220,7 @@ select = { @select.where,@ everything = true }
 select = { label = { @label.within,@ labels = [1] } }
 [store]
 @store.interior@
+@store.large_deformation@
 )");
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
 unit = "mm"
