@@ -22,6 +22,9 @@ constexpr double kLeastReach = 1.0 / 1024;
 constexpr double kEnergyNoise = 2e-7;
 // The rest state under a preload is solved to this share, where a step is to LargeSolver::kTolerance.
 constexpr double kRestTolerance = 1e-4;
+// It counts as found from this share on, where rounding in single precision lets it come no nearer: its force is then the load's but for
+// about as much.
+constexpr double kRestEnough = 2e-3;
 
 // N/m, that assemble_stiffness gave the single held dofs; 0 where there are none.
 double held_diagonal(const BlockRows& stiffness, const HyperelasticBody& body, const std::int32_t* place) {
@@ -183,20 +186,40 @@ bool LargeSolver::take_load(SceneMemory& memory, const HyperelasticBody& body, c
   return made;
 }
 
-// The least energy under the load, which grows in steps; then this state is the rest, and what holds it there is the load.
+// Takes steps under a share of the load until the state is solved to tolerance_. False where it does not come to kRestEnough, or where a
+// tetrahedron is flat.
+bool LargeSolver::settle(double load_share) {
+  constexpr int most_rounds = 60;
+  load_share_ = load_share, now_.solved = 0;
+  for (int round = 0; round < most_rounds && !now_.solved; ++round) {
+    LargeOutcome outcome;
+    const Elements::Energy found = evaluate(u_, f_);
+    now_.energy = found.energy, now_.least_volume = found.least_volume;
+    if (!(found.least_volume > kLeastVolume)) return false;
+    stuck_ = false;
+    improve(kMostSteps, &outcome);
+    if (stuck_) break;
+  }
+  return now_.solved || now_.residual <= kRestEnough;
+}
+
+// The least energy under the load, which grows in steps, shorter ones where the body does not follow; then this state is the rest, and
+// what holds it there is the load.
 bool LargeSolver::find_rest() {
-  constexpr int shares = 8, most_rounds = 60;
-  for (int i = 1; i <= shares; ++i) {
-    load_share_ = static_cast<double>(i) / shares;
-    tolerance_ = i < shares ? kTolerance : kRestTolerance;
-    for (int round = 0; round < most_rounds && (round == 0 || !now_.solved); ++round) {
-      LargeOutcome outcome;
-      const Elements::Energy found = evaluate(u_, f_);
-      now_.energy = found.energy, now_.least_volume = found.least_volume, now_.solved = 0;
-      if (!(found.least_volume > kLeastVolume)) return false;
-      improve(kMostSteps, &outcome);
+  constexpr double longest = 1.0 / 8, shortest = 1.0 / 512;
+  double reached = 0, way = longest;
+  while (reached < 1) {
+    const double next = std::min(reached + way, 1.0);
+    std::copy(u_, u_ + length_, u_before_);
+    tolerance_ = next < 1 ? kTolerance : kRestTolerance;
+    if (settle(next)) {
+      reached = next, way = std::min(2 * way, longest);
+      continue;
     }
-    if (!now_.solved && !(i < shares)) return false;
+    if (way <= shortest) return false;
+    way /= 2;
+    std::copy(u_before_, u_before_ + length_, u_);
+    drop_pairs();
   }
   load_share_ = 0, tolerance_ = kTolerance;
   base_energy_ = evaluate(u_, trial_f_).energy;  // of the body alone, like its forces

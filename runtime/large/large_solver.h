@@ -203,6 +203,7 @@ class LargeSolver {
   bool take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness, const double* preload);
   bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
   double add_supports(const float* u, float* f) const;
+  bool settle(double load_share);
   bool find_rest();
   void keep(SceneMemory& memory);
   void take_spots(const LargeContacts& contacts);

@@ -539,8 +539,9 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
                   "deformation LARGE: the stiffness of the bundle's mesh is not positive definite; rebuild the bundle");
     case LargeSolver::Created::no_equilibrium:
       return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                  "deformation LARGE: expected a preload under which the body comes to rest, found one that flattens "
-                  "its tetrahedra; take a stiffer tissue, a smaller load, or preload OFF");
+                  "deformation LARGE: expected a preload under which the body comes to rest, found one under which its "
+                  "equilibrium was not found, though the load grew in steps of 1/512; take a stiffer tissue, a smaller load, or "
+                  "preload OFF");
     case LargeSolver::Created::made:
       break;
   }

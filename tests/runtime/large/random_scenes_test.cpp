@@ -1,0 +1,72 @@
+// Scenes of large deformation follow their tools, or say that they do not: no state is published that has run away.
+#include "tests/runtime/large/random_large_scenes.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+void play_random(std::uint64_t seed, int steps, LargeFinds* finds) {
+  static const RandomLargeScenes scenes;
+  scenes.play(seed, steps, finds, [](const std::string& sentence) { ADD_FAILURE() << sentence; });
+}
+
+// More: make -f Makefile.data large-fuzz.
+TEST(LargeScenes, RandomScenesStayNearNewtonsMethodAndComeToRest) {
+  LargeFinds finds;
+  for (std::uint64_t seed = 100; seed < 106; ++seed) play_random(seed, 150, &finds);
+  EXPECT_GT(finds.pressed, 300);
+  EXPECT_GT(finds.compared, 20);
+}
+
+// Friction that was applied as a load swung a rim that had become soft; an anchor then ran away with the surface.
+TEST(LargeScenes, RandomScenesThatRanAwayOnceDoNot) {
+  LargeFinds finds;
+  for (const std::uint64_t seed : {4u, 14u}) play_random(seed, 300, &finds);
+}
+
+// Presses, drags and lifts a tool with each law and contact model: the body never has more than the work that was done on it. A contact
+// that is dragged from node to node or from triangle to triangle jumps, and a jump's two ends do not tell its work: these press alone.
+TEST(LargeScenes, NoLawAndNoModelGivesTheBodyEnergy) {
+  for (const bool nodal : {false, true})
+    for (const double stiffening : {0.0, 8.0}) {
+      const TouchedBox box({}, with_large(nodal, stiffening));
+      const Seen seen(box, nodal, stiffening);
+      const LargeReference reference(seen.body);
+      for (int law = 0; law < 4; ++law)
+        for (int contact = 0; contact < 4; ++contact) {
+          palpate_scene_def def = palpate_default_scene_def();
+          def.deformation = PALPATE_DEFORMATION_LARGE, def.shape = PALPATE_SHAPE_VOLUME;
+          def.law = static_cast<palpate_contact_law>(law), def.contact = static_cast<palpate_contact_model>(contact);
+          def.max_operations = 60'000;  // as few steps of the method as there are
+          const ScenePointer scene = box.scene(def);
+          Contacts contacts(scene.get());
+          EnergyAccount account;
+          VectorXd of_energy;
+          for (int k = 0; k <= 220; ++k) {
+            const double depth = k < 100 ? 1.5e-4 * k : k < 160 ? 0.015 : 0.015 - 3e-4 * (k - 160),
+                         along = def.contact == PALPATE_CONTACT_PATCH ? 3e-4 * std::clamp(k - 100, 0, 60) : 0;
+            const double point[3] = {0.0605 - depth, 0.02 + along, 0.02};
+            palpate_tool tool = palpate_default_tool();
+            tool.points = point, tool.point_count = 1, tool.disc_radius = 0.006, tool.friction = 0.3;
+            palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+            const auto u = displacements(scene.get(), contacts, static_cast<std::int32_t>(seen.nodes.size() / 3));
+            const VectorXd field =
+                Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
+            VectorXd force = VectorXd::Zero(field.size());
+            for (std::int32_t e = 0; e < contacts->node_count; ++e) {
+              const palpate_contact_node* const node = palpate_contacts_node(contacts.get(), e);
+              force.segment<3>(3 * node->node) += Vector3d(node->force);
+            }
+            account.add(reference.energy(field, &of_energy), force, field);
+          }
+          // A step's frame follows that of the state before it.
+          EXPECT_LE(account.gained(), 0.06) << nodal << " b " << stiffening << " law " << law << " contact " << contact;
+          EXPECT_GT(account.peak(), 1e-4) << law << contact;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace palpate::tests
