@@ -296,6 +296,21 @@ std::vector<std::string> displacement_warnings(const NamedOrgan& of, const Bundl
   return {begin + limit + "; press less deep, or say in [limits] which `displacement` you accept"};
 }
 
+void LostDeformation::add(double time, const palpate_contacts& contacts) {
+  ++touches_;
+  if (!(contacts.flags & PALPATE_STEP_DEFORMATION_BEHIND) || !(contacts.deformation_residual > kUndone)) return;
+  if (undone_++ == 0) first_ = time;
+}
+
+std::vector<std::string> LostDeformation::warnings() const {
+  if (undone_ == 0) return {};
+  return {
+      fmt::format("large deformation diverged at {:.4g} s: {} of {} touches were undone, in which the organ stayed as "
+                  "it was in the touch before; "
+                  "move more slowly, press less deep, raise `operations` in [limits], or take a coarser mesh",
+                  first_, undone_, touches_)};
+}
+
 void FlagCounts::add(palpate_step_flags flags) {
   ++steps_;
   for (std::size_t bit = 0; bit < steps_with_.size(); ++bit) steps_with_[bit] += flags >> bit & 1;

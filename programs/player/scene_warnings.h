@@ -45,6 +45,19 @@ inline constexpr double kLargestShare = 0.1;
 std::vector<std::string> displacement_warnings(const NamedOrgan& of, const BundleFields& fields,
                                                const LargestDisplacement& largest);
 
+// Where large deformation lost its tools: steps that were undone.
+class LostDeformation {
+ public:
+  // deformation_residual of palpate_contacts is above this in such a step.
+  static constexpr double kUndone = 0.5;
+  void add(double time, const palpate_contacts& contacts);
+  std::vector<std::string> warnings() const;  // one sentence, or none
+
+ private:
+  std::uint64_t touches_ = 0, undone_ = 0;
+  double first_ = 0;  // s
+};
+
 // Counts the step flags of the steps of one kind.
 class FlagCounts {
  public:

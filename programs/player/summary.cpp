@@ -93,6 +93,7 @@ void Summary::add_nodes(Organ& organ, double time, const palpate_contacts& conta
 void Summary::add(const TouchRecord& touch) {
   ++touches_;
   touch_flags_.add(touch.flags);
+  lost_.add(touch.time, touch.contacts);
   add_nodes(organs_[0], touch.time, touch.contacts);
   for (std::size_t t = 0; t < tools_.size(); ++t)
     add_tool(touch.time, t, *palpate_contacts_tool(&touch.contacts, static_cast<std::int32_t>(t)));
@@ -231,6 +232,7 @@ std::vector<std::string> Summary::warnings(const std::vector<BundleFields>& fiel
   append(placement_warnings(scene_, organs, touched));
   for (std::size_t k = 0; k < organs_.size(); ++k)
     append(organs_[k].held.warnings()), append(displacement_warnings(organs_[k].of, fields[k], organs_[k].largest));
+  append(lost_.warnings());
   append(touch_flags_.warnings("touches"));
   append(shape_flags_.warnings("shapes"));
   return sentences;

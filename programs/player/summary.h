@@ -63,6 +63,7 @@ class Summary {
   std::vector<Tool> tools_;
   std::vector<Organ> organs_;
   FlagCounts touch_flags_, shape_flags_;
+  LostDeformation lost_;
   std::uint64_t touches_ = 0, shapes_ = 0;
   int most_pairs_ = 0;
   double peak_pressure_ = 0, largest_overlap_ = 0;  // Pa, m, of pairs of organs

@@ -121,6 +121,14 @@ bool BodyBeside::same_contacts(const Solved* solved, std::int32_t count, const C
   return true;
 }
 
+// The constraint in the newest solution; nullptr where it is not there.
+const BodyBeside::Solved* BodyBeside::solved_of(const ContactConstraint& constraint) const {
+  const Solved *const first = solved_[newest_], *const end = first + solved_count_[newest_];
+  const Solved* const at =
+      std::partition_point(first, end, [&](const Solved& solved) { return order(solved, constraint) < 0; });
+  return at != end && order(*at, constraint) == 0 ? at : nullptr;
+}
+
 // s. Zero where the two solutions have other contacts, or where one had no solution.
 template <class Target>
 double BodyBeside::share(std::int32_t count, Target target) const {
@@ -203,7 +211,9 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* 
     const ContactNode* const nodes = set.nodes + constraint.first_node;
     Vec3 target = in_axes(constraint, targets[p]);
     for (std::int32_t e = 0; e < constraint.node_count; ++e) target += -nodes[e].weight * added_.now(nodes[e].node);
-    if (constraint.framed && turned_.made()) {
+    if (const Solved* const solved = solved_of(constraint); constraint.framed && solved) {
+      constraint.frame = constraint.frame * solved->frame;
+    } else if (constraint.framed && turned_.made()) {
       const TurnedSurface::Normals normal = turned_.normals(nodes, constraint.node_count, moved);
       constraint.frame = times_transposed(constraint.frame, TurnedSurface::rotation(normal.rest, normal.now));
     }
@@ -242,8 +252,16 @@ void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Out
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    solved[p] = {constraint.tool, constraint.point, constraint.part, 0,
-                 in_axes(constraint, only(constraint.axes, set.target[p]))};
+    Mat3 turn;
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k)
+        for (int d = 0; d < 3; ++d) turn.m[i][k] += constraint.frame.m[d][i] * body_->frame(p).m[d][k];
+    solved[p] = {constraint.tool,
+                 constraint.point,
+                 constraint.part,
+                 0,
+                 in_axes(constraint, only(constraint.axes, set.target[p])),
+                 turn};
   }
   body_->write_field(limits_.surface_nodes, displacement_of(solution));
   body_->write_beyond_linear(limits_.field_nodes, added_of(solution));

@@ -81,6 +81,7 @@ class BodyBeside {
   struct Solved {
     std::int32_t tool, point, part, unused;
     Vec3 target;  // m, in the organ's axes
+    Mat3 frame;   // the constraint's own times this is the one along which the solution has its laws
   };
   struct Solution {
     std::uint64_t begun;
@@ -113,6 +114,7 @@ class BodyBeside {
   void publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   bool is_behind(const ContactConstraints& set) const;
+  const Solved* solved_of(const ContactConstraint& constraint) const;
 
   DeformingBody* body_ = nullptr;
   TurnedSurface turned_;

@@ -81,9 +81,8 @@ Mat3 DeformingBody::present_frame(const ContactConstraints& set, std::int32_t p)
     return axes;
   }
   if (!turned_.made()) return constraint.frame;
-  const TurnedSurface::Normals normal =
-      turned_.normals(set.nodes + constraint.first_node, constraint.node_count,
-                      [&](std::int32_t n) { return displacement(n); });
+  const TurnedSurface::Normals normal = turned_.normals(set.nodes + constraint.first_node, constraint.node_count,
+                                                        [&](std::int32_t n) { return displacement(n); });
   Vec3& turned = now_[p].turned;
   turned += (now_[p].known ? kFollows : 1) * (normal.now - normal.rest - turned);
   return times_transposed(constraint.frame, TurnedSurface::rotation(normal.rest, unit_or_zero(normal.rest + turned)));
@@ -261,7 +260,8 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
                                   has_beside_ ? beside_ : nullptr,
                                   3 * static_cast<std::size_t>(constraint_capacity_)};
   const Operations fit = work->left() / std::max<Operations>(operations_, 1);
-  const auto most = static_cast<std::int32_t>(std::clamp<Operations>(fit, LargeSolver::kFewestSteps, LargeSolver::kMostSteps));
+  const auto most =
+      static_cast<std::int32_t>(std::clamp<Operations>(fit, LargeSolver::kFewestSteps, LargeSolver::kMostSteps));
   Outcome outcome;
   laws_decided_ = may_give_way;
   if (may_give_way) {

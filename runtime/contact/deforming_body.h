@@ -42,7 +42,8 @@ class DeformingBody {
     double missed = 0;     // m, by how much the worst contact misses its law; 0 where none gives way
     bool inexact = false;  // by more than kInexact of the largest target
   };
-  // force: [node_count] N, of each contact node on the body. Takes the steps that `work` leaves, one at least, and counts them.
+  // force: [node_count] N, of each contact node on the body. Takes the steps of the method that it needs, as many as `work` leaves or
+  // LargeSolver::kFewestSteps, and counts them.
   // Whatever the outcome, no contact pulls that may not, and no friction exceeds what its law allows.
   Outcome solve(const ContactConstraints& set, StepWork* work, Vec3* force);
 
@@ -50,6 +51,7 @@ class DeformingBody {
   // its rows miss their targets (m).
   Vec3 reaction(std::int32_t p) const { return reaction_[p]; }
   Vec3 missed(std::int32_t p) const;
+  const Mat3& frame(std::int32_t p) const { return frames_[p]; }  // the turned one
   const LawEffort& effort() const { return effort_; }
   const LargeSolver& solver() const { return solver_; }
   // [rows] N, of each row of the last solve(): constraint after constraint, axis after axis.
@@ -81,7 +83,7 @@ class DeformingBody {
   void renew() { solver_.renew(); }
   void forget();
   void restored() { solver_.restored(); }
-  Operations operations_of_a_step() const { return operations_; }
+  Operations fewest_operations() const { return LargeSolver::kFewestSteps * operations_; }
   Operations operations_to_renew() const { return 3 * solve_operations_; }  // of a contact that comes or moves
   // No step takes more: moves that are halved ten times, as many searches, and the responses of all constraints.
   Operations most_operations() const {
@@ -130,7 +132,7 @@ class DeformingBody {
   double* place_ = nullptr;      // [3 constraint_capacity] m, where each row is held
   double *free_ = nullptr, *target_ = nullptr, *soft_ = nullptr, *ahead_ = nullptr;
   std::uint8_t *holds_ = nullptr, *slips_ = nullptr;  // [3 constraint_capacity]
-  bool laws_decided_ = false;  // in the last solve()
+  bool laws_decided_ = false;                         // in the last solve()
   Operations operations_ = 0, solve_operations_ = 0;
 };
 

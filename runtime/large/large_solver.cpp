@@ -109,9 +109,8 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
   for (double** matrix : {&between_spots_, &compliance_, &contact_, &beside_})
     *matrix = memory.array<double>(most * stride_);
   holds_ = memory.array<std::uint8_t>(most);
-  for (double** vector :
-       {&applied_, &local_, &next_local_, &multiplier_, &local_g_, &local_p_, &trial_local_, &work_, &work2_,
-        &local_before_})
+  for (double** vector : {&applied_, &local_, &next_local_, &multiplier_, &local_g_, &local_p_, &trial_local_, &work_,
+                          &work2_, &local_before_})
     *vector = memory.array<double>(most);
   if (memory.failed()) return Created::no_memory;
   for (std::size_t n = 0; n < nodes; ++n)
@@ -810,9 +809,9 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const dou
     if (i == 0) slope = (dot_product(f_, trial_, length_) - dot_product(f_, u_, length_)) / share;
     const Elements::Energy found = evaluate(trial_, trial_f_);
     ++outcome->evaluations;
-    const double of_body = now_.energy - of_rows,
-                 most = of_body + share * slope + 0.5 * kMoreEnergy * share * share * squared +
-                        kMoreOfAll * std::abs(of_body) + noise_;
+    const double of_body = now_.energy - of_rows, most = of_body + share * slope +
+                                                         0.5 * kMoreEnergy * share * share * squared +
+                                                         kMoreOfAll * std::abs(of_body) + noise_;
     // Where the body was beyond the limits before, any part of the move is as good as none.
     if ((found.least_volume > kLeastVolume && found.energy <= most) || (share == 0 && std::isfinite(found.energy))) {
       now_.energy = found.energy + 0.5 * times_compliance(trial_local_, trial_local_),
@@ -985,7 +984,10 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   outcome->failed = !finite;
   std::fill(force, force + now_.row_count, 0.0);
   if (!finite) return forget();
-  outcome->given_up = now_.energy > before_.energy && now_.residual > kLost && !now_.solved;
+  // A body that loses energy is on its way to its solution, however far that is.
+  const bool lost = now_.residual > kLost && !now_.solved;
+  outcome->given_up = lost && now_.energy > before_.energy;
+  outcome->residual = outcome->given_up ? now_.residual : std::min(now_.residual, kLost);
   if (outcome->given_up) {
     outcome->unfinished = true;
     give_up();
@@ -996,10 +998,10 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   std::copy(multiplier_, multiplier_ + now_.row_count, force);
   const bool acts = !nothing_acts();
   now_.alone = acts ? 0 : now_.alone + 1;
-  if (!acts && (std::abs(now_.energy) <= kRestEnergy * now_.peak_energy + noise_ || now_.alone > kStepsToRest ||
-                stuck_))
-    come_to_rest();
-  outcome->residual = now_.residual, outcome->least_volume = now_.least_volume;
+  if (!acts &&
+      (std::abs(now_.energy) <= kRestEnergy * now_.peak_energy + noise_ || now_.alone > kStepsToRest || stuck_))
+    come_to_rest(), outcome->residual = 0;
+  outcome->least_volume = now_.least_volume;
 }
 
 LargeOutcome LargeSolver::step(const LargeContacts& contacts, std::int32_t most_steps, double* force) {

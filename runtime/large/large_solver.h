@@ -47,8 +47,8 @@ struct LargeContacts {
 // What a step says about itself.
 struct LargeOutcome {
   std::int32_t steps = 0, evaluations = 0;
-  // Square root of the energy that the state still has to lose, over the energy, as the metric K^-1 estimates it: by the last step's
-  // gradient g, g.H g / gamma.
+  // Square root of the energy that the state still has to lose, over the energy, as the metric K^-1 estimates it before the last move:
+  // g.H g / gamma, g the gradient. At most kLost but where the step was given up.
   double residual = 0;
   double least_volume = 1;  // smallest J of a tetrahedron
   bool cut = false;         // the move to the targets was shortened: the rows miss them
@@ -286,7 +286,7 @@ class LargeSolver {
     std::int32_t pair_first, pair_count, pairs_since_scale, row_count, spot_count;
     double reach;  // the part of the way to the targets that a step tries
     std::int32_t pairs_of_other_contacts, at_rest;
-    std::int32_t solved;  // 1: to kTolerance; 2: to kStillTolerance
+    std::int32_t solved;        // 1: to kTolerance; 2: to kStillTolerance
     std::int32_t alone, still;  // steps without contacts; steps of the method at targets that stand still
     std::int32_t has_beside, unused;
   };
@@ -295,9 +295,9 @@ class LargeSolver {
   Kept before_ = {};
   float *u_before_ = nullptr, *f_before_ = nullptr;  // as u_ and f_
   double* local_before_ = nullptr;                   // [max_rows]
-  bool still_ = false;      // the targets are those of the last step
-  bool shortened_ = false;  // the move to the targets, beyond now_.reach
-  bool stuck_ = false;      // no direction led on
+  bool still_ = false;                               // the targets are those of the last step
+  bool shortened_ = false;                           // the move to the targets, beyond now_.reach
+  bool stuck_ = false;                               // no direction led on
 
   std::int32_t max_rows_ = 0, max_nodes_ = 0, max_spots_ = 0;
   std::size_t stride_ = 0;                         // numbers from one row of the matrices to the next

@@ -540,7 +540,8 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
     case LargeSolver::Created::no_equilibrium:
       return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
                   "deformation LARGE: expected a preload under which the body comes to rest, found one under which its "
-                  "equilibrium was not found, though the load grew in steps of 1/512; take a stiffer tissue, a smaller load, or "
+                  "equilibrium was not found, though the load grew in steps of 1/512; take a stiffer tissue, a smaller "
+                  "load, or "
                   "preload OFF");
     case LargeSolver::Created::made:
       break;
@@ -846,6 +847,14 @@ void log_scene(const palpate_scene& scene, const MemoryUse& use) {
   if (has_preload && def.preload == PALPATE_PRELOAD_OFF)
     bundle.log.say(PALPATE_LOG_WARNING,
                    "scene: the bundle has a preload, and preload is OFF: rest is the shape as it was meshed");
+  if (const Operations fewest = scene.touch.body.fewest_operations();
+      deforms_largely(def) && fewest > def.max_operations)
+    bundle.log.say(
+        PALPATE_LOG_NOTE,
+        "scene: deformation LARGE takes up to %d steps in a touch, %lld operations, though max_operations is "
+        "%lld: fewer do not follow; where a touch then takes too long, take LARGE_BESIDE",
+        static_cast<int>(LargeSolver::kFewestSteps), static_cast<long long>(fewest),
+        static_cast<long long>(def.max_operations));
   const formats::ElementType type = scene.tensors.compliance ? scene.compliance.type() : scene.tensors.surface.type;
   if (type == formats::ElementType::f16 && most_constraints(def) > kManyContactsForHalf)
     bundle.log.say(PALPATE_LOG_WARNING,

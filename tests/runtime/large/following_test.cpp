@@ -23,7 +23,8 @@ TEST(LargeFollows, AJumpIntoATissueThatStiffensIsGoneInPartsThatItCanFollow) {
     discs.add(body.get(), kTop, 0.021);
     discs.set(0, {0, 0, -0.02});
     VectorXd u = VectorXd::Zero(reference.dofs()), force;
-    for (int i = 1; i <= 20; ++i) force = reference.solve(discs.dense(reference.dofs()), discs.targets() * i / 20, &u, 1e-7);
+    for (int i = 1; i <= 20; ++i)
+      force = reference.solve(discs.dense(reference.dofs()), discs.targets() * i / 20, &u, 1e-7);
     EnergyAccount account;
     VectorXd of_energy;
     bool followed = false;

@@ -35,7 +35,9 @@ class RandomLargeScenes {
   template <class Told>
   void play(std::uint64_t seed, int steps, LargeFinds* finds, const Told& told) const {
     std::mt19937_64 random(seed * 7919 + 13);
-    const auto part = [&](double low, double high) { return low + (high - low) * std::uniform_real_distribution<double>(0, 1)(random); };
+    const auto part = [&](double low, double high) {
+      return low + (high - low) * std::uniform_real_distribution<double>(0, 1)(random);
+    };
     const auto one_of = [&](int count) { return static_cast<int>(random() % static_cast<std::uint64_t>(count)); };
     const Body& body = body_of(random() % kBodies);
     palpate_scene_def def = palpate_default_scene_def();
@@ -47,8 +49,9 @@ class RandomLargeScenes {
     def.max_operations = operations[one_of(4)];
     const int tools = 1 + one_of(3), solve_every = 1 + one_of(10);
     const std::string scene_name = fmt::format(
-        "seed {} ({} steps): deformation {}, law {}, contact {}, collision {}, {} operations, {} tools, a solve every {}: {}", seed,
-        steps, static_cast<int>(def.deformation), static_cast<int>(def.law), static_cast<int>(def.contact),
+        "seed {} ({} steps): deformation {}, law {}, contact {}, collision {}, {} operations, {} tools, a solve every "
+        "{}: {}",
+        seed, steps, static_cast<int>(def.deformation), static_cast<int>(def.law), static_cast<int>(def.contact),
         static_cast<int>(def.collision), def.max_operations, tools, solve_every, body.name);
     std::vector<Path> paths;
     for (int t = 0; t < tools; ++t) {
@@ -65,7 +68,8 @@ class RandomLargeScenes {
       while (step < steps) {
         const double depth = one_of(5) == 0 ? -0.005 : part(0.001, 0.6) * body.thickness;
         const Eigen::Vector3d side(part(-1, 1), part(-1, 1), part(-1, 1));
-        const Eigen::Vector3d to = path.from - depth * path.outward + part(0, 0.012) * (side - side.dot(path.outward) * path.outward);
+        const Eigen::Vector3d to =
+            path.from - depth * path.outward + part(0, 0.012) * (side - side.dot(path.outward) * path.outward);
         const double speed = one_of(12) == 0 ? 5 : part(0.01, 0.25);  // m/s; a jump
         const int took = std::max(1, static_cast<int>((to - path.points.back()).norm() / speed / 1e-3));
         path.points.push_back(to), path.at.push_back(step += took);
@@ -137,7 +141,11 @@ class RandomLargeScenes {
   class Watched {
    public:
     Watched(const Body& body, const palpate_scene_def& def, int solve_every, const std::string& name)
-        : body_(body), name_(name), scene_(body.touched.scene(def)), contacts_(scene_.get()), solve_every_(solve_every) {
+        : body_(body),
+          name_(name),
+          scene_(body.touched.scene(def)),
+          contacts_(scene_.get()),
+          solve_every_(solve_every) {
       beside_ = def.deformation != PALPATE_DEFORMATION_LARGE;
       count_ = static_cast<std::int32_t>(body.touched.body.mesh.nodes.size());
       const Eigen::VectorXd rest = Eigen::VectorXd::Zero(3 * count_);
@@ -146,14 +154,16 @@ class RandomLargeScenes {
 
     template <class Told>
     void step(const std::vector<palpate_tool>& tools, int k, LargeFinds* finds, const Told& told) {
-      const palpate_step_flags flags = palpate_scene_touch(scene_.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
-                                                           contacts_.get(), contacts_.bytes());
+      const palpate_step_flags flags =
+          palpate_scene_touch(scene_.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
+                              contacts_.get(), contacts_.bytes());
       const bool solved = !beside_ || (k % solve_every_ == 0 && palpate_scene_deform(scene_.get()) > 0);
       const bool behind = flags & (PALPATE_STEP_DEFORMATION_BEHIND | PALPATE_STEP_UNSOLVED);
       finds->flagged += behind;
       double raw = 0;
       for (std::size_t t = 0; t < tools.size(); ++t)
-        raw = std::max(raw, Eigen::Vector3d(palpate_contacts_tool(contacts_, static_cast<std::int32_t>(t))->force_raw).norm());
+        raw = std::max(
+            raw, Eigen::Vector3d(palpate_contacts_tool(contacts_, static_cast<std::int32_t>(t))->force_raw).norm());
       finds->pressed += raw > 0;
       if (!std::isfinite(raw)) return find(k, "a force that is not finite", finds, told);
       if (!solved) return;
@@ -196,7 +206,8 @@ class RandomLargeScenes {
           palpate_scene_touch(scene_.get(), nullptr, 0, 1e-3, contacts_.get(), contacts_.bytes());
       const auto u = displacements(scene_.get(), contacts_, count_);
       const bool rests = std::all_of(u.begin(), u.end(), [](float v) { return v == 0; });
-      if (!rests || flags != 0) find(-1, fmt::format("not at rest after its tools have left, flags {:x}", flags), finds, told);
+      if (!rests || flags != 0)
+        find(-1, fmt::format("not at rest after its tools have left, flags {:x}", flags), finds, told);
     }
 
    private:
@@ -245,14 +256,21 @@ class RandomLargeScenes {
       const double ratio = carried.norm() / std::max(force.norm(), 1e-3 * account_.peak() / 0.01);
       finds->worst_force = std::max(finds->worst_force, ratio);
       if (ratio > kMostForce)
-        find(k, fmt::format("{:.3g} N, where Newton's method has {:.3g} N{}", carried.norm(), force.norm(), behind ? " (flagged)" : ""), finds, told);
+        find(k,
+             fmt::format("{:.3g} N, where Newton's method has {:.3g} N{}", carried.norm(), force.norm(),
+                         behind ? " (flagged)" : ""),
+             finds, told);
       if (behind || beside_) return;
       ++finds->trusted;
-      const double field = (u - exact).norm() / std::max(exact.norm(), 1e-6), missed = (carried - force).norm() / force.norm();
+      const double field = (u - exact).norm() / std::max(exact.norm(), 1e-6),
+                   missed = (carried - force).norm() / force.norm();
       finds->worst_field = std::max(finds->worst_field, field);
       finds->worst_trusted_force = std::max(finds->worst_trusted_force, missed);
       if (field > kTrustedField || missed > kTrustedForce)
-        find(k, fmt::format("without a flag {:.1f} % off in the field, {:.1f} % in the force of {:.3g} N", 100 * field, 100 * missed, force.norm()), finds, told);
+        find(k,
+             fmt::format("without a flag {:.1f} % off in the field, {:.1f} % in the force of {:.3g} N", 100 * field,
+                         100 * missed, force.norm()),
+             finds, told);
     }
 
     const Body& body_;
@@ -269,7 +287,8 @@ class RandomLargeScenes {
   static constexpr std::size_t kBodies = 20;
   const Body& body_of(std::size_t which) const {
     std::unique_ptr<Body>& body = bodies_[which];
-    constexpr double tissues[][2] = {{0.3, 0}, {0.45, 0}, {0.49, 0}, {0.45, 3}, {0.45, 32}};  // Poisson's ratio, stiffening
+    constexpr double tissues[][2] = {
+        {0.3, 0}, {0.45, 0}, {0.49, 0}, {0.45, 3}, {0.45, 32}};  // Poisson's ratio, stiffening
     const double* const tissue = tissues[which / 4];
     const TinyBox form = which & 1 ? TinyBox{{8, 2, 2}, {0.1, 0.02, 0.02}} : TinyBox{};
     if (!body) body = std::make_unique<Body>(form, (which & 2) != 0, tissue[0], tissue[1]);

@@ -45,7 +45,9 @@ TEST(LargeScenes, NoLawAndNoModelGivesTheBodyEnergy) {
           EnergyAccount account;
           VectorXd of_energy;
           for (int k = 0; k <= 220; ++k) {
-            const double depth = k < 100 ? 1.5e-4 * k : k < 160 ? 0.015 : 0.015 - 3e-4 * (k - 160),
+            const double depth = k < 100   ? 1.5e-4 * k
+                                 : k < 160 ? 0.015
+                                           : 0.015 - 3e-4 * (k - 160),
                          along = def.contact == PALPATE_CONTACT_PATCH ? 3e-4 * std::clamp(k - 100, 0, 60) : 0;
             const double point[3] = {0.0605 - depth, 0.02 + along, 0.02};
             palpate_tool tool = palpate_default_tool();
