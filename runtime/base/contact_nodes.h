@@ -23,16 +23,23 @@ inline std::size_t bytes_of_contacts(std::int32_t tools, std::int32_t nodes, std
          static_cast<std::size_t>(motions) * sizeof(double);
 }
 
+// The displacements that a scene's contacts hold. adds: to superposition.
+struct HeldField {
+  std::int32_t nodes = 0;
+  bool adds = false;
+};
+
 // Writes the layout of contacts with that many tools, nodes, displacements and motions.
-inline void lay_out_contacts(palpate_contacts& contacts, std::int32_t tools, std::int32_t nodes,
-                             std::int32_t field_nodes, std::int32_t motions) {
+inline void lay_out_contacts(palpate_contacts& contacts, std::int32_t tools, std::int32_t nodes, HeldField field,
+                             std::int32_t motions) {
+  const std::int32_t field_nodes = field.nodes;
   contacts.struct_bytes = sizeof(palpate_contacts);
   contacts.used_bytes = static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, field_nodes, motions));
   contacts.tool_state_bytes = sizeof(palpate_tool_state);
   contacts.nodes_offset = static_cast<std::uint32_t>(bytes_of_contacts(tools, 0, 0, 0));
   contacts.node_bytes = sizeof(palpate_contact_node);
   contacts.tool_count = tools, contacts.node_count = nodes;
-  contacts.field_nodes = field_nodes;
+  contacts.field_nodes = field_nodes, contacts.field_adds = field.adds;
   contacts.field_offset = field_nodes > 0 ? static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, 0, 0)) : 0;
   contacts.motion_count = motions;
   contacts.motions_offset =
@@ -40,19 +47,19 @@ inline void lay_out_contacts(palpate_contacts& contacts, std::int32_t tools, std
 }
 
 // Whether contacts, which may have come through a socket, have the layout that lay_out_contacts writes, with at most that many
-// nodes, that many displacements and that many motions. Then no access through the functions below leaves the bytes of a scene with that many nodes.
-inline bool has_layout(const palpate_contacts& contacts, std::int32_t most_nodes, std::int32_t field_nodes,
+// nodes, these displacements and that many motions. Then no access through the functions below leaves the bytes of a scene with that many nodes.
+inline bool has_layout(const palpate_contacts& contacts, std::int32_t most_nodes, HeldField field,
                        std::int32_t motions) {
   if (contacts.tool_count < 0 || contacts.tool_count > PALPATE_MAX_TOOLS || contacts.node_count < 0 ||
       contacts.node_count > most_nodes)
     return false;
   palpate_contacts expected;
-  lay_out_contacts(expected, contacts.tool_count, contacts.node_count, field_nodes, motions);
+  lay_out_contacts(expected, contacts.tool_count, contacts.node_count, field, motions);
   return contacts.struct_bytes == expected.struct_bytes && contacts.used_bytes == expected.used_bytes &&
          contacts.tool_state_bytes == expected.tool_state_bytes && contacts.nodes_offset == expected.nodes_offset &&
          contacts.node_bytes == expected.node_bytes && contacts.field_nodes == expected.field_nodes &&
-         contacts.field_offset == expected.field_offset && contacts.motion_count == expected.motion_count &&
-         contacts.motions_offset == expected.motions_offset;
+         contacts.field_adds == expected.field_adds && contacts.field_offset == expected.field_offset &&
+         contacts.motion_count == expected.motion_count && contacts.motions_offset == expected.motions_offset;
 }
 
 // The contacts must be laid out. [tool_count] and [node_count].
@@ -71,6 +78,11 @@ inline const palpate_contact_node* nodes_behind(const palpate_contacts& contacts
 
 inline float* field_behind(palpate_contacts& contacts) {
   return const_cast<float*>(palpate_contacts_field(&contacts));
+}
+
+// An odd number of displacements ends four bytes before what follows them.
+inline void clear_behind_field(palpate_contacts& contacts) {
+  if (contacts.field_nodes % 2 != 0) field_behind(contacts)[3 * static_cast<std::size_t>(contacts.field_nodes)] = 0;
 }
 
 inline double* motions_behind(palpate_contacts& contacts) {

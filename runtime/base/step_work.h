@@ -36,8 +36,9 @@ class QueryWork {
   bool ended_ = false;
 };
 
-// A step counts no more than most(), whatever is asked of it. Each part of a step may take what its share and the parts before it
-// leave. Of B = most(), in the order of a step, and all together:
+// A step counts no more than most(), whatever is asked of it. First it takes its input and looks at each tool point, which nothing puts
+// off: create() is given more than that. Each other part of a step may take what its share and the parts before it leave. Of B, what is
+// then left of most(), in the order of a step, and all together:
 //     debts of the step before    up to B / 4
 //     tests of points             up to B / 2
 //     contacts that change        up to 3 B / 4; the first one of a step, where tests have taken more, up to what is kept
@@ -45,9 +46,15 @@ class QueryWork {
 // Where more than B / 8 is kept, debts, tests and changes have a third each of what is left, where that is less.
 class StepWork {
  public:
-  void create(Operations most) { most_ = smaller(most, kUnlimitedOperations), kept_ = most_ / 8; }
+  // Of one tool point or grip in a step that finds it far from the surface: it is checked, copied, taken into the organ's frame and compared
+  // with the bounds on its way and the surface's. Where there are so many that they leave the caches (docs/speed.md).
+  static constexpr Operations kOfPoint = 25;
 
-  void begin() {
+  void create(Operations most) { limit_ = most_ = smaller(most, kUnlimitedOperations), kept_ = most_ / 8; }
+
+  // points: tool points and grips of the step.
+  void begin(Operations points = 0) {
+    looked_ = points * kOfPoint, most_ = limit_ - looked_;
     done_ = smaller(owed_, most_ / 4 + most_ / 16), owed_ = 0, deferred_ = 0, kept_ = most_ / 8;
     paid_changes_ = owed_changes_, owed_changes_ = 0;
   }
@@ -67,8 +74,8 @@ class StepWork {
   // least: that the solution takes at least. changes_left() and first_change_left() hold it within what a step has room for.
   void keep_for_solution(Operations least) { kept_ = larger(kept_, smaller(least, most_kept())); }
 
-  Operations most() const { return most_; }
-  Operations done() const { return done_; }
+  Operations most() const { return limit_; }
+  Operations done() const { return looked_ + done_; }
   Operations tests_left() const { return smaller(most_ / 2, before_solution() / 3 * 2) - done_; }
   // For a change after which the solution takes `least` at least. Below zero where no step has room for it.
   Operations changes_left(Operations least) const {
@@ -92,20 +99,20 @@ class StepWork {
   Operations before_solution() const { return most_ - kept_; }
   Operations debts_end() const { return smaller(most_ / 4, before_solution() / 3); }
 
-  Operations most_ = 0, kept_ = 0, done_ = 0, owed_ = 0, owed_changes_ = 0, paid_changes_ = 0;
+  Operations limit_ = 0, looked_ = 0, most_ = 0, kept_ = 0, done_ = 0, owed_ = 0, owed_changes_ = 0, paid_changes_ = 0;
   std::int64_t deferred_ = 0;
 };
 
 // Jobs that ask in ascending order of tool and point, in every step. Those that a step put off come first in the next one.
 class Turns {
  public:
-  void begin() { first_ = next_, next_ = 0, any_ = 0; }
+  void begin() { first_ = next_ == kNone ? 0 : next_, next_ = kNone, any_ = 0; }
   // Whether this job is done in this step. fits: the step's work allows it.
   bool take(std::int32_t tool, std::int32_t point, bool fits) {
     const std::int32_t key = key_of(tool, point);
     const bool turn = key >= first_;
     if (turn && fits) return (any_ = 1) != 0;
-    if (turn && next_ == 0) next_ = key;
+    if (turn && next_ == kNone) next_ = key;
     return false;
   }
   // Whether no job of this step was done before.
@@ -113,18 +120,19 @@ class Turns {
   // The job that was taken last did not come to its end: it comes first in the next step. Not to be called where it was the first
   // one of this step: it had all that there is, and the others have their turn.
   void put_off(std::int32_t tool, std::int32_t point) {
-    if (next_ == 0) next_ = key_of(tool, point);
+    if (next_ == kNone) next_ = key_of(tool, point);
   }
-  void forget() { first_ = next_ = 0; }
+  void forget() { first_ = 0, next_ = kNone; }
 
  private:
+  static constexpr std::int32_t kNone = -1;  // keys are 0 and above
   static std::int32_t key_of(std::int32_t tool, std::int32_t point) {
     constexpr std::int32_t most_points = 100'000;  // of a tool (max_points)
     return tool * most_points + point;
   }
-  std::int32_t first_ = 0;  // jobs with smaller keys wait for the next step
-  std::int32_t next_ = 0;   // the first job that did not fit
-  std::int32_t any_ = 0;    // 1: a job of this step was done
+  std::int32_t first_ = 0;     // jobs with smaller keys wait for the next step
+  std::int32_t next_ = kNone;  // the first job that did not fit
+  std::int32_t any_ = 0;       // 1: a job of this step was done
 };
 
 }  // namespace palpate

@@ -132,6 +132,7 @@ class ContactSolver {
   // number: which it had as a rule, the one that it has now.
   const ContactConstraint* kept(const ContactConstraint& like, std::int32_t number) const;
   const ContactNode* kept_nodes() const { return kept_node_; }
+  std::int32_t contact_nodes() const { return kept_nodes_; }  // of the last solve
   const ContactResidual& residual() const { return residual_; }
   const LawEffort& effort() const { return effort_; }  // all zero where the factor alone solved the system
   bool laws_decided() const { return decided_ != 0; }  // in the last solve, LawSolver

@@ -66,8 +66,9 @@ void Grasps::close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const
 // ---- a step ----------------------------------------------------------------------------------------------------------
 
 std::int32_t Grasps::begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const Tensors& tensors,
-                           const ContactSolver& solver) {
+                           const ContactSolver& solver, Operations* work) {
   Grasp& grasp = grasps_[t];
+  const bool has_held = grasp.patches[0].rows_of >= 0 || grasp.patches[1].rows_of >= 0;
   for (GraspPatch& patch : grasp.patches) patch.rows_of = -1;
   if (!tool.has_grasp) {
     if (grasp.closed) forget(t);
@@ -81,13 +82,17 @@ std::int32_t Grasps::begin(std::int32_t t, const Tool& tool, const OrganPose& or
     const Vec3 column = organ.vector_to_organ({axes.m[0][j], axes.m[1][j], axes.m[2][j]});
     for (int i = 0; i < 3; ++i) axes.m[i][j] = column[i];
   }
-  if (!grasp.closed || grasp.id != tool.grasp.id) {
+  const bool is_anew = grasp.closed && grasp.id != tool.grasp.id;
+  if (grasp.closed != 1 || is_anew) {
     grasp.closed_position = grasp.position, grasp.closed_axes = axes;
     close(grasp, tool, tensors, solver);
+    *work += operations_to_close(solver.contact_nodes());
+    if (is_anew && has_held) grasp.closed = Grasp::kClosesAnew;
   }
   grasp.turn = times_transposed(axes, grasp.closed_axes);
   if (grasp.state.condition == PALPATE_GRASP_LET_GO) return 0;
   grasp.state.condition = PALPATE_GRASP_HOLDS;
+  if (grasp.closed == Grasp::kClosesAnew) return 0;
   return (grasp.patches[0].count > 0) + (grasp.patches[1].count > 0);
 }
 
@@ -113,6 +118,7 @@ std::uint32_t Grasps::request(std::int32_t t, const Tool& tool, std::int32_t fir
       flags |= PALPATE_STEP_NOT_TOUCHABLE;
       continue;
     }
+    if (grasp.closed == Grasp::kClosesAnew) continue;
     GraspWish wish;
     wish.tool = t, wish.point = first + p, wish.node = patch.node, wish.count = patch.count;
     wish.parts = patch.has_gradients ? 3 : 1, wish.disc = patch.disc;
@@ -178,7 +184,7 @@ void Grasps::finish(std::int32_t t, const Tool& tool, const ContactSolver& solve
   palpate_grasp_state& state = grasp.state;
   if (!tool.has_grasp) return;
   const Vec3 reference = organ.point_to_organ(tool.reference);
-  Vec3 force, moment, moment_along, centre;
+  Vec3 force, moment, moment_along, centre = grasp.patches[0].place[0];
   const auto add = [&](Vec3 arm, Vec3 r) {
     moment += cross(arm, r);
     moment_along += cross(arm, dot(r, unit) * unit);

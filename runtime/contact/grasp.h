@@ -16,7 +16,10 @@ namespace palpate {
 
 // What the steps have left of a tool's grasp; a saved state holds all of it.
 struct Grasp {
-  std::int32_t closed = 0;  // 1: it holds, slips, or has let go
+  std::int32_t closed = 0;  // 1: it holds, slips, or has let go; kClosesAnew
+  // It closes anew while it held tissue. In this step it has no rows, so that the tissue goes where it is without the grasp; the next
+  // step closes the jaws there.
+  static constexpr std::int32_t kClosesAnew = 2;
   std::int32_t id = 0;
   GraspPatch patches[2];
   Vec3 axis;             // unit, from the first patch to the second one
@@ -37,8 +40,14 @@ class Grasps {
 
   // Patches of the tool in place t that will ask for rows. Closes, opens and moves its grasp. Cost of a closing: some 20 us, more for discs of some hundred nodes, and the
   // tensors' entries between the patches' nodes and those of the last step's contacts.
+  // work: takes the operations of a closing.
   std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const Tensors& tensors,
-                     const ContactSolver& solver);
+                     const ContactSolver& solver, Operations* work);
+  // Of a closing of two discs among so many contact nodes, at most.
+  static Operations operations_to_close(std::int32_t contact_nodes) {
+    constexpr Operations entry = 15, disc = 20'000;
+    return 2 * (disc + GraspPatch::kMostNodes * entry * contact_nodes);
+  }
   // Its rows: point `first` and the next one. Returns step flags. made: contacts.
   std::uint32_t request(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows, std::int32_t* made);
   // After a solve: whether the grasp of a tool pulls beyond its friction. Its targets are then those after it has slipped, and the step

@@ -80,9 +80,18 @@ class Needles {
                        const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum, Vec3* torque);
 
   const palpate_needle_state& state(std::int32_t t) const { return needles_[t].state; }
+  // In this step: its tip has pierced the surface, so that the tissue may push and draw it; it is there, or presses the surface.
+  bool is_in_tissue(std::int32_t t) const { return needles_[t].pierced != 0; }
+  bool touches(std::int32_t t) const { return needles_[t].touches != 0; }
   // Of a constraint: the place of the tool whose needle it belongs to.
   static std::int32_t tool_of(std::int32_t point) { return point / kPointsOfOne; }
   static std::int32_t constraints_of_one(std::int32_t most_places) { return most_places + 2; }
+  // What a needle takes beside its rows in a step with so many contact nodes, at most: where the tissue at the tip and at its places is,
+  // and the search for the tetrahedron into which the tip goes.
+  static Operations operations(std::int32_t places, std::int32_t contact_nodes) {
+    constexpr Operations entry = 15, search = 3000;
+    return 4 * contact_nodes * (entry + (1 + Operations{places}) * 9 / kDense) + search;
+  }
   static std::int32_t nodes_of_one(std::int32_t most_places) { return 4 * (most_places + 2); }
 
  private:

@@ -10,6 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr double kFarthest = 1e6;  // m, as palpate.h states
+// s, the same. What is divided by the shortest one stays finite.
+constexpr double kShortestStep = 1e-9, kLongestStep = 1e6;
 
 bool is_sound_point(const double* p) {
   return std::fabs(p[0]) <= kFarthest && std::fabs(p[1]) <= kFarthest && std::fabs(p[2]) <= kFarthest;  // false for NaN
@@ -230,7 +232,7 @@ void ToolInput::take_far_tool(const palpate_tool& from, Tool& tool, std::int32_t
 
 std::uint32_t ToolInput::take(const palpate_tool* tools, std::int32_t tool_count, double dt, const bool* far) {
   std::uint32_t flags = 0;
-  if (dt > 0 && dt <= 1e6)
+  if (dt >= kShortestStep && dt <= kLongestStep)
     dt_ = dt;
   else
     flags |= PALPATE_STEP_BAD_INPUT;

@@ -79,12 +79,12 @@ class Touch {
 
   // Until the constraints are requested.
   void begin(const palpate_tool* tools, std::int32_t tool_count, double dt) {
-    touch_state_.work.begin();
     touch_state_.slides.begin();
     std::uint32_t had_tool = 0;  // bit t: in the last step
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
       if (touch_state_.input.tool(t).id >= 0) had_tool |= 1u << t;
     take_input(tools, tool_count, dt);
+    touch_state_.work.begin(points_to_look_at());
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t) {
       const Tool& tool = touch_state_.input.tool(t);
       if (tool.is_new || (tool.index < 0 && had_tool >> t & 1u)) forget_tool(context_.def, touch_state_, t);
@@ -159,6 +159,7 @@ class Touch {
       for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) relax(t);
       context_.watch.ended(Pass::relaxation);
     }
+    touch_state_.work.add(unasked_);
     write_nodes();
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) write_tool(t);
     context_.watch.ended(Pass::output);
@@ -204,6 +205,12 @@ class Touch {
     }
   }
   bool is_far(std::int32_t t) const { return far_[t]; }
+  std::int32_t points_to_look_at() const {
+    std::int32_t count = 0;
+    for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
+      if (const Tool& tool = touch_state_.input.tool(t); !is_far(t)) count += tool.point_count + tool.grip_count;
+    return count;
+  }
 
   // A tool that becomes far is outside with all of its points. One that comes near again was outside, where it was in the last step.
   void pass_far_tools() {
@@ -295,7 +302,8 @@ class Touch {
       const Tool& tool = touch_state_.input.tool(t);
       count += tool.grip_count;
       if (has_grasps(context_.def))
-        count += touch_state_.grasps.begin(t, tool, touch_state_.organ, context_.tensors, touch_state_.solver);
+        count +=
+            touch_state_.grasps.begin(t, tool, touch_state_.organ, context_.tensors, touch_state_.solver, &unasked_);
       if (has_needles(context_.def))
         count += touch_state_.needles.begin(t, tool, touch_state_.organ, touch_state_.solver);
       if (is_far(t)) continue;
@@ -422,6 +430,8 @@ class Touch {
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       const Tool& tool = touch_state_.input.tool(t);
       if (tool.index < 0) continue;
+      if (touch_state_.needles.touches(t))
+        unasked_ += Needles::operations(touch_state_.needles.state(t).places, acting_->node_count);
       if (const std::uint32_t flags = touch_state_.needles.finish(t, tool, *acting_, touch_state_.force,
                                                                   touch_state_.solver, touch_state_.organ, solved,
                                                                   &result_[t].needle_force, &result_[t].needle_torque))
@@ -779,13 +789,15 @@ class Touch {
   void write_nodes() {
     const ContactConstraints& set = touch_state_.rows.set();
     const std::int32_t motions = has_motions(context_.def) ? touch_state_.motions.count() : 0;
-    lay_out_contacts(out_, touch_state_.input.sent(), set.node_count, touch_state_.field_nodes, motions);
+    lay_out_contacts(out_, touch_state_.input.sent(), set.node_count,
+                     {touch_state_.field_nodes, deforms_beside(context_.def)}, motions);
+    clear_behind_field(out_);
     if (motions > 0) std::copy_n(touch_state_.motions.amounts(), motions, motions_behind(out_));
     if (deforms_largely(context_.def)) touch_state_.body.write_field(touch_state_.field_nodes, field_behind(out_));
     if (deforms_beside(context_.def))
       std::copy_n(touch_state_.beside.added().all(), 3 * static_cast<std::size_t>(touch_state_.field_nodes),
                   field_behind(out_));
-    out_.deformation_steps = deformed_.steps, out_.reserved = 0;
+    out_.deformation_steps = deformed_.steps;
     out_.deformation_residual = deformed_.residual, out_.least_volume = deformed_.least_volume;
     palpate_contact_node* node = nodes_behind(out_);
     for (std::int32_t e = 0; e < set.node_count; ++e, ++node) {
@@ -989,8 +1001,9 @@ class Touch {
   static std::int32_t owner_of(const ContactConstraint& constraint) {
     return constraint.tool == kToolOfNeedles ? Needles::tool_of(constraint.point) : constraint.tool;
   }
-  bool is_in_tissue(std::int32_t t) const {
-    return has_needles(context_.def) && touch_state_.needles.state(t).places > 0;
+  bool is_in_tissue(std::int32_t t) const { return has_needles(context_.def) && touch_state_.needles.is_in_tissue(t); }
+  bool touches_organ(std::int32_t t) const {
+    return result_[t].sum.contacts > 0 || (has_needles(context_.def) && touch_state_.needles.touches(t));
   }
 
   void write_torque(std::int32_t t, palpate_tool_state& state) {
@@ -1017,7 +1030,7 @@ class Touch {
       result_[t].raw_torque =
           touch_state_.relaxation.step(touch_state_.torque_memory[t], elastic_torque, touch_state_.input.dt());
     if (is_in_tissue(t)) return;
-    if (result_[t].sum.contacts > 0 && (tool.hold || tool.has_grasp || !(dot(result_[t].raw, elastic) < 0))) return;
+    if (touches_organ(t) && (tool.hold || tool.has_grasp || !(dot(result_[t].raw, elastic) < 0))) return;
     result_[t].raw = result_[t].raw_torque = Vec3{};
   }
 
@@ -1041,6 +1054,8 @@ class Touch {
   };
   DeformingBody::Outcome deformed_;
   const ContactConstraints* acting_ = nullptr;  // as the solver held them
+  Operations unasked_ =
+      0;  // of needles and of grasps that close, which nothing puts off: counted when all else is done
 };
 
 }  // namespace

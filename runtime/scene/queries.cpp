@@ -18,8 +18,9 @@ bool is_place(const double* p) {
 // The surface that the queries see from now on.
 std::uint32_t see(palpate_scene& scene, const palpate_contacts* contacts) {
   std::uint32_t flags = scene.context.bundle.is_lost() ? PALPATE_STEP_BUNDLE_LOST : 0;
-  if (contacts && (!is_aligned(contacts) || !has_layout(*contacts, scene.def.max_contact_nodes, scene.touch.field_nodes,
-                                                        scene.shape.moved_surface.count))) {
+  const HeldField field = {scene.touch.field_nodes, deforms_beside(scene.def)};
+  if (contacts && (!is_aligned(contacts) ||
+                   !has_layout(*contacts, scene.def.max_contact_nodes, field, scene.shape.moved_surface.count))) {
     flags |= PALPATE_STEP_BAD_INPUT;
     contacts = nullptr;
   } else if (contacts && contacts->bundle != scene.context.bundle.index.header.index_checksum) {

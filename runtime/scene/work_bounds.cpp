@@ -40,29 +40,33 @@ class WorkBounds {
     const double on_top = rows() + links();
     return deforms_largely(def_) ? collision() + contact() + on_top : contact() + on_top;
   }
-  // A step of the fewest operations still tests a point.
+  // A step of the fewest operations looks at all points and still tests one.
   double least() const {
     constexpr double tests = 24, linear = 10'000;
     const double test =
         def_.collision == PALPATE_COLLISION_OFF ? 0 : tests * static_cast<double>(touch_.collision.overshoot());
-    return std::max(deforms_largely(def_) ? 1 : linear, test);
+    return std::max(deforms_largely(def_) ? 1 : linear, test) + points();
   }
 
  private:
   double most() const { return static_cast<double>(def_.max_operations); }
+  double points() const { return static_cast<double>(StepWork::kOfPoint) * def_.max_points; }
   double nodes() const { return def_.max_contact_nodes; }
   std::int32_t contacts() const {
     return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1) + def_.max_links +
            (def_.grasps ? 6 * def_.max_tools : 0) +
            (def_.needles ? def_.max_tools * Needles::constraints_of_one(def_.needle_places) : 0);
   }
-  // Rows that change without being asked: of grasps that close, and of all contacts where a solution of large deformation arrives.
+  // Needles, grasps that close, and rows that change without being asked: of grasps that close, and of all contacts where a solution of large deformation arrives.
   double unasked_changes() const {
     const double rows = 3.0 * contacts();
     const double one = 9 * nodes() * nodes() / kDense + of_discs() + this->most() / 4;
     double most = 0;
-    if (has_needles(def_)) most += one;
-    if (has_grasps(def_)) most += 2 * def_.max_tools * one;
+    if (has_needles(def_))
+      most +=
+          one + def_.max_tools * static_cast<double>(Needles::operations(def_.needle_places, def_.max_contact_nodes));
+    if (has_grasps(def_))
+      most += def_.max_tools * (2 * one + static_cast<double>(Grasps::operations_to_close(def_.max_contact_nodes)));
     if (deforms_beside(def_))
       most += (9 * nodes() * (nodes() + contacts()) + std::min(rows * rows * rows / 3, 12 * this->most())) / kDense +
               contacts() * of_discs();
@@ -90,11 +94,11 @@ palpate_status state_work_bounds(palpate_scene& scene, palpate_error* error) {
   const WorkBounds bounds(scene.def, scene.touch);
   const double least = bounds.least();
   if (static_cast<double>(scene.def.max_operations) < least)
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-                "palpate_scene_def: max_operations: expected %.0f or more, which this organ's surface and these "
-                "effects take at "
-                "least, found %lld; raise it (default 300000)",
-                least, static_cast<long long>(scene.def.max_operations));
+    return fail(
+        error, PALPATE_ERROR_ARGUMENT, 0,
+        "palpate_scene_def: max_operations: expected %.0f or more, which this organ's surface, these effects and "
+        "max_points %d take at least, found %lld; raise it (default 300000), or lower max_points",
+        least, static_cast<int>(scene.def.max_points), static_cast<long long>(scene.def.max_operations));
   const auto state = [&](Pass id, double operations) {
     if (const std::int32_t at = scene.watch.index_in_plan[static_cast<std::int32_t>(id)]; at >= 0)
       scene.plan.pass[at].most_operations = static_cast<std::int64_t>(std::min(operations, 9e18));

@@ -79,7 +79,7 @@ class Shape {
 
   std::uint32_t step(const palpate_contacts* contacts) {
     if (!contacts || !is_aligned(contacts) ||
-        !has_layout(*contacts, context_.def.max_contact_nodes, shape_state_.field_nodes,
+        !has_layout(*contacts, context_.def.max_contact_nodes, {shape_state_.field_nodes, deforms_beside(context_.def)},
                     shape_state_.moved_surface.count)) {
       flags_ |= PALPATE_STEP_BAD_INPUT;
       contacts = nullptr;

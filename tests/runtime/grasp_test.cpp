@@ -272,6 +272,33 @@ TEST(Grasp, ClosesWithoutAForceWhereverTheTissueIsAndReleasesClean) {
   EXPECT_EQ(grasping.state().condition, PALPATE_GRASP_OPEN);
 }
 
+// The jaws open and close in one step: they let go of what they held.
+TEST(Grasp, ThatClosesAnewUnderTensionBeginsWithoutAForce) {
+  Grasping grasping;
+  const palpate_grip grip =
+      grip_at_place(place_at(box(), {1, 0, 0}, {0.06, 0.04, 0.03}).triangle, {.3, .3, .4}, {0.003, 0.002, 0});
+  const palpate_tool other = grip_tool(&grip, 1, 0.004);
+  palpate_grasp grasp = grasp_of_the_middle();
+  grasping.step(nullptr, kMiddle, {other});
+  grasping.step(&grasp, kMiddle, {other});
+  move(grasp, {0.003, 0.001, 0});
+  EXPECT_EQ(grasping.step(&grasp, kMiddle, {other}), 0u);
+  const double tension = grasping.force().norm();
+  ASSERT_GT(tension, 0.2);
+  for (int s = 0; s < 3; ++s) {
+    grasp.id = 1;
+    EXPECT_EQ(grasping.step(&grasp, kMiddle, {other}), 0u);
+    EXPECT_EQ(grasping.state().condition, PALPATE_GRASP_HOLDS) << s;
+    // Displacements of the last step are those of the single precision of the tensors.
+    EXPECT_LT(grasping.force().norm(), 1e-6 * tension) << s;
+    EXPECT_LT((Vector3d(grasping.state().place) - kMiddle).norm(), 0.01) << s;
+  }
+  move(grasp, {0.003, 0.001, 0});
+  grasping.step(&grasp, kMiddle, {other});
+  // The same way from where the tissue is without a force: the system is linear, its tensors are in single precision.
+  EXPECT_NEAR(grasping.force().norm(), tension, 1e-5 * tension);
+}
+
 TEST(Grasp, ChangesTheForceThatIsSentByItsSlewWhenItOpens) {
   palpate_scene_def def = grasping_def();
   def.force_slew = 20;

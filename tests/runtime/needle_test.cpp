@@ -4,6 +4,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "runtime/tissue/relaxation.h"
 #include "studies/coupled/coupled_rows.h"
 #include "tests/runtime/played_box.h"
 #include "tests/runtime/world/played_world.h"
@@ -228,6 +229,34 @@ TEST(Needle, CutsWithItsCuttingForceAfterItHasPuncturedTheSurface) {
   EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_INSIDE);
   EXPECT_NEAR(piercing.state().depth, depth, 1e-5);
   EXPECT_NEAR(piercing.state().tip_force, 0.02, 1e-3);
+}
+
+// From the first touch on, before it holds a place.
+TEST(Needle, PressesAndPiercesWithAForceThatRelaxes) {
+  palpate_scene_def def = piercing_def();
+  def.relaxation = palpate_relaxation{};
+  def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+  def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.02;
+  PronySeries series;
+  ASSERT_TRUE(series.set(def.relaxation));
+  PronySeries::Memory memory;
+  Piercing relaxing(def), elastic;
+  palpate_needle needle = needle_at(kEntry);
+  needle.puncture_force = 0.05, needle.cutting_force = 0.02;
+  int pressed = 0, pierced = 0;
+  while (relaxing.depth < 6e-3) {
+    const double to = relaxing.depth + kStep / 4;
+    relaxing.drive(needle, to), elastic.drive(needle, to);
+    ASSERT_EQ(relaxing.state().condition, elastic.state().condition);
+    ASSERT_EQ(relaxing.state().places, 0) << "the first spacing is 5 mm";
+    const Vector3d at_once = elastic.force();
+    const Vec3 relaxed = series.step(memory, {at_once[0], at_once[1], at_once[2]}, 1e-3);
+    pressed += relaxing.state().condition == PALPATE_NEEDLE_PRESSES;
+    pierced += relaxing.state().condition == PALPATE_NEEDLE_CUTS;
+    EXPECT_LT((relaxing.force() - Vector3d(relaxed.x, relaxed.y, relaxed.z)).norm(), 1e-12) << to;
+  }
+  EXPECT_GT(pressed, 5);
+  EXPECT_GT(pierced, 5);
 }
 
 TEST(Needle, FrictionHoldsItsShaftUpToItsLimitBothWays) {

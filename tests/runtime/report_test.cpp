@@ -141,6 +141,30 @@ TEST(Report, PlacesForcesAndMotionsAreThoseOfTheStep) {
     }
 }
 
+TEST(Report, VelocitiesAreFiniteInTheShortestStepAndAShorterOneIsBadInput) {
+  Reporting reporting(report_def(PALPATE_CONTACT_POINT, PALPATE_LAW_STICKING));
+  double depth = 0;
+  palpate_step_flags flags = 0;
+  const auto step = [&](double dt) {
+    const Eigen::Vector3d p(.031, .022, .0405 - depth);
+    const palpate_tool tool = point_tool(p.data(), 1, .004);
+    depth += 1e-4;
+    flags =
+        palpate_scene_touch(reporting.scene.get(), &tool, 1, dt, reporting.contacts.get(), reporting.contacts.bytes());
+    const palpate_contact_report* report = palpate_scene_report(reporting.scene.get());
+    return report->contact_count > 0 ? vector(palpate_report_contact(report, 0)->velocity).norm() : 0.0;
+  };
+  for (int s = 0; s < 20; ++s) step(1e-3);
+  const double usual = step(1e-3);
+  EXPECT_GT(step(1e-9), 1e5 * usual);
+  EXPECT_EQ(flags, 0u);
+  step(1e-3);
+  for (const double dt : {1e-312, 1e-300, 9e-10, 0.0, -1e-3, double{NAN}, 2e6, HUGE_VAL}) {
+    EXPECT_NEAR(step(dt), usual, 0.1 * usual) << dt << ": the last good dt is taken";
+    EXPECT_TRUE(flags & PALPATE_STEP_BAD_INPUT) << dt;
+  }
+}
+
 TEST(Report, MotionIsThatOfTheToolAgainstAnOrganThatMovesAndTurns) {
   Reporting reporting(report_def());
   palpate_pose pose = palpate_default_pose();

@@ -42,6 +42,19 @@ TEST(Turns, BeginWithTheFirstJobThatDidNotFit) {
   EXPECT_TRUE(turns.take(0, 3, true));
 }
 
+TEST(Turns, BeginWithTheFirstPointOfTheFirstToolWhereThatDidNotFit) {
+  Turns turns;
+  turns.begin();
+  EXPECT_FALSE(turns.take(0, 0, false));
+  EXPECT_FALSE(turns.take(0, 1, false));
+  turns.begin();
+  EXPECT_TRUE(turns.take(0, 0, true));
+  turns.put_off(0, 0);
+  EXPECT_FALSE(turns.take(0, 1, false));
+  turns.begin();
+  EXPECT_TRUE(turns.take(0, 0, true));
+}
+
 // Whatever the solution needs and the last step owes, tests have something, and all shares together do not exceed the step's operations.
 TEST(Shares, LeaveTestsSomethingAndStayWithinTheStep) {
   for (const Operations most : {Operations{16'000}, Operations{300'000}, kUnlimitedOperations})
@@ -67,7 +80,7 @@ TEST(Shares, LeaveTestsSomethingAndStayWithinTheStep) {
 }
 
 // About as few as a scene on the box below may have (IsRefusedWhereItIsLessThanAStepNeeds), and one on that of SlidingCrowd.
-constexpr std::int64_t kFewest = 33'000, kFew = 60'000;
+constexpr std::int64_t kFewest = 35'000, kFew = 60'000;
 
 // Points over one face of a box, pressed in together and drawn back together.
 class Brush {
@@ -340,6 +353,37 @@ TEST(StepWork, IsRefusedWhereItIsLessThanAStepNeeds) {
   palpate_scene_destroy(scene);
   --def.max_operations;
   EXPECT_EQ(palpate_scene_create(box.bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
+}
+
+// The fewest operations that the sentence of a refusal names; 0: the definition is not refused.
+std::int64_t fewest_of(const TouchedBox& box, const palpate_scene_def& def) {
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  const palpate_status status = palpate_scene_create(box.bundle(), &def, &scene, &error);
+  palpate_scene_destroy(scene);
+  const char* const number = std::strstr(error.text, "expected ");
+  return status == PALPATE_OK || !number ? 0 : std::strtoll(number + std::strlen("expected "), nullptr, 10);
+}
+
+// A step takes its input and looks at each point, however far they are: a scene has the operations for all that it may get.
+TEST(StepWork, OfPointsFarAwayIsCountedAndASceneOfMoreThanFitIsRefused) {
+  const TouchedBox box;
+  for (const palpate_collision collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
+    palpate_scene_def def = palpate_default_scene_def();
+    def.collision = collision, def.contact = PALPATE_CONTACT_POINT, def.max_tools = 1, def.max_points = 100'000;
+    const std::int64_t fewest = fewest_of(box, def);
+    ASSERT_GT(fewest, StepWork::kOfPoint * def.max_points);
+    def.max_operations = fewest;
+    const ScenePointer scene = box.scene(def);
+    Contacts contacts(scene.get());
+    std::vector<double> points(3 * static_cast<std::size_t>(def.max_points), 1.0);
+    const palpate_tool tool = point_tool(points.data(), def.max_points);
+    for (int s = 0; s < 3; ++s) {
+      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+      EXPECT_GE(contacts->operations, StepWork::kOfPoint * def.max_points);
+      EXPECT_LE(contacts->operations, palpate_scene_most_operations(scene.get()));
+    }
+  }
 }
 
 TEST(StepWork, OfAMachineIsMeasured) {

@@ -449,8 +449,9 @@ typedef struct palpate_scene_def {
                                              because its rows and the others' are too many, waits and stays flagged: the
                                              default has room for 190 with three rows each.
                                              palpate_scene_most_operations() states what a step may count in all. Refused
-                                             where it is less than a step needs at least, some 40000. Counts do not depend
-                                             on the machine, so the same input gives the same bits                      */
+                                             where it is less than a step needs at least, some 40000 and 25 for each of
+                                             max_points. Counts do not depend on the machine, so the same input gives the
+                                             same bits                                                                  */
   const palpate_fine_surface*
       fine_surface; /* default NULL: tools meet the bundle's triangles. palpate_scene_create reads it and
                                                does not keep it. Needs collision or queries                     */
@@ -500,7 +501,7 @@ typedef struct palpate_plan_pass {
 PALPATE_API const palpate_plan_pass* palpate_scene_plan(const palpate_scene* scene, int32_t pass);
 
 /* That a whole touch step may count, whatever the tools do: operations of palpate_contacts never exceeds it. max_operations, and what
- * comes on top of it: links, rows of grasps that close, normals of a fine surface, the body under LARGE. No report is counted. */
+ * comes on top of it: links, grasps that close, needles, normals of a fine surface, the body under LARGE. No report is counted. */
 PALPATE_API int64_t palpate_scene_most_operations(const palpate_scene* scene);
 
 /* How many counted operations this machine does in that time, for max_operations. Measures for some milliseconds (up to a
@@ -619,6 +620,7 @@ static inline palpate_grip palpate_default_grip(void) {
 /* Jaws that hold tissue: the surface below one disc, or below two discs that face each other across a fold, follows the rigid motion of the
  * tool since the jaws closed, in all six degrees of freedom. The tool gets the force and, with has_torque, the torque.
  * - The grasp closes in the first step that has it, and anew where the id changes: with no force of its own, wherever the tissue then is.
+ *   Jaws that close anew while they hold tissue let it go in that step, without a force, and take hold of it in the next one.
  *   It opens in the first step of the tool without it.
  * - Beyond its friction it slips: the tissue stays behind so far that the force is friction times what presses the jaws on the tissue
  *   (the force along the jaws, between two discs from both sides). Once it has slipped by more than `radius` it lets go, until it closes anew.
@@ -779,7 +781,9 @@ typedef struct palpate_contacts {
   int32_t field_nodes;          /* nodes that have such a displacement: those of the scene's shape; else 0        */
   int32_t deformation_steps;    /* LARGE: quasi-Newton steps that this step took; else 0. LARGE_BESIDE: this and the
                                    next two are those of the newest solution                                      */
-  int32_t reserved;             /* 0                                                                              */
+  int32_t field_adds;           /* 1: the displacements behind field_offset add to the superposition of the contact nodes
+                                   (LARGE_BESIDE and LARGE_RENEWED); 0: they are all of it (LARGE), or there are none.
+                                   A scene whose deformation is of the other kind refuses them as bad input       */
   double deformation_residual;  /* LARGE: square root of the share of the energy that one more of them would find  */
   double least_volume;          /* LARGE: smallest volume of a tetrahedron, over its volume at rest; else 1       */
   uint32_t motions_offset;      /* of the amounts of the motions in this step, from the begin of the head; 0: none */
@@ -854,7 +858,7 @@ typedef uint32_t palpate_step_flags;
 /* The touch step: finds the contacts of the tools, solves for u~ (eqs 7 and 8 of the paper) and for the forces.
  * tools: [tool_count], in any order (palpate_tool.id). A tool that is not sent has no force from that step on. Two tools with
  * one id, an id below -1, or tools with different struct_bytes: bad input, and all tools keep their last good input.
- * dt: s since the last touch step, above 0; for force_slew more than 0.02 s counts as 0.02 s.
+ * dt: s since the last touch step, 1e-9 .. 1e6 (else bad input, and the last good one is taken); for force_slew more than 0.02 s counts as 0.02 s.
  * Always fills *contacts, which has contacts_bytes bytes and is 8-byte aligned. If contacts is NULL, not aligned or smaller
  * than palpate_contacts_bytes(scene), the step does nothing, writes nothing and returns BAD_INPUT. */
 PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,

@@ -236,6 +236,65 @@ TEST(LargeScene, ItsSectionsAreMappedWhereTheEffectIsOnAlone) {
     }
 }
 
+// Both kinds hold displacements of the same nodes: those of LARGE are all of the shape, those of LARGE_BESIDE add to superposition.
+TEST(LargeScene, ContactsOfTheOtherKindOfLargeDeformationAreBadInputToShapeAndQueries) {
+  const TouchedBox box({}, with_large(false));
+  const palpate_deformation_model kinds[] = {PALPATE_DEFORMATION_LINEAR, PALPATE_DEFORMATION_LARGE,
+                                             PALPATE_DEFORMATION_LARGE_BESIDE, PALPATE_DEFORMATION_LARGE_RENEWED};
+  const auto same = [](palpate_deformation_model a, palpate_deformation_model b) {
+    return a == b || (a >= PALPATE_DEFORMATION_LARGE_BESIDE && b >= PALPATE_DEFORMATION_LARGE_BESIDE);
+  };
+  std::vector<ScenePointer> scenes;
+  for (const auto kind : kinds) {
+    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+    def.deformation = kind, def.shape = PALPATE_SHAPE_VOLUME, def.queries = PALPATE_QUERIES_ON;
+    scenes.push_back(box.scene(def));
+  }
+  const palpate_grip grip = grip_at_node(box.touchable.back(), {-2e-3, 1e-3, 0});
+  const palpate_tool tool = grip_tool(&grip);
+  const auto nodes = static_cast<std::int32_t>(box.body.mesh.nodes.size());
+  const double far[3] = {1, 1, 1};
+  for (std::size_t of = 0; of < std::size(kinds); ++of) {
+    Contacts contacts(scenes[of].get());
+    palpate_scene_touch(scenes[of].get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    for (std::size_t in = 0; in < std::size(kinds); ++in) {
+      palpate_step_flags flags = 0;
+      const std::vector<float> u = displacements(scenes[in].get(), contacts, nodes, &flags);
+      const bool refused = !same(kinds[of], kinds[in]);
+      EXPECT_EQ((flags & PALPATE_STEP_BAD_INPUT) != 0, refused) << of << " in " << in;
+      EXPECT_EQ(std::all_of(u.begin(), u.end(), [](float x) { return x == 0; }), refused) << of << " in " << in;
+      double distance = 0;
+      flags = palpate_scene_signed_distance(scenes[in].get(), contacts, far, &distance);
+      EXPECT_EQ((flags & PALPATE_STEP_BAD_INPUT) != 0, refused) << of << " in " << in;
+    }
+  }
+}
+
+// A host sends used_bytes of it, and compares them.
+TEST(LargeScene, WritesEveryByteOfItsContacts) {
+  TinyBox form;
+  form.cells = {2, 2, 2};
+  const TouchedBox box(form, with_large(false));
+  ASSERT_EQ(box.body.mesh.nodes.size() % 2, 1u) << "the displacements of an odd number of nodes end within eight bytes";
+  for (const auto kind : {PALPATE_DEFORMATION_LINEAR, PALPATE_DEFORMATION_LARGE, PALPATE_DEFORMATION_LARGE_BESIDE}) {
+    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+    def.deformation = kind, def.shape = PALPATE_SHAPE_VOLUME;
+    const palpate_grip grip = grip_at_node(box.touchable.back(), {-2e-3, 1e-3, 0});
+    const palpate_tool tools[2] = {grip_tool(&grip), palpate_default_tool()};
+    std::vector<std::uint64_t> written[2];
+    for (int fill = 0; fill < 2; ++fill) {
+      const ScenePointer scene = box.scene(def);
+      Contacts contacts(scene.get());
+      std::fill(contacts.memory.begin(), contacts.memory.end(), fill == 0 ? 0 : ~std::uint64_t{0});
+      palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+      ASSERT_EQ(contacts->used_bytes % 8, 0u);
+      contacts.memory.resize(contacts->used_bytes / 8);
+      written[fill] = contacts.memory;
+    }
+    EXPECT_EQ(written[0], written[1]) << kind;
+  }
+}
+
 TEST(LargeScene, RefusesWhatItCannotDoInASentence) {
   const TouchedBox plain, box({}, with_large(false));
   EXPECT_THAT(refusal(plain, large_def(PALPATE_CONTACT_NODE)), HasSubstr("deformation LARGE"));
