@@ -10,8 +10,8 @@ namespace palpate {
 namespace {
 
 constexpr double kFarthest = 1e6;  // m, as palpate.h states
-// s, the same. What is divided by the shortest one stays finite.
-constexpr double kShortestStep = 1e-9, kLongestStep = 1e6;
+// s, the same. In the shortest one a velocity is below the largest double for any way between such places.
+constexpr double kShortestStep = 1e-300, kLongestStep = 1e6;
 
 bool is_sound_point(const double* p) {
   return std::fabs(p[0]) <= kFarthest && std::fabs(p[1]) <= kFarthest && std::fabs(p[2]) <= kFarthest;  // false for NaN

@@ -176,7 +176,7 @@ TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
   def.relaxation = brain();
   double off = 0;
   for (const double time : {1.0, 1e10, 1e300})
-    for (const double dt : {1e-20, 1e-300, 5e-324}) {
+    for (const double dt : {1e-20, 1e-300}) {  // the shortest one that a step takes
       def.relaxation.time[1] = time;
       const double change = (held(dt) - whole).norm() / whole.norm();
       off = std::isfinite(change) ? std::max(off, change) : INFINITY;

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "runtime/base/step_work.h"
 #include "tests/runtime/large/large_scene.h"
 #include "tests/runtime/large/soft_supports.h"
 
@@ -113,7 +114,8 @@ TEST(LargeScene, AToolPointThatPressesTheSurfaceIsPushedBack) {
 TEST(LargeScene, AJumpRaisesTheFlagUntilTheBodyHasFollowed) {
   const TouchedBox box({}, with_large(false));
   palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
-  def.collision = PALPATE_COLLISION_OFF, def.max_operations = 1;  // one step of the method a tick
+  def.collision = PALPATE_COLLISION_OFF, def.max_points = 1;
+  def.max_operations = StepWork::kOfPoint + 1;  // one step of the method a tick
   const ScenePointer scene = box.scene(def);
   Contacts contacts(scene.get());
   const std::vector<palpate_grip> grips = {grip_at_node(box.touchable.back(), {-0.012, 0.01, 0})};
