@@ -57,7 +57,8 @@ class WorkBounds {
            (def_.grasps ? 6 * def_.max_tools : 0) +
            (def_.needles ? def_.max_tools * Needles::constraints_of_one(def_.needle_places) : 0);
   }
-  // Needles, grasps that close, and rows that change without being asked: of grasps that close, and of all contacts where a solution of large deformation arrives.
+  // Needles, grasps that close, and the rows of these that change without being asked, as those of all contacts do where a solution of
+  // large deformation arrives.
   double unasked_changes() const {
     const double rows = 3.0 * contacts();
     const double one = 9 * nodes() * nodes() / kDense + of_discs() + this->most() / 4;
