@@ -24,7 +24,7 @@
 namespace palpate {
 
 // Of two discs: four roots and some 60 multiply-adds.
-constexpr Operations kOfTwoDiscs = 50;
+constexpr Operations kOfTwoDiscs = 25;
 
 constexpr double kOwn = 0.008;
 // Of what a disc of radius a that the mesh shows as one of radius `wide` has beyond the mesh: the part that others share.

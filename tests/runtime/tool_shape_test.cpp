@@ -305,8 +305,8 @@ std::vector<double> changes(const std::vector<Pressed>& of) {
   return changes;
 }
 
-// docs/method.md states these figures. They do not fall to zero: the surface is a mesh with edges of 3 mm, whose compliance between
-// the points of one triangle is a straight line, and a point more or less in a contact 7 mm wide is a tenth of its area.
+// docs/method.md states these figures. A point more or less in a contact 7 mm wide is a tenth of its area, and discs of 4 mm spacing cover
+// more than the contact.
 TEST(ToolShape, OfASpherePressesWithTheSameForceWhenItIsSampledTwiceAsFinely) {
   const double radius = 0.008, depth = 0.0016;
   std::vector<Pressed> pressed;
@@ -319,11 +319,12 @@ TEST(ToolShape, OfASpherePressesWithTheSameForceWhenItIsSampledTwiceAsFinely) {
     EXPECT_LT(found.force.head<2>().norm(), 0.01 * found.force.z()) << spacing;
     pressed.push_back(found);
   }
-  EXPECT_THAT(changes(pressed), testing::Each(testing::AllOf(testing::Gt(-0.08), testing::Lt(0.14))));
+  EXPECT_THAT(changes(pressed), testing::Each(testing::AllOf(testing::Gt(-0.18), testing::Lt(0.05))));
+  EXPECT_NEAR(changes(pressed).back(), 0, 0.05);
   // Hertz on a half-space; the block is 30 mm thick on a rigid floor and its linear elements are too stiff: above it.
   const double hertz = 4.0 / 3 * kYoung / (1 - kPoisson * kPoisson) * std::sqrt(radius) * std::pow(depth, 1.5);
   EXPECT_GT(pressed.back().force.z(), hertz);
-  EXPECT_LT(pressed.back().force.z(), 1.6 * hertz);
+  EXPECT_LT(pressed.back().force.z(), 1.15 * hertz);
 }
 
 TEST(ToolShape, OfACapsuleAndAHullPressesWithTheSameForceWhenItIsSampledTwiceAsFinely) {
@@ -339,8 +340,8 @@ TEST(ToolShape, OfACapsuleAndAHullPressesWithTheSameForceWhenItIsSampledTwiceAsF
     // The tilted cuboid's lowest corner pushes it back: a torque that turns it flat.
     EXPECT_LT(hulls.back().torque.x(), 0);
   }
-  EXPECT_THAT(changes(capsules), testing::Each(testing::AllOf(testing::Gt(0), testing::Lt(0.2))));
-  EXPECT_THAT(changes(hulls), testing::Each(testing::AllOf(testing::Gt(-0.07), testing::Lt(0.02))));
+  EXPECT_THAT(changes(capsules), testing::Each(testing::AllOf(testing::Gt(-0.05), testing::Lt(0.05))));
+  EXPECT_THAT(changes(hulls), testing::Each(testing::AllOf(testing::Gt(-0.17), testing::Lt(0.02))));
 }
 
 TEST(ToolShape, ThatIsPlacedNowhereIsBadInputAndKeepsItsPlace) {
