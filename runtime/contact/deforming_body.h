@@ -88,7 +88,7 @@ class DeformingBody {
   // No step takes more: moves that are halved ten times, as many searches, and the responses of all constraints.
   Operations most_operations() const {
     return (12 * kMostRounds + 10 * LargeSolver::kMostSteps) * operations_ +
-           constraint_capacity_ * operations_to_renew();
+           constraint_capacity_ * operations_to_renew() + kOfTwoDiscs * constraint_capacity_ * constraint_capacity_ / 2;
   }
   std::int64_t factor_numbers() const { return solver_.factor().numbers(); }
 

@@ -309,6 +309,77 @@ TEST(Discs, OfAllPointsAreFeltUnderTheDefaultLimits) {
   EXPECT_LT((usual.force() - all.force()).norm(), 0.02 * all.force().norm());
 }
 
+// Many more discs than nodes, as those of an instrument with close points. What the mesh does not resolve below them is the larger part of
+// their compliance: the force is that of all discs, four times that of one, where each has that part of its own.
+class DiscsAtOnePlace {
+ public:
+  DiscsAtOnePlace(int discs, palpate_contact_law law, palpate_collision collision) : points_(discs) {
+    palpate_scene_def def = unlimited_def();
+    def.law = law, def.collision = collision;
+    scene_ = ManyDiscs::box().scene(def);
+    contacts_ = std::make_unique<Contacts>(scene_.get());
+    tool_.points = points_[0].data(), tool_.point_count = discs, tool_.disc_radius = 0.001, tool_.friction = 0.3;
+  }
+  // N, at a depth of 1 mm and after a drag by so much, m, in steps.
+  Eigen::Vector3d press(double drag) {
+    for (int step = -2; step <= 20; ++step) touch(5e-5 * step, 0);
+    for (int step = 1; step <= 10; ++step) touch(1e-3, 0.1 * step * drag);
+    return force();
+  }
+  void touch(double depth, double along) {
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const double apart = 2e-6 * static_cast<double>(i);
+      points_[i] = Eigen::Vector3d(0.06 - depth, 0.0201 + along + apart, 0.0203 - apart);
+    }
+    flags = palpate_scene_touch(scene_.get(), &tool_, 1, 1e-3, contacts_->get(), contacts_->bytes());
+  }
+  Eigen::Vector3d force() { return Eigen::Vector3d(palpate_contacts_tool(*contacts_, 0)->force_raw); }
+  std::vector<std::uint64_t> saved() {
+    std::vector<std::uint64_t> state(palpate_scene_state_bytes(scene_.get()) / 8);
+    EXPECT_EQ(palpate_scene_save(scene_.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
+    return state;
+  }
+  void restore(const std::vector<std::uint64_t>& state) {
+    EXPECT_EQ(palpate_scene_restore(scene_.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
+  }
+  palpate_step_flags flags = 0;
+
+ private:
+  std::vector<Eigen::Vector3d> points_;
+  ScenePointer scene_;
+  std::unique_ptr<Contacts> contacts_;
+  palpate_tool tool_ = palpate_default_tool();
+};
+
+TEST(Discs, OfThirtySixClosePointsPressAndDragLikeOneUnderEveryLaw) {
+  for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
+    for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+      DiscsAtOnePlace one(1, law, collision), many(36, law, collision);
+      const Eigen::Vector3d expected = one.press(1e-4), found = many.press(1e-4);
+      EXPECT_EQ(many.flags, 0u) << law;
+      // 0.8 % that discs keep to themselves, and what 36 discs within a tenth of their radius cover more than one.
+      EXPECT_GT(found.norm(), 0.99 * expected.norm()) << law;
+      EXPECT_LT(found.norm(), 1.04 * expected.norm()) << law;
+      EXPECT_LT((found / found.norm() - expected / expected.norm()).norm(), 0.05) << law;
+    }
+}
+
+TEST(Discs, ThatOverlapGoOnWithTheSameBitsAfterARestore) {
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
+    DiscsAtOnePlace played(5, law, PALPATE_COLLISION_DEFORMED), restored(5, law, PALPATE_COLLISION_DEFORMED);
+    played.press(5e-5);
+    restored.touch(-1e-3, 0);  // it has been elsewhere
+    restored.touch(2e-3, 0);
+    restored.restore(played.saved());
+    for (int step = 0; step < 20; ++step) {
+      const double depth = 1e-3 - 2e-5 * step, along = 5e-5 + 2e-6 * step;
+      played.touch(depth, along), restored.touch(depth, along);
+      EXPECT_EQ(played.force(), restored.force()) << step;
+    }
+    EXPECT_EQ(played.saved(), restored.saved());
+  }
+}
+
 TEST(Discs, AreThinnedWhereNodesAreShortAndNoContactIsDropped) {
   ManyDiscs all(3000);
   for (const std::int32_t nodes : {512, 256, 192, 128, 64}) {
