@@ -18,8 +18,8 @@ constexpr double kLeastFollow = 1.0 / 32, kOnward = 1.1;
 constexpr double kLeastFollowAtRest = 1.0 / 256, kOnwardAtRest = 0.01;
 // A place turns back only where its way is longer than so many mean edges.
 constexpr double kStill = 1e-3;
-// A pair's normal stays while it turns by less than a degree (cosine).
-constexpr double kSameNormal = 0.99985;
+// Radians, by which the surface turns before a pair's normal follows: 0.05 degrees, so that the rows of pairs at rest stay as they are.
+constexpr double kTurned = 9e-4;
 // The two surfaces face one another where their normals differ by more than about 100 degrees (cosine).
 constexpr double kFaces = -0.2;
 // A vertex that is less than this far from the surface, in mean edges, has no direction of its own.
@@ -47,9 +47,29 @@ Vec3 mean_of_corners(const SurfaceTree& tree, const OrganPair& pair, const OfNod
   return sum;
 }
 
-// To how many times itself the share grows by which a place follows its vertex. onward: times that the place has gone on since it turned back.
+// To how many times itself the share of a Follow grows. onward: as there.
 double growth_of(const OrganGroup& group, double onward) {
   return group.moves ? kOnward : 1 + kOnwardAtRest * onward;
+}
+
+// The share of the way `along` that a place or a normal goes. still: shorter ways do not count as turning back.
+double share_of(const OrganGroup& group, Vec3 along, double still, Follow* follow) {
+  const bool turns_back = dot(along, follow->way) < 0 && length(along) > still;
+  const double least = group.moves ? kLeastFollow : kLeastFollowAtRest;
+  follow->onward = turns_back ? 0 : follow->onward + 1;
+  follow->share = turns_back ? std::max(least, 0.5 * follow->share)
+                             : std::min(1.0, growth_of(group, follow->onward) * follow->share);
+  follow->way = follow->share * along;
+  return follow->share;
+}
+
+// The normal of a pair goes from `before` towards what it is now.
+void turn(const OrganGroup& group, Vec3 before, OrganPair* pair) {
+  const Vec3 along = pair->normal - before;
+  const bool turns = length(along) > kTurned;
+  const Vec3 normal = turns ? unit_or_zero(before + share_of(group, along, kTurned, &pair->turns) * along) : Vec3{};
+  pair->normal = length(normal) > 0 ? normal : before;
+  pair->tangent = across(pair->normal, pair->tangent);
 }
 
 bool has_stepped(const TouchState& organ) {
@@ -219,10 +239,11 @@ Vec3 PairSearch::left_by_last_step(const OrganGroup& group, const OrganPair& pai
 void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) {
   TouchState& b = touch(group.b);
   Vec3 normal = surface_[group.b].normal(nearest.surface_point, nearest.outward, b.deformed);
+  pair->over_edge = 0;
   double bulge = surface_[group.b].bulge(nearest.surface_point);
   if (nearest.outside && nearest.distance > kOnSurface * b.tree.mean_edge() &&
       dot(off, normal) < kOverFace * nearest.distance)
-    normal = (1 / nearest.distance) * off, bulge = 0;
+    normal = (1 / nearest.distance) * off, bulge = 0, pair->over_edge = 1;
   pair->triangle = nearest.surface_point.triangle;
   std::copy(nearest.surface_point.barycentric, nearest.surface_point.barycentric + 3, pair->barycentric);
   pair->normal = normal, pair->bulge = bulge;
@@ -239,27 +260,30 @@ Vec3 PairSearch::anchor_under(const OrganGroup& group, const NearestPoint& neare
 
 // Contact forces move a vertex along the surface, and its place decides their direction: where tissue is soft and the surface bent, a
 // place that goes all the way sends the vertex back by more. So a pair whose place turns back goes half as far as before, and one that
-// goes on goes farther again. With friction the place is the vertex's own, and the normal alone holds back. before: the pair as it was,
-// whose place is now at `was`; at: the vertex; found: the pair all the way, whose place is *place.
+// goes on goes farther again. With friction the place is the vertex's own. before: the pair as it was, whose place is now at `was`; at: the
+// vertex; found: the pair all the way, whose place is *place.
 void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found,
                         Vec3* place) {
   TouchState& b = touch(group.b);
-  const Vec3 along = *place - was;
-  const bool turns_back = dot(along, before.way) < 0 && length(along) > kStill * b.tree.mean_edge();
-  const double onward = turns_back ? 0 : before.onward + 1;
-  const double least = group.moves ? kLeastFollow : kLeastFollowAtRest;
-  const double share =
-      turns_back ? std::max(least, 0.5 * before.follow) : std::min(1.0, growth_of(group, onward) * before.follow);
-  if (share < 1 && !rubs(before)) {
-    const Vec3 between = was + share * (at - was);
-    const NearestPoint under = b.deformed.nearest({}, between, group.reach);
-    if (under.surface_point.triangle >= 0) *place = anchor_under(group, under, between, found);
-  }
-  if (share < 1) {
-    found->normal = unit_or_zero(before.normal + share * (found->normal - before.normal));
-    found->tangent = across(found->normal, found->tangent);
-  }
-  found->follow = share, found->onward = onward, found->way = share * along;
+  const double share = share_of(group, *place - was, kStill * b.tree.mean_edge(), &found->moves);
+  if (share == 1 || rubs(before)) return;
+  const Vec3 between = was + share * (at - was);
+  const NearestPoint under = b.deformed.nearest({}, between, group.reach);
+  if (under.surface_point.triangle >= 0) *place = anchor_under(group, under, between, found);
+}
+
+// The pair that was found has its place where it was before; its normal is the one there now.
+void PairSearch::keep_place(const OrganGroup& group, const OrganPair& before, OrganPair* found) {
+  Vec3 outward;
+  *found = before;
+  place_now(group, *found, &outward);
+  found->normal = normal_at(group, *found, outward);
+  found->moves.share = std::min(1.0, growth_of(group, 1) * found->moves.share);
+}
+
+// Of the second organ's surface at the pair's place. outward: of its triangle now.
+Vec3 PairSearch::normal_at(const OrganGroup& group, const OrganPair& pair, Vec3 outward) {
+  return surface_[group.b].normal(surface_point_of(pair.triangle, pair.barycentric), outward, touch(group.b).deformed);
 }
 
 // The pair's place on the deformed second organ, m; outward: of its triangle.
@@ -274,12 +298,17 @@ void PairSearch::note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) c
   pair->seen_apart = at - place_now(group, *pair, &pair->seen_outward);
 }
 
-// Whether the pair, whose vertex is at `at`, is as it was when it was last looked at: then it needs no search. *moved: m, of the vertex
-// from the place since then.
-bool PairSearch::stands(const OrganGroup& group, const OrganPair& pair, Vec3 at, double* moved) const {
+// Whether the pair, whose vertex is at `at`, has moved so little since it was looked for that it needs no search. Its normal then turns with
+// the surface. *moved: m, of the vertex from the place since then.
+bool PairSearch::stands(const OrganGroup& group, Vec3 at, OrganPair* pair, double* moved) {
   Vec3 outward;
-  *moved = length(at - place_now(group, pair, &outward) - pair.seen_apart);
-  return *moved < kAgain * touch(group.b).tree.mean_edge() && dot(outward, pair.seen_outward) > kSameNormal;
+  *moved = length(at - place_now(group, *pair, &outward) - pair->seen_apart);
+  if (!(*moved < kAgain * touch(group.b).tree.mean_edge())) return false;
+  if (pair->over_edge || length(outward - pair->seen_outward) < kTurned) return true;
+  const Vec3 before = pair->normal;
+  pair->normal = normal_at(group, *pair, outward), pair->seen_outward = outward;
+  turn(group, before, pair);
+  return true;
 }
 
 // Whether a pair stays where it is although the nearest place to its vertex, which is at `at`, is on another side of the second organ. Without
@@ -301,7 +330,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   const Vec3 p = to_second(group, a.tree.at_rest(vertex) + u);
   // The bound on the pair's motion was used up, as a rule without as much motion. A pair that slips has no room and is looked for in every step,
   // but where nothing moves the organs: there it would creep.
-  if (double moved = 0; held && (group.look[vertex].room > 0 || !group.moves) && stands(group, *pair, p, &moved)) {
+  if (double moved = 0; held && (group.look[vertex].room > 0 || !group.moves) && stands(group, p, pair, &moved)) {
     look_after(group, vertex, kAgain * edge - moved, b.tree.largest_reach());
     return true;
   }
@@ -344,10 +373,8 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     follow(group, *pair, was, at, &found, &place);
     // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
     const double lag = !rubs(*pair) ? kLag : pair->slips ? 0 : 10 * kLag;
-    if (length(was - place) < lag * edge && dot(found.normal, pair->normal) > kSameNormal) {
-      found = *pair;
-      found.follow = std::min(1.0, growth_of(group, 1) * found.follow);
-    }
+    if (length(was - place) < lag * edge && !found.over_edge && !pair->over_edge) keep_place(group, *pair, &found);
+    turn(group, pair->normal, &found);
   } else {
     found.slips = 1;
   }

@@ -13,21 +13,29 @@
 
 namespace palpate {
 
+// How a place or a normal follows what the surfaces ask for: by a share of the way, which falls where the way turns back.
+struct Follow {
+  Vec3 way;           // the last one that was gone
+  double share = 1;   // and the share that this was of the whole way
+  double onward = 0;  // times that it has gone on since it turned back
+};
+
 // One pair, from step to step. In the frame of the second organ where nothing else is said.
 struct OrganPair {
   std::int32_t group = 0, vertex = 0, triangle = -1;
-  std::int16_t slips = 0;  // 1: in the last step it slipped or had no force; its place may then move
-  std::int16_t rubs = 0;   // steps for which the pair still has friction; above 0: it pressed in one of the last ten
+  std::int8_t slips = 0;  // 1: in the last step it slipped or had no force; its place may then move
+  std::int8_t over_edge =
+      0;  // 1: the place is on an edge of the second organ, and the normal the way from there to the vertex
+  std::int16_t rubs = 0;  // steps for which the pair still has friction; above 0: it pressed in one of the last ten
   double barycentric[3] = {};
   Vec3 normal, tangent;  // unit: outward from the second organ; across it
   double bulge = 0;      // m, OrganSurface::Smooth
   double overlap = 0;    // m, by which the organs overlap there where they rest; it counts as touching
   double near = 0;       // m, from the place to the vertex when it was last looked at; below 0 inside
-  Vec3 way;              // m, of the place, when it last moved
-  double follow = 1;     // and the share that this was of the whole way
-  double onward = 0;     // times that the place has gone on since it turned back
-  Vec3 seen_apart;       // m, from the place to the vertex when the pair was last looked at
-  Vec3 seen_outward;     // unit: of the place's triangle then
+  Follow moves;          // m, of the place
+  Follow turns;          // of the normal
+  Vec3 seen_apart;       // m, from the place to the vertex when the pair was last looked for
+  Vec3 seen_outward;     // unit: of the place's triangle when its normal was last asked for
   Vec3 reaction;         // N, on the first organ along normal, tangent and the third direction
 };
 
@@ -116,10 +124,12 @@ class PairSearch {
   }
   Vec3 anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair);
   Vec3 place_now(const OrganGroup& group, const OrganPair& pair, Vec3* outward) const;
-  bool stands(const OrganGroup& group, const OrganPair& pair, Vec3 at, double* moved) const;
+  Vec3 normal_at(const OrganGroup& group, const OrganPair& pair, Vec3 outward);
+  bool stands(const OrganGroup& group, Vec3 at, OrganPair* pair, double* moved);
   bool keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at, bool outside) const;
   void note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) const;
   void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found, Vec3* place);
+  void keep_place(const OrganGroup& group, const OrganPair& before, OrganPair* found);
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
   void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair);
   void find_overlaps(OrganGroup& group);
