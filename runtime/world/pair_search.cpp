@@ -9,7 +9,7 @@ namespace {
 
 // In mean edges of the second organ: within which a vertex counts as near; by how much it must go farther to count as far again; within
 // which a vertex is looked for; after which motion a pair is looked at again; by how much its place lags behind the vertex.
-constexpr double kMargin = 0.25, kStays = 1.5, kReach = 2, kAgain = 0.02, kLag = 0.1;
+constexpr double kMargin = 0.25, kStays = 1.5, kReach = 2, kAgain = 0.02, kLag = 0.02, kLagWhereItSticks = 1;
 // A place that goes to and fro follows its vertex by a share of the way. Where organs or supports move, that share is at least the first number, and
 // grows to so many times itself in each step in which the place goes on: the place keeps up with the organs.
 constexpr double kLeastFollow = 1.0 / 32, kOnward = 1.1;
@@ -63,13 +63,15 @@ double share_of(const OrganGroup& group, Vec3 along, double still, Follow* follo
   return follow->share;
 }
 
-// The normal of a pair goes from `before` towards what it is now.
-void turn(const OrganGroup& group, Vec3 before, OrganPair* pair) {
+// The normal of a pair goes from `before` towards what it is now. Returns whether it is there.
+bool turn(const OrganGroup& group, Vec3 before, OrganPair* pair) {
   const Vec3 along = pair->normal - before;
   const bool turns = length(along) > kTurned;
-  const Vec3 normal = turns ? unit_or_zero(before + share_of(group, along, kTurned, &pair->turns) * along) : Vec3{};
+  const double share = turns ? share_of(group, along, kTurned, &pair->turns) : 0;
+  const Vec3 normal = unit_or_zero(before + share * along);
   pair->normal = length(normal) > 0 ? normal : before;
   pair->tangent = across(pair->normal, pair->tangent);
+  return (1 - share) * length(along) <= kTurned;
 }
 
 bool has_stepped(const TouchState& organ) {
@@ -306,8 +308,8 @@ bool PairSearch::stands(const OrganGroup& group, Vec3 at, OrganPair* pair, doubl
   if (!(*moved < kAgain * touch(group.b).tree.mean_edge())) return false;
   if (pair->over_edge || length(outward - pair->seen_outward) < kTurned) return true;
   const Vec3 before = pair->normal;
-  pair->normal = normal_at(group, *pair, outward), pair->seen_outward = outward;
-  turn(group, before, pair);
+  pair->normal = normal_at(group, *pair, outward);
+  pair->seen_outward = turn(group, before, pair) ? outward : Vec3{};
   return true;
 }
 
@@ -330,8 +332,10 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   const Vec3 p = to_second(group, a.tree.at_rest(vertex) + u);
   // The bound on the pair's motion was used up, as a rule without as much motion. A pair that slips has no room and is looked for in every step,
   // but where nothing moves the organs: there it would creep.
-  if (double moved = 0; held && (group.look[vertex].room > 0 || !group.moves) && stands(group, p, pair, &moved)) {
-    look_after(group, vertex, kAgain * edge - moved, b.tree.largest_reach());
+  const bool creeps = held && group.moves && pair->slips && rubs(*pair);
+  if (double moved = 0; held && !creeps && stands(group, p, pair, &moved)) {
+    const bool turns = length(pair->seen_outward) == 0;
+    look_after(group, vertex, turns ? 0 : kAgain * edge - moved, b.tree.largest_reach());
     return true;
   }
   const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
@@ -367,14 +371,15 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   // Between two supports there is nothing to solve: a pair only says that they are in one another, by more than the meshes show.
   const bool none_moves = a.column_of_node[vertex] < 0 && moving_share(b, found) == 0;
   if (none_moves && gap > -group.overlap[vertex] - group.margin) return false;
+  bool turned = true;
   if (held) {
     const SurfacePoint before = surface_point_of(pair->triangle, pair->barycentric);
     const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
     follow(group, *pair, was, at, &found, &place);
     // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
-    const double lag = !rubs(*pair) ? kLag : pair->slips ? 0 : 10 * kLag;
+    const double lag = !rubs(*pair) ? kLag : pair->slips ? 0 : kLagWhereItSticks;
     if (length(was - place) < lag * edge && !found.over_edge && !pair->over_edge) keep_place(group, *pair, &found);
-    turn(group, pair->normal, &found);
+    turned = turn(group, pair->normal, &found);
   } else {
     found.slips = 1;
   }
@@ -383,6 +388,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   group.overlap[vertex] = std::min(group.overlap[vertex], std::max(0.0, -gap) + 1e-6 * edge);
   found.overlap = group.overlap[vertex];
   note_where(group, p, &found);
+  if (!turned) found.seen_outward = {}, group.look[vertex].room = 0;
   *pair = found;
   return true;
 }
