@@ -35,15 +35,20 @@ constexpr bool kHasEffects = true;
   return kHasEffects && (def.law == PALPATE_LAW_UNILATERAL || def.law == PALPATE_LAW_COULOMB);
 }
 
-// Anchors move over a surface whose stiffness differs from place to place (slide_energy.h).
-[[maybe_unused]] static bool watches_slide_energy(const palpate_scene_def& def) {
+// Anchors move over the surface, against their tools.
+[[maybe_unused]] static bool contacts_may_slide(const palpate_scene_def& def) {
   return kHasEffects && def.law != PALPATE_LAW_STICKING && def.collision != PALPATE_COLLISION_OFF &&
          def.deformation == PALPATE_DEFORMATION_LINEAR;
 }
 
+// These, or needles, come to places of another stiffness (slide_energy.h).
+[[maybe_unused]] static bool watches_slide_energy(const palpate_scene_def& def) {
+  return contacts_may_slide(def) || (kHasEffects && def.needles != 0 && def.deformation == PALPATE_DEFORMATION_LINEAR);
+}
+
 // Discs whose law is along their own normal (contact_rows.h).
 [[maybe_unused]] static bool discs_may_slide(const palpate_scene_def& def) {
-  return watches_slide_energy(def) && def.contact == PALPATE_CONTACT_PATCH && !def.fine_surface;
+  return contacts_may_slide(def) && def.contact == PALPATE_CONTACT_PATCH && !def.fine_surface;
 }
 
 // Q of the measured response corrects each tool's force.

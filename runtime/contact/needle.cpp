@@ -135,7 +135,7 @@ NeedleWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, cons
   NeedleWish wish;
   wish.node = place.node, wish.column = place.column, wish.weight = place.weight;
   wish.frame[0] = needle.axis, wish.frame[1] = needle.tangent, wish.frame[2] = cross(needle.axis, needle.tangent);
-  const Vec3 way = needle.position - place.rest;
+  const Vec3 way = needle.position - place.rest - place.aside;
   wish.target = {dot(way, wish.frame[0]) + place.held, dot(way, wish.frame[1]), dot(way, wish.frame[2])};
   const double unresolved = std::max(kLeastLog, natural_log(place.resolved / tool.needle.radius)) / length;
   wish.along = unresolved * place.along, wish.across = unresolved * place.across;

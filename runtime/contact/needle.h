@@ -26,6 +26,7 @@ namespace palpate {
 // A place of the tissue on the axis of a needle.
 struct NeedlePlace {
   Vec3 rest;                    // m
+  Vec3 aside;                   // m, across the axis: where it is held off it (slide_energy.h)
   std::int32_t node[4] = {};    // mesh nodes of its tetrahedron
   std::int32_t column[4] = {};  // tensor columns
   double weight[4] = {};
@@ -78,6 +79,14 @@ class Needles {
   // set: as it was solved. Returns step flags. Cost: a search for a tetrahedron where the tip moves in the tissue.
   std::uint32_t finish(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
                        const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum, Vec3* torque);
+
+  // What a constraint's `point` names, and the needle that holds it.
+  NeedlePlace& place_of(std::int32_t point) const {
+    NeedleInTissue& needle = needles_[tool_of(point)];
+    const std::int32_t number = point % kPointsOfOne;
+    return number > 0 ? needle.place[number - 1] : needle.tip;
+  }
+  const NeedleInTissue& needle_of(std::int32_t point) const { return needles_[tool_of(point)]; }
 
   const palpate_needle_state& state(std::int32_t t) const { return needles_[t].state; }
   // In this step: its tip has pierced the surface, so that the tissue may push and draw it; it is there, or presses the surface.

@@ -20,8 +20,16 @@ double product_of(const ContactConstraint& constraint, Vec3 force, Vec3 way) {
   return sum;
 }
 
-Vec3 force_of(const ContactConstraint& constraint, Vec3 reaction) {
-  return constraint.framed ? transposed_times(constraint.frame, reaction) : reaction;
+Vec3 in_organ(const ContactConstraint& constraint, Vec3 along_rows) {
+  return constraint.framed ? transposed_times(constraint.frame, along_rows) : along_rows;
+}
+
+// J. Where the targets are not met, or a limit lets a row give way, it costs a row of multiply-adds for each row.
+double energy_of(const ContactSolver& solver, const ContactConstraints& acting, std::int32_t p, bool met) {
+  const ContactConstraint& constraint = acting.constraints[p];
+  const Vec3 target = acting.target[p];
+  const bool exact = met && !(constraint.limit > 0);
+  return product_of(constraint, 0.5 * solver.reaction(p), exact ? target : target + solver.missed(acting, p));
 }
 
 // Ascends through the constraints of a step.
@@ -62,16 +70,17 @@ SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactC
   };
   for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
     const ContactConstraint& constraint = acting.constraints[p];
-    const Vec3 reaction = solver.reaction(p), target = acting.target[p], force = force_of(constraint, reaction);
+    const Vec3 reaction = solver.reaction(p), target = acting.target[p], force = in_organ(constraint, reaction);
     const double energy = product_of(constraint, 0.5 * reaction, met ? target : target + solver.missed(acting, p));
     while (before != end && number_of(*before) < number_of(constraint)) leave();
     const bool had = before != end && number_of(*before) == number_of(constraint);
     sum.created += energy - (had ? before->energy : 0);
-    if (sliding[p].slack) {
+    if (sliding[p].slides()) {
+      const Sliding& now = sliding[p];
       sum.stored += energy;
       if (!solver.stayed(p)) sum.moved += energy;
-      sum.created -= had ? 0.5 * dot(force + before->force, sliding[p].at - before->at)
-                         : 0.5 * dot(force, sliding[p].at - sliding[p].from);
+      sum.created -= had ? 0.5 * dot(force + before->force, now.at - before->at + now.reach * (now.axis - before->axis))
+                         : 0.5 * dot(force, now.at - now.from);
     } else if (had && solver.stayed(p)) {
       sum.created -= product_of(constraint, 0.5 * (reaction + before->reaction), target - before->target);
     } else {
@@ -100,12 +109,18 @@ void SlideEnergy::shorten(const ContactSolver& solver, const ContactConstraints&
   const bool moved_bear = sum.moved > excess;
   const double kept = std::sqrt(std::max(0.0, 1 - excess / (moved_bear ? sum.moved : sum.stored)));
   for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
-    if (!sliding[p].slack || (moved_bear && solver.stayed(p))) continue;
-    const double shorter = (1 - kept) * acting.target[p].x;
-    Vec3 target = rows.set().target[p];
-    target.x -= shorter;
-    rows.set_target(p, target);
-    *sliding[p].slack += acting.constraints[p].share * shorter;
+    if (!sliding[p].slides() || (moved_bear && solver.stayed(p))) continue;
+    const ContactConstraint& constraint = acting.constraints[p];
+    Vec3 shorter = (1 - kept) * acting.target[p];
+    if (sliding[p].aside) {
+      if (!(constraint.axes & 6u)) continue;
+      shorter.x = 0;
+      *sliding[p].aside += in_organ(constraint, shorter);
+    } else {
+      shorter.y = shorter.z = 0;
+      *sliding[p].slack += constraint.share * shorter.x;
+    }
+    rows.set_target(p, rows.set().target[p] - shorter);
   }
 }
 
@@ -136,10 +151,10 @@ bool SlideEnergy::end(const ContactSolver& solver, const ContactConstraints& act
     const Vec3 reaction = solver.reaction(p), target = acting.target[p];
     Held& held = held_[p];
     held.tool = constraint.tool, held.point = constraint.point, held.part = constraint.part;
-    held.slides = sliding[p].slack != nullptr;
+    held.slides = sliding[p].slides();
     held.target = target, held.reaction = reaction;
-    held.energy = product_of(constraint, 0.5 * reaction, met ? target : target + solver.missed(acting, p));
-    held.force = force_of(constraint, reaction), held.at = sliding[p].at;
+    held.energy = energy_of(solver, acting, p, met);
+    held.force = in_organ(constraint, reaction), held.at = sliding[p].at, held.axis = sliding[p].axis;
   }
   lengthen(acting, sliding, sum.stored);
   return lost_ >= -kTold * sum.stored;

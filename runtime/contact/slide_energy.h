@@ -3,7 +3,8 @@
 // A contact holds the surface at rest at an anchor, and while it slides the anchor moves to where the surface is stiffer or softer. The
 // energy of the contacts is half the sum of reactions times targets. Where it rises by more than the tools' work and what the contacts have
 // lost before in the same touch, the contacts that slide give way: each target along the normal gets shorter by a part of it, the slack,
-// until the energy is what was paid for. The slack goes back as the contacts lose energy in softer places.
+// until the energy is what was paid for. The slack goes back as the contacts lose energy in softer places. Places that a needle takes and the
+// tip that moves on do the same: they are then held aside of the axis.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,11 @@ class SlideEnergy {
   struct Sliding {
     Vec3 at,
         from;  // m, where its tool holds it, less what motions have moved the surface there; where that was before it began
-    double* slack = nullptr;  // m, of its contact; nullptr: a constraint that does not slide
+    Vec3 axis;  // of a needle, unit; the place that it holds is `reach` (m) along it from `at`
+    double reach = 0;
+    double* slack = nullptr;  // m, of a contact on the surface
+    Vec3* aside = nullptr;    // m, of a needle's place
+    bool slides() const { return slack || aside; }
   };
 
   bool create(SceneMemory& memory, std::int32_t constraint_capacity);
@@ -42,7 +47,7 @@ class SlideEnergy {
     std::int32_t tool, point, part, slides;
     Vec3 target, reaction;  // m and N, in its frame
     double energy;          // J
-    Vec3 force, at;         // N and m, in the organ's frame
+    Vec3 force, at, axis;   // N and m, in the organ's frame
   };
   // J, of a step's solution.
   struct Sum {

@@ -475,7 +475,14 @@ class Touch {
       const ContactConstraint& constraint = set.constraints[p];
       SlideEnergy::Sliding& sliding = touch_state_.slide_energy.sliding()[p];
       sliding = {};
-      if (!is_of_tool(constraint.tool)) continue;
+      if (constraint.tool == kToolOfNeedles) {
+        NeedlePlace& place = touch_state_.needles.place_of(constraint.point);
+        const NeedleInTissue& needle = touch_state_.needles.needle_of(constraint.point);
+        sliding.aside = &place.aside, sliding.at = sliding.from = needle.position;
+        sliding.axis = needle.axis, sliding.reach = &place == &needle.tip ? 0 : place.held;
+        any = true;
+      }
+      if (!is_of_tool(constraint.tool) || !contacts_may_slide(context_.def)) continue;
       const Tool& tool = touch_state_.input.tool(constraint.tool);
       if (constraint.point >= tool.point_count) continue;
       PointState& state = touch_state_.points[constraint.tool][constraint.point];
@@ -500,7 +507,7 @@ class Touch {
     SlideEnergy& energy = touch_state_.slide_energy;
     if (energy.end(touch_state_.solver, *acting_, energy.sliding(), is_trusted(outcome))) return;
     for (std::int32_t p = 0; p < acting_->constraint_count; ++p)
-      if (energy.sliding()[p].slack) raise(acting_->constraints[p].tool, PALPATE_STEP_SOLVE_INEXACT);
+      if (energy.sliding()[p].slides()) raise(owner_of(acting_->constraints[p]), PALPATE_STEP_SOLVE_INEXACT);
   }
   static_assert(Motions::kMostSolves <= kMostSlipSolves, "the last solve has the pressures that follow_volumes() left");
   void finish_grasps() {
