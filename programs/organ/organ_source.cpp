@@ -97,9 +97,11 @@ std::vector<LabelEntry> chosen_labels(const std::string& text, const std::vector
     });
     if (found == labels.end()) {
       const std::vector<LabelEntry> meant = is_number ? std::vector<LabelEntry>() : similar(word, labels);
-      throw InputError(fmt::format("{}: expected one of its labels, found {}={}; {} {}", file, variable, word,
-                                   meant.empty() ? "its labels are" : "nearest are",
-                                   listed(meant.empty() ? labels : meant)));
+      if (meant.empty())
+        throw InputError(fmt::format("{}: expected one of its labels, found {}={}; its labels are {}", file, variable,
+                                     word, listed(labels)));
+      throw InputError(fmt::format("{}: expected one of its labels, found {}={}; nearest are {}", file, variable, word,
+                                   listed(meant)));
     }
     chosen.push_back(*found);
   }
