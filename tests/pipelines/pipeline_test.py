@@ -328,7 +328,10 @@ class MadeBy(unittest.TestCase):
 
     def test_what_a_scene_of_large_deformation_needs_stands_in_the_organs_folder(self):
         case = self.own_plate()
-        self.make("ORGAN=own", "PICTURES=", os.path.join(case, "bundle.h5"))
+        option = "PRECOMPUTE_OPTIONS=--large-deformation"
+        self.assertIn("own: PRECOMPUTE_OPTIONS holds for this call of make alone; a line of %s/own/organ.mk keeps it: PRECOMPUTE_OPTIONS ?= "
+                      "--large-deformation\n" % self.organs, self.make("ORGAN=own", "PICTURES=", option))
+        self.assertNotIn("holds for this call", self.make("ORGAN=own", "PICTURES="))
         self.append(os.path.join(self.organs, "own", "boundary", "corners.toml"), "[store]\nlarge_deformation = true\n")
         self.append(os.path.join(self.organs, "own", "scenes", "still.toml"), '[effects]\ndeformation = "large"\n')
         self.make("ORGAN=own", "PICTURES=")
