@@ -38,6 +38,7 @@ void define(CLI::App& app, OrganRequest& request) {
 
 void warn_of(const std::string& organ, const OrganRequest& request, const OrganSource& source) {
   for (const std::string& doubt : doubts(request, source)) warn(doubt);
+  if (const std::string large = choose(source).size_warning; !large.empty()) warn(fmt::format("{}: {}", organ, large));
   if (source.pieces > 1)
     warn(fmt::format("{} has {} pieces; the largest is kept, {:.4g} cm3; the others have {:.3g} cm3 together", organ,
                      source.pieces, source.volume_mm3 / 1000, source.dropped_mm3 / 1000));
@@ -68,7 +69,6 @@ void run(const OrganRequest& request) {
   const OrganSource source = measure_source(request);
   warn_of("the organ", request, source);
   const OrganChoices choices = choose(source);
-  if (!choices.size_warning.empty()) warn(choices.size_warning);
   const std::filesystem::path folder = write_organ(request, source, choices);
   say_size(request.name, source);
   for (const char* file : {"organ.toml", "boundary/held.toml", "scenes/press.toml", "organ.mk"})

@@ -537,7 +537,7 @@ class NewOrgan(unittest.TestCase):
             scan = os.path.join(self.scans, name + ".nii.gz")
             write_nifti(scan, voxels.astype(np.uint8))
             said = self.make("new-organ", "NAME=" + name, "IMAGE=" + scan, "LABEL=1")
-            warned = re.search(r"warning: the surface of .* makes a bundle of up to (\d+) MB: noise in the label, or thin parts", said)
+            warned = re.search(r"warning: the organ: the surface of .* makes a bundle of up to (\d+) MB: noise in the label, or thin parts", said)
             self.assertEqual(warned is not None, name == "noisy", said)
             self.assertRegex(self.text(name, "organ.mk"), r"# medium: about \d+ vertices, a bundle of up to [0-9.e+]+ MB\n")
 
