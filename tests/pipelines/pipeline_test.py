@@ -216,9 +216,10 @@ class Pipeline(unittest.TestCase):
             self.assertEqual(png.read(8), b"\x89PNG\r\n\x1a\n")
         force = {}
         for case in ("right-side", "right-side-healthy", "right-side-calcified"):
-            # On this coarse mesh points of the finger may lie in one triangle, which they ask for different displacements.
+            # On this coarse mesh points of the finger may lie in one triangle, which they ask for different displacements, and the discs of
+            # the press nearest to the held side reach it.
             warned = summary_of(os.path.join(work, case, "scenes", "palpate"))["warnings"]
-            self.assertEqual([w for w in warned if "raised REGULARISED" not in w], [])
+            self.assertEqual([w for w in warned if "raised REGULARISED" not in w and "raised NOT_TOUCHABLE" not in w], [])
             self.assertTrue(os.path.exists(os.path.join(work, case, "verified.json")))
             for row in read_rows(os.path.join(work, case, "scenes", "palpate", "forces.csv")):
                 if float(row["y_m"]) == 0.034:  # the end of a press

@@ -252,9 +252,11 @@ TEST_F(PlayedScene, WarnsOfAnOrganThatIsNoOrgansSize) {
                 std::to_string(60 * scale) + ", 0, 0]\n");
     return run("scene.toml -o out").errors;
   };
-  EXPECT_THAT(warned_of(1000),
-              HasSubstr("warning: the organ of this bundle is 60 m long, expected 1 cm to 1 m; was mesh_unit "
-                        "right when the bundle was computed?"));
+  EXPECT_THAT(
+      warned_of(1000),
+      HasSubstr("warning: the organ of this bundle is 60 m long, expected 1 cm to 1 m; was mesh_unit "
+                "right when the bundle was computed, and before it the unit of the surface or the voxel size of "
+                "the image?"));
   EXPECT_THAT(warned_of(0.1), HasSubstr("warning: the organ of this bundle is 0.006 m long"));
   EXPECT_THAT(warned_of(1), testing::Not(HasSubstr("warning")));
 }
