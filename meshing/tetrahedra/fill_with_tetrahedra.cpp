@@ -213,7 +213,7 @@ TetrahedralMesh best_of_tries(const std::vector<FillOptions>& tries, const FillO
     } catch (const std::exception&) {
       if (t == 0) throw;  // a later try only looks for a better mesh, so its failure is ignored
     }
-    if (best_dihedral >= tries[t].goal) break;
+    if (best_dihedral >= tries[t].goal || best_dihedral < tries[t].hopeless) break;
   }
   return best;
 }

@@ -17,6 +17,7 @@ struct FillOptions {
   double optimize_below = 0.5;  // HXT improves elements whose gmsh quality is below this; 0: none
   double goal =
       20;  // degrees; elements with a smaller dihedral angle are improved, then other settings are tried; 0: neither
+  double hopeless = 0;         // degrees; a mesh with a smaller dihedral angle gets no other settings
   double time_limit = 3600;    // seconds for each try
   double processor_limit = 0;  // seconds of processor time for all tries together; 0: none
 };
@@ -37,7 +38,7 @@ TetrahedralMesh fill_with_tetrahedra(const VolumeBoundary& boundary, const FillO
                                      Improvement* improvement = nullptr);
 
 // Chooses between tries; fill makes one mesh within the processor_limit that it is given: what is left of that of the first
-// try. Stops at the first mesh that meets the goal, or when no processor time is left.
+// try. Stops at the first mesh that meets the goal or is hopeless, or when no processor time is left.
 using FillOnce = std::function<TetrahedralMesh(const FillOptions&)>;
 TetrahedralMesh best_of_tries(const std::vector<FillOptions>& tries, const FillOnce& fill, Improvement* improvement);
 

@@ -25,11 +25,13 @@ constexpr double kFewest = 2000, kMost = 40'000;  // triangles of remeshed surfa
 // The surface's own triangles get one quick try where their worst radius ratio is below the first number (even remeshing gives
 // 0.5 and more), or where their edges are longer than the second number of edges inside.
 constexpr double kHopeful = 0.2, kLongEdges = 3;
+constexpr double kPromising = 0.9;  // of the angle that the gate asks for
+constexpr double kAttainable = 20;  // degrees; even triangles, however many, seldom give a larger smallest angle
 // The smallest dihedral angle of a part thinner than the edges is in proportion to one over their length. From one try to the
 // next, triangles grow in number for 1.5 times the angle that the gate asks for, within these factors.
 constexpr double kAngleWanted = 1.5, kLeastGrowth = 3, kMostGrowth = 10;
 // Processor time: a step that hangs leaves time for another way.
-constexpr double kHurriedSeconds = 5, kShareOfOwn = 0.5, kShareOfRemeshing = 0.6, kLeastSeconds = 1, kShortest = 0.1;
+constexpr double kHurriedSeconds = 5, kShareOfOwn = 0.35, kShareOfRemeshing = 0.6, kLeastSeconds = 1, kShortest = 0.1;
 constexpr double kRemeshingSeconds = 1.2e-3;  // for each triangle made: twice that of an EPYC at 2.4 GHz
 constexpr double kShareOfTries = 0.9;         // of the limit; the rest is for checks
 constexpr double kPatience = 1e6;             // seconds by the clock, which other programs may take most of
@@ -75,13 +77,18 @@ class Tries {
  public:
   explicit Tries(const SurfaceFillOptions& options) : options_(options) {}
 
-  // Returns whether the mesh meets the gate. Otherwise why() says what is wrong. seconds: of processor time. needles: no
-  // search for a better mesh, because the surface's own triangles give little hope.
-  bool run(const std::vector<ShellInput>& inputs, bool remeshed, double seconds, bool needles = false) {
+  enum class Effort {
+    full,       // search for a better mesh with other settings
+    promising,  // only where the first mesh is near the gate
+    least       // never
+  };
+  // Returns whether the mesh meets the gate. Otherwise why() says what is wrong. seconds: of processor time.
+  bool run(const std::vector<ShellInput>& inputs, bool remeshed, double seconds, Effort effort) {
     last_dihedral_ = 0;
     SurfaceFillOptions tried = options_;
     tried.fill.processor_limit = seconds;
-    if (needles) tried.fill.goal = 0;
+    if (effort == Effort::promising) tried.fill.hopeless = kPromising * options_.gate.min_dihedral;
+    if (effort == Effort::least) tried.fill.goal = 0;
     try {
       MeshReport report = fill(inputs, tried);
       report.remeshed = remeshed;
@@ -236,7 +243,7 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
   Tries tries(options);
   if (options.keep_surface) {
     if (!why.empty()) warn(fmt::format("{}: the surface's own triangles cannot meet the gate: {}", file, why));
-    if (!tries.run(inputs, false, left()) && !tries.best())
+    if (!tries.run(inputs, false, left(), Tries::Effort::full) && !tries.best())
       refuse("(" + tries.why() + ")", "leave out --keep-surface, or ");
     return std::move(*tries.best());
   }
@@ -248,7 +255,11 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
   const bool needles = worst.triangle.radius_ratio < kHopeful,
              hurried = needles || of_size > kLongEdges * kLongEdges * own;
   const double for_own = hurried ? std::min(kHurriedSeconds, left() / 4) : kShareOfOwn * left();
-  if (why.empty() && tries.run(inputs, false, for_own, needles)) return std::move(*tries.best());
+  const Tries::Effort effort = needles   ? Tries::Effort::least
+                               : hurried ? Tries::Effort::promising
+                                         : Tries::Effort::full;
+  if (why.empty() && tries.run(inputs, false, for_own, effort)) return std::move(*tries.best());
+  if (tries.last_dihedral() >= kAttainable) return std::move(*tries.best());
   if (why.empty())
     warn(fmt::format("{}: the surface's own triangles do not meet the gate: {}", inputs.front().file, tries.why()));
   else
@@ -264,8 +275,9 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
     try {
       const auto even = remeshed(inputs, triangles, seconds);
       finest = std::max(finest, triangles);
-      if (tries.run(even, true, left())) return std::move(*tries.best());
+      if (tries.run(even, true, left(), Tries::Effort::promising)) return std::move(*tries.best());
       last = tries.why();
+      if (tries.last_dihedral() >= kAttainable) break;
     } catch (const OutOfTime& stopped) {
       last = stopped.what();
       fewer = too_long = true;

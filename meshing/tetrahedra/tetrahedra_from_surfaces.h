@@ -45,13 +45,14 @@ struct GateObstacle {
 // circumscribed circle. The elements at an edge share the surface's inner angle there, so none has a larger one.
 GateObstacle gate_obstacle(const TriangleSurface& surface, const QualityGate& gate);
 
-// Fills the surfaces. When gmsh fails, when the gate is missed and a triangle has a radius ratio below 0.5, or when
-// gate_obstacle finds that the gate must be missed, remeshes all surfaces evenly, says so in a warning and tries again, with
-// up to three numbers of triangles between 2,000 and 20,000, more where remeshing fails and fewer where it takes too long.
-// keep_surface forbids this. Returns the first mesh that meets the gate, else the one with the largest smallest dihedral
-// angle, without its quality measured. Cost: the generators of triangles and tetrahedra run in child processes and end
-// within processor_limit. Errors: InputError for surfaces that touch one another and those of regions_of_shells;
-// OperationError, with the file, the place and what to do, when no try gives a mesh.
+// Fills the surfaces. When gmsh fails, when the gate is missed, or when gate_obstacle finds that the gate must be missed,
+// remeshes all surfaces evenly, says so in a warning and tries again, with up to four numbers of triangles between 2,000 and
+// 40,000: more where the gate is missed, by the missed angle, and fewer where remeshing takes too long. Where options.fill.size
+// asks for shorter edges than 2,000 triangles have, begins with as many as have such edges. keep_surface forbids this. Returns the
+// first mesh that meets the gate, else the one with the largest smallest dihedral angle, without its quality measured. Cost:
+// the generators of triangles and tetrahedra run in child processes and end within processor_limit. Errors: InputError for
+// surfaces that touch one another and those of regions_of_shells; OperationError, with the file, the place and what to do,
+// when no try gives a mesh.
 MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const SurfaceFillOptions& options);
 
 }  // namespace palpate
