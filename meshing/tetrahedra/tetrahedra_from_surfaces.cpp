@@ -31,7 +31,7 @@ constexpr double kAttainable = 20;  // degrees; even triangles, however many, se
 // next, triangles grow in number for 1.5 times the angle that the gate asks for, within these factors.
 constexpr double kAngleWanted = 1.5, kLeastGrowth = 3, kMostGrowth = 10;
 // Processor time: a step that hangs leaves time for another way.
-constexpr double kHurriedSeconds = 5, kShareOfOwn = 0.35, kShareOfRemeshing = 0.6, kLeastSeconds = 1, kShortest = 0.1;
+constexpr double kHurriedSeconds = 5, kShareOfOwn = 0.5, kShareOfRemeshing = 0.6, kLeastSeconds = 1, kShortest = 0.1;
 constexpr double kRemeshingSeconds = 1.2e-3;  // for each triangle made: twice that of an EPYC at 2.4 GHz
 constexpr double kShareOfTries = 0.9;         // of the limit; the rest is for checks
 constexpr double kPatience = 1e6;             // seconds by the clock, which other programs may take most of
