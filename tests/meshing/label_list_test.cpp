@@ -142,7 +142,9 @@ TEST_F(LabelNames, AreReadFromFilesBesideTheImage) {
           {"case.json",
            R"({"segmentAttributes": [[{"labelID": 3, "SegmentLabel": "left kidney"}, {"labelID": 200, "SegmentLabel": "spleen"}]]})"},
           {"case.csv", "label;name\r\n3;left kidney\r\n200;\"spleen\"\r\n"},
-          {"labels.csv", "\xef\xbb\xbf3,left kidney\n200,spleen\n"},  // a byte order mark first, and no heading
+          {"labels.csv",
+           "\xef\xbb\xbf"
+           "3,left kidney\n200,spleen\n"},  // a byte order mark first, and no heading
           {"labels.csv", "name,index,red\nleft kidney,3,255\nspleen,200,0\n"},
           {"case.tsv", "index\tname\n3\tleft kidney\n200\tspleen\n"}}) {
     SCOPED_TRACE(text);
