@@ -270,6 +270,9 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
   } else {
     static_cast<LargeOutcome&>(outcome) = solver_.step(contacts, most, force_);
   }
+  // The forces of a state that is far from its solution say little: no row gets more than it had.
+  for (std::int32_t r = 0; outcome.lost && r < row_count_; ++r)
+    force_[r] = std::clamp(force_[r], -std::fabs(start_[r]), std::fabs(start_[r]));
   work->add(operations_ * outcome.evaluations + solve_operations_ * solver_.take_response_solves());
   if (outcome.failed)
     kept_count_ = 0;

@@ -985,8 +985,8 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   std::fill(force, force + now_.row_count, 0.0);
   if (!finite) return forget();
   // A body that loses energy is on its way to its solution, however far that is.
-  const bool lost = now_.residual > kLost && !now_.solved;
-  outcome->given_up = lost && now_.energy > before_.energy;
+  outcome->lost = now_.residual > kLost && !now_.solved;
+  outcome->given_up = outcome->lost && now_.energy > before_.energy;
   outcome->residual = outcome->given_up ? now_.residual : std::min(now_.residual, kLost);
   if (outcome->given_up) {
     outcome->unfinished = true;
@@ -1000,7 +1000,7 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   now_.alone = acts ? 0 : now_.alone + 1;
   if (!acts &&
       (std::abs(now_.energy) <= kRestEnergy * now_.peak_energy + noise_ || now_.alone > kStepsToRest || stuck_))
-    come_to_rest(), outcome->residual = 0;
+    come_to_rest(), outcome->residual = 0, ++outcome->evaluations;  // so that the state counts as a new one
   outcome->least_volume = now_.least_volume;
 }
 

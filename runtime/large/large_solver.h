@@ -52,6 +52,7 @@ struct LargeOutcome {
   double residual = 0;
   double least_volume = 1;  // smallest J of a tetrahedron
   bool cut = false;         // the move to the targets was shortened: the rows miss them
+  bool lost = false;        // the state is far from its solution: its residual was above kLost
   bool given_up = false;    // the step was undone: the state is that of the last step, and so are the forces
   bool unfinished = false;  // the steps allowed ended far from the tolerance
   bool failed = false;      // numbers were not finite: the body is at rest and the forces are zero
