@@ -16,6 +16,8 @@ constexpr double kSettled = 1e-6;
 constexpr double kRounding = 1e-9;
 // Of what a contact's frame is off the surface's normal, the share that it follows in a step.
 constexpr double kFollows = 0.25;
+// Off by less, rad, it stays: targets that stand still then are the same ones.
+constexpr double kTurned = 1e-3;
 
 bool gives_way(const ContactConstraint& constraint) {
   return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
@@ -84,7 +86,11 @@ Mat3 DeformingBody::present_frame(const ContactConstraints& set, std::int32_t p)
   const TurnedSurface::Normals normal = turned_.normals(set.nodes + constraint.first_node, constraint.node_count,
                                                         [&](std::int32_t n) { return displacement(n); });
   Vec3& turned = now_[p].turned;
-  turned += (now_[p].known ? kFollows : 1) * (normal.now - normal.rest - turned);
+  const Vec3 off = normal.now - normal.rest - turned;
+  if (!now_[p].known)
+    turned += off;
+  else if (length(off) > kTurned)
+    turned += kFollows * off;
   return times_transposed(constraint.frame, TurnedSurface::rotation(normal.rest, unit_or_zero(normal.rest + turned)));
 }
 

@@ -16,10 +16,15 @@ constexpr double kContactShift = 1e-6;
 constexpr double kEnergyRounding = 1e-6;
 // Of the method, at targets that stand still, to kStillTolerance; after them the state counts as solved.
 constexpr std::int32_t kMostStillSteps = 400;
-// LargeSolver gives up a step by a fourth of its reach, to this at least.
+// A step that is given up leaves the next one a fourth of its reach. After one with this reach or less the next step does not move at all: it
+// brings the body nearer to its solution where it is.
 constexpr double kLeastReach = 1.0 / 1024;
 // The same of the energy of a preload, from which all others are counted.
 constexpr double kEnergyNoise = 2e-7;
+// Bounds of gamma: of the initial matrix, in tissue that has stiffened; and of what a residual is divided by, because there K^-1 tells too much.
+constexpr double kLeastScale = 1e-4, kLeastTold = 0.02;
+// A search ends at this share. Without pairs gamma is 1, and a step in K^-1 some 10^4 times too long where tissue has stiffened.
+constexpr double kLeastShare = 1e-6;
 // The rest state under a preload is solved to this share, where a step is to LargeSolver::kTolerance.
 constexpr double kRestTolerance = 1e-4;
 // It counts as found from this share on, where rounding in single precision lets it come no nearer: its force is then the load's but for
@@ -806,7 +811,7 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const dou
     std::copy(u_, u_ + length_, trial_);
     add_responses(move, share, trial_);
     for (std::int32_t r = 0; r < now_.row_count; ++r) trial_local_[r] = local_[r] + (holds_[r] ? share * move[r] : 0);
-    if (i == 0) slope = (dot_product(f_, trial_, length_) - dot_product(f_, u_, length_)) / share;
+    if (i == 0) slope = share > 0 ? (dot_product(f_, trial_, length_) - dot_product(f_, u_, length_)) / share : 0;
     const Elements::Energy found = evaluate(trial_, trial_f_);
     ++outcome->evaluations;
     const double of_body = now_.energy - of_rows, most = of_body + share * slope +
@@ -902,7 +907,7 @@ void LargeSolver::keep_pair(double share) {
   project(g_, local_g_);
   const double scaled = dot_product(changes_[i], g_, length_) + times_compliance(local_moves_[i], local_g_);
   const double scale = now_.curvature[i] / scaled;
-  now_.scale = scale > 0.02 ? std::min(scale, 1.0) : 0.02;
+  now_.scale = scale > kLeastScale ? std::min(scale, 1.0) : kLeastScale;
 }
 
 // u <- u - share p with Armijo's rule, share from 1, on the energy less the work of the applied forces. Returns whether a step was
@@ -911,7 +916,7 @@ bool LargeSolver::search(double slope, LargeOutcome* outcome) {
   double applied = 0;  // W, of the applied forces along -p
   for (std::int32_t r = 0; r < now_.row_count; ++r)
     if (applied_[r] != 0) applied -= applied_[r] * on_row(r, p_);
-  for (double share = 1; share > 1e-3;) {
+  for (double share = 1; share > kLeastShare;) {
     std::copy(u_, u_ + length_, trial_);
     add_multiple(static_cast<float>(-share), p_, length_, trial_);
     for (std::int32_t r = 0; r < now_.row_count; ++r) trial_local_[r] = local_[r] - share * local_p_[r];
@@ -942,8 +947,9 @@ void LargeSolver::improve(std::int32_t most_steps, LargeOutcome* outcome) {
     if (steps >= most_steps) break;
     const double slope = descend();
     const double energy = std::max(std::abs(now_.energy), 1e-300);
-    now_.residual = std::sqrt(std::max(slope, 0.0) / (now_.scale * std::max(energy, noise_)));
-    if (slope <= tolerance * tolerance * now_.scale * energy + 0.01 * noise_) now_.solved = still_ ? 2 : 1;
+    const double scale = std::max(now_.scale, kLeastTold);
+    now_.residual = std::sqrt(std::max(slope, 0.0) / (scale * std::max(energy, noise_)));
+    if (slope <= tolerance * tolerance * scale * energy + 0.01 * noise_) now_.solved = still_ ? 2 : 1;
     if (now_.solved || !std::isfinite(slope)) break;
     if (slope < 0 || !search(slope, outcome)) {
       stuck_ = now_.pair_count == 0;
@@ -968,7 +974,7 @@ void LargeSolver::begin_step() {
 
 // Back to where the step began. The pairs stay what they are: samples of the tangent, though from far away; they are dropped.
 void LargeSolver::give_up() {
-  const double reach = std::max(now_.reach / 4, kLeastReach);
+  const double reach = now_.reach > kLeastReach ? now_.reach / 4 : 0;
   const std::int32_t rows = now_.row_count, spots = now_.spot_count;
   now_ = before_;
   now_.row_count = rows, now_.spot_count = spots, now_.reach = reach;
@@ -985,14 +991,15 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   std::fill(force, force + now_.row_count, 0.0);
   if (!finite) return forget();
   // A body that loses energy is on its way to its solution, however far that is.
-  outcome->lost = now_.residual > kLost && !now_.solved;
+  // By the metric of the method itself: in a tissue that stiffens, K^-1 tells many times the distance.
+  outcome->lost = now_.residual * std::sqrt(std::max(now_.scale, kLeastTold)) > kLost && !now_.solved;
   outcome->given_up = outcome->lost && now_.energy > before_.energy;
   outcome->residual = outcome->given_up ? now_.residual : std::min(now_.residual, kLost);
   if (outcome->given_up) {
     outcome->unfinished = true;
     give_up();
   } else {
-    if (!shortened_) now_.reach = std::min(2 * now_.reach, 1.0);
+    if (!shortened_) now_.reach = std::clamp(2 * now_.reach, kLeastReach, 1.0);
     now_.peak_energy = std::max(now_.peak_energy, std::abs(now_.energy));
   }
   std::copy(multiplier_, multiplier_ + now_.row_count, force);
