@@ -991,9 +991,10 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   std::fill(force, force + now_.row_count, 0.0);
   if (!finite) return forget();
   // A body that loses energy is on its way to its solution, however far that is.
+  outcome->lost = now_.residual > kLost && !now_.solved;
   // By the metric of the method itself: in a tissue that stiffens, K^-1 tells many times the distance.
-  outcome->lost = now_.residual * std::sqrt(std::max(now_.scale, kLeastTold)) > kLost && !now_.solved;
-  outcome->given_up = outcome->lost && now_.energy > before_.energy;
+  outcome->given_up = outcome->lost && now_.energy > before_.energy &&
+                      now_.residual * std::sqrt(std::max(now_.scale, kLeastTold)) > kLost;
   outcome->residual = outcome->given_up ? now_.residual : std::min(now_.residual, kLost);
   if (outcome->given_up) {
     outcome->unfinished = true;

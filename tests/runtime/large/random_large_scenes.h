@@ -253,8 +253,8 @@ class RandomLargeScenes {
       }
       if (!known) return void(++finds->without_reference);
       ++finds->compared;
-      // Beside the touch these are the forces of a solution, from which the touch goes on: what is left of a larger one may be more.
-      const double ratio = carried.norm() / std::max(force.norm(), beside_ ? 0.05 * peak_ : 0.001 * peak_);
+      // Beside the touch these are the forces of a solution, which says that it is behind while it lets go of a larger one.
+      const double ratio = carried.norm() / std::max(force.norm(), beside_ ? 0.1 * peak_ : 0.001 * peak_);
       finds->worst_force = std::max(finds->worst_force, ratio);
       if (ratio > kMostForce)
         find(k,
