@@ -381,7 +381,10 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   const std::int32_t constraints = most_constraints(def) + part_of_world(touch).constraints();
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
-  const ContactRows::Source source = {def.contact, touch.column_of_node, touch.triangles, touch.rest,
+  const ContactRows::Source source = {def.contact,
+                                      touch.column_of_node,
+                                      touch.triangles,
+                                      touch.rest,
                                       def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr,
                                       discs_may_slide(def)};
   ContactSolver::Limits solver;
@@ -396,8 +399,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
     return reader.no_memory("contacts");
   if (const PartOfWorld part = part_of_world(touch); part.constraints() > 0)
     touch.rows.keep_for_pairs(contact_nodes_for(def, part), part.constraints());
-  if (watches_slide_energy(def) && !touch.slide_energy.create(memory, constraints))
-    return reader.no_memory("contacts");
+  if (watches_slide_energy(def) && !touch.slide_energy.create(memory, constraints)) return reader.no_memory("contacts");
   touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def), deforms_beside(def));
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;

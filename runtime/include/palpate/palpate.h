@@ -781,13 +781,13 @@ typedef struct palpate_contacts {
   int32_t field_nodes;          /* nodes that have such a displacement: those of the scene's shape; else 0        */
   int32_t deformation_steps;    /* LARGE: quasi-Newton steps that this step took; else 0. LARGE_BESIDE: this and the
                                    next two are those of the newest solution                                      */
-  int32_t field_adds;           /* 1: the displacements behind field_offset add to the superposition of the contact nodes
+  int32_t field_adds;          /* 1: the displacements behind field_offset add to the superposition of the contact nodes
                                    (LARGE_BESIDE and LARGE_RENEWED); 0: they are all of it (LARGE), or there are none.
                                    A scene whose deformation is of the other kind refuses them as bad input       */
-  double deformation_residual;  /* LARGE: square root of the share of the energy that one more of them would find  */
-  double least_volume;          /* LARGE: smallest volume of a tetrahedron, over its volume at rest; else 1       */
-  uint32_t motions_offset;      /* of the amounts of the motions in this step, from the begin of the head; 0: none */
-  int32_t motion_count;         /* amounts: all motions of the bundle where the scene has motions, else 0         */
+  double deformation_residual; /* LARGE: square root of the share of the energy that one more of them would find  */
+  double least_volume;         /* LARGE: smallest volume of a tetrahedron, over its volume at rest; else 1       */
+  uint32_t motions_offset;     /* of the amounts of the motions in this step, from the begin of the head; 0: none */
+  int32_t motion_count;        /* amounts: all motions of the bundle where the scene has motions, else 0         */
 } palpate_contacts;
 
 /* Bytes of a palpate_contacts with room for PALPATE_MAX_TOOLS tools and the scene's max_contact_nodes, and under LARGE for the
@@ -858,7 +858,7 @@ typedef uint32_t palpate_step_flags;
 /* The touch step: finds the contacts of the tools, solves for u~ (eqs 7 and 8 of the paper) and for the forces.
  * tools: [tool_count], in any order (palpate_tool.id). A tool that is not sent has no force from that step on. Two tools with
  * one id, an id below -1, or tools with different struct_bytes: bad input, and all tools keep their last good input.
- * dt: s since the last touch step, 1e-300 .. 1e6, else bad input; for force_slew more than 0.02 s counts as 0.02 s.
+ * dt: s since the last touch step, 1e-9 .. 1e6 (else bad input, and the last good one is taken); for force_slew more than 0.02 s counts as 0.02 s.
  * Always fills *contacts, which has contacts_bytes bytes and is 8-byte aligned. If contacts is NULL, not aligned or smaller
  * than palpate_contacts_bytes(scene), the step does nothing, writes nothing and returns BAD_INPUT. */
 PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
