@@ -858,7 +858,7 @@ typedef uint32_t palpate_step_flags;
 /* The touch step: finds the contacts of the tools, solves for u~ (eqs 7 and 8 of the paper) and for the forces.
  * tools: [tool_count], in any order (palpate_tool.id). A tool that is not sent has no force from that step on. Two tools with
  * one id, an id below -1, or tools with different struct_bytes: bad input, and all tools keep their last good input.
- * dt: s since the last touch step, 1e-9 .. 1e6 (else bad input, and the last good one is taken); for force_slew more than 0.02 s counts as 0.02 s.
+ * dt: s since the last touch step, 1e-300 .. 1e6, else bad input; for force_slew more than 0.02 s counts as 0.02 s.
  * Always fills *contacts, which has contacts_bytes bytes and is 8-byte aligned. If contacts is NULL, not aligned or smaller
  * than palpate_contacts_bytes(scene), the step does nothing, writes nothing and returns BAD_INPUT. */
 PALPATE_API palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count,
