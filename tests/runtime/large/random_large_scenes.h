@@ -28,8 +28,9 @@ class RandomLargeScenes {
   // A step without a flag is within these shares of Newton's field and force: three times what kUnfinished leaves of the energy's norm, which
   // is the field's; a force misses more where the tool lies at the edge of its friction.
   static constexpr double kTrustedField = 0.1, kTrustedForce = 0.25;
-  // Energy that no work explains. The work of a step is that of the mean of two forces: a tool that jumps has others between.
-  static constexpr double kMostGain = 0.25;
+  // Energy that no work explains. The work of a step is that of the mean of two forces: a tool that jumps, and a contact that goes on to
+  // the next node, have others between.
+  static constexpr double kMostGain = 0.5;
 
   // told(sentence): of each find.
   template <class Told>
