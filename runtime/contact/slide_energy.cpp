@@ -97,13 +97,13 @@ bool SlideEnergy::give_way(const ContactSolver& solver, const ContactConstraints
   if (!sum.known || !(sum.stored > 0)) return false;
   const double excess = sum.created - lost_;
   if (!(excess > kTolerance * sum.stored)) return false;
-  shorten(solver, acting, sliding, excess - 0.5 * kTolerance * sum.stored, sum, rows);
+  shorten(solver, acting, sliding, excess - 0.5 * kTolerance * sum.stored, sum, &rows);
   return true;
 }
 
 // The energy goes with the square of the targets. Contacts that have moved bear it, if they hold as much.
 void SlideEnergy::shorten(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
-                          double excess, const Sum& sum, ContactRows& rows) const {
+                          double excess, const Sum& sum, ContactRows* rows) const {
   const bool moved_bear = sum.moved > excess;
   const double kept = std::sqrt(std::max(0.0, 1 - excess / (moved_bear ? sum.moved : sum.stored)));
   for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
@@ -118,7 +118,7 @@ void SlideEnergy::shorten(const ContactSolver& solver, const ContactConstraints&
       shorter.y = shorter.z = 0;
       *sliding[p].slack += constraint.share * shorter.x;
     }
-    rows.set_target(p, rows.set().target[p] - shorter);
+    if (rows) rows->set_target(p, rows->set().target[p] - shorter);
   }
 }
 
@@ -155,6 +155,8 @@ bool SlideEnergy::end(const ContactSolver& solver, const ContactConstraints& act
     held.force = in_organ(constraint, reaction), held.at = sliding[p].at, held.axis = sliding[p].axis;
   }
   lengthen(acting, sliding, sum.stored);
+  if (met && -lost_ > kTolerance * sum.stored)
+    shorten(solver, acting, sliding, -lost_ - 0.5 * kTolerance * sum.stored, sum, nullptr);
   return lost_ >= -kTold * sum.stored;
 }
 

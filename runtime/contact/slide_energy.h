@@ -35,7 +35,7 @@ class SlideEnergy {
   // `rows` now, so that the step is to be solved again. Cost: some 50 operations for each constraint.
   bool give_way(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
                 ContactRows& rows);
-  // After the last solve of a step. False where contacts have given more energy than the tolerance allows.
+  // After the last solve of a step. What is still given too much is taken back in the next one. False where contacts have given more energy than the tolerance allows.
   // met: the solution meets its targets and laws. Else it costs rows^2 multiply-adds.
   bool end(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool met);
 
@@ -59,7 +59,7 @@ class SlideEnergy {
   };
   Sum sum_up(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool met) const;
   void shorten(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, double excess,
-               const Sum& sum, ContactRows& rows) const;
+               const Sum& sum, ContactRows* rows) const;
   void lengthen(const ContactConstraints& acting, const Sliding* sliding, double stored) const;
 
   Held* held_ = nullptr;  // [constraint_capacity]

@@ -505,7 +505,10 @@ class Touch {
   void end_slide_energy(ContactSolver::Outcome outcome) {
     note_sliding(*acting_);
     SlideEnergy& energy = touch_state_.slide_energy;
-    if (energy.end(touch_state_.solver, *acting_, energy.sliding(), is_trusted(outcome))) return;
+    const Operations rows = touch_state_.solver.rows_end(), cost = is_trusted(outcome) ? 0 : rows * rows / kDense;
+    const bool met = cost == 0 || cost > touch_state_.work.left();
+    if (!met) touch_state_.work.add(cost);
+    if (energy.end(touch_state_.solver, *acting_, energy.sliding(), met)) return;
     for (std::int32_t p = 0; p < acting_->constraint_count; ++p)
       if (energy.sliding()[p].slides()) raise(owner_of(acting_->constraints[p]), PALPATE_STEP_SOLVE_INEXACT);
   }
