@@ -219,6 +219,25 @@ TEST(IncludeTable, HoldsInEveryFolder) {
   }
 }
 
+// formats/program.cpp and command_line.cpp know what to do where stderr or stdout takes nothing.
+TEST(IncludeTable, EveryProgramPrintsAndEndsThroughFormats) {
+  const std::filesystem::path root = PALPATE_SOURCE_FOLDER;
+  const std::regex own_errors("print\\(stderr|std::cerr|(fprintf|fputs|fwrite|putc)\\(.*\\bstderr|\\bperror\\(");
+  int programs = 0;
+  for (const std::string folder : {"formats", "meshing", "precompute", "programs", "studies"})
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
+      const std::string file = std::filesystem::relative(entry.path(), root).generic_string();
+      if (!entry.path().string().ends_with(".cpp") || file == "formats/program.cpp") continue;
+      std::ifstream in(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(in), {}};
+      EXPECT_FALSE(std::regex_search(text, own_errors)) << file << ": say, note and warn of formats/program.h do that";
+      if (text.find("\nint main(") == std::string::npos) continue;
+      ++programs;
+      EXPECT_NE(text.find("run_program("), std::string::npos) << file;
+    }
+  EXPECT_GE(programs, 12);
+}
+
 TEST(IncludeTable, TellsLibrariesApart) {
   EXPECT_EQ(library_of("vector"), "system");
   EXPECT_EQ(library_of("sys/mman.h"), "system");
