@@ -109,7 +109,7 @@ TEST(LargeLaws, ASmallPushAndDragIsTheLinearOne) {
 // Discs that overlap share what the mesh does not resolve (disc_compliance.h). The second one presses less deep, so that it slips while
 // the first one sticks.
 TEST(LargeLaws, ASmallPushAndDragOfDiscsThatOverlapIsTheLinearOne) {
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB})
     for (const double apart : {0.0, 0.002}) {
       Vector3d force[3][3];
       const Vector3d aside(0, apart, 0);
@@ -134,7 +134,7 @@ TEST(LargeLaws, ASmallPushAndDragOfDiscsThatOverlapIsTheLinearOne) {
               << law << form << apart;
         }
       // A second disc at the same place, a little less deep, adds next to nothing: the first one is already there.
-      if (apart == 0 && law == PALPATE_LAW_UNILATERAL)
+      if (apart == 0 && law == PALPATE_LAW_COULOMB)
         EXPECT_NEAR(force[2][1].norm(), force[1][1].norm(), 0.01 * force[1][1].norm());
     }
 }
