@@ -109,6 +109,11 @@ class ContactSolver {
   void set_reaction(std::int32_t row, double reaction, double coarse) {
     reaction_[row] = reaction, coarse_[row] = coarse;
   }
+  // m/N, between the first rows of two constraints; 0 where one has none.
+  double compliance(std::int32_t p, std::int32_t q) const {
+    const std::int32_t row = rows_[p].at[0], column = rows_[q].at[0];
+    return row < 0 || column < 0 ? 0 : matrix_row(row)[column];
+  }
   // m, of constraint p under the reactions that are set, along the rows of its frame.
   Vec3 reached(std::int32_t p) const;
 

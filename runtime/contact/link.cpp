@@ -95,7 +95,7 @@ void start_link(Link& link, const palpate_link& given, std::int32_t index) {
   link.given = given;
   link.along = {}, link.rest_length = given.rest_length, link.own = Mat3{}, link.taut = 0, link.row_of = -1;
   for (LinkEnd& end : link.ends) end.driven = end.moved = {};
-  link.fresh = 1, link.before = PALPATE_LINK_SLACK, link.path = -INFINITY;
+  link.fresh = 1, link.before = PALPATE_LINK_SLACK, link.path = -INFINITY, link.uneven = 0, link.share = 1;
   link.state = {};
   link.state.id = id_of(given, index);
   link.state.rest_length = given.rest_length;

@@ -6,6 +6,8 @@
 // All places of a link are in one frame: that of its organ, or the world's for links between organs.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "runtime/contact/contact_rows.h"
@@ -17,6 +19,8 @@ namespace palpate {
 
 // What a link is and what the steps have left of it: a saved state holds all of it.
 struct Link {
+  static constexpr double kLeastShare = 1.0 / 32,
+                          kOnward = 1.1;  // of `share`: the least, and how it grows while tensions come nearer
   palpate_link given = {};
   LinkEnd ends[2];
   Vec3 along;                // unit, t; zero: not known yet
@@ -28,7 +32,10 @@ struct Link {
   palpate_link_condition before = PALPATE_LINK_SLACK;  // the step before
   double reach =
       0;  // m / sqrt(J): a field of that norm moves one end against the other at most by reach norm (surface_tree.h)
-  double path = 0;  // sqrt(J), of the field's changes, when its ends were found
+  double path = 0;    // sqrt(J), of the field's changes, when its ends were found
+  double uneven = 0;  // N, by how much its tension was above that of its whole thread
+  double share =
+      1;  // of a thread's first part: of the lengths that would make its tensions equal, the share that moved
   palpate_link_state state = {};
 
   // m, from the first end to the second one.
@@ -96,7 +103,58 @@ struct SolvedContacts {
 // m: by how much they have moved an end; zero where that is not finite. first: its first node among theirs; -1: the link has no rows.
 // Cost: for each node of the end 9 multiply-adds for each contact node.
 Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first);
-// Lets two neighbours on one thread share its length.
+// Lets two neighbours on one thread share its length, of which one is slack or broken.
 void run_on(Link& one, Link& next);
+
+// Lets the `count` parts of one thread, which all have rows, share its length. With A the compliance between their rows, changes dL of their
+// lengths change the tensions T by -A^-1 dL. So dL = A (T - t), t the same for all, makes them equal to t; the sum of dL is zero.
+// Where contacts hold the tissue beside, that is too much: where the tensions turn back, a smaller share of dL moves.
+// part(i): Link&; compliance(i, j): m/N. Cost: two entries for each pair of parts.
+template <class Part, class Compliance>
+void share_length(std::int32_t count, const Part& part, const Compliance& compliance) {
+  double sum = 0, whole = 0;
+  for (std::int32_t i = 0; i < count; ++i)
+    for (std::int32_t j = 0; j < count; ++j) {
+      const double c = compliance(i, j);
+      sum += c * part(j).state.tension, whole += c;
+    }
+  if (!(whole > 0) || !std::isfinite(sum)) return;
+  const double level = sum / whole;
+  double agrees = 0;
+  for (std::int32_t i = 0; i < count; ++i) {
+    const double uneven = part(i).state.tension - level;
+    agrees += uneven * part(i).uneven, part(i).uneven = uneven;
+  }
+  double& share = part(0).share;
+  share = agrees < 0 ? std::max(Link::kLeastShare, 0.5 * share) : std::min(1.0, Link::kOnward * share);
+  const auto way_of = [&](std::int32_t i) {
+    double way = 0;
+    for (std::int32_t j = 0; j < count; ++j) way += compliance(i, j) * part(j).uneven;
+    return way;
+  };
+  double within = share;  // no length falls below zero
+  for (std::int32_t i = 0; i < count; ++i)
+    if (const double way = way_of(i); - way * within > part(i).rest_length) within = part(i).rest_length / -way;
+  for (std::int32_t i = 0; i < count; ++i)
+    part(i).rest_length = std::max(0.0, part(i).rest_length + within * way_of(i));
+}
+
+// A step of all threads in a list of `count` links. link(i): Link&; compliance(i, j): m/N, between the rows of two links that have some.
+template <class LinkAt, class Compliance>
+void run_threads(std::int32_t count, const LinkAt& link, const Compliance& compliance) {
+  const auto runs = [&](std::int32_t i) {
+    return i + 1 < count && link(i).given.runs_on && link(i).row_of >= 0 && link(i + 1).row_of >= 0 &&
+           link(i).state.condition != PALPATE_LINK_BROKEN && link(i + 1).state.condition != PALPATE_LINK_BROKEN;
+  };
+  for (std::int32_t first = 0, end = 0; first < count; first = end) {
+    for (end = first + 1; runs(end - 1);) ++end;
+    if (end - first > 1)
+      share_length(
+          end - first, [&](std::int32_t i) -> Link& { return link(first + i); },
+          [&](std::int32_t i, std::int32_t j) { return compliance(first + i, first + j); });
+    if (end < count && link(end - 1).given.runs_on) run_on(link(end - 1), link(end));
+  }
+  for (std::int32_t i = 0; i < count; ++i) link(i).state.rest_length = link(i).rest_length;
+}
 
 }  // namespace palpate

@@ -199,9 +199,9 @@ std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, 
     }
     link.path = path_;
   }
-  for (std::int32_t i = 0; i + 1 < count_; ++i)
-    if (links_[i].given.runs_on) run_on(links_[i], links_[i + 1]);
-  for (std::int32_t i = 0; i < count_; ++i) links_[i].state.rest_length = links_[i].rest_length;
+  run_threads(
+      count_, [&](std::int32_t i) -> Link& { return links_[i]; },
+      [&](std::int32_t i, std::int32_t j) { return solver.compliance(links_[i].row_of, links_[j].row_of); });
   return flags;
 }
 

@@ -92,6 +92,8 @@ class Needles {
   // In this step: its tip has pierced the surface, so that the tissue may push and draw it; it is there, or presses the surface.
   bool is_in_tissue(std::int32_t t) const { return needles_[t].pierced != 0; }
   bool touches(std::int32_t t) const { return needles_[t].touches != 0; }
+  // m, of a node that a needle may hold.
+  Vec3 at_rest(std::int32_t node) const { return load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(node)); }
   // Of a constraint: the place of the tool whose needle it belongs to.
   static std::int32_t tool_of(std::int32_t point) { return point / kPointsOfOne; }
   static std::int32_t constraints_of_one(std::int32_t most_places) { return most_places + 2; }

@@ -318,7 +318,7 @@ bool PairSearch::stands(const OrganGroup& group, Vec3 at, OrganPair* pair, doubl
 // has come out beside its place is no longer held by it.
 bool PairSearch::keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at, bool outside) const {
   Vec3 outward;
-  return pair.reaction.x > 0 &&
+  return !group.second && pair.reaction.x > 0 &&
          length(at - place_now(group, pair, &outward)) < (outside ? kStays * group.margin : group.reach);
 }
 

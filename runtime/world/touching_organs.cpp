@@ -13,9 +13,6 @@ constexpr double kRounding = 1e-9;
 // force presses.
 constexpr double kGive = 0.05;
 
-// Where both organs' vertices hold the same place
-constexpr double kGiveOfSecond = 0;
-
 // Steps for which a pair that has ceased to press keeps its friction. So a pair that presses in every second step holds as firmly as a pair
 // that presses in every step.
 constexpr std::int16_t kRubs = 10;
@@ -115,7 +112,6 @@ void TouchingOrgans::request_pairs() {
       const double moves = moving_share(touch(group.b), pair);
       joint.give = kGive / (moves * moves);
     }
-    if (group.second) joint.give = std::max(joint.give, kGiveOfSecond);
     joint.reaction = pair.reaction;
   }
 }
@@ -137,6 +133,8 @@ std::uint32_t TouchingOrgans::solve_slipping(const std::int32_t* members, std::i
                                              std::int64_t operations) {
   bool met = true;
   for (int solve = 0; solve < kMostSlipSolves; ++solve) {
+    // A grasp that slips has moved its targets.
+    for (std::int32_t m = 0; m < count && solve > 0; ++m) acting(members[m]);
     met = joint_.solve(member_, count, together_, pair_count, operations);
     sweeps_ += joint_.effort().sweeps + joint_.effort().newton_steps;
     bool slips = false;

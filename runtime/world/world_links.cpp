@@ -217,6 +217,16 @@ Mat3 WorldLinks::compliance_of(const WorldLink& of) const {
   return sum;
 }
 
+// m/N, between the rows of two links.
+double WorldLinks::compliance_between(const WorldLink& one, const WorldLink& other) const {
+  double sum = 0;
+  for (int side = 0; side < 2; ++side)
+    for (int of_other = 0; of_other < 2; ++of_other)
+      if (one.constraint[side] >= 0 && other.constraint[of_other] >= 0 && one.organ[side] == other.organ[of_other])
+        sum += touch(one, side).solver.compliance(one.constraint[side], other.constraint[of_other]);
+  return sum;
+}
+
 // What the contacts of the step have moved an end by, in the frame of its organ.
 void WorldLinks::move_end(WorldLink& of, int e) const {
   const palpate_scene& organ = *organs_[of.organ[e]];
@@ -244,9 +254,9 @@ std::uint32_t WorldLinks::end(const bool* solved, std::uint64_t step) {
     for (int e = 0; e < 2; ++e) move_end(of, e);
     place_ends(of);
   }
-  for (std::int32_t i = 0; i + 1 < count_; ++i)
-    if (links_[i].link.given.runs_on) run_on(links_[i].link, links_[i + 1].link);
-  for (std::int32_t i = 0; i < count_; ++i) links_[i].link.state.rest_length = links_[i].link.rest_length;
+  run_threads(
+      count_, [&](std::int32_t i) -> Link& { return links_[i].link; },
+      [&](std::int32_t i, std::int32_t j) { return compliance_between(links_[i], links_[j]); });
   return flags;
 }
 

@@ -62,6 +62,7 @@ class WorldLinks {
   bool request(WorldLink& of, std::int32_t i);
   void move_end(WorldLink& of, int e) const;
   Mat3 compliance_of(const WorldLink& of) const;
+  double compliance_between(const WorldLink& one, const WorldLink& other) const;
 
   palpate_scene* const* organs_ = nullptr;
   std::int32_t organ_count_ = 0, capacity_ = 0, count_ = 0, most_nodes_ = 3;

@@ -117,15 +117,20 @@ class WorldTouch {
     return begin + static_cast<std::size_t>(out_.pair_count) * sizeof(palpate_world_pair);
   }
 
+  // A needle holds nodes inside of the organ, too.
   static void sum_organ(const palpate_scene& scene, const palpate_contacts& contacts,
                         palpate_world_organ_state& state) {
     Vec3 force, torque;
     const palpate_contact_node* const nodes = nodes_behind(contacts);
     for (std::int32_t e = 0; e < contacts.node_count; ++e) {
-      if (nodes[e].tool < 0) continue;
+      const bool of_needle = nodes[e].tool == kToolOfNeedleNodes;
+      if (nodes[e].tool < 0 && !of_needle) continue;
       const Vec3 f = load3(nodes[e].force);
       force += f;
-      if (scene.touch.rest) torque += cross(load3(scene.touch.rest + 3 * static_cast<std::size_t>(nodes[e].node)), f);
+      if (of_needle)
+        torque += cross(scene.touch.needles.at_rest(nodes[e].node), f);
+      else if (scene.touch.rest)
+        torque += cross(load3(scene.touch.rest + 3 * static_cast<std::size_t>(nodes[e].node)), f);
     }
     store3(scene.touch.organ.vector_to_world(force), state.force);
     store3(scene.touch.organ.vector_to_world(torque), state.torque);
