@@ -182,8 +182,9 @@ class RandomLargeScenes {
                 body.row_forces()[r] * rows.weights[rows.rows[r].first + e] * rows.rows[r].direction[i];
       const double energy = body_.reference.energy(u, &of_energy);
       account_.add(energy, f, u);
-      finds->worst_gain = std::max(finds->worst_gain, account_.gained());
-      if (account_.gained() > kMostGain && !told_gain_) {
+      // Between two solutions beside the touch are several steps, of which their forces do not tell the work.
+      if (!beside_) finds->worst_gain = std::max(finds->worst_gain, account_.gained());
+      if (!beside_ && account_.gained() > kMostGain && !told_gain_) {
         told_gain_ = true;
         find(k, fmt::format("{:.1f} % of the energy came without work", 100 * account_.gained()), finds, told);
       }
@@ -243,7 +244,7 @@ class RandomLargeScenes {
       Eigen::VectorXd exact, force;
       bool known = false;
       // From the state itself, where it is sound; else from rest in steps.
-      for (const int moves : {1, 8, 32}) {
+      for (const int moves : {1, 8}) {
         exact = moves == 1 ? u : Eigen::VectorXd(Eigen::VectorXd::Zero(3 * count_));
         try {
           for (int i = 1; i <= moves; ++i) force = body_.reference.solve(w, target * i / moves, &exact, 1e-7, c);
