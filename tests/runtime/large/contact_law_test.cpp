@@ -134,8 +134,9 @@ TEST(LargeLaws, ASmallPushAndDragOfDiscsThatOverlapIsTheLinearOne) {
               << law << form << apart;
         }
       // A second disc at the same place, a little less deep, adds next to nothing: the first one is already there.
-      if (apart == 0 && law == PALPATE_LAW_COULOMB)
+      if (apart == 0 && law == PALPATE_LAW_COULOMB) {
         EXPECT_NEAR(force[2][1].norm(), force[1][1].norm(), 0.01 * force[1][1].norm());
+      }
     }
 }
 
