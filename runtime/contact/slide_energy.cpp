@@ -65,7 +65,8 @@ SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactC
   const Held *before = held_, *const end = held_ + count_;
   const auto leave = [&] {
     sum.created -= before->energy;
-    sum.known = sum.known && (before++)->slides;
+    sum.known = sum.known && before->slides;
+    ++before;
   };
   for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
     const ContactConstraint& constraint = acting.constraints[p];
