@@ -468,6 +468,11 @@ class Touch {
     }
     return outcome;
   }
+  // A needle that nothing brakes. Of others friction and cutting take more than new places may give.
+  bool is_free(std::int32_t t) const {
+    const palpate_needle& needle = touch_state_.input.tool(t).needle;
+    return !has_motions(context_.def) && needle.friction == 0 && needle.cutting_force == 0;
+  }
   // For SlideEnergy, what it is to know about the constraints. False where none slides.
   bool note_sliding(const ContactConstraints& set) {
     bool any = false;
@@ -475,10 +480,12 @@ class Touch {
       const ContactConstraint& constraint = set.constraints[p];
       SlideEnergy::Sliding& sliding = touch_state_.slide_energy.sliding()[p];
       sliding = {};
-      if (constraint.tool == kToolOfNeedles) {
+      if (constraint.tool == kToolOfNeedles && is_free(Needles::tool_of(constraint.point))) {
         NeedlePlace& place = touch_state_.needles.place_of(constraint.point);
         const NeedleInTissue& needle = touch_state_.needles.needle_of(constraint.point);
-        sliding.aside = &place.aside, sliding.at = sliding.from = needle.position;
+        // The tip begins where it meets the surface, a place where the needle is.
+        sliding.aside = &place.aside, sliding.at = needle.position;
+        sliding.from = &place == &needle.tip ? place.rest : needle.position;
         sliding.axis = needle.axis, sliding.reach = &place == &needle.tip ? 0 : place.held;
         any = true;
       }
