@@ -4,6 +4,7 @@ namespace palpate {
 namespace {
 
 constexpr double kSmooth = 0.9063;  // cosine of 25 degrees
+constexpr double kFolded = 0.5;     // cosine of 60 degrees
 
 }  // namespace
 
@@ -47,7 +48,8 @@ Vec3 OrganSurface::normal(const SurfacePoint& place, Vec3 flat, DeformedSurface&
     Vec3 of_corner = flat;
     if (is_smooth(n, flat_at_rest)) {
       if (seen_[n] != step_) seen_[n] = step_, now_[n] = now.normal(n);
-      of_corner = now_[n];
+      // Where the surface is folded, a normal between both sides of the fold says little.
+      if (dot(now_[n], flat) > kFolded) of_corner = now_[n];
     }
     sum += place.barycentric[v] * of_corner;
   }

@@ -1,6 +1,6 @@
 // Which places of two organs are so near that they may touch: pairs of a vertex of one organ and a place on the other one.
 //
-// Of two organs the one with the shorter edges carries the pairs, so that each part of the surface is held once. A vertex is looked at
+// The vertices of both organs have pairs. A vertex is looked at
 // again when a bound on how far it and the other organ have moved has grown by its distance, less a margin. Vertices that are held fixed
 // carry pairs too: such a pair presses the other organ alone.
 #pragma once

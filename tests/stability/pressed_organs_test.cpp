@@ -146,7 +146,7 @@ TEST(StabilityPressedOrgans, TenOrgansInAHeap) {
     told.add(organs, organs.step(), bodies);
   };
   for (int s = 0; s <= 15; ++s) press(kPush * s / 15);
-  for (int s = 0; s < 30; ++s) press(kPush);
+  for (int s = 0; s < 200; ++s) press(kPush);
   Vector3d rest[kOrgans];
   for (int k = 0; k < kOrgans; ++k) rest[k] = organs.pressed(k);
   double swing = 0;

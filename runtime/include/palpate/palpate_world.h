@@ -99,8 +99,7 @@ PALPATE_API palpate_pass_work palpate_world_predict_pass(const palpate_world* wo
 /* palpate_watch_passes of all organs and the world; pass: the index in palpate_world_plan. */
 PALPATE_API void palpate_world_watch_passes(palpate_world* world, palpate_pass_watcher watcher, void* user);
 
-/* Organs that touch (max_pairs above 0): of two organs, the vertices of the one with the shorter edges may not pass through the other
- * one's surface. They press without pulling, with friction where there is some, and all contacts of organs that touch, those of tools too,
+/* Organs that touch (max_pairs above 0): the vertices of each organ may not pass through the surface of another one. They press without pulling, with friction where there is some, and all contacts of organs that touch, those of tools too,
  * are solved as one system.
  * - Where organs overlap as they stand when the world is created, as organs of one image do by a voxel or two, the overlap counts as
  *   touching until they part there. The log of the organ's bundle tells it, and so does palpate_world_pair.overlap.
@@ -190,7 +189,8 @@ typedef struct palpate_world_pair {
   double place[3];       /* m, in the world: where the place on organ[1] rests                                      */
   double normal[3];      /* unit, in the world: outward from organ[1]                                               */
   double force[3];       /* N, in the world, on organ[0]; organ[1] has the opposite. Zero where they do not touch   */
-  double pressure;       /* Pa: the force along the normal over the vertex's share of the surface                   */
+  double pressure;       /* Pa: the force along the normal over the vertex's share of its organ's surface; where vertices of
+                            both organs press, each pair has a part of the pressure                                  */
   double gap;            /* m: between the two along the normal after this step; 0 where they press, but for rounding */
   double overlap;        /* m, by which the organs overlap there where they rest, and which counts as touching      */
 } palpate_world_pair;

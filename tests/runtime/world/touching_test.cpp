@@ -82,7 +82,8 @@ TEST(Touching, AHeldFacePressesAnotherOrganAsARigidPunch) {
     for (int s = 0; s < 6; ++s) flags = blocks.step();
     EXPECT_EQ(flags, 0u);
     const double expected = unilateral(c, Eigen::VectorXd::Constant(c.rows(), pushed)).sum();
-    EXPECT_NEAR(blocks.pressed(0).z() / expected, 1, 0.03) << pushed;  // as of blocks that both give way
+    // The normals below the punch's border lean by up to 7 degrees, halfway to the surface beside it; those of the full solve stand.
+    EXPECT_NEAR(blocks.pressed(0).z() / expected, 1, 0.04) << pushed;
     EXPECT_LT(Vector3d(blocks.pressed(0) + blocks.pressed(1)).norm(), 1e-12 * expected);
     // A held vertex sinks in by 5 % at most of what its own force presses.
     for (std::int32_t i = 0; i < blocks.contacts->get()->pair_count; ++i) EXPECT_GT(blocks.pair(i).gap, -0.05 * pushed);
