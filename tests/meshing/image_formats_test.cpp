@@ -106,7 +106,8 @@ class ImageFormats : public testing::Test {
     const auto vector = [&](Point p) {
       std::string text = triple({x * p[0], y * p[1], p[2]});
       std::replace(text.begin(), text.end(), ' ', ',');
-      return "(" + text + scale + ")";
+      std::string bracketed = "(";
+      return bracketed.append(text).append(scale).append(")");
     };
     return "NRRD0004\ntype: uint8\ndimension: 3\nspace: " + space + "\nsizes: " + sizes_of(image_) +
            "\nspace directions: " + vector(image_.grid.axis[0]) + " " + vector(image_.grid.axis[1]) + " " +
@@ -295,8 +296,9 @@ TEST_F(ImageFormats, NumbersOfEachTypeAndByteOrderAreRead) {
 TEST_F(ImageFormats, VoxelsAsTextAndAsHexadecimalDigitsAreRead) {
   std::string text, hex;
   for (const std::uint8_t label : image_.values) {
-    text += (text.empty() ? "" : text.size() % 7 ? " " : "\n") + std::string(label == 2 ? "+2" : std::to_string(label));
-    hex += "0" + std::to_string(label) + (hex.size() % 70 == 0 ? "\n" : "");
+    const std::string digits = std::to_string(label);
+    text.append(text.size() % 7 ? " " : "\n").append(label == 2 ? "+" : "").append(digits);
+    hex.append("0").append(digits).append(hex.size() % 7 ? "" : "\n");
   }
   const std::string nrrd_text = with_voxels(replaced(nrrd_, "encoding: raw", "encoding: ascii"), text);
   const std::string nrrd_hex = with_voxels(replaced(nrrd_, "encoding: raw", "encoding: hex"), hex);
