@@ -343,8 +343,10 @@ class Touch {
     if (!wish.slide || set.constraints[p].tool != wish.tool || !set.place[p].known) return;
     state.slack = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
   }
+  // The scene's own definition keeps no fine surface, so the rows tell.
+  bool discs_slide() const { return kHasEffects && touch_state_.rows.set().place; }
   bool slides_almost_freely(const Tool& tool) const {
-    return discs_may_slide(context_.def) && tool.disc_radius > 0 &&
+    return discs_slide() && tool.disc_radius > 0 &&
            (context_.def.law != PALPATE_LAW_COULOMB || tool.friction < kAlmostFree);
   }
 
@@ -674,7 +676,7 @@ class Touch {
                                touch_state_.work.debts_left(), &work);
       touch_state_.work.owe(work);
     }
-    if (discs_may_slide(context_.def)) ride_discs(outcome != ContactSolver::Outcome::unsolved);
+    if (discs_slide()) ride_discs(outcome != ContactSolver::Outcome::unsolved);
     if (contacts_may_give_way(context_.def) && outcome != ContactSolver::Outcome::unsolved) move_slipped_anchors();
   }
 

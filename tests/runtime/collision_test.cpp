@@ -412,9 +412,11 @@ TEST(Collision, OfTwoToolsThatPressAThinPartAwayFromEachOtherDoesNotEndAndBeginI
       // A disc that slides off an edge meets the next face again, so some beginnings are right: at most 12, 22 and 671 are found.
       // With earlier rules: sliding contacts that ended by the others' forces had 296, 1780 and 5945; anchors that followed the
       // tool by the whole way 24; sticking contacts without predict_without 280; slipping ones predicted without their law 16.
-      EXPECT_LE(unrest.worst, 14) << law << pinched;
-      EXPECT_LE(unrest.again, 30) << law << pinched;
-      EXPECT_LE(unrest.jumps, 800) << law << pinched;
+      // Discs without friction go to where their mean place is, so they reach the edges of a bar as thin as they are more often: 22, 58, 1858.
+      const bool freely = law == PALPATE_LAW_SLIDING || law == PALPATE_LAW_UNILATERAL;
+      EXPECT_LE(unrest.worst, freely ? 25 : 14) << law << pinched;
+      EXPECT_LE(unrest.again, freely ? 65 : 30) << law << pinched;
+      EXPECT_LE(unrest.jumps, freely ? 2100 : 800) << law << pinched;
       EXPECT_GE(unrest.least, 140) << law << pinched;  // of 160, where all touch
     }
 }
