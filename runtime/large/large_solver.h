@@ -65,7 +65,7 @@ class LargeSolver {
   // Fewer steps than kFewestSteps do not bring a body back that a contact has disturbed: the next step disturbs it again.
   static constexpr int kMostSteps = 8, kFewestSteps = 3;
   // A state is solved where its residual (LargeOutcome) is below this; where targets stand still, below kStillTolerance.
-  static constexpr double kTolerance = 0.01, kStillTolerance = 0.003;
+  static constexpr double kTolerance = 0.01, kStillTolerance = 0.001;
   // A step that has given the body energy and ends with a larger residual than this is undone. So the energy grows along states near
   // equilibrium alone, whatever contacts do. The next step goes on by a part of its way.
   static constexpr double kLost = 0.5;
