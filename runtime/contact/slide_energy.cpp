@@ -77,7 +77,7 @@ SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactC
     sum.created += energy - (had ? before->energy : 0);
     if (sliding[p].slides()) {
       const Sliding& now = sliding[p];
-      sum.stored += energy;
+      sum.stored += energy, sum.begins = sum.begins || !had;
       if (!solver.stayed(p)) sum.moved += energy;
       sum.created -= had ? 0.5 * dot(force + before->force, now.at - before->at + now.reach * (now.axis - before->axis))
                          : 0.5 * dot(force, now.at - now.from);
@@ -158,7 +158,7 @@ bool SlideEnergy::end(const ContactSolver& solver, const ContactConstraints& act
   lengthen(acting, sliding, sum.stored);
   if (met && -lost_ > kTolerance * sum.stored)
     shorten(solver, acting, sliding, -lost_ - 0.5 * kTolerance * sum.stored, sum, nullptr);
-  return lost_ >= -kTold * sum.stored;
+  return sum.begins || lost_ >= -kTold * sum.stored;
 }
 
 }  // namespace palpate

@@ -35,7 +35,8 @@ class SlideEnergy {
   // `rows` now, so that the step is to be solved again. Cost: some 50 operations for each constraint.
   bool give_way(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
                 ContactRows& rows);
-  // After the last solve of a step. What is still given too much is taken back in the next one. False where contacts have given more energy than the tolerance allows.
+  // After the last solve of a step. What is still given too much is taken back in the next one. False where contacts have given more energy than
+  // the tolerance allows, but in a step in which one begins: the energy is next to nothing there, and so is what it is compared with.
   // met: the solution meets its targets and laws. Else it costs rows^2 multiply-adds.
   bool end(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool met);
 
@@ -52,6 +53,7 @@ class SlideEnergy {
   // J, of a step's solution.
   struct Sum {
     bool known = false;
+    bool begins = false;  // a contact that slides was not there in the last step
     double created =
         0;              // energy less work since the last step; not known where other constraints came, went or changed
     double stored = 0;  // in contacts that slide
