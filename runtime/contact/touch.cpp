@@ -252,6 +252,8 @@ class Touch {
       state.paid = state.owed, state.owed = false;
       if (!touch_state_.collision.move(state, p, t, i, tool.hold, limits)) raise(t, PALPATE_STEP_TRACKING_LOST);
       if (state.contact != was_in_contact) change_contact(state, state.contact);
+      // Where the last step left the disc, as the motions have moved it since then.
+      if (state.contact && !has_fine_contacts(touch_state_)) state.ridden += moved(state.anchor, &Motions::step_of);
       if (!state.contact || !follows || !may_slide(t, i)) continue;
       const SurfacePoint anchor = state.anchor;
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
@@ -564,12 +566,12 @@ class Touch {
     }
     return sum;
   }
-  Vec3 moved(const SurfacePoint& surface_point) const {
+  Vec3 moved(const SurfacePoint& surface_point, Vec3 (Motions::*by)(std::int32_t) const = &Motions::now) const {
     Vec3 sum;
     for (int v = 0; v < 3 && has_motions(context_.def); ++v)
       sum += surface_point.barycentric[v] *
-             touch_state_.motions.now(touch_state_.triangles[3 * static_cast<std::size_t>(surface_point.triangle) +
-                                                             static_cast<std::size_t>(v)]);
+             (touch_state_.motions.*by)(touch_state_.triangles[3 * static_cast<std::size_t>(surface_point.triangle) +
+                                                               static_cast<std::size_t>(v)]);
     return sum;
   }
 
