@@ -232,7 +232,6 @@ std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
     ContactConstraint& constraint = add_constraint(wish, part);
     for (int e = 0; e < grasp.count; ++e) add_held_node(wish, constraint, grasp.node[e], grasp.weight[part][e]);
     constraint.local = grasp.local[part];
-    if (part == 0) constraint.discs[0] = grasp.disc;
   }
   return set_.constraint_count - grasp.parts;
 }

@@ -67,7 +67,6 @@ struct GraspWish {
   std::int32_t count = 0, parts = 0;
   const double* weight[3] = {};  // [parts][count]
   Mat3 local[3];                 // m/N; of the gradients 1/(N m)
-  ContactDisc disc;              // in x, y, z
   Vec3 target[3];                // m; of the gradients without unit
 };
 

@@ -82,7 +82,7 @@ void find_grasp_patch(const DiscSource& source, const SurfacePoint& place, doubl
   std::copy(disc.node, disc.node + disc.count, patch->node);
   std::copy(disc.weight, disc.weight + disc.count, patch->weight[0]);
   find_gradients(source.rest, disc, patch);
-  patch->local[0] = disc.local, patch->disc = disc.disc;
+  patch->local[0] = disc.local;
   patch->local[1] = patch->local[2] = lacking_of_gradients(*source.measure, place, radius, disc.outward);
 }
 
