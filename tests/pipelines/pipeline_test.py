@@ -236,7 +236,7 @@ class Pipeline(unittest.TestCase):
         self.assertIn("0.005 mm/min: force within", said)
         self.assertIn("0.005 mm/min, relaxing: force within", said)
         work = os.path.join(self.data, "brain-cylinder", "3mm")
-        for played in glob.glob(os.path.join(work, "*", "scenes", "*")):
+        for played in glob.glob(os.path.join(work, "*", "scenes", "*", "")):
             self.assertEqual(summary_of(played)["warnings"], [], played)
         curve = read_rows(os.path.join(ROOT, "pipelines", "brain-cylinder", "curves", "swine-brain-500-mm-min.csv"))
         played = read_rows(os.path.join(work, "compression", "scenes", "compress", "forces.csv"))
