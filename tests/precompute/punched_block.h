@@ -121,8 +121,8 @@ class Punched {
     Eigen::Vector3d force, torque;
   };
   Felt grasp(Eigen::Vector3d at, double radius, Eigen::Vector3d way, Eigen::Vector3d turn) {
-    palpate_scene_reset(scene_.get());
-    Contacts contacts(scene_.get());
+    palpate_scene_reset(grasping_.get());
+    Contacts contacts(grasping_.get());
     palpate_grasp grasp = palpate_default_grasp();
     grasp.radius = radius;
     find_on_top(at, &grasp);
@@ -134,7 +134,7 @@ class Punched {
       const double angle = share * turn.norm();
       grasp.orientation[0] = std::cos(angle / 2);
       for (int d = 0; d < 3; ++d) grasp.orientation[1 + d] = angle > 0 ? std::sin(angle / 2) * turn.normalized()[d] : 0;
-      EXPECT_EQ(palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+      EXPECT_EQ(palpate_scene_touch(grasping_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
     }
     const palpate_tool_state& felt = *palpate_contacts_tool(contacts, 0);
     return {Eigen::Vector3d(felt.force_raw), Eigen::Vector3d(felt.torque_raw)};
@@ -168,9 +168,15 @@ class Punched {
     bundle_.reset(opened);
     palpate_scene_def def = unlimited_def();
     def.grasps = 1, def.max_tools = 4, def.torque_limit = def.torque_slew = INFINITY;
+    scene_ = scene_of(def);
+    def.max_tools = 1;
+    grasping_ = scene_of(def);
+  }
+  ScenePointer scene_of(const palpate_scene_def& def) const {
     palpate_scene* scene = nullptr;
-    if (palpate_scene_create(opened, &def, &scene, &error) != PALPATE_OK) throw std::runtime_error(error.text);
-    scene_.reset(scene);
+    palpate_error error = {};
+    if (palpate_scene_create(bundle_.get(), &def, &scene, &error) != PALPATE_OK) throw std::runtime_error(error.text);
+    return ScenePointer(scene);
   }
 
   double low_ = 0;                     // m, of the bottom
@@ -180,7 +186,7 @@ class Punched {
   std::vector<std::array<std::int32_t, 3>> triangles_;
   std::unique_ptr<AlignedBytes> bytes_;
   BundlePointer bundle_;
-  ScenePointer scene_;
+  ScenePointer scene_, grasping_;  // grasping_: one tool, whose jaws have all their nodes
 };
 
 // The distances of planes of nodes from the middle of the top: even cells of kEdge, then cells that grow, up to kReach edges, where
