@@ -189,10 +189,10 @@ typedef struct palpate_world_pair {
   double place[3];       /* m, in the world: where the place on organ[1] rests                                      */
   double normal[3];      /* unit, in the world: outward from organ[1]                                               */
   double force[3];       /* N, in the world, on organ[0]; organ[1] has the opposite. Zero where they do not touch   */
-  double pressure;       /* Pa: the force along the normal over the vertex's share of its organ's surface; where vertices of
+  double pressure; /* Pa: the force along the normal over the vertex's share of its organ's surface; where vertices of
                             both organs press, each pair has a part of the pressure                                  */
-  double gap;            /* m: between the two along the normal after this step; 0 where they press, but for rounding */
-  double overlap;        /* m, by which the organs overlap there where they rest, and which counts as touching      */
+  double gap;      /* m: between the two along the normal after this step; 0 where they press, but for rounding */
+  double overlap;  /* m, by which the organs overlap there where they rest, and which counts as touching      */
 } palpate_world_pair;
 
 /* The result of a touch step: plain data without pointers, as palpate_contacts is. In memory the head is followed by tool_count
