@@ -1,6 +1,6 @@
 #!/bin/sh
 # build_host.sh WAY PALPATE SOURCE FOLDER BUNDLE CMAKE: builds the README's examples as C99 and C++17 programs of a host and runs
-# them on BUNDLE. WAY: subdirectory-static, subdirectory-shared (PALPATE: the sources), package (CMake), or pkg-config with only a
+# them on BUNDLE. WAY: subdirectory (PALPATE: the sources), package (CMake), or pkg-config with only a
 # compiler (PALPATE: the prefix of an installation).
 # For another platform the environment has CMAKE_TOOLCHAIN_FILE, CC, CXX and OBJDUMP; RUN, the program that runs its programs; and
 # EXE, what their names end with.
@@ -9,15 +9,12 @@ way=$1 palpate=$2 source=$3 folder=$4 bundle=$5 cmake=$6
 rm -rf "$folder"
 mkdir -p "$folder"
 build_host() {
-  for language in C CXX; do
-    "$cmake" -S "$source/tests/embed/host" -B "$folder/$language" -G Ninja -DCMAKE_BUILD_TYPE=Release -DHOST_LANGUAGE=$language "$@"
-    "$cmake" --build "$folder/$language" -j 2
-    cp "$folder/$language/example${EXE:-}" "$folder/example_$language${EXE:-}"
-  done
+  "$cmake" -S "$source/tests/embed/host" -B "$folder/build" -G Ninja -DCMAKE_BUILD_TYPE=Release "$@"
+  "$cmake" --build "$folder/build" -j 2
+  cp "$folder/build/example_C${EXE:-}" "$folder/build/example_CXX${EXE:-}" "$folder"
 }
 case $way in
-  subdirectory-static) build_host -DPALPATE_SOURCE="$palpate" ;;
-  subdirectory-shared) build_host -DPALPATE_SOURCE="$palpate" -DBUILD_SHARED_LIBS=ON ;;
+  subdirectory) build_host -DPALPATE_SOURCE="$palpate" ;;
   package) build_host -DCMAKE_PREFIX_PATH="$palpate" ;;
   pkg-config)
     PKG_CONFIG_PATH=$(dirname "$(find "$palpate" -name palpate.pc)")

@@ -13,15 +13,8 @@ struct MovedBox : TouchedBody {
   DenseMotions motions;
 };
 
-inline palpate_scene_def moved_def() {
-  palpate_scene_def def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.motions = 1;
-  return def;
-}
+palpate_scene_def moved_def();
 
-inline void set_amounts(palpate_scene* scene, const Eigen::Vector4d& q) {
-  palpate_error error = {};
-  EXPECT_EQ(palpate_scene_set_motions(scene, q.data(), kMotions, &error), PALPATE_OK) << error.text;
-}
+void set_amounts(palpate_scene* scene, const Eigen::Vector4d& q);
 
 }  // namespace palpate::tests

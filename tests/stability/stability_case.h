@@ -27,52 +27,18 @@ class StabilityCase {
 
   // Passes if measured <= bound, which NaN never is. reason: where the bound comes from. The seconds of a figure are processor
   // time since the figure before.
-  void hold(const std::string& figure, double measured, double bound, const std::string& reason) {
-    const bool held = measured <= bound;
-    const double now = processor_seconds();
-    nlohmann::ordered_json line = named("figure");
-    line["threat"] = threat_, line["figure"] = figure;
-    line["measured"] = number(measured), line["bound"] = number(bound), line["reason"] = reason, line["held"] = held;
-    line["seconds"] = now - begin_;
-    print(line);
-    EXPECT_TRUE(held) << figure << ": " << measured << " is not within " << bound << ", " << reason;
-    begin_ = processor_seconds();
-  }
+  void hold(const std::string& figure, double measured, double bound, const std::string& reason);
 
   // A point of a curve that the report draws.
-  void point(const std::string& sweep, const std::string& curve, double x, double y) {
-    nlohmann::ordered_json line = named("point");
-    line["sweep"] = sweep, line["curve"] = curve, line["x"] = number(x), line["y"] = number(y);
-    print(line);
-  }
+  void point(const std::string& sweep, const std::string& curve, double x, double y);
 
  private:
-  static nlohmann::ordered_json named(const char* kind) {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    nlohmann::ordered_json line;
-    line["stability"] = kind, line["group"] = test->test_suite_name(), line["case"] = test->name();
-    return line;
-  }
+  static nlohmann::ordered_json named(const char* kind);
   // Processor time of this process and of the programs that it has run.
-  static double processor_seconds() {
-    double sum = 0;
-    for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-      rusage used = {};
-      ::getrusage(who, &used);
-      for (const timeval& t : {used.ru_utime, used.ru_stime})
-        sum += static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-    }
-    return sum;
-  }
+  static double processor_seconds();
   // JSON has no NaN and no infinity.
-  static nlohmann::ordered_json number(double x) {
-    if (std::isfinite(x)) return x;
-    return std::isnan(x) ? "nan" : x > 0 ? "inf" : "-inf";
-  }
-  static void print(const nlohmann::ordered_json& line) {
-    std::printf("%s\n", line.dump().c_str());
-    std::fflush(stdout);
-  }
+  static nlohmann::ordered_json number(double x);
+  static void print(const nlohmann::ordered_json& line);
 
   std::string threat_;
   double begin_;

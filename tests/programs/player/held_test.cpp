@@ -28,7 +28,7 @@ const std::string kForceps =
     "[[tool]]\nname = \"forceps\"\npath = [[0, 60, 25, 20], [0.1, 60, 25, 24]]\nturn = [[0, 0, 0, 0], [0.1, 20, 0, "
     "0]]\n[tool.grasp]\nnear = [60, 25, 20]\nradius = 12\n";
 
-TEST_F(PlayedScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
+TEST_F(HeldScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
   write_scene(kForceps);
   const Ended ended = run("scene.toml -o out");
   ASSERT_EQ(ended.code, 0) << ended.errors;
@@ -81,7 +81,7 @@ TEST_F(PlayedScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
   EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("shapes/held_000000.vtu"));
 }
 
-TEST_F(PlayedScene, OpensAndClosesJawsWhenItsSceneSaysSo) {
+TEST_F(HeldScene, OpensAndClosesJawsWhenItsSceneSaysSo) {
   write_scene(kForceps + "closed = [[0.02, 0.04], [0.06, 0.2]]\n");
   const Ended ended = run("scene.toml -o out");
   ASSERT_EQ(ended.code, 0) << ended.errors;
@@ -97,7 +97,7 @@ TEST_F(PlayedScene, OpensAndClosesJawsWhenItsSceneSaysSo) {
   EXPECT_GT(force(100), 0.01);
 }
 
-TEST_F(PlayedScene, SlipsAndLetsGoAndSaysWhen) {
+TEST_F(HeldScene, SlipsAndLetsGoAndSaysWhen) {
   write_scene(kForceps + "friction = 0.5\nclamp_force = 0.02\n");
   const Ended ended = run("scene.toml -o out");
   ASSERT_EQ(ended.code, 0) << ended.errors;
@@ -108,7 +108,7 @@ TEST_F(PlayedScene, SlipsAndLetsGoAndSaysWhen) {
   EXPECT_THAT(ended.errors, HasSubstr("; slipped by"));
 }
 
-TEST_F(PlayedScene, WarnsOfAGraspThatLetGoAndOfJawsThatAreNotOnOneFold) {
+TEST_F(HeldScene, WarnsOfAGraspThatLetGoAndOfJawsThatAreNotOnOneFold) {
   // It slips as above, by more than the smaller radius.
   std::string small = kForceps + "friction = 0.5\nclamp_force = 0.02\n";
   small.replace(small.find("radius = 12"), 11, "radius = 1");
@@ -136,7 +136,7 @@ const std::string kLinks =
 const std::string kIdle =
     "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 30, 25, 80], [0.1, 30, 25, 80]]\n";
 
-TEST_F(PlayedScene, DrawsLinksAsTheSceneSays) {
+TEST_F(HeldScene, DrawsLinksAsTheSceneSays) {
   write_scene(kIdle + kLinks);
   const Ended ended = run("scene.toml -o out");
   ASSERT_EQ(ended.code, 0) << ended.errors;
@@ -162,7 +162,7 @@ TEST_F(PlayedScene, DrawsLinksAsTheSceneSays) {
   EXPECT_THAT(ended.errors, HasSubstr("link \"suture, of three 2\": largest tension"));
 }
 
-TEST_F(PlayedScene, BreaksALinkAndSaysWhen) {
+TEST_F(HeldScene, BreaksALinkAndSaysWhen) {
   write_scene(kIdle + kLinks.substr(0, kLinks.find("[[link]]", 1)) + "breaking_force = 0.01\n");
   const Ended ended = run("scene.toml -o out");
   ASSERT_EQ(ended.code, 0) << ended.errors;
@@ -171,7 +171,7 @@ TEST_F(PlayedScene, BreaksALinkAndSaysWhen) {
   EXPECT_EQ(read_rows(folder_ / "out/links.csv").back().at("condition"), "broken");
 }
 
-TEST_F(PlayedScene, RecordsAndReplaysLinksAndGrasps) {
+TEST_F(HeldScene, RecordsAndReplaysLinksAndGrasps) {
   write_scene(kForceps + kLinks);
   ASSERT_EQ(run("scene.toml -o out --record run.record").code, 0) << read_text(folder_ / "stderr.txt");
   EXPECT_EQ(run("--replay run.record").code, 0) << read_text(folder_ / "stderr.txt");
@@ -186,7 +186,7 @@ TEST_F(PlayedScene, RecordsAndReplaysLinksAndGrasps) {
   EXPECT_THAT(run("scene.toml --replay run.record").errors, HasSubstr("found another \"tool\""));
 }
 
-TEST_F(PlayedScene, ExplainsWhatLinksCost) {
+TEST_F(HeldScene, ExplainsWhatLinksCost) {
   write_scene(kForceps + kLinks);
   const Ended ended = run("scene.toml --explain");
   ASSERT_EQ(ended.code, 0) << ended.errors;
@@ -194,7 +194,7 @@ TEST_F(PlayedScene, ExplainsWhatLinksCost) {
   EXPECT_THAT(ended.output, HasSubstr("touch   grasps"));
 }
 
-TEST_F(PlayedScene, RefusesAPlaceThatIsFarFromTheOrgan) {
+TEST_F(HeldScene, RefusesAPlaceThatIsFarFromTheOrgan) {
   write_scene(kIdle + "[[link]]\nname = \"far\"\nkind = \"thread\"\nplaces = [[60, 25, 20], [9999, 0, 0]]\n");
   expect_refused("scene.toml -o out", "scene.toml:8: link \"far\": places: expected a point near the organ");
   write_scene("[[tool]]\nname = \"forceps\"\npath = [[0, 0, 0, 0]]\n[tool.grasp]\nnear = [9999, 0, 0]\nradius = 3\n");

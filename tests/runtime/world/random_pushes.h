@@ -28,12 +28,7 @@ struct PassedThrough {
   std::int32_t organ, node, other;  // whose vertex; which; in whom
   double depth, moved;              // m
 };
-inline std::string sentence_of(const PassedThrough& found) {
-  return "seed " + std::to_string(found.seed) + ", step " + std::to_string(found.step) + ": vertex " +
-         std::to_string(found.node) + " of organ " + std::to_string(found.organ) + " is " +
-         std::to_string(1e3 * found.depth) + " mm inside organ " + std::to_string(found.other) +
-         ", and has moved against it by " + std::to_string(1e3 * found.moved) + " mm in this step";
-}
+std::string sentence_of(const PassedThrough& found);
 
 struct PushCounts {
   long steps = 0, pressed = 0;  // pressed: steps in which organs press one another
@@ -46,162 +41,33 @@ struct PushCounts {
 
 class RandomPushes {
  public:
-  explicit RandomPushes(std::uint64_t seed) : random_(seed), kind_(static_cast<int>(random_() % 3)) {
-    const double friction[] = {0, 0.1, 0.5};
-    const std::vector<Stack> stack = bodies();
-    for (const Stack& organ : stack) {
-      bodies_.push_back(organ.body), place_.push_back(organ.place), truths_.emplace_back(organ.body->body);
-      edges_.push_back(mean_edge(organ.body->body));
-    }
-    for (const TouchedBody* body : bodies_)
-      faces_.emplace_back(bodies_.size(), std::vector<char>(static_cast<std::size_t>(body->body.surface_nodes), 1));
-    if (kind_ == 1) upside_down_ = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
-    before_ = truths_;
-    organs_ = std::make_unique<Touching>(stack, friction[random_() % 3], 300);
-    at_ = start_ = goal_ = place_[0];
-    turn_ = goal_turn_ = Eigen::Vector3d::Zero();
-    pose_ = pose_at(at_, upside_down_), was_ = pose_;
-    set_pose();
-  }
+  explicit RandomPushes(std::uint64_t seed);
 
   // Moves the first organ on its way to a place that changes every 40 steps; returns the step's flags.
-  palpate_step_flags step(int s) {
-    if (s % 40 == 0) {
-      goal_ = start_ + Eigen::Vector3d(between(-0.01, 0.01), between(-0.01, 0.01), between(-0.008, 0.002));
-      for (int d = 0; d < 3; ++d) goal_turn_[d] = between(-0.12, 0.12);
-    }
-    const double fastest = s % 80 < 40 ? 2e-3 : 2e-4;  // m in a step
-    const Eigen::Vector3d way = goal_ - at_;
-    const double share = way.norm() > 0 ? std::min(1.0, fastest / way.norm()) : 1;
-    at_ += share * way, turn_ += 0.5 * share * (goal_turn_ - turn_);
-    set_pose();
-    const palpate_step_flags flags = organs_->step();
-    std::swap(truths_, before_);
-    for (std::size_t k = 0; k < bodies_.size(); ++k)
-      truths_[k].move(organs_->shape(static_cast<std::int32_t>(k), *bodies_[k]));
-    return flags;
-  }
+  palpate_step_flags step(int s);
   // Far away again, nothing is pressed and nothing is displaced.
-  bool leaves_nothing() {
-    at_ = start_ + Eigen::Vector3d(0, 0, 0.05);
-    set_pose();
-    for (int s = 0; s < 3; ++s) organs_->step();
-    bool nothing = organs_->contacts->get()->pair_count == 0 || kind_ == 2;
-    for (const float u : organs_->shape(0, *bodies_[0])) nothing = nothing && u == 0;
-    return nothing && organs_->pressed(0).norm() == 0;
-  }
+  bool leaves_nothing();
 
   bool presses() const { return organs_->pressed(0).norm() > 1e-3; }
-  void look(std::uint64_t seed, int s, PushCounts* counts, const std::function<void(const PassedThrough&)>& tell) {
-    for (std::size_t a = 0; a < bodies_.size(); ++a)
-      for (std::size_t b = 0; b < bodies_.size(); ++b)
-        if (a != b) look_at(seed, s, a, b, counts, tell);
-  }
+  void look(std::uint64_t seed, int s, PushCounts* counts, const std::function<void(const PassedThrough&)>& tell);
 
  private:
-  double between(double low, double high) {
-    return low + (high - low) * static_cast<double>(random_() >> 11) / 9007199254740992.0;
-  }
-  std::vector<Stack> bodies() const {
-    if (kind_ == 0) return {{&upper_block(), {0, 0, 0.034}}, {&lower_block(), {0, 0, 0}}};
-    if (kind_ == 1) return {{&dome(), {0.004, 0.003, 2 * kDomeHeight + 0.001}}, {&dome(), {0, 0, 0}}};
-    return {{&upper_block(), {0, 0, 0.046}}, {&side_plate(), {0, 0, 0.0301}}, {&lower_block(), {0, 0, 0}}};
-  }
-  static double mean_edge(const SurfaceFirst& body) {
-    double sum = 0;
-    for (const auto& t : body.triangles)
-      for (int v = 0; v < 3; ++v)
-        sum += (Eigen::Vector3d(body.mesh.nodes[t[v]].data()) - Eigen::Vector3d(body.mesh.nodes[t[(v + 1) % 3]].data()))
-                   .norm();
-    return sum / (3.0 * static_cast<double>(body.triangles.size()));
-  }
-  void set_pose() {
-    was_ = pose_;
-    const double angle = turn_.norm();
-    const Eigen::Quaterniond tilt(
-        Eigen::AngleAxisd(angle, angle > 0 ? Eigen::Vector3d(turn_ / angle) : Eigen::Vector3d::UnitZ()));
-    pose_ = pose_at(at_, tilt * upside_down_);
-    palpate_scene_set_pose(palpate_world_scene(organs_->world.get(), 0), &pose_, nullptr);
-  }
+  double between(double low, double high);
+  std::vector<Stack> bodies() const;
+  static double mean_edge(const SurfaceFirst& body);
+  void set_pose();
   // A point or direction of an organ in the world; pose: of the first one, which alone moves.
-  Eigen::Vector3d turned(std::size_t organ, const palpate_pose& pose, const Eigen::Vector3d& v) const {
-    if (organ != 0) return v;
-    Eigen::Vector3d out;
-    palpate_vector_to_world(pose.orientation, v.data(), out.data());
-    return out;
-  }
-  Eigen::Vector3d in_world(std::size_t organ, const palpate_pose& pose, const Eigen::Vector3d& p) const {
-    return turned(organ, pose, p) + (organ == 0 ? Eigen::Vector3d(pose.position) : place_[organ]);
-  }
-  Eigen::Vector3d in_organ(std::size_t organ, const palpate_pose& pose, const Eigen::Vector3d& p) const {
-    if (organ != 0) return p - place_[organ];
-    Eigen::Vector3d out;
-    palpate_point_to_organ(pose.position, pose.orientation, p.data(), out.data());
-    return out;
-  }
+  Eigen::Vector3d turned(std::size_t organ, const palpate_pose& pose, const Eigen::Vector3d& v) const;
+  Eigen::Vector3d in_world(std::size_t organ, const palpate_pose& pose, const Eigen::Vector3d& p) const;
+  Eigen::Vector3d in_organ(std::size_t organ, const palpate_pose& pose, const Eigen::Vector3d& p) const;
 
   void look_at(std::uint64_t seed, int s, std::size_t a, std::size_t b, PushCounts* counts,
-               const std::function<void(const PassedThrough&)>& tell) {
-    for (std::int32_t n = 0; n < bodies_[a]->body.surface_nodes; ++n) {
-      ++counts->looked;
-      const Eigen::Vector3d place = truths_[a].place(n), p = in_organ(b, pose_, in_world(a, pose_, place));
-      const double depth = -truths_[b].signed_distance(p);
-      char& faces = faces_[a][b][static_cast<std::size_t>(n)];
-      if (depth <= 0) {
-        faces = depth < -3 * edges_[b] || faces_other(a, n, b);
-        continue;
-      }
-      ++counts->inside;
-      const std::size_t nearest = nearest_triangle(truths_[b], bodies_[b]->body.triangles.size(), p);
-      double moved = (p - in_organ(b, was_, in_world(a, was_, before_[a].place(n)))).norm();
-      double gave_way = 0;
-      for (int v = 0; v < 3; ++v)
-        gave_way = std::max(gave_way, (truths_[b].corner(nearest, v) - before_[b].corner(nearest, v)).norm());
-      moved += gave_way;
-      const bool faced = std::exchange(faces, faces_other(a, n, b));
-      const bool deep = depth > moved + kSlack * edges_[b];
-      if (!faced || !faces) {
-        counts->past_sides += deep;
-        continue;
-      }
-      counts->deepest = std::max(counts->deepest, (depth - moved) / edges_[b]);
-      if (!deep) continue;
-      ++counts->found;
-      tell({seed, s, static_cast<std::int32_t>(a), n, static_cast<std::int32_t>(b), depth, moved});
-    }
-  }
-  std::size_t nearest_triangle(const DeformedTruth& organ, std::size_t triangles, const Eigen::Vector3d& p) const {
-    std::size_t nearest = 0;
-    double least = INFINITY;
-    for (std::size_t t = 0; t < triangles; ++t) {
-      double k[3];
-      const Eigen::Vector3d x = organ.corner(t, 0) - p, y = organ.corner(t, 1) - p, z = organ.corner(t, 2) - p;
-      const double square = closest_on_triangle({}, {x[0], x[1], x[2]}, {y[0], y[1], y[2]}, {z[0], z[1], z[2]}, k);
-      if (square < least) least = square, nearest = t;
-    }
-    return nearest;
-  }
+               const std::function<void(const PassedThrough&)>& tell);
+  std::size_t nearest_triangle(const DeformedTruth& organ, std::size_t triangles, const Eigen::Vector3d& p) const;
   // Whether the surface of organ a at a vertex faces the one of organ b that is nearest to it: as both are now, and as the last step has
   // left them, at this step's poses, where the step has looked for the vertex's pair.
-  bool faces_other(std::size_t a, std::int32_t node, std::size_t b) const {
-    for (const std::vector<DeformedTruth>* truths : {&truths_, &before_}) {
-      Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-      const auto& own = bodies_[a]->body.triangles;
-      for (std::size_t t = 0; t < own.size(); ++t)
-        if (std::find(own[t].begin(), own[t].end(), node) != own[t].end()) normal += (*truths)[a].outward(t);
-      const Eigen::Vector3d there = in_organ_direction(b, turned(a, pose_, normal.normalized()));
-      const Eigen::Vector3d p = in_organ(b, pose_, in_world(a, pose_, (*truths)[a].place(node)));
-      const std::size_t nearest = nearest_triangle((*truths)[b], bodies_[b]->body.triangles.size(), p);
-      if ((*truths)[b].outward(nearest).dot(there) > kFacing) return false;
-    }
-    return true;
-  }
-  Eigen::Vector3d in_organ_direction(std::size_t organ, const Eigen::Vector3d& v) const {
-    if (organ != 0) return v;
-    Eigen::Vector3d out;
-    palpate_vector_to_organ(pose_.orientation, v.data(), out.data());
-    return out;
-  }
+  bool faces_other(std::size_t a, std::int32_t node, std::size_t b) const;
+  Eigen::Vector3d in_organ_direction(std::size_t organ, const Eigen::Vector3d& v) const;
 
   std::mt19937_64 random_;
   int kind_;
@@ -217,18 +83,7 @@ class RandomPushes {
 };
 
 // One scene; every `every`th step is looked at. seed: which organs, friction and ways.
-inline void play_pushes(std::uint64_t seed, int steps, int every, PushCounts* counts,
-                        const std::function<void(const PassedThrough&)>& tell) {
-  RandomPushes pushes(seed);
-  for (int s = 0; s < steps; ++s) {
-    const palpate_step_flags flags = pushes.step(s);
-    ++counts->steps, counts->pressed += pushes.presses(), counts->flagged += flags != 0;
-    if (flags == 0 && s % every == 0) pushes.look(seed, s, counts, tell);
-  }
-  if (!pushes.leaves_nothing()) {
-    ++counts->found;
-    tell({seed, steps, 0, -1, 1, 0, 0});
-  }
-}
+void play_pushes(std::uint64_t seed, int steps, int every, PushCounts* counts,
+                 const std::function<void(const PassedThrough&)>& tell);
 
 }  // namespace palpate::tests

@@ -1,0 +1,48 @@
+#include "tests/support/box_corridor.h"
+
+namespace palpate::tests {
+
+Eigen::MatrixXd dense_compliance(const DenseBody& dense) {
+  const Eigen::MatrixXd k =
+      dense.stiffness.size() > 0 ? dense.stiffness : dense_stiffness(dense.body.mesh, dense.young, dense.poisson);
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < k.rows(); ++i)
+    if (!dense.fixed[static_cast<std::size_t>(i)]) free.push_back(i);
+  Eigen::MatrixXd compliance = Eigen::MatrixXd::Zero(k.rows(), k.cols());
+  const auto unit =
+      Eigen::MatrixXd::Identity(static_cast<Eigen::Index>(free.size()), static_cast<Eigen::Index>(free.size()));
+  const Eigen::MatrixXd inverse = Eigen::MatrixXd(k(free, free)).llt().solve(unit);
+  compliance(free, free) = 0.5 * (inverse + inverse.transpose());
+  return compliance;
+}
+
+void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes) {
+  using formats::SectionId;
+  const Eigen::MatrixXd c = dense_compliance(dense);
+  const std::size_t n = dense.fixed.size() / 3, ns = static_cast<std::size_t>(dense.body.surface_nodes);
+  const std::size_t k = nodes.size();
+  std::vector<float> compliance, surface, interior;
+  std::vector<double> residual;
+  for (const std::int32_t node : nodes)
+    for (Eigen::Index j = 0; j < 3; ++j) {
+      const Eigen::VectorXd u = c.col(3 * node + j);
+      for (Eigen::Index i = 0; i < u.size(); ++i)
+        (static_cast<std::size_t>(i) < 3 * ns ? surface : interior).push_back(static_cast<float>(u(i)));
+      for (const std::int32_t other : nodes)
+        for (Eigen::Index i = 0; i < 3; ++i) compliance.push_back(static_cast<float>(u(3 * other + i)));
+      residual.push_back(u.isZero(0) ? 0 : 1e-15);
+    }
+  parts.set(SectionId::corridor_nodes, {k}, nodes);
+  parts.set(SectionId::corridor_compliance, {k, 3, k, 3}, compliance);
+  parts.set(SectionId::corridor_surface, {k, 3, ns, 3}, surface);
+  if (dense.interior) parts.set(SectionId::corridor_interior, {k, 3, n - ns, 3}, interior);
+  parts.set(SectionId::corridor_residual, {k, 3}, residual);
+}
+
+void add_whole_corridor(BundleParts& parts, const DenseBody& dense) {
+  std::vector<std::int32_t> inside(dense.body.mesh.nodes.size() - static_cast<std::size_t>(dense.body.surface_nodes));
+  std::iota(inside.begin(), inside.end(), dense.body.surface_nodes);
+  add_corridor(parts, dense, inside);
+}
+
+}  // namespace palpate::tests
