@@ -28,6 +28,8 @@ const std::string kForceps =
     "[[tool]]\nname = \"forceps\"\npath = [[0, 60, 25, 20], [0.1, 60, 25, 24]]\nturn = [[0, 0, 0, 0], [0.1, 20, 0, "
     "0]]\n[tool.grasp]\nnear = [60, 25, 20]\nradius = 12\n";
 
+class HeldScene : public PlayedScene {};
+
 TEST_F(HeldScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
   write_scene(kForceps);
   const Ended ended = run("scene.toml -o out");
