@@ -10,7 +10,7 @@
 namespace palpate::large {
 namespace {
 
-void define(CLI::App& app, LargeStudyOptions& options, bool& between_meshes) {
+void define(CLI::App& app, LargeStudyOptions& options) {
   accuracy::StudyOptions& organ = options.organ;
   app.add_option("organ", organ.organ, "a folder of pipelines/")->option_text("ORGAN REQUIRED")->required();
   app.add_option("boundary", organ.boundary, "a boundary set of the organ")->option_text("BC REQUIRED")->required();
@@ -35,18 +35,13 @@ void define(CLI::App& app, LargeStudyOptions& options, bool& between_meshes) {
       ->delimiter(',')
       ->check(positive_number())
       ->option_text("D,D,...");
-  auto* const speed = app.add_option("--speed", options.speed_mm_s, "of the discs, mm/s; a touch each millisecond")
-                          ->check(positive_number())
-                          ->capture_default_str();
-  auto* const threads =
-      app.add_option("--threads", options.threads,
-                     "moves measured beside one another; more than one is sooner ready and shows longer times")
-          ->check(CLI::Range(1, 1024))
-          ->capture_default_str();
-  app.add_flag("--between-meshes", between_meshes,
-               "instead: the force of the same push on every mesh, by element, disc and shape of the mesh")
-      ->excludes(speed)  // its pushes are at rest
-      ->excludes(threads);
+  app.add_option("--speed", options.speed_mm_s, "of the discs, mm/s; a touch each millisecond")
+      ->check(positive_number())
+      ->capture_default_str();
+  app.add_option("--threads", options.threads,
+                 "moves measured beside one another; more than one is sooner ready and shows longer times")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
   app.footer(
       "Resumes: FOLDER/points keeps every move measured with the same inputs and program. Options after -- are "
       "variables\n"
@@ -57,15 +52,13 @@ int run(int argc, char** argv) {
   int own = 0;
   while (own < argc && std::strcmp(argv[own], "--") != 0) ++own;
   LargeStudyOptions options;
-  bool between_meshes = false;
   options.organ.source = PALPATE_SOURCE_FOLDER, options.organ.data = "data", options.organ.python = "/usr/bin/python3";
   options.organ.bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   options.organ.resolutions = {"600", "1700"}, options.organ.sites = 20;
   options.organ.make_variables.assign(argv + std::min(own + 1, argc), argv + argc);
   return run_program(
       own, argv, "large_study", "Compares large deformation with converged solutions, on your own organ.",
-      [&](CLI::App& app) { define(app, options, between_meshes); },
-      [&] { between_meshes ? run_study_between_meshes(options) : run_study(options); });
+      [&](CLI::App& app) { define(app, options); }, [&] { run_study(options); });
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ StudyFolder::StudyFolder(const accuracy::OrganCase& organ)
     : organ_(organ), own_hash_(sha256_of_file("/proc/self/exe")) {}
 
 std::filesystem::path StudyFolder::bake(const std::filesystem::path& mesh, const std::filesystem::path& organ,
-                                        const std::string& name, bool large) const {
+                                        const std::string& name) const {
   const auto bundle = path() / "bundles" / (name + ".h5");
   std::filesystem::create_directories(bundle.parent_path());
   std::vector<std::string> command = {(organ_.options().bin / "palpate-precompute").string(),
@@ -30,9 +30,9 @@ std::filesystem::path StudyFolder::bake(const std::filesystem::path& mesh, const
                                       organ_.boundary_file().string(),
                                       "--locking-probes",
                                       "0",
+                                      "--large-deformation",
                                       "-o",
                                       bundle.string()};
-  if (large) command.push_back("--large-deformation");
   accuracy::run_command(command, path() / "logs" / (name + ".txt"));
   return bundle;
 }
