@@ -78,7 +78,7 @@ class Study {
       point.erase("moves");
       study["meshes"].push_back(point);
     }
-    folder_.write("large-deformation", study, rows, "report.py", "report.html");
+    folder_.write("large-deformation", study, rows);
   }
 
   const LargeStudyOptions options_;

@@ -30,9 +30,9 @@ class StudyFolder {
   nlohmann::ordered_json kept_or_measured(const std::vector<std::filesystem::path>& files,
                                           const nlohmann::ordered_json& settings, const Measure& measure) const;
 
-  // NAME.json, NAME.csv, and PAGE by the script of this folder.
-  void write(const std::string& name, nlohmann::ordered_json study, const std::vector<nlohmann::ordered_json>& rows,
-             const std::string& script, const std::string& page) const;
+  // NAME.json, NAME.csv, and report.html.
+  void write(const std::string& name, nlohmann::ordered_json study,
+             const std::vector<nlohmann::ordered_json>& rows) const;
 
  private:
   const accuracy::OrganCase& organ_;

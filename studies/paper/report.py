@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """report.py FOLDER/paper.json -o FOLDER/report.html: the paper's tables and figures with the measured ones; writes FOLDER/paper.csv too."""
 import csv
-import json
 import os
 import sys
 
@@ -10,7 +9,8 @@ import numpy as np
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 sys.path[:0] = [os.path.join(ROOT, "studies", "report"), os.path.join(ROOT, "pipelines", "pictures")]
 import cylinder  # noqa: E402
-from page import COLOURS, Page, Plot, number, study_and_output  # noqa: E402
+import page as report  # noqa: E402
+from page import COLOURS, Plot, number  # noqa: E402
 
 # What the paper printed: Cotin, Delingette and Ayache, IEEE TVCG 5(1), 1999.
 PAPER_PREPROCESSING_S = {"193": 7 * 60, "1735": 9 * 3600}
@@ -34,10 +34,10 @@ def ratio_text(value):
     return f"{number(value, 2)}" if value < 100 else f"{float(f'{value:.2g}'):,.0f}"
 
 
-class Study:
+class Study(report.Study):
     def __init__(self, file):
-        with open(file) as stream:
-            self.all = json.load(stream)
+        super().__init__(file)
+        self.folder = os.path.dirname(os.path.abspath(file))
         self.moves = self.all["moves"]
 
     def move(self, model, name):
@@ -251,21 +251,19 @@ def write_csv(rows, file):
     os.replace(file + ".part", file)
 
 
-def main():
-    arguments = study_and_output(__doc__)
-    study = Study(arguments.study)
-    machine = study.all["machine"]
-    page = Page("The paper's tables and figures, measured again",
-                "Cotin, Delingette and Ayache, <i>Real-time elastic deformations of soft tissues for surgery simulation</i>, IEEE TVCG 5(1), "
-                f"1999, compared with {machine['version'].replace('palpate-precompute', 'Palpate')} on {machine['processor']}, {machine['cores']} cores, load "
-                f"{number(machine['load'])} when it began (times vary on a busy machine).")
-    first_screen(page, study)
-    for section in (preprocessing, table_one, figure_five, figure_ten, figure_thirteen, collision):
-        section(page, study)
+def everything(page, _):
     page.words("The figures as data: <code>paper.json</code> and <code>paper.csv</code> beside this page.")
-    page.write(arguments.output)
-    write_csv(all_rows(study), os.path.join(os.path.dirname(os.path.abspath(arguments.output)), "paper.csv"))
+
+
+def title_and_lead(study):
+    machine = study.all["machine"]
+    return ("The paper's tables and figures, measured again",
+            "Cotin, Delingette and Ayache, <i>Real-time elastic deformations of soft tissues for surgery simulation</i>, IEEE TVCG 5(1), "
+            f"1999, compared with {machine['version'].replace('palpate-precompute', 'Palpate')} on {machine['processor']}, {machine['cores']} cores, load "
+            f"{number(machine['load'])} when it began (times vary on a busy machine).")
 
 
 if __name__ == "__main__":
-    main()
+    measured = report.write_report(__doc__, Study, title_and_lead, first_screen, preprocessing, table_one, figure_five, figure_ten, figure_thirteen,
+                                   collision, everything)
+    write_csv(all_rows(measured), os.path.join(measured.folder, "paper.csv"))
