@@ -16,12 +16,12 @@
 #include <string>
 #include <vector>
 
-#include "bench/petsc_bench.h"
 #include "precompute/elements/column_buffer.h"
 #include "precompute/elements/discretisation.h"
 #include "precompute/solver/batch_product.h"
 #include "precompute/solver/cholmod_session.h"
 #include "precompute/solver/column_solver.h"
+#include "precompute/solver/petsc_session.h"
 #include "precompute/solver/solver_plan.h"
 #include "precompute/solver/supernodal_factor.h"
 #include "precompute/tensors/displacement_rows.h"
@@ -396,15 +396,17 @@ int main(int count, char** arguments) {
     model(count > 2 ? arguments[2] : "p1", count > 3 ? std::atof(arguments[3]) : 110000);
     return 0;
   }
-  return bench::petsc_bench(
-      count, arguments, 3,
-      "precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp|p1-anp-k] [batches] [-- PETSc options], or\n"
-      "       precompute_bench model [p1|p1-anp|p1-anp-k] [most vertices]",
-      [](const std::vector<std::string>& given) {
-        const char* element = given.size() > 3 ? given[3].c_str() : "p1";
-        compare(Problem(make_elastic_body(read_mesh(given[0]), read_organ_config(given[1]),
-                                          read_boundary_config(given[2]), {given[0], given[1], given[2]}),
-                        element),
-                element, given.size() > 4 ? std::stoul(given[4]) : static_cast<std::size_t>(-1));
-      });
+  if (count < 4) {
+    fmt::print(stderr,
+               "usage: precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp|p1-anp-k] [batches], or\n"
+               "       precompute_bench model [p1|p1-anp|p1-anp-k] [most vertices]\n");
+    return 2;
+  }
+  const PetscSession session({});
+  const std::string mesh = arguments[1], organ = arguments[2], boundary = arguments[3];
+  const char* element = count > 4 ? arguments[4] : "p1";
+  compare(Problem(make_elastic_body(read_mesh(mesh), read_organ_config(organ), read_boundary_config(boundary),
+                                    {mesh, organ, boundary}),
+                  element),
+          element, count > 5 ? std::stoul(arguments[5]) : static_cast<std::size_t>(-1));
 }

@@ -1,12 +1,11 @@
-// Time of touch and shape on a given bundle for 1 to 100 contact nodes, and of the mailbox between them. The time of shape is
-// also given relative to a plain read of the same bytes from memory in the same run.
+// Time of touch and shape on a given bundle for 1 to 100 contact nodes, and of queries. The time of shape is also
+// given relative to a plain read of the same bytes from memory in the same run.
 //
 //   runtime_bench BUNDLE.h5 [--operations=N] [Google Benchmark options]    N: max_operations of the scenes, in place of the default
 //   runtime_bench BUNDLE.h5 --worst-steps[=1000000]      instead: the worst steps of hostile scenes (worst_step.h)
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -15,13 +14,11 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "bench/worst_step.h"
 #include "runtime/bundle/bundle.h"
 #include "runtime/include/palpate/palpate.h"
-#include "runtime/include/palpate/palpate_mailbox.h"
 
 namespace {
 
@@ -86,7 +83,9 @@ void spread(benchmark::internal::Benchmark* b) {
 }
 
 // The same state.range(0) nodes are held in every step, as by a tool in contact, so that the runtime keeps its factor.
-void touch_with_held_nodes(benchmark::State& state, const palpate_scene_def& def) {
+void touch_held(benchmark::State& state) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_OFF;
   const ScenePointer scene = make_scene(def);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
   auto list = grips(static_cast<int>(state.range(0)), 0);
@@ -99,12 +98,6 @@ void touch_with_held_nodes(benchmark::State& state, const palpate_scene_def& def
                                        memory.size() * sizeof memory[0]));
   }
   deferred.tell(state);
-}
-
-void touch_held(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF;
-  touch_with_held_nodes(state, def);
 }
 BENCHMARK(touch_held)->Apply(spread)->Unit(benchmark::kMicrosecond);
 
@@ -160,36 +153,6 @@ void touch_moving(benchmark::State& state) {
   deferred.tell(state);
 }
 BENCHMARK(touch_moving)->Arg(4)->Arg(30)->Arg(100)->Arg(200)->UseManualTime()->Unit(benchmark::kMicrosecond);
-
-// 350 points of one triangle with another displacement in every step; and their first touch.
-void touch_dependent(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.max_points = 350, def.max_contact_nodes = 1050;
-  std::vector<palpate_grip> list(350);
-  const std::int32_t k = palpate_bundle_touchable(bundle)[palpate_bundle_describe(bundle).touchable_count / 2];
-  const std::int32_t* t = palpate_bundle_triangles(bundle);
-  while (t[0] != k && t[1] != k && t[2] != k) t += 3;
-  for (int g = 0; g < 350; ++g) {
-    palpate_grip& grip = list[g] = palpate_default_grip();
-    grip.kind = PALPATE_GRIP_SURFACE_POINT,
-    grip.triangle = static_cast<std::int32_t>((t - palpate_bundle_triangles(bundle)) / 3), grip.axes = 7;
-    grip.barycentric[0] = 0.3 + 1e-3 * g, grip.barycentric[1] = 0.2, grip.barycentric[2] = 0.5 - 1e-3 * g;
-    grip.displacement[2] = 1e-3;
-  }
-  const ScenePointer scene = make_scene(def);
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
-  palpate_tool tool = palpate_default_tool();
-  tool.grips = list.data(), tool.grip_count = 350;
-  Deferred deferred;
-  for (auto _ : state) {
-    if (state.range(0) == 1) palpate_scene_reset(scene.get());
-    list[0].displacement[0] += 1e-9;
-    deferred.count(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data()),
-                                       memory.size() * sizeof memory[0]));
-  }
-  deferred.tell(state);
-}
-BENCHMARK(touch_dependent)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
 
 // A point near the node inside one of its triangles, and the triangle's outward unit normal.
 struct Place {
@@ -336,29 +299,20 @@ float read_run(const float* run, std::size_t count) {
   return sum[0] + sum[7] + sum[15];
 }
 
-// The rows of a node's three columns in one section, as words of 4 bytes whatever form they are stored in.
-struct StoredRows {
-  const float* words = nullptr;
-  std::size_t per_node = 0;
-};
-StoredRows stored_rows(palpate::formats::SectionId id) {
-  palpate_error error = {};
-  StoredRows rows;
-  const auto* entry = palpate::formats::find_section(bundle->index, id);
-  if (!entry) return rows;
-  rows.words = palpate::section_as<float>(bundle, id, &error);
-  rows.per_node = entry->bytes / 4 / entry->shape[0];
-  return rows;
-}
-
 // Superposition, in turns with a plain read of the same columns. Before each of the two the contacts move to other nodes, so that
 // the bytes are in the cache only if the whole store fits there.
-void against_read(benchmark::State& state, palpate_shape_model shape_model, const std::vector<StoredRows>& sections) {
+void shape_against_read(benchmark::State& state) {
+  palpate_error error = {};
+  const auto id = palpate::formats::SectionId::displacement_surface;
+  const auto* entry = palpate::formats::find_section(bundle->index, id);
+  if (!entry) return state.SkipWithError("compares with reading rows; see packed_bench for the compliance in blocks");
+  const float* rows = palpate::section_as<float>(bundle, id, &error);
+  const std::size_t per_node =
+      entry->bytes / 4 / entry->shape[0];  // of a node's three columns, in words whatever their form
   palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF, def.shape = shape_model;
+  def.collision = PALPATE_COLLISION_OFF;
   const ScenePointer scene = make_scene(def);
-  const palpate_bundle_info info = palpate_bundle_describe(bundle);
-  const std::int32_t nodes = shape_model == PALPATE_SHAPE_VOLUME ? info.node_count : info.surface_node_count;
+  const std::int32_t nodes = palpate_bundle_describe(bundle).surface_node_count;
   std::vector<float> u(3 * static_cast<std::size_t>(nodes));
   palpate_shape_out out = palpate_default_shape_out();
   out.displacements = u.data(), out.node_capacity = nodes;
@@ -386,95 +340,19 @@ void against_read(benchmark::State& state, palpate_shape_model shape_model, cons
     const auto* other = reinterpret_cast<const palpate_contacts*>(contacts[(turn + turns / 2) % turns].data());
     start = std::chrono::steady_clock::now();
     for (int e = 0; e < other->node_count; ++e)
-      for (const auto& [words, per_node] : sections)
-        sum += read_run(words + static_cast<std::size_t>(palpate_contacts_node(other, e)->column) * per_node, per_node);
+      sum += read_run(rows + static_cast<std::size_t>(palpate_contacts_node(other, e)->column) * per_node, per_node);
     read_seconds.push_back(seconds_since(start));
     turn = (turn + 1) % turns;
   }
   benchmark::DoNotOptimize(sum);
-  std::size_t words = 0;
-  for (const StoredRows& rows : sections) words += rows.per_node;
   // Medians, because on a shared machine the scheduler dominates the mean.
   const double shape = median(shape_seconds), read = median(read_seconds);
   state.counters["median_us"] = shape * 1e6;
-  state.counters["GB_per_s"] = static_cast<double>(state.range(0)) * 4.0 * static_cast<double>(words) / shape * 1e-9;
+  state.counters["GB_per_s"] = static_cast<double>(state.range(0)) * 4.0 * static_cast<double>(per_node) / shape * 1e-9;
   state.counters["time_over_read"] = shape / read;
 }
 
-void shape_against_read(benchmark::State& state) {
-  const StoredRows surface = stored_rows(palpate::formats::SectionId::displacement_surface);
-  if (surface.words)
-    against_read(state, PALPATE_SHAPE_SURFACE, {surface});
-  else
-    state.SkipWithError("compares with reading rows; see packed_bench for the compliance in blocks");
-}
 BENCHMARK(shape_against_read)->Apply(spread)->UseManualTime()->Unit(benchmark::kMicrosecond);
-
-void volume_against_read(benchmark::State& state) {
-  const StoredRows surface = stored_rows(palpate::formats::SectionId::displacement_surface),
-                   interior = stored_rows(palpate::formats::SectionId::displacement_interior);
-  if (surface.words && interior.words)
-    against_read(state, PALPATE_SHAPE_VOLUME, {surface, interior});
-  else
-    state.SkipWithError("the bundle stores no rows of the interior");
-}
-BENCHMARK(volume_against_read)->Apply(spread)->UseManualTime()->Unit(benchmark::kMicrosecond);
-
-// ---- the mailbox ---------------------------------------------------------------------------------------------------
-
-class Mailbox {
- public:
-  explicit Mailbox(std::size_t contacts_bytes)
-      : memory_(std::aligned_alloc(64, (palpate_mailbox_bytes(contacts_bytes) + 63) / 64 * 64)),
-        box_(palpate_mailbox_create(memory_.get(), contacts_bytes)) {}
-  palpate_mailbox* get() const { return box_; }
-
- private:
-  struct Free {
-    void operator()(void* memory) const { std::free(memory); }
-  };
-  std::unique_ptr<void, Free> memory_;
-  palpate_mailbox* box_;
-};
-
-// One thread publishes and fetches: the cost of the two calls.
-void mailbox_calls(benchmark::State& state) {
-  const Mailbox box(sizeof(palpate_contacts));
-  for (auto _ : state) {
-    palpate_mailbox_publish(box.get());
-    benchmark::DoNotOptimize(palpate_mailbox_newest(box.get(), nullptr));
-  }
-}
-BENCHMARK(mailbox_calls)->Unit(benchmark::kNanosecond);
-
-// From one thread to another and back; both spin. Twice the time from publishing to fetching.
-void mailbox_round_trip(benchmark::State& state) {
-  const Mailbox there(sizeof(palpate_contacts)), back(sizeof(palpate_contacts));
-  std::atomic<bool> done{false};
-  std::thread echo([&] {
-    while (!done.load(std::memory_order_relaxed)) {
-      std::int32_t fresh = 0;
-      palpate_mailbox_newest(there.get(), &fresh);
-      if (fresh) palpate_mailbox_publish(back.get());
-    }
-  });
-  for (auto _ : state) {
-    palpate_mailbox_publish(there.get());
-    for (std::int32_t fresh = 0; !fresh;) palpate_mailbox_newest(back.get(), &fresh);
-  }
-  done = true;
-  echo.join();
-}
-BENCHMARK(mailbox_round_trip)->UseRealTime()->Unit(benchmark::kNanosecond);
-
-// `count` grips at nodes, held as in touch_held; with a report of contacts (1) or without (0).
-void touch_reported(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF;
-  def.report = state.range(1) ? PALPATE_REPORT_CONTACTS : PALPATE_REPORT_OFF;
-  touch_with_held_nodes(state, def);
-}
-BENCHMARK(touch_reported)->ArgsProduct({{1, 4, 12, 60}, {0, 1}})->Unit(benchmark::kMicrosecond);
 
 // Rays, nearest points and signed distances at random places around the organ, half of them inside its box: at rest (0); under two
 // pressed discs (1); under contacts that differ in every query (2).
@@ -537,22 +415,6 @@ void query(benchmark::State& state) {
 BENCHMARK(query<Query::ray>)->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMicrosecond);
 BENCHMARK(query<Query::closest>)->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMicrosecond);
 BENCHMARK(query<Query::distance>)->Arg(0)->Arg(1)->Arg(2)->Unit(benchmark::kMicrosecond);
-
-// The normals of all vertices of the surface at rest.
-void normals(benchmark::State& state) {
-  const ScenePointer scene = make_scene(palpate_default_scene_def());
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
-  auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
-  palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts, memory.size() * sizeof memory[0]);
-  palpate_shape_out shape = palpate_default_shape_out();
-  shape.node_capacity = palpate_bundle_describe(bundle).surface_node_count;
-  std::vector<float> positions(3 * static_cast<std::size_t>(shape.node_capacity)), out(positions.size());
-  shape.positions = positions.data();
-  palpate_scene_shape(scene.get(), contacts, &shape);
-  for (auto _ : state)
-    benchmark::DoNotOptimize(palpate_scene_normals(scene.get(), &shape, out.data(), shape.node_capacity));
-}
-BENCHMARK(normals)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 

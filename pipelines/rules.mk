@@ -56,9 +56,13 @@ endif
 PICTURES ?= $(addprefix $(CASE)/pictures/,$(addsuffix .png,mesh boundary $(SCENES)))
 
 # The warnings of all steps, of all materials: on the page, and at the end of make. STRICT=1: make ends with an error if there is one.
+# A folder that nobody made with new-organ has no report of it; a finer surface is made when somebody looks at it.
 WARNINGS = $(PIPELINES)/pictures/case_warnings.py
-reports = --reports $(if $(parts)$(MESH),,$(if $(SOURCE),surface=$(WORK)/surface-quality.json)) \
-    $(if $(MESH),,mesh=$(WORK)/mesh-quality.json) --cases $(foreach m,$(MATERIALS),$(call case_of,$m))
+optional_reports = $(wildcard $(ORGAN_DIR)/new-organ.json $(if $(wildcard $(RENDER_MESH)),$(RENDER_REPORT)))
+optional_report = $(addprefix $1=,$(filter %/$2.json,$(optional_reports)))
+reports = --reports $(call optional_report,new-organ,new-organ) $(if $(parts)$(MESH),,$(if $(SOURCE),surface=$(WORK)/surface-quality.json)) \
+    $(if $(MESH),,mesh=$(WORK)/mesh-quality.json) $(call optional_report,render,render-quality) \
+    --cases $(foreach m,$(MATERIALS),$(call case_of,$m))
 
 pipeline: $(CASE)/index.html $(foreach m,$(MATERIALS),$(call case_of,$m)/verified.json \
                                                $(SCENES:%=$(call case_of,$m)/scenes/%/summary.json))
@@ -94,9 +98,11 @@ $(worlds)/%/summary.json: $(ORGAN_DIR)/worlds/%.toml $(part_bundles) $(BIN)/palp
 $(worlds)/%.png: $(worlds)/%/summary.json $(addprefix $(PIPELINES)/pictures/,touched.py mesh.py offscreen.py views.py picture_file.py)
 	$(PYTHON) $(PIPELINES)/pictures/touched.py $(<D) -o $@
 
+part_reports = $(addprefix $1:new-organ=,$(wildcard $(ORGAN_DIR)/$1/new-organ.json)) $1:surface=$2/surface-quality.json $1:mesh=$2/mesh-quality.json
 separate: $(WORK)/separate-$(BC).png $(WORLDS:%=$(worlds)/%/summary.json) $(WORLDS:%=$(worlds)/%.png)
 	@echo "$(ORGAN): $(words $(parts)) bundles in one frame: $(part_bundles); all in one picture: $<$(if $(WORLDS),; scenes of all of them: $(worlds))"
-	@$(PYTHON) $(WARNINGS) $(call quoted,$(ORGAN)) --reports $(foreach w,$(WORLDS),$w=$(worlds)/$w/summary.json) $(if $(STRICT),--strict)
+	@$(PYTHON) $(WARNINGS) $(call quoted,$(ORGAN)) --reports $(foreach p,$(parts),$(call part_reports,$p,$(DATA)/$(ORGAN)/$p/$(RESOLUTION))) \
+	    $(foreach w,$(WORLDS),$w=$(worlds)/$w/summary.json) --cases $(foreach p,$(parts),$p=$(DATA)/$(ORGAN)/$p/$(RESOLUTION)/$(BC)) $(if $(STRICT),--strict)
 $(WORK)/separate-$(BC).png: $(part_bundles) $(addprefix $(PIPELINES)/pictures/,organs.py mesh.py \
                             offscreen.py views.py picture_file.py)
 	mkdir -p $(@D)
@@ -115,7 +121,7 @@ endif
 VARIABLES_OF_mesh = IMAGE SURFACE MESH GEOMETRY LABELS SURFACE_OPTIONS SHELLS TETRAHEDRA_OPTIONS
 VARIABLES_OF_bundle = IMAGE PRECOMPUTE_OPTIONS
 VARIABLES_OF_render = IMAGE SURFACE RENDER_OPTIONS
-VARIABLES_OF_page = PICTURES
+VARIABLES_OF_page = PICTURES optional_reports
 made_by = $(VARIABLES_OF_$(patsubst %-options.txt,%,$(@F)))
 .PHONY: force
 force:
@@ -149,9 +155,10 @@ $(WORK)/mesh.msh: $(WORK)/surface.ply $(SHELLS) $(MADE_BY) $(BIN)/palpate-tetrah
 # A finer surface to draw over any of the meshes (palpate_scene_skin), where the organ.mk says how fine.
 ifdef RENDER_OPTIONS
 RENDER_MESH := $(DATA)/$(ORGAN)/render.ply
+RENDER_REPORT := $(DATA)/$(ORGAN)/render-quality.json
 $(RENDER_MESH): $(call prerequisite,$(SOURCE)) $(ORGAN_DIR)/organ.mk $(DATA)/$(ORGAN)/render-options.txt $(BIN)/palpate-surface
 	mkdir -p $(@D)
-	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ --make-rule $@ $(@D)/render.d $(RENDER_OPTIONS)
+	$(BIN)/palpate-surface $(call quoted,$(SOURCE)) -o $@ --report $(RENDER_REPORT) --make-rule $@ $(@D)/render.d $(RENDER_OPTIONS)
 endif
 else ifneq ($(MESH),)
 $(WORK)/mesh.msh: $(call prerequisite,$(MESH)) $(MADE_BY)
@@ -223,7 +230,7 @@ $(CASE)/pictures/%.png: $(CASE)/scenes/%/summary.json $(DRAW)/touched.py $(DRAW)
 # One page with every picture, the mesh's quality, the certificate and the warnings. A mesh that was given has no report of its own.
 $(CASE)/index.html: $(PICTURES) $(foreach m,$(MATERIALS),$(call case_of,$m)/verified.json \
                                                          $(SCENES:%=$(call case_of,$m)/scenes/%/summary.json)) \
-                    $(CASE)/page-options.txt $(DRAW)/contact_sheet.py $(WARNINGS) $(BIN)/palpate-bundle
+                    $(optional_reports) $(CASE)/page-options.txt $(DRAW)/contact_sheet.py $(WARNINGS) $(BIN)/palpate-bundle
 	$(PYTHON) $(DRAW)/contact_sheet.py $(CASE) -o $@ --palpate-bundle $(BIN)/palpate-bundle --pictures $(PICTURES) \
 	    $(if $(MESH),,--mesh-quality $(WORK)/mesh-quality.json) $(reports)
 

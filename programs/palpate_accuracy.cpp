@@ -1,36 +1,21 @@
 // palpate-accuracy ORGAN BC: measures what each choice costs in accuracy and in time on this organ. choose: picks a setting.
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cstdlib>
-#include <cstring>
 #include <string>
 #include <vector>
 
-#include "formats/command_line.h"
 #include "formats/errors.h"
 #include "studies/accuracy/choose_program.h"
 #include "studies/accuracy/study.h"
+#include "studies/accuracy/study_options.h"
 
 namespace palpate::accuracy {
 namespace {
 
-std::filesystem::path own_folder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
-
 void define_study(CLI::App& app, StudyOptions& options) {
-  app.add_option("organ", options.organ, "a folder of pipelines/")->option_text("ORGAN");
-  app.add_option("boundary", options.boundary, "a boundary set of the organ")->option_text("BC");
-  app.add_option("-o,--output", options.output, "the study's folder; default DATA/ORGAN/accuracy/BC")
-      ->option_text("FOLDER");
-  app.add_option("--data", options.data, "where the pipelines put their results")->capture_default_str();
+  add_organ_options(app, options, "accuracy");
   app.add_option("--bin", options.bin, "the programs that are measured; default: beside this one")->option_text("DIR");
   app.add_option("--source", options.source, "the repository, for its pipelines")->option_text("DIR");
-  app.add_option("--python", options.python, "a Python with matplotlib, for the report")->capture_default_str();
-  app.add_option("--resolutions", options.resolutions, "mesh sizes of the organ, coarse to fine; default: all it has")
-      ->delimiter(',')
-      ->option_text("R,R,...");
+  app.get_option("--resolutions")->description("mesh sizes of the organ, coarse to fine; default: all it has");
   app.add_option(
          "--axes", options.axes,
          "what is varied: mesh (with element and contact), scenes, storage, tolerance, poisson, depth; default: all")
@@ -46,32 +31,25 @@ void define_study(CLI::App& app, StudyOptions& options) {
   app.add_option("--repeats", options.repeats, "runs of a precompute that takes less than 3 s; the median counts")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  app.add_option("--radius", options.radius_mm, "radius of the disc, mm")
-      ->check(positive_number())
-      ->capture_default_str();
-  app.add_option("--sites", options.sites, "number of sites that the disc presses")
-      ->check(CLI::Range(1, 50))
-      ->capture_default_str();
   app.add_option("--samples", options.samples, "number of surface points where the displacement is compared")
       ->check(CLI::Range(1, 5000))
       ->capture_default_str();
   app.footer(
-      "Compares with p2-p0 on the finest mesh that --memory and --most-seconds allow, or with p1-anp on a finer one "
-      "if\n"
-      "its estimated error is smaller.\n"
-      "Resumes: FOLDER/points keeps every point measured with the same inputs and programs. Options after -- are\n"
-      "variables for the pipeline's rules, for example IMAGE=organ.nrrd SURFACE_OPTIONS_200=...");
+      std::string("Compares with p2-p0 on the finest mesh that --memory and --most-seconds allow, or with p1-anp "
+                  "on a finer one if\nits estimated error is smaller.\n") +
+      kVariablesBehindDashes);
+}
+
+// A number and the text behind it; -1 where there is none.
+std::pair<double, std::string> number_and_unit(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  return {end == text.c_str() ? -1 : value, end};
 }
 
 // "20mm", "2cm", "0.02m"; mm.
 double length_in_mm(const char* option, const std::string& text) {
-  std::size_t read = 0;
-  double value = -1;
-  try {
-    value = std::stod(text, &read);
-  } catch (const std::exception&) {
-  }
-  const std::string unit = text.substr(read);
+  const auto [value, unit] = number_and_unit(text);
   const double scale = unit == "mm" ? 1 : unit == "cm" ? 10 : unit == "m" ? 1000 : 0;
   if (!(value > 0) || scale == 0)
     throw CLI::ValidationError(option, "expected a length above 0 with its unit, such as 20mm; found " + text);
@@ -80,14 +58,9 @@ double length_in_mm(const char* option, const std::string& text) {
 
 // "2%" or "0.02".
 double number_or_percent(const char* option, const std::string& text) {
-  std::size_t read = 0;
-  double value = -1;
-  try {
-    value = std::stod(text, &read);
-  } catch (const std::exception&) {
-  }
-  const bool percent = text.substr(read) == "%";
-  if (!(value > 0) || (!percent && read != text.size()))
+  const auto [value, unit] = number_and_unit(text);
+  const bool percent = unit == "%";
+  if (!(value > 0) || !(percent || unit.empty()))
     throw CLI::ValidationError(option, "expected a number above 0, or one and %, such as 2%; found " + text);
   return percent ? value / 100 : value;
 }
@@ -140,12 +113,9 @@ CLI::App* define_check(CLI::App& app, CheckOptions& options) {
 }
 
 int run(int argc, char** argv) {
-  int own = 0;
-  while (own < argc && std::strcmp(argv[own], "--") != 0) ++own;
   StudyOptions study;
-  study.source = PALPATE_SOURCE_FOLDER, study.bin = own_folder(), study.data = "data";
-  study.python = "/usr/bin/python3";
-  study.make_variables.assign(argv + std::min(own + 1, argc), argv + argc);
+  set_folders(study, PALPATE_SOURCE_FOLDER);
+  const int own = take_make_variables(argc, argv, study);
   ChooseOptions choosing;
   choosing.source = study.source, choosing.data = study.data;
   CheckOptions checking;
@@ -171,7 +141,5 @@ int run(int argc, char** argv) {
 }  // namespace palpate::accuracy
 
 int main(int argc, char** argv) {
-  // The pipelines' rules run Open MPI's programs: see pipelines/rules.mk.
-  ::setenv("HWLOC_COMPONENTS", "-gl", 0);
   return palpate::accuracy::run(argc, argv);
 }

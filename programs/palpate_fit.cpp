@@ -9,7 +9,6 @@
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "formats/program.h"
-#include "programs/fit/fit_plot.h"
 #include "programs/fit/fit_report.h"
 
 namespace palpate::fit {
@@ -19,7 +18,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   std::vector<fs::path> inputs;  // bundles, then the measurements
-  fs::path plot, json, organ;
+  fs::path json, organ;
   Press press = Press::sticking;
   bool plate = false;
   double radius_mm = 0, most_depth_mm = 0;
@@ -29,10 +28,8 @@ struct Options {
 
 // Before anything is computed.
 void check_outputs(const Options& options) {
-  for (const fs::path& file : {options.plot, options.json, options.organ})
+  for (const fs::path& file : {options.json, options.organ})
     if (!file.empty()) check_target(file);
-  if (!options.plot.empty() && options.plot.extension() != ".svg")
-    throw InputError(fmt::format("{}: expected a name that ends with .svg for the plot", options.plot.string()));
   if (!options.organ.empty() && fs::exists(options.organ))
     throw InputError(
         fmt::format("{}: expected a new file for the lines of organ.toml, found one that exists; name another and "
@@ -70,7 +67,6 @@ void run(const Options& options) {
                      fmt::join(measurements.unused, ", ")));
   for (const std::string& warning : warnings_of(report)) warn(warning);
   fmt::print("{}", summary_text(report));
-  if (!options.plot.empty()) write_text_atomically(options.plot, plot_svg(report));
   if (!options.json.empty()) write_text_atomically(options.json, json_text(report));
   if (options.organ.empty())
     fmt::print("\n{}", organ_lines(report));
@@ -86,8 +82,8 @@ void define(CLI::App& app, Options& options) {
       ->required()
       ->expected(2, 100)
       ->option_text("BUNDLE.h5... MEASUREMENTS.csv REQUIRED");
-  app.add_option("-o,--output", options.plot, "the plot, an SVG file")->option_text("FILE.svg");
-  app.add_option("--json", options.json, "all results as JSON")->option_text("FILE.json");
+  app.add_option("--json", options.json, "all results as JSON, from which programs/fit/plot.py draws")
+      ->option_text("FILE.json");
   app.add_option("--organ", options.organ, "a new file for the lines of organ.toml; default: print them")
       ->option_text("FILE.toml");
   auto* law = app.add_option("--law", options.press, "how the indenter holds the surface; default: sticking")

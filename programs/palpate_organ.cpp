@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 
 #include "formats/command_line.h"
-#include "formats/errors.h"
 #include "formats/program.h"
 #include "programs/organ/organ_files.h"
 
@@ -36,15 +35,6 @@ void define(CLI::App& app, OrganRequest& request) {
   });
 }
 
-void warn_of(const std::string& organ, const OrganRequest& request, const OrganSource& source) {
-  for (const std::string& doubt : doubts(request, source)) warn(doubt);
-  if (const std::string large = choose(source).size_warning; !large.empty()) warn(fmt::format("{}: {}", organ, large));
-  if (source.pieces > 1)
-    warn(fmt::format("{} has {} pieces; the largest is kept, {:.4g} cm3; the others have {:.3g} cm3 together", organ,
-                     source.pieces, source.volume_mm3 / 1000, source.dropped_mm3 / 1000));
-  if (source.touches_border) warn(organ + " touches the image's border, where the organ may be cut off");
-}
-
 void say_size(const std::string& organ, const OrganSource& source) {
   fmt::print("{}: {:.4g} cm3, {:.0f} x {:.0f} x {:.0f} mm, {}\n", organ, source.volume_mm3 / 1000,
              source.high[0] - source.low[0], source.high[1] - source.low[1], source.high[2] - source.low[2],
@@ -54,7 +44,6 @@ void say_size(const std::string& organ, const OrganSource& source) {
 void write_several(const OrganRequest& request) {
   const std::vector<NamedLabel> labels = parse_named_labels(request.labels);
   const OrganGroup group = measure_group(request, labels);
-  for (std::size_t o = 0; o < labels.size(); ++o) warn_of(labels[o].name, request, group.organs[o]);
   const std::filesystem::path folder = write_organs(request, labels, group);
   for (std::size_t o = 0; o < labels.size(); ++o) say_size(labels[o].name, group.organs[o]);
   fmt::print("wrote {}, and in it a folder for each organ\n", folder.string());
@@ -67,11 +56,9 @@ void run(const OrganRequest& request) {
   check_organ_name(request);
   if (!request.labels.empty()) return write_several(request);
   const OrganSource source = measure_source(request);
-  warn_of("the organ", request, source);
-  const OrganChoices choices = choose(source);
-  const std::filesystem::path folder = write_organ(request, source, choices);
+  const std::filesystem::path folder = write_organ(request, source);
   say_size(request.name, source);
-  for (const char* file : {"organ.toml", "boundary/held.toml", "scenes/press.toml", "organ.mk"})
+  for (const char* file : {"organ.toml", "boundary/held.toml", "scenes/press.toml", "organ.mk", "new-organ.json"})
     fmt::print("wrote {}\n", (folder / file).string());
   fmt::print("next: make -f Makefile.data ORGAN={}\n", request.name);
 }

@@ -1,21 +1,17 @@
 // palpate-validation: compares the solver with closed forms and with CalculiX.
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <cstdlib>
 
-#include "formats/command_line.h"
 #include "precompute/solver/petsc_session.h"
+#include "studies/accuracy/study_options.h"
 #include "studies/validation/study.h"
 
 namespace {
 
 void define_options(CLI::App& app, palpate::validation::StudyOptions& options) {
   app.add_option("-o,--output", options.output, "the study's folder; default DATA/validation")->option_text("FOLDER");
-  app.add_option("--data", options.data, "where the pipelines put their results")->capture_default_str();
+  palpate::accuracy::add_folders(app, options);
   app.add_option("--bin", options.bin, "the programs; default: beside this one")->option_text("DIR");
   app.add_option("--source", options.source, "the repository, for its pipelines")->option_text("DIR");
-  app.add_option("--python", options.python, "a Python with matplotlib, for the report")->capture_default_str();
   app.add_option("--organ-mesh", options.organ_meshes,
                  "compare with CalculiX on this mesh of a pipeline too; the pipeline makes it if it is missing; may be "
                  "repeated")
@@ -37,11 +33,8 @@ void define_options(CLI::App& app, palpate::validation::StudyOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Open MPI, here and in the programs that are started: see pipelines/rules.mk.
-  ::setenv("HWLOC_COMPONENTS", "-gl", 0);
   palpate::validation::StudyOptions options;
-  options.source = PALPATE_SOURCE_FOLDER, options.data = "data", options.python = "/usr/bin/python3";
-  options.bin = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  palpate::accuracy::set_folders(options, PALPATE_SOURCE_FOLDER);
   return palpate::run_program(
       argc, argv, "palpate-validation", "Checks the solver against closed-form solutions and against CalculiX.",
       [&](CLI::App& app) { define_options(app, options); },

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """boundary.py BUNDLE -o PNG: what may be touched, what is held and what is softly supported, from the front and from behind."""
-import argparse
 import re
 
 import h5py
@@ -42,10 +41,7 @@ def box_text(points):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("bundle")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = picture_file.arguments(__doc__, "bundle")
     with h5py.File(arguments.bundle, "r") as file:
         nodes, triangles = file["mesh/nodes"][:] / offscreen.MILLIMETRE, file["mesh/triangles"][:]
         fixed, touchable = file["boundary/fixed"][:].any(axis=1), np.zeros(len(nodes), bool)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""case_warnings.py ORGAN --reports STEP=JSON ... --cases CASE ...: prints the warnings of all steps that an organ was made by.
+"""case_warnings.py ORGAN --reports STEP=JSON ... --cases [NAME=]CASE ...: prints the warnings of all steps that an organ was made by.
 
 Each step writes its warnings into a JSON file: the surface and the mesh into those of --reports, the bundle and the scenes into those of
 their case, the folder of a bundle."""
@@ -18,10 +18,12 @@ def sentences_of(file):
 
 
 def warnings_of(reports, cases):
-    """[(step, sentence)]. reports: STEP=FILE each; cases: folders, named in the step where they are several."""
-    files = [report.partition("=")[::2] for report in reports]
+    """[(step, sentence)]. reports: STEP=FILE or ORGAN:STEP=FILE each; cases: FOLDER or NAME=FOLDER, named in the step where they are several."""
+    files = [(step.replace(":", ": "), file) for step, _, file in (report.partition("=") for report in reports)]
     for case in cases:
-        name = os.path.basename(os.path.normpath(case)) + ": " if len(cases) > 1 else ""
+        given, equals, folder = case.partition("=")
+        given, case = (given, folder) if equals and "/" not in given else ("", case)
+        name = (given or os.path.basename(os.path.normpath(case))) + ": " if len(cases) > 1 else ""
         files.append((name + "bundle", os.path.join(case, "bundle-report.json")))
         files += [("%sscene %s" % (name, os.path.basename(os.path.dirname(summary))), summary)
                   for summary in sorted(glob.glob(os.path.join(case, "scenes", "*", "summary.json")))]
@@ -30,7 +32,7 @@ def warnings_of(reports, cases):
 
 def add_arguments(parser):
     parser.add_argument("--reports", nargs="*", default=[], metavar="STEP=JSON")
-    parser.add_argument("--cases", nargs="*", default=[], metavar="CASE")
+    parser.add_argument("--cases", nargs="*", default=[], metavar="[NAME=]CASE")
 
 
 def main():

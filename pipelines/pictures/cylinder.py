@@ -8,7 +8,6 @@ curve's rows (f'' h^2 / 8: 0.013 %) are left. Radial, 0.5 %: the ring's nodes ar
 farther out than the circle, and P rises 1.3 times as fast there as on average.
 """
 import argparse
-import csv
 import os
 import sys
 

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """mesh.py BUNDLE -o PNG: the organ's surface, and a cut that shows its tetrahedra."""
-import argparse
 
 import h5py
 import matplotlib
@@ -143,10 +142,7 @@ def show_side(panel, actors, look_from, title, nodes, frame, zoom, fontsize=15):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("bundle")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = picture_file.arguments(__doc__, "bundle")
     with h5py.File(arguments.bundle, "r") as file:
         nodes, tetrahedra = file["mesh/nodes"][:] / offscreen.MILLIMETRE, file["mesh/tetrahedra"][:]
         region, frame = file["mesh/region"][:], file.attrs.get("frame", "none")

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """organs.py BUNDLE ... -o PNG: several bundles of one image together, each in a colour of its own, from the front and from behind."""
-import argparse
 
 import h5py
 import matplotlib
@@ -22,10 +21,7 @@ def read(bundle):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("bundle", nargs="+")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = picture_file.arguments(__doc__, "bundle", nargs="+")
     organs = [read(bundle) for bundle in arguments.bundle]
     frames = sorted({frame for *_, frame in organs})
     if len(frames) > 1:

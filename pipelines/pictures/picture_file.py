@@ -1,4 +1,5 @@
 """Writes a picture, with the warnings of the scenes that it shows above its title."""
+import argparse
 import json
 import os
 import textwrap
@@ -6,6 +7,14 @@ import textwrap
 WARNING = "#b2182b"
 FONT, LINE = 11, 0.21  # points, inches from line to line
 MOST = 4  # warnings; summary.json has the others
+
+
+def arguments(description, shown, **more):
+    """The command line of a script that draws one picture: what it shows, and -o."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument(shown, **more)
+    parser.add_argument("-o", "--output", required=True)
+    return parser.parse_args()
 
 
 def warnings_of(scenes):

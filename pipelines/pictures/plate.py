@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """plate.py SCENE_FOLDER ... -o PNG: the plate at each scene's last frame, a panel each, as in the paper's figure 5."""
-import argparse
 import os
 
 import matplotlib
@@ -43,10 +42,7 @@ def force_arrows(scene, time, points, size):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scenes", nargs="+")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = picture_file.arguments(__doc__, "scenes", nargs="+")
     frames = [last_frame(scene) for scene in arguments.scenes]
     heights = [offscreen.point_data(organ, "displacement")[:, 2] / offscreen.MILLIMETRE for _, organ in frames]
     largest = max(float(np.ceil(max(np.abs(h).max() for h in heights))), 1.0)  # mm

@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force, coloured by displacement, with the tools,
 their paths and the forces that they feel, the links, the discs of grasps and the needles, from two sides."""
-import argparse
 import os
 
 import h5py
@@ -242,10 +241,7 @@ def force_arrows(forces, look_from, size):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("scene")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
+    arguments = picture_file.arguments(__doc__, "scene")
     summary = offscreen.read_summary(arguments.scene)
     time, organ_files, tools_file = offscreen.frame_of_peak(arguments.scene)
     organ = offscreen.read_grids(organ_files)

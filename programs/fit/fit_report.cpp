@@ -275,17 +275,33 @@ std::string json_text(const FitReport& report) {
   out["regions"] = Json::array();
   for (std::size_t r = 0; r < report.family.regions.size(); ++r)
     out["regions"].push_back({{"name", report.family.regions[r].name}, {"young_Pa", json_of(young_of(report, r))}});
-  if (report.fit.parameter)
+  if (report.fit.parameter) {
+    const auto shown = [&](double value) {
+      return report.family.parameter == Parameter::ratio ? std::exp(value) : value;
+    };
     out["parameter"] = {{"name", report.family.parameter == Parameter::poisson ? "poisson" : "ratio"},
                         {"meaning", parameter_name(report.family)},
                         {"fitted", json_of(parameter_estimate(report))},
                         {"at_edge", report.fit.at_edge},
-                        {"interpolation_error", report.model.error_without_one()}};
+                        {"interpolation_error", report.model.error_without_one()},
+                        {"of_bundles", Json::array()},
+                        {"profile", Json::array()}};
+    for (const double value : report.family.values) out["parameter"]["of_bundles"].push_back(shown(value));
+    for (std::size_t i = 0; i < report.fit.profile_parameter.size(); ++i)
+      out["parameter"]["profile"].push_back(
+          {{"value", shown(report.fit.profile_parameter[i])}, {"residual_N", report.fit.profile_residual[i]}});
+  }
   out["residual_N"] = report.fit.residual;
   out["largest_force_N"] = report.fit.largest_force;
   out["places"] = Json::array();
   for (const PlaceFit& place : report.fit.places)
     out["places"].push_back({{"name", place.name}, {"rows", place.rows}, {"young_Pa", place.young}});
+  out["forces"] = Json::array();
+  for (std::size_t r = 0; r < data.rows.size(); ++r)
+    out["forces"].push_back({{"place", data.spots[data.rows[r].spot].place},
+                             {"depth_m", data.rows[r].depth},
+                             {"measured_N", data.rows[r].force},
+                             {"fitted_N", report.fit.fitted_force[r]}});
   out["warnings"] = warnings_of(report);
   return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
+#include <type_traits>
 
 #include "formats/checksum.h"
 #include "formats/errors.h"
@@ -16,15 +16,23 @@ namespace {
 constexpr unsigned char kMagic[8] = {'P', 'A', 'L', 'P', 'L', 'I', 'N', 'K'};
 constexpr std::size_t kChecksumAt = 16;
 
+// One number after another, little-endian. Writer and Reader have the same calls, so that one list of fields serves both ways.
 class Writer {
  public:
   explicit Writer(unsigned char* to) : at_(to) {}
-  void u32(std::uint32_t value) { put(value, 4); }
-  void u64(std::uint64_t value) { put(value, 8); }
-  void i32(std::int32_t value) { u32(static_cast<std::uint32_t>(value)); }
-  void f64(double value) { u64(std::bit_cast<std::uint64_t>(value)); }
-  void vector(const double* v, int count = 3) {
-    for (int d = 0; d < count; ++d) f64(v[d]);
+  template <typename Number>
+  void operator()(Number value) {
+    if constexpr (std::is_same_v<Number, double>)
+      put(std::bit_cast<std::uint64_t>(value), 8);
+    else
+      put(static_cast<std::uint64_t>(value), std::max<int>(4, sizeof value));
+  }
+  template <std::size_t N>
+  void operator()(const double (&values)[N]) {
+    for (const double value : values) (*this)(value);
+  }
+  void operator()(const SceneConfig::Vector& values) {
+    for (const double value : values) (*this)(value);
   }
 
  private:
@@ -38,12 +46,25 @@ class Writer {
 class Reader {
  public:
   explicit Reader(const unsigned char* from) : at_(from) {}
-  std::uint32_t u32() { return static_cast<std::uint32_t>(get(4)); }
-  std::uint64_t u64() { return get(8); }
-  std::int32_t i32() { return static_cast<std::int32_t>(u32()); }
-  double f64() { return std::bit_cast<double>(u64()); }
-  void vector(double* v, int count = 3) {
-    for (int d = 0; d < count; ++d) v[d] = f64();
+  template <typename Number>
+  void operator()(Number& value) {
+    if constexpr (std::is_same_v<Number, double>)
+      value = std::bit_cast<double>(get(8));
+    else
+      value = static_cast<Number>(get(std::max<int>(4, sizeof value)));
+  }
+  template <std::size_t N>
+  void operator()(double (&values)[N]) {
+    for (double& value : values) (*this)(value);
+  }
+  void operator()(SceneConfig::Vector& values) {
+    for (double& value : values) (*this)(value);
+  }
+  template <typename Number>
+  Number next() {
+    Number value;
+    (*this)(value);
+    return value;
   }
 
  private:
@@ -54,6 +75,25 @@ class Reader {
   }
   const unsigned char* at_;
 };
+
+// The fields of README.md's table in their order: the header behind the checksum, a tool, a contact node. The types are const where they
+// are written.
+template <typename Io, typename Note, typename Contacts>
+void pass_header(Io& io, Note& note, Contacts& contacts) {
+  io(note.bundle), io(note.session), io(note.sequence), io(contacts.step), io(note.time), io(note.sent), io(note.last);
+  io(contacts.flags), io(contacts.sweeps), io(contacts.tool_count), io(contacts.node_count), io(contacts.newton_steps);
+  io(contacts.residual_displacement), io(contacts.residual_force);
+  io(contacts.organ_position), io(contacts.organ_orientation), io(contacts.operations);
+}
+template <typename Io, typename Tool, typename Position>
+void pass_tool(Io& io, Tool& tool, Position& position) {
+  io(position), io(tool.force), io(tool.force_raw), io(tool.direction), io(tool.torque), io(tool.torque_raw);
+  io(tool.contact_count), io(tool.slip_count), io(tool.release_count), io(tool.flags);
+}
+template <typename Io, typename Node>
+void pass_node(Io& io, Node& node) {
+  io(node.node), io(node.column), io(node.tool), io(node.point), io(node.modified_displacement), io(node.force);
+}
 
 // The checksum is computed with its own bytes as zero.
 std::uint64_t checksum_of(const unsigned char* bytes, std::size_t count) {
@@ -101,17 +141,7 @@ bool is_pose(const double* position, const double* orientation) {
   return is_sane(position, 3) && std::fabs(std::sqrt(square) - 1) <= 1e-3;  // false for NaN
 }
 
-DatagramFault read_tool(Reader& in, palpate_tool_state& tool, SceneConfig::Vector& position) {
-  in.vector(position.data());
-  in.vector(tool.force);
-  in.vector(tool.force_raw);
-  in.vector(tool.direction);
-  in.vector(tool.torque);
-  in.vector(tool.torque_raw);
-  tool.contact_count = in.i32();
-  tool.slip_count = in.i32();
-  tool.release_count = in.i32();
-  tool.flags = in.u32();
+DatagramFault fault_of(const palpate_tool_state& tool, const SceneConfig::Vector& position) {
   if (!is_sane(position.data(), 3) || !is_sane(tool.force, 3) || !is_sane(tool.force_raw, 3) ||
       !is_direction(tool.direction) || !is_sane(tool.torque, 3) || !is_sane(tool.torque_raw, 3))
     return DatagramFault::number;
@@ -119,13 +149,7 @@ DatagramFault read_tool(Reader& in, palpate_tool_state& tool, SceneConfig::Vecto
   return counted ? DatagramFault::none : DatagramFault::counts;
 }
 
-DatagramFault read_node(Reader& in, palpate_contact_node& node, int tools, const DatagramLimits& limits) {
-  node.node = in.i32();
-  node.column = in.i32();
-  node.tool = in.i32();
-  node.point = in.i32();
-  in.vector(node.modified_displacement);
-  in.vector(node.force);
+DatagramFault fault_of(const palpate_contact_node& node, int tools, const DatagramLimits& limits) {
   if (node.column < 0 || static_cast<std::size_t>(node.column) >= limits.touchable.size() ||
       node.node != limits.touchable[static_cast<std::size_t>(node.column)] || node.tool < -1 || node.tool >= tools ||
       node.point < 0)
@@ -167,50 +191,13 @@ std::size_t encode_contacts(const palpate_contacts& contacts, const DatagramNote
                             static_cast<std::size_t>(contacts.node_count) * kDatagramNodeBytes;
   std::copy(std::begin(kMagic), std::end(kMagic), to);
   Writer out(to + sizeof kMagic);
-  out.u32(kDatagramVersion);
-  out.u32(static_cast<std::uint32_t>(bytes));
-  out.u64(0);  // the checksum, below
-  out.u64(note.bundle);
-  out.u64(note.session);
-  out.u64(note.sequence);
-  out.u64(contacts.step);
-  out.f64(note.time);
-  out.u64(static_cast<std::uint64_t>(note.sent));
-  out.u32(note.last ? 1 : 0);
-  out.u32(contacts.flags);
-  out.i32(contacts.sweeps);
-  out.i32(contacts.tool_count);
-  out.i32(contacts.node_count);
-  out.i32(contacts.newton_steps);
-  out.f64(contacts.residual_displacement);
-  out.f64(contacts.residual_force);
-  out.vector(contacts.organ_position);
-  out.vector(contacts.organ_orientation, 4);
-  out.i32(contacts.operations);
-  out.u32(0);
-  for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
-    const palpate_tool_state& tool = *palpate_contacts_tool(&contacts, t);
-    out.vector(note.positions[static_cast<std::size_t>(t)].data());
-    out.vector(tool.force);
-    out.vector(tool.force_raw);
-    out.vector(tool.direction);
-    out.vector(tool.torque);
-    out.vector(tool.torque_raw);
-    out.i32(tool.contact_count);
-    out.i32(tool.slip_count);
-    out.i32(tool.release_count);
-    out.u32(tool.flags);
-  }
-  for (std::int32_t n = 0; n < contacts.node_count; ++n) {
-    const palpate_contact_node& node = *palpate_contacts_node(&contacts, n);
-    out.i32(node.node);
-    out.i32(node.column);
-    out.i32(node.tool);
-    out.i32(node.point);
-    out.vector(node.modified_displacement);
-    out.vector(node.force);
-  }
-  Writer(to + kChecksumAt).u64(checksum_of(to, bytes));
+  out(kDatagramVersion), out(static_cast<std::uint32_t>(bytes)), out(std::uint64_t{0});  // the checksum: below
+  pass_header(out, note, contacts);
+  out(std::uint32_t{0});
+  for (std::int32_t t = 0; t < contacts.tool_count; ++t)
+    pass_tool(out, *palpate_contacts_tool(&contacts, t), note.positions[static_cast<std::size_t>(t)]);
+  for (std::int32_t n = 0; n < contacts.node_count; ++n) pass_node(out, *palpate_contacts_node(&contacts, n));
+  Writer(to + kChecksumAt)(checksum_of(to, bytes));
   return bytes;
 }
 
@@ -219,29 +206,16 @@ DatagramFault decode_contacts(std::span<const unsigned char> bytes, const Datagr
   if (bytes.size() < kDatagramHeaderBytes) return DatagramFault::size;
   if (!std::equal(std::begin(kMagic), std::end(kMagic), bytes.begin())) return DatagramFault::magic;
   Reader in(bytes.data() + sizeof kMagic);
-  if (in.u32() != kDatagramVersion) return DatagramFault::version;
-  if (in.u32() != bytes.size()) return DatagramFault::size;
-  if (in.u64() != checksum_of(bytes.data(), bytes.size())) return DatagramFault::checksum;
-  note->bundle = in.u64();
-  if (note->bundle != limits.bundle) return DatagramFault::bundle;
-  note->session = in.u64();
-  note->sequence = in.u64();
+  if (in.next<std::uint32_t>() != kDatagramVersion) return DatagramFault::version;
+  if (in.next<std::uint32_t>() != bytes.size()) return DatagramFault::size;
+  if (in.next<std::uint64_t>() != checksum_of(bytes.data(), bytes.size())) return DatagramFault::checksum;
   *contacts = palpate_contacts{};
-  contacts->step = in.u64();
-  note->time = in.f64();
-  note->sent = static_cast<std::int64_t>(in.u64());
-  note->last = in.u32() != 0;
-  contacts->flags = in.u32();
-  contacts->sweeps = in.i32();
-  const std::uint32_t tools = in.u32(), nodes = in.u32();
-  contacts->newton_steps = in.i32();
+  pass_header(in, *note, *contacts);
+  if (note->bundle != limits.bundle) return DatagramFault::bundle;
   contacts->least_volume = 1;  // what concerns `deformation: large` is not sent
-  contacts->residual_displacement = in.f64();
-  contacts->residual_force = in.f64();
-  in.vector(contacts->organ_position);
-  in.vector(contacts->organ_orientation, 4);
-  contacts->operations = in.i32();
-  in.u32();
+  in.next<std::uint32_t>();
+  const auto tools = static_cast<std::uint32_t>(contacts->tool_count),
+             nodes = static_cast<std::uint32_t>(contacts->node_count);
   const auto at_most = [](std::uint32_t count, int limit) { return count <= static_cast<std::uint32_t>(limit); };
   if (!at_most(tools, std::min(limits.tools, PALPATE_MAX_TOOLS)) || !at_most(nodes, limits.nodes) ||
       bytes.size() != kDatagramHeaderBytes + tools * kDatagramToolBytes + nodes * kDatagramNodeBytes)
@@ -256,10 +230,13 @@ DatagramFault decode_contacts(std::span<const unsigned char> bytes, const Datagr
   for (std::uint32_t t = 0; t < tools && fault == DatagramFault::none; ++t) {
     tool_of(contacts, t) = palpate_tool_state{};
     tool_of(contacts, t).id = static_cast<std::int32_t>(t);  // a player's tools have no other id
-    fault = read_tool(in, tool_of(contacts, t), note->positions[t]);
+    pass_tool(in, tool_of(contacts, t), note->positions[t]);
+    fault = fault_of(tool_of(contacts, t), note->positions[t]);
   }
-  for (std::uint32_t n = 0; n < nodes && fault == DatagramFault::none; ++n)
-    fault = read_node(in, node_of(contacts, n), contacts->tool_count, limits);
+  for (std::uint32_t n = 0; n < nodes && fault == DatagramFault::none; ++n) {
+    pass_node(in, node_of(contacts, n));
+    fault = fault_of(node_of(contacts, n), contacts->tool_count, limits);
+  }
   return fault;
 }
 

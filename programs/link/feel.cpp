@@ -8,6 +8,7 @@
 
 #include "formats/errors.h"
 #include "formats/program.h"
+#include "programs/player/touch_loop.h"
 
 namespace palpate {
 namespace {
@@ -47,26 +48,21 @@ FeelRun feel(Player& player, std::uint64_t bundle, DatagramSender& sender, const
     return bytes;
   };
 
-  palpate_scene_reset(player.runtime_scene());
-  run.touch.scheduling = ask_for_fifo(80);
-  std::uint64_t before = 0;
-  run_loop(run.touch, now(), rate, steps, options.late, stop, [&](std::uint64_t index) {
-    if (index / once != before / once) palpate_scene_reset(player.runtime_scene());  // the path begins again
-    player.move_tools(static_cast<double>(index % once) / rate);
-    const Nanoseconds begin = now();
-    const palpate_step_flags flags = player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts,
-                                                  memory.size() * sizeof memory[0]);
-    const Nanoseconds touched = now();
-    run.flags.add(flags);
-    before = index;
-    ++note.sequence;
-    note.time = static_cast<double>(index) / rate;
-    std::copy(player.positions().begin(), player.positions().end(), note.positions.begin());
-    const std::size_t bytes = send();
-    run.send_us.push_back(microseconds(now() - touched));
-    if (options.keep) run.kept.emplace_back(datagram.data(), datagram.data() + bytes);
-    return touched - begin;
-  });
+  run_touch_loop(
+      {player, run.touch, run.flags, rate, steps, options.late, stop}, now(), memory.size() * sizeof memory[0],
+      [&](std::uint64_t index, std::uint64_t before) {
+        if (index / once != before / once) palpate_scene_reset(player.runtime_scene());  // the path begins again
+        player.move_tools(static_cast<double>(index % once) / rate);
+      },
+      [&] { return contacts; },
+      [&](std::uint64_t index, Nanoseconds touched) {
+        ++note.sequence;
+        note.time = static_cast<double>(index) / rate;
+        std::copy(player.positions().begin(), player.positions().end(), note.positions.begin());
+        const std::size_t bytes = send();
+        run.send_us.push_back(microseconds(now() - touched));
+        if (options.keep) run.kept.emplace_back(datagram.data(), datagram.data() + bytes);
+      });
   note.last = true;
   ++note.sequence;
   for (int i = 0; i < kFarewells && note.sequence > 1; ++i) {

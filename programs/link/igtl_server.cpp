@@ -15,6 +15,7 @@
 #include "programs/link/sockets.h"
 #include "programs/player/contacts_mailbox.h"
 #include "programs/player/deform_thread.h"
+#include "programs/player/touch_loop.h"
 
 namespace palpate {
 namespace {
@@ -109,22 +110,16 @@ class Server {
   static double seconds() { return static_cast<double>(now()) * 1e-9; }
 
   void touch(const std::atomic<bool>& stop) {
-    run_.touch.scheduling = ask_for_fifo(80);
-    const double rate = player_.scene().touch_hz;
-    std::uint64_t before = 0;
-    palpate_scene_reset(player_.runtime_scene());
-    run_loop(run_.touch, now(), rate, ~std::uint64_t{0} >> 8, LateSteps::left_out, &stop, [&](std::uint64_t index) {
-      const std::uint32_t present = tools_.move(player_);
-      const Nanoseconds begin = now();
-      const palpate_step_flags flags = player_.touch(static_cast<double>(index - before + (index == 0)) / rate,
-                                                     mailbox_.slot(), mailbox_.contacts_bytes());
-      const Nanoseconds end = now();
-      run_.touch_flags.add(flags);
-      before = index;
-      mailbox_.publish(present);
-      keep_bounded(run_.touch);
-      return end - begin;
-    });
+    std::uint32_t present = 0;
+    run_touch_loop(
+        {player_, run_.touch, run_.touch_flags, player_.scene().touch_hz, ~std::uint64_t{0} >> 8, LateSteps::left_out,
+         &stop},
+        now(), mailbox_.contacts_bytes(), [&](std::uint64_t, std::uint64_t) { present = tools_.move(player_); },
+        [&] { return mailbox_.slot(); },
+        [&](std::uint64_t, Nanoseconds) {
+          mailbox_.publish(present);
+          keep_bounded(run_.touch);
+        });
   }
 
   // A server may run for days, so the report covers the last steps only.

@@ -126,6 +126,18 @@ OrganChoices choose(const OrganSource& source) {
   return choices;
 }
 
+std::vector<std::string> warnings_of(const std::string& organ, const OrganRequest& request, const OrganSource& source) {
+  std::vector<std::string> sentences = doubts(request, source);
+  if (const std::string large = choose(source).size_warning; !large.empty())
+    sentences.push_back(fmt::format("{}: {}", organ, large));
+  if (source.pieces > 1)
+    sentences.push_back(
+        fmt::format("{} has {} pieces; the largest is kept, {:.4g} cm3; the others have {:.3g} cm3 together", organ,
+                    source.pieces, source.volume_mm3 / 1000, source.dropped_mm3 / 1000));
+  if (source.touches_border) sentences.push_back(organ + " touches the image's border, where the organ may be cut off");
+  return sentences;
+}
+
 OrganSource welded(const OrganGroup& group) {
   OrganSource all = group.organs.front();
   all.labels.clear(), all.labels_text.clear(), all.border_points.clear();

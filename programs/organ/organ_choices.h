@@ -31,6 +31,10 @@ struct OrganChoices {
 
 OrganChoices choose(const OrganSource& source);
 
+// What the user should look at before the organ is made: doubts(), a bundle that gets large, pieces that are dropped, an organ that the
+// image cuts off. A sentence each; `organ` is its subject. Errors: as doubts().
+std::vector<std::string> warnings_of(const std::string& organ, const OrganRequest& request, const OrganSource& source);
+
 // Several organs as one mesh: the volumes, boxes and surfaces of all of them together, which choose() takes like those of one organ.
 OrganSource welded(const OrganGroup& group);
 

@@ -6,7 +6,10 @@
 #include <fstream>
 #include <functional>
 
+#include <nlohmann/json.hpp>
+
 #include "formats/errors.h"
+#include "formats/program.h"
 
 namespace palpate {
 namespace {
@@ -264,6 +267,7 @@ namespace {
 
 struct OrganTexts {
   std::string material, held, press, make;
+  std::vector<std::string> warnings;
 };
 
 void write_folder(const fs::path& folder, const OrganTexts& texts) {
@@ -273,13 +277,23 @@ void write_folder(const fs::path& folder, const OrganTexts& texts) {
   write_text(folder / "boundary" / "held.toml", texts.held);
   write_text(folder / "scenes" / "press.toml", texts.press);
   write_text(folder / "organ.mk", texts.make);
+  const nlohmann::ordered_json report = {{"warnings", texts.warnings}};
+  write_text(folder / "new-organ.json", report.dump(2) + "\n");
 }
 
 void write_one(const fs::path& folder, const OrganRequest& request, const OrganSource& source,
-               const OrganChoices& choices) {
+               std::vector<std::string> warnings) {
   const bool mesh = source.kind == OrganSource::Kind::mesh;
-  write_folder(folder, {organ_toml(request, source, mesh ? source.region_names : std::vector{request.name}),
-                        held_toml(choices), press_toml(source, choices), organ_mk(request, source, choices)});
+  const OrganChoices choices = choose(source);
+  write_folder(folder,
+               {organ_toml(request, source, mesh ? source.region_names : std::vector{request.name}), held_toml(choices),
+                press_toml(source, choices), organ_mk(request, source, choices), std::move(warnings)});
+}
+
+std::vector<std::string> warned(const std::string& organ, const OrganRequest& request, const OrganSource& source) {
+  std::vector<std::string> sentences = warnings_of(organ, request, source);
+  for (const std::string& sentence : sentences) warn(sentence);
+  return sentences;
 }
 
 // Calls write with a folder that becomes folder/name at the end.
@@ -297,22 +311,28 @@ fs::path write_whole(const OrganRequest& request, const std::function<void(const
 
 }  // namespace
 
-fs::path write_organ(const OrganRequest& request, const OrganSource& source, const OrganChoices& choices) {
-  return write_whole(request, [&](const fs::path& folder) { write_one(folder, request, source, choices); });
+fs::path write_organ(const OrganRequest& request, const OrganSource& source) {
+  const std::vector<std::string> warnings = warned("the organ", request, source);
+  return write_whole(request, [&](const fs::path& folder) { write_one(folder, request, source, warnings); });
 }
 
 fs::path write_organs(const OrganRequest& request, const std::vector<NamedLabel>& labels, const OrganGroup& group) {
   const OrganSource all = welded(group);
   const OrganChoices choices = choose(all);
-  std::vector<std::string> regions;
-  for (const NamedLabel& label : labels) regions.push_back(label.name);
+  std::vector<std::string> regions, warnings;
+  std::vector<std::vector<std::string>> of_organ;
+  for (std::size_t o = 0; o < labels.size(); ++o) {
+    regions.push_back(labels[o].name);
+    of_organ.push_back(warned(labels[o].name, request, group.organs[o]));
+    warnings.insert(warnings.end(), of_organ[o].begin(), of_organ[o].end());
+  }
   return write_whole(request, [&](const fs::path& folder) {
     write_folder(folder, {organ_toml(request, all, regions), held_sets_toml(labels, group), press_toml(all, choices),
-                          welded_mk(request, labels, all, group, choices)});
+                          welded_mk(request, labels, all, group, choices), warnings});
     for (std::size_t o = 0; o < labels.size(); ++o) {
       OrganRequest one = request;
       one.name = labels[o].name;
-      write_one(folder / one.name, one, group.organs[o], choose(group.organs[o]));
+      write_one(folder / one.name, one, group.organs[o], of_organ[o]);
     }
   });
 }

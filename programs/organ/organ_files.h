@@ -1,4 +1,5 @@
-// Writes an organ's folder: organ.toml, boundary/held.toml, scenes/press.toml, organ.mk.
+// Writes an organ's folder: organ.toml, boundary/held.toml, scenes/press.toml, organ.mk; and new-organ.json with the warnings, which
+// the pipeline shows beside those of its own steps.
 #pragma once
 
 #include "programs/organ/organ_choices.h"
@@ -9,10 +10,10 @@ namespace palpate {
 // whose folder exists, and where the folder that is to hold it does not.
 void check_organ_name(const OrganRequest& request);
 
-// Writes folder/name whole or not at all, and returns its path. Errors: OperationError.
-std::filesystem::path write_organ(const OrganRequest& request, const OrganSource& source, const OrganChoices& choices);
+// Warns (warnings_of), writes folder/name whole or not at all, and returns its path. Errors: OperationError; as warnings_of.
+std::filesystem::path write_organ(const OrganRequest& request, const OrganSource& source);
 
-// Writes folder/name for several organs as one welded mesh, and in it a folder for each organ by itself; whole or not at all.
+// The same for several organs as one welded mesh, and in it a folder for each organ by itself.
 std::filesystem::path write_organs(const OrganRequest& request, const std::vector<NamedLabel>& labels,
                                    const OrganGroup& group);
 

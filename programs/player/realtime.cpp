@@ -12,6 +12,7 @@
 
 #include "programs/player/contacts_mailbox.h"
 #include "programs/player/deform_thread.h"
+#include "programs/player/touch_loop.h"
 
 namespace palpate {
 namespace {
@@ -63,7 +64,6 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
   for (auto* numbers : {&run.shape.work, &run.shape.wake_up, &run.age}) reserve(*numbers, scene.shape_hz * seconds);
   run.memory = lock_memory(player);
   measure_gaps(run);
-  palpate_scene_reset(player.runtime_scene());
 
   const Nanoseconds start = now() + 20000000;  // all threads are there by then
   constexpr double kMostSolves = 10000;        // in a second
@@ -87,26 +87,18 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
     });
   });
   std::thread touch_thread([&] {
-    run.touch.scheduling = ask_for_fifo(80);
     double last = 0;
-    std::uint64_t before = 0;
-    const auto steps = static_cast<std::uint64_t>(rate * seconds);
-    run_loop(run.touch, start, rate, steps, LateSteps::left_out, nullptr, [&](std::uint64_t index) {
-      const double time = std::fmod(static_cast<double>(index) / rate, duration);
-      if (time < last)
-        palpate_scene_reset(player.runtime_scene());  // from the start again: the tools are back where they began
-      last = time;
-      player.move_tools(time);
-      palpate_contacts* contacts = mailbox.slot();
-      const Nanoseconds begin = now();
-      const palpate_step_flags flags =
-          player.touch(static_cast<double>(index - before + (index == 0)) / rate, contacts, mailbox.contacts_bytes());
-      const Nanoseconds end = now();
-      run.touch_flags.add(flags);
-      before = index;
-      mailbox.publish(end);
-      return end - begin;
-    });
+    run_touch_loop(
+        {player, run.touch, run.touch_flags, rate, static_cast<std::uint64_t>(rate * seconds)}, start,
+        mailbox.contacts_bytes(),
+        [&](std::uint64_t index, std::uint64_t) {
+          const double time = std::fmod(static_cast<double>(index) / rate, duration);
+          if (time < last)
+            palpate_scene_reset(player.runtime_scene());  // from the start again: the tools are back where they began
+          last = time;
+          player.move_tools(time);
+        },
+        [&] { return mailbox.slot(); }, [&](std::uint64_t, Nanoseconds end) { mailbox.publish(end); });
   });
   touch_thread.join();
   shape_thread.join();

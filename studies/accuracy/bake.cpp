@@ -63,18 +63,9 @@ Baked Bakery::look(const BundleSetting& setting) const {
 }
 
 std::vector<std::string> Bakery::precompute(const BundleSetting& setting, const Inputs& from) const {
-  std::vector<std::string> command = {(organ_.options().bin / "palpate-precompute").string(),
-                                      from.mesh.string(),
-                                      "--organ",
-                                      from.organ.string(),
-                                      "--boundary",
-                                      from.boundary.string(),
-                                      "--tolerance",
-                                      fmt::format("{}", setting.tolerance),
-                                      "--locking-probes",
-                                      "0",
-                                      "--store",
-                                      setting.storage == "f64" ? "f64" : "f32"};
+  auto command = precompute_command(
+      organ_.options().bin, from.mesh, from.organ, from.boundary,
+      {"--tolerance", fmt::format("{}", setting.tolerance), "--store", setting.storage == "f64" ? "f64" : "f32"});
   if (organ_.options().memory_gigabytes > 0) {
     command.push_back("--memory");
     command.push_back(fmt::format("{}", organ_.options().memory_gigabytes));

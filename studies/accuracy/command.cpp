@@ -45,6 +45,31 @@ void run_command(const std::vector<std::string>& arguments, const std::filesyste
   check_end(status, arguments, fmt::format("{} (all of it: {})", last_line(log), log.string()));
 }
 
+std::vector<std::string> precompute_command(const std::filesystem::path& bin, const std::filesystem::path& mesh,
+                                            const std::filesystem::path& organ, const std::filesystem::path& boundary,
+                                            const std::vector<std::string>& more) {
+  std::vector<std::string> command = {(bin / "palpate-precompute").string(),
+                                      mesh.string(),
+                                      "--organ",
+                                      organ.string(),
+                                      "--boundary",
+                                      boundary.string(),
+                                      "--locking-probes",
+                                      "0"};
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+std::filesystem::path write_report(const std::filesystem::path& python, const std::filesystem::path& source,
+                                   const std::string& study, const std::filesystem::path& folder,
+                                   const std::string& result) {
+  const auto page = folder / "report.html";
+  run_command({python.string(), (source / "studies" / study / "report.py").string(),
+               (folder / (result + ".json")).string(), "-o", page.string()},
+              folder / "logs" / "report.txt");
+  return page;
+}
+
 std::string output_of(const std::vector<std::string>& arguments) {
   std::FILE* pipe = ::popen(quoted(arguments).c_str(), "r");
   if (!pipe) throw OperationError(fmt::format("{}: cannot be started", arguments[0]));

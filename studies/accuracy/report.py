@@ -1,20 +1,19 @@
 #!/usr/bin/env python3
 """report.py FOLDER/accuracy.json -o FOLDER/report.html: the page of the accuracy study, for a reader who has to choose a setting."""
-import json
 import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import ELEMENTS, Page, Plot, number, percent, study_and_output  # noqa: E402
+import page as report  # noqa: E402
+from page import ELEMENTS, Plot, number, percent  # noqa: E402
 
 MODELS = {"linear": ("#c2410c", "s"), "response": ("#a16207", "v"), "large": ("#0b6fa4", "o")}
 CONTACTS = {"node": ("#c2410c", "s"), "triangle": ("#a16207", "v"), "point": ("#7c3aed", "D"), "patch": ("#0b6fa4", "o")}
 
 
-class Study:
+class Study(report.Study):
     def __init__(self, file):
-        with open(file) as stream:
-            self.all = json.load(stream)
+        super().__init__(file)
         self.points = self.all["points"]
         self.base = self.all["base_resolution"]
         self.own_reference = next((p for p in self.points if p["is_reference"] and p["own_material"]
@@ -405,23 +404,11 @@ def everything(page, study):
     page.words("The figures as data: <code>accuracy.json</code> and <code>accuracy.csv</code> beside this page.")
 
 
-def main():
-    arguments = study_and_output(__doc__)
-    study = Study(arguments.study)
-    page = Page(f"What accuracy costs: {study.all['organ']}, held at {study.all['boundary']}",
-                "What each choice costs in accuracy and in time, measured on this organ and this machine. First: a setting for each of three budgets.")
-    first_screen(page, study)
-    fronts(page, study)
-    mesh_and_element(page, study)
-    contact_models(page, study)
-    solver_tolerance(page, study)
-    storage(page, study)
-    scene_effects(page, study)
-    large_strain(page, study)
-    reference_error(page, study)
-    everything(page, study)
-    page.write(arguments.output)
+def title_and_lead(study):
+    return (f"What accuracy costs: {study.all['organ']}, held at {study.all['boundary']}",
+            "What each choice costs in accuracy and in time, measured on this organ and this machine. First: a setting for each of three budgets.")
 
 
 if __name__ == "__main__":
-    main()
+    report.write_report(__doc__, Study, title_and_lead, first_screen, fronts, mesh_and_element, contact_models, solver_tolerance, storage,
+                        scene_effects, large_strain, reference_error, everything)

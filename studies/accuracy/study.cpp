@@ -257,11 +257,8 @@ class Study {
   }
 
   void report() const {
-    const auto page = folder() / "report.html";
-    run_command({organ_.options().python.string(), (organ_.options().source / "studies/accuracy/report.py").string(),
-                 (folder() / "accuracy.json").string(), "-o", page.string()},
-                folder() / "logs" / "report.txt");
-    note(fmt::format("{}: the report", page.string()));
+    note(write_report(organ_.options().python, organ_.options().source, "accuracy", folder(), "accuracy").string() +
+         ": the report");
   }
 
   const std::string own_hash_ = sha256_of_file("/proc/self/exe");  // the runtime that is measured is inside

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """report.py FOLDER/large-deformation.json -o FOLDER/report.html: the page of the study of large deformation."""
-import json
 import os
 import statistics
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import Page, Plot, number, percent, study_and_output  # noqa: E402
+import page as report  # noqa: E402
+from page import Plot, number, percent  # noqa: E402
 
 KINDS = {"linear": "#c2410c", "large": "#0b6fa4"}
 WHAT = {"field": "displacement of the surface", "force": "force"}
@@ -14,10 +14,9 @@ WHAT = {"field": "displacement of the surface", "force": "force"}
 TARGET = {"field": 0.01, "force": 0.02}
 
 
-class Study:
+class Study(report.Study):
     def __init__(self, file):
-        with open(file) as stream:
-            self.all = json.load(stream)
+        super().__init__(file)
         self.points, self.meshes = self.all["points"], self.all["meshes"]
         self.depths = sorted({p["depth_mm"] for p in self.points})
         self.moves = list(dict.fromkeys(p["move"] for p in self.points))
@@ -165,9 +164,7 @@ def times(page, study):
 
 def everything(page, study):
     page.heading("Every state")
-    machine = study.all["machine"]
-    page.words(f"{machine['processor']}, {machine['cores']} cores; load when the study ended: {number(machine['load'])} (times vary on a busy machine). "
-               f"palpate {study.all['program_version']}; {study.all['organ']}, held at {study.all['boundary']}, {study.all['element']}; "
+    page.words(f"{study.machine()}; {study.all['organ']}, held at {study.all['boundary']}, {study.all['element']}; "
                f"took {number(study.all['took_s'])} s. As data: <code>large-deformation.json</code> and <code>large-deformation.csv</code>.")
     keys = list(study.points[0])
     page.table(keys, [[p[k] for k in keys] for p in study.points], folded=f"{len(study.points)} states")
@@ -176,19 +173,11 @@ def everything(page, study):
                    [(p["resolution"], p["poisson"], p["move"], str(p["place"] + 1), p["depth_mm"], p["unsolved"]) for p in study.unsolved()])
 
 
-def main():
-    arguments = study_and_output(__doc__)
-    study = Study(arguments.study)
-    page = Page(f"Large deformation: {study.all['organ']}, held at {study.all['boundary']}",
-                "How near the runtime's large deformation comes to the converged solution while tools move, what linear elasticity would have given, and "
-                "what both take.")
-    first_screen(page, study)
-    errors(page, study)
-    by_move(page, study)
-    times(page, study)
-    everything(page, study)
-    page.write(arguments.output)
+def title_and_lead(study):
+    return (f"Large deformation: {study.all['organ']}, held at {study.all['boundary']}",
+            "How near the runtime's large deformation comes to the converged solution while tools move, what linear elasticity would have given, and "
+            "what both take.")
 
 
 if __name__ == "__main__":
-    main()
+    report.write_report(__doc__, Study, title_and_lead, first_screen, errors, by_move, times, everything)

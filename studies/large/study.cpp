@@ -45,7 +45,7 @@ class Study {
     return folder_.kept_or_measured({mesh, organ_file}, settings, [&](const std::filesystem::path& parts) {
       say(fmt::format("measuring {}, nu {:g}", resolution, poisson));
       const LargeBody body = folder_.body(mesh, organ_file);
-      const auto bundle = folder_.bake(mesh, organ_file, fmt::format("{}-nu-{}", resolution, poisson), true);
+      const auto bundle = folder_.bake(mesh, organ_file, fmt::format("{}-nu-{}", resolution, poisson));
       Json measured = {{"resolution", resolution},
                        {"poisson", poisson},
                        {"vertices", body.elastic().nodes.size()},
@@ -78,7 +78,7 @@ class Study {
       point.erase("moves");
       study["meshes"].push_back(point);
     }
-    folder_.write("large-deformation", study, rows, "report.py", "report.html");
+    folder_.write("large-deformation", study, rows);
   }
 
   const LargeStudyOptions options_;
@@ -91,8 +91,6 @@ class Study {
   std::vector<Json> points_;
 };
 
-}  // namespace
-
 LargeStudyOptions with_defaults(LargeStudyOptions options) {
   if (options.organ.output.empty())
     options.organ.output = options.organ.data / options.organ.organ / "large-deformation" / options.organ.boundary;
@@ -100,6 +98,8 @@ LargeStudyOptions with_defaults(LargeStudyOptions options) {
     throw InputError("--depths: expected depths that grow, for example 10,20,30");
   return options;
 }
+
+}  // namespace
 
 void run_study(const LargeStudyOptions& options) {
   Study(with_defaults(options)).run();

@@ -1,4 +1,4 @@
-// The studies of large deformation on an organ.
+// The study of large deformation on an organ.
 #pragma once
 
 #include <vector>
@@ -15,17 +15,8 @@ struct LargeStudyOptions {
   int threads = 1;  // moves beside one another
 };
 
-// Both resume: points/ keeps what was measured. Errors: InputError, OperationError.
-
 // Following a converged solution, and times, of every mesh and Poisson's ratio: large-deformation.json, large-deformation.csv and
-// report.html with its pictures.
+// report.html with its pictures. Resumes: points/ keeps what was measured. Errors: InputError, OperationError.
 void run_study(const LargeStudyOptions& options);
-
-// The same push on every mesh: what the element, the disc and the mesh's shape do to its force. between-meshes.json,
-// between-meshes.csv and between-meshes.html with its pictures.
-void run_study_between_meshes(const LargeStudyOptions& options);
-
-// With the default folder. Errors: InputError where depths do not grow.
-LargeStudyOptions with_defaults(LargeStudyOptions options);
 
 }  // namespace palpate::large

@@ -19,20 +19,11 @@ StudyFolder::StudyFolder(const accuracy::OrganCase& organ)
     : organ_(organ), own_hash_(sha256_of_file("/proc/self/exe")) {}
 
 std::filesystem::path StudyFolder::bake(const std::filesystem::path& mesh, const std::filesystem::path& organ,
-                                        const std::string& name, bool large) const {
+                                        const std::string& name) const {
   const auto bundle = path() / "bundles" / (name + ".h5");
   std::filesystem::create_directories(bundle.parent_path());
-  std::vector<std::string> command = {(organ_.options().bin / "palpate-precompute").string(),
-                                      mesh.string(),
-                                      "--organ",
-                                      organ.string(),
-                                      "--boundary",
-                                      organ_.boundary_file().string(),
-                                      "--locking-probes",
-                                      "0",
-                                      "-o",
-                                      bundle.string()};
-  if (large) command.push_back("--large-deformation");
+  const auto command = accuracy::precompute_command(organ_.options().bin, mesh, organ, organ_.boundary_file(),
+                                                    {"--large-deformation", "-o", bundle.string()});
   accuracy::run_command(command, path() / "logs" / (name + ".txt"));
   return bundle;
 }
@@ -63,18 +54,14 @@ Json StudyFolder::kept_or_measured(const std::vector<std::filesystem::path>& fil
   return point;
 }
 
-void StudyFolder::write(const std::string& name, Json study, const std::vector<Json>& rows, const std::string& script,
-                        const std::string& page) const {
+void StudyFolder::write(const std::string& name, Json study, const std::vector<Json>& rows) const {
   const accuracy::StudyOptions& options = organ_.options();
   Json all = {{"program", "large_study"},       {"program_version", PALPATE_VERSION},
               {"organ", options.organ},         {"boundary", options.boundary},
               {"radius_mm", options.radius_mm}, {"machine", accuracy::machine_json()}};
   all.update(study);
   accuracy::write_results(path(), name, all, rows);
-  accuracy::run_command({options.python.string(), (options.source / "studies/large" / script).string(),
-                         (path() / (name + ".json")).string(), "-o", (path() / page).string()},
-                        path() / "logs" / (page + ".txt"));
-  note(fmt::format("{}: the report", (path() / page).string()));
+  note(accuracy::write_report(options.python, options.source, "large", path(), name).string() + ": the report");
 }
 
 }  // namespace palpate::large

@@ -1,4 +1,4 @@
-// What both studies of this folder keep: bundles that they bake, and points that they measured once.
+// What the study keeps: bundles that it bakes, and points that it measured once.
 #pragma once
 
 #include <filesystem>
@@ -20,9 +20,9 @@ class StudyFolder {
 
   const std::filesystem::path& path() const { return organ_.options().output; }
 
-  // Bakes the mesh by palpate-precompute; large: with what large deformation needs. Returns the bundle. Errors: OperationError.
+  // Bakes the mesh by palpate-precompute, with what large deformation needs. Returns the bundle. Errors: OperationError.
   std::filesystem::path bake(const std::filesystem::path& mesh, const std::filesystem::path& organ,
-                             const std::string& name, bool large) const;
+                             const std::string& name) const;
   LargeBody body(const std::filesystem::path& mesh, const std::filesystem::path& organ) const;
 
   // The point that an earlier run of this program kept for the same files and settings; else measures and keeps it. measure gets a
@@ -30,9 +30,9 @@ class StudyFolder {
   nlohmann::ordered_json kept_or_measured(const std::vector<std::filesystem::path>& files,
                                           const nlohmann::ordered_json& settings, const Measure& measure) const;
 
-  // NAME.json, NAME.csv, and PAGE by the script of this folder.
-  void write(const std::string& name, nlohmann::ordered_json study, const std::vector<nlohmann::ordered_json>& rows,
-             const std::string& script, const std::string& page) const;
+  // NAME.json, NAME.csv, and report.html.
+  void write(const std::string& name, nlohmann::ordered_json study,
+             const std::vector<nlohmann::ordered_json>& rows) const;
 
  private:
   const accuracy::OrganCase& organ_;

@@ -89,7 +89,7 @@ class Moves {
       begin = Clock::now();
       ConstrainedSolve(push_, node, "jacobi", kTolerance).move(d, false, answer);
       gradients.add(seconds_since(begin), answer, reference);
-      const double spent = peer.grip(node, d, answer).second;
+      const double spent = peer.grip(node, d, answer);
       frame.add(spent, answer, reference);
     }
     Json rows = Json::array();
@@ -120,7 +120,7 @@ class Moves {
     std::pair<Measured, Measured> measured;
     for (int round = 0; round < 2; ++round) {
       measured = {};
-      peer.play(measured.first, measured.second, truth, [] {});
+      peer.play(measured.first, measured.second, truth);
     }
     return measured;
   }

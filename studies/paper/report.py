@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """report.py FOLDER/paper.json -o FOLDER/report.html: the paper's tables and figures with the measured ones; writes FOLDER/paper.csv too."""
 import csv
-import json
 import os
 import sys
 
@@ -10,7 +9,8 @@ import numpy as np
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 sys.path[:0] = [os.path.join(ROOT, "studies", "report"), os.path.join(ROOT, "pipelines", "pictures")]
 import cylinder  # noqa: E402
-from page import COLOURS, Page, Plot, number, study_and_output  # noqa: E402
+import page as report  # noqa: E402
+from page import COLOURS, Plot, number  # noqa: E402
 
 # What the paper printed: Cotin, Delingette and Ayache, IEEE TVCG 5(1), 1999.
 PAPER_PREPROCESSING_S = {"193": 7 * 60, "1735": 9 * 3600}
@@ -34,10 +34,10 @@ def ratio_text(value):
     return f"{number(value, 2)}" if value < 100 else f"{float(f'{value:.2g}'):,.0f}"
 
 
-class Study:
+class Study(report.Study):
     def __init__(self, file):
-        with open(file) as stream:
-            self.all = json.load(stream)
+        super().__init__(file)
+        self.folder = os.path.dirname(os.path.abspath(file))
         self.moves = self.all["moves"]
 
     def move(self, model, name):
@@ -91,12 +91,12 @@ def overshoot(study):
     return [values[np.argmax(np.abs(values - 1))] for values in moved.values()]
 
 
-def cylinder_distances(study, large=False):
-    """Largest distances from the measured curve, as shares of its largest value: force, radial. large: of the law that stiffens."""
+def cylinder_distances(study):
+    """Largest distances from the measured curve, as shares of its largest value: force, radial."""
     worst = np.zeros(2)
     for case in study.all["cylinders"]:
         x, force, radial = cylinder.read_curve(case["curve"])
-        scene = case["large"]["scene"] if large else os.path.join(case["scenes"], "compress")
+        scene = os.path.join(case["scenes"], "compress")
         worst = np.maximum(worst, (cylinder.worst_distance(cylinder.played_force(scene), x, force),
                                    cylinder.worst_distance(cylinder.played_radius(scene), x, radial)))
     return worst
@@ -109,9 +109,7 @@ def all_rows(study):
             ("Figure 10: displacement over the imposed one, contacts added", "overshoots", f"{number(naive)}", ""),
             ("Figure 10: displacement over the imposed one, modified constraints", "equal", f"{modified:.4f}", ""),
             ("Figure 13: force off the measured curve, of its largest", "on the curve", f"{number(100 * force, 2)} %", ""),
-            ("Figure 13: radial displacement off the measured curve", "on the curve", f"{number(100 * radial, 2)} %", ""),
-            *(("Figure 13, large deformation with a law that stiffens: " + what, "on the curve", f"{number(100 * off, 2)} %", "")
-              for what, off in zip(("force", "radial displacement"), cylinder_distances(study, large=True)))]
+            ("Figure 13: radial displacement off the measured curve", "on the curve", f"{number(100 * radial, 2)} %", "")]
 
 
 # ---- the page --------------------------------------------------------------------------------------------------------
@@ -183,7 +181,7 @@ def table_one(page, study):
 
 def figure_five(page, study):
     page.heading("Figure 5: a plate held at its corners")
-    page.picture(study.all["plate_picture"], "One contact, and several contacts at once: the pipeline's plate, held at its corners, played by palpate-run with node contacts.")
+    page.picture(study.all["plate_picture"], "One contact, and several contacts at once: the pipeline's plate, held at its corners, played by palpate-run with discs.")
 
 
 def figure_ten(page, study):
@@ -208,32 +206,22 @@ def figure_ten(page, study):
 def figure_thirteen(page, study):
     page.heading("Figure 13: a compressed cylinder follows the measured curves")
     linear = os.path.join(study.all["cylinders"][0]["scenes"], "compress-linear")
-    plots = []
-    for name, title, scene_of in (("", "quasi-non-linear", lambda case: os.path.join(case["scenes"], "compress")),
-                                  ("large-", "law that stiffens", lambda case: case["large"]["scene"])):
-        force_plot = Plot(f"Force of a compressed cylinder, {title}", "compression, mm", "force, N")
-        radial_plot = Plot(f"Radial displacement at mid-height, {title}", "compression, mm", "radial displacement, mm")
-        for case, colour in zip(study.all["cylinders"], COLOURS):
-            x, force, radial = cylinder.read_curve(case["curve"])
-            scene = scene_of(case)
-            force_plot.line(x, force, f"measured, {case['rate']} mm/min", color=colour, linewidth=6, alpha=0.3)
-            force_plot.line(*cylinder.played_force(scene), "simulated", color=colour, linewidth=1.4)
-            if case is study.all["cylinders"][0]:
-                radial_plot.line(x, radial, "measured", color=colour, linewidth=6, alpha=0.3)
-                radial_plot.line(*cylinder.played_radius(scene), "simulated", color=colour, linewidth=1.4)
-        force_plot.line(*cylinder.played_force(linear), "linear model", color="#475569", linestyle="--", linewidth=1.2)
-        radial_plot.line(*cylinder.played_radius(linear), "linear model", color="#475569", linestyle="--", linewidth=1.2)
-        plots += [(force_plot, f"figure-13-{name}force", ""), (radial_plot, f"figure-13-{name}radial", "")]
-    page.plots(plots)
+    force_plot = Plot("Force of a compressed cylinder, quasi-non-linear", "compression, mm", "force, N")
+    radial_plot = Plot("Radial displacement at mid-height, quasi-non-linear", "compression, mm", "radial displacement, mm")
+    for case, colour in zip(study.all["cylinders"], COLOURS):
+        x, force, radial = cylinder.read_curve(case["curve"])
+        scene = os.path.join(case["scenes"], "compress")
+        force_plot.line(x, force, f"measured, {case['rate']} mm/min", color=colour, linewidth=6, alpha=0.3)
+        force_plot.line(*cylinder.played_force(scene), "simulated", color=colour, linewidth=1.4)
+        if case is study.all["cylinders"][0]:
+            radial_plot.line(x, radial, "measured", color=colour, linewidth=6, alpha=0.3)
+            radial_plot.line(*cylinder.played_radius(scene), "simulated", color=colour, linewidth=1.4)
+    force_plot.line(*cylinder.played_force(linear), "linear model", color="#475569", linestyle="--", linewidth=1.2)
+    radial_plot.line(*cylinder.played_radius(linear), "linear model", color="#475569", linestyle="--", linewidth=1.2)
+    page.plots([(force_plot, "figure-13-force", ""), (radial_plot, "figure-13-radial", "")])
     page.words("Swine brain, 30 mm wide and 13 mm high, compressed between plates without friction. The paper does not publish its coefficients of P "
                "and Q; the measured curves here are those of the published model of the measurements (Miller and Chinzei 1997). What follows: with the "
                "fitted P and Q, force and widening follow the measured curves, where the linear model leaves them.")
-    force, radial = cylinder_distances(study, large=True)
-    page.words("Below: the same cylinder under large deformation, without P and Q. Its tissue stiffens with strain, W = mu / (2 b) (exp(b x) - 1): two numbers "
-               f"fitted to each curve's force, none to the widening. Force at most {number(100 * force, 2)} % and widening {number(100 * radial, 2)} % of the largest value "
-               "off. P and Q are polynomials of degree 8, made for this one experiment; the law holds for every other motion of the same tissue as well.")
-    page.table(("rate, mm/min", "E, Pa", "b", "fit's own distance, %"),
-               [(case["rate"], case["large"]["young"], case["large"]["stiffening"], 100 * case["large"]["fit_off"]) for case in study.all["cylinders"]])
 
 
 def collision(page, study):
@@ -251,21 +239,19 @@ def write_csv(rows, file):
     os.replace(file + ".part", file)
 
 
-def main():
-    arguments = study_and_output(__doc__)
-    study = Study(arguments.study)
-    machine = study.all["machine"]
-    page = Page("The paper's tables and figures, measured again",
-                "Cotin, Delingette and Ayache, <i>Real-time elastic deformations of soft tissues for surgery simulation</i>, IEEE TVCG 5(1), "
-                f"1999, compared with {machine['version'].replace('palpate-precompute', 'Palpate')} on {machine['processor']}, {machine['cores']} cores, load "
-                f"{number(machine['load'])} when it began (times vary on a busy machine).")
-    first_screen(page, study)
-    for section in (preprocessing, table_one, figure_five, figure_ten, figure_thirteen, collision):
-        section(page, study)
+def everything(page, _):
     page.words("The figures as data: <code>paper.json</code> and <code>paper.csv</code> beside this page.")
-    page.write(arguments.output)
-    write_csv(all_rows(study), os.path.join(os.path.dirname(os.path.abspath(arguments.output)), "paper.csv"))
+
+
+def title_and_lead(study):
+    machine = study.all["machine"]
+    return ("The paper's tables and figures, measured again",
+            "Cotin, Delingette and Ayache, <i>Real-time elastic deformations of soft tissues for surgery simulation</i>, IEEE TVCG 5(1), "
+            f"1999, compared with {machine['version'].replace('palpate-precompute', 'Palpate')} on {machine['processor']}, {machine['cores']} cores, load "
+            f"{number(machine['load'])} when it began (times vary on a busy machine).")
 
 
 if __name__ == "__main__":
-    main()
+    measured = report.write_report(__doc__, Study, title_and_lead, first_screen, preprocessing, table_one, figure_five, figure_ten, figure_thirteen,
+                                   collision, everything)
+    write_csv(all_rows(measured), os.path.join(measured.folder, "paper.csv"))

@@ -2,14 +2,11 @@
 """study.py --bin BIN --data DATA -o FOLDER: repeats the measurements of Cotin, Delingette and Ayache 1999 with the programs that
 users run. Writes FOLDER/paper.json and FOLDER/report.html (report.py). --short: tiny meshes, a few seconds."""
 import argparse
-import csv
 import json
 import os
 import subprocess
 import sys
 import time
-
-import stiffening
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.join(HERE, "..", "..")
@@ -23,9 +20,7 @@ PLATE_CONTACTS, PLATE_PUSH = ((0.044, 0.050, 0.010), (0.056, 0.050, 0.010)), (0,
 # Figure 13: the measured rates of compression, mm/min, and the pipeline's scene for each.
 CYLINDERS = (("500", "3mm/compression/scenes/%s/summary.json"), ("5", "3mm/compression-rate-5/scenes/%s/summary.json"),
              ("0.005", "3mm/compression-rate-0.005/scenes/%s/summary.json"))
-HEIGHT, RADIUS = 13, 15  # of the cylinder, mm
-CYLINDER = os.path.abspath(os.path.join(ROOT, "pipelines", "brain-cylinder"))
-CURVES = os.path.join(CYLINDER, "curves")
+CURVES = os.path.abspath(os.path.join(ROOT, "pipelines", "brain-cylinder", "curves"))
 REPEATS = 5  # of a precompute; the median counts
 
 
@@ -106,26 +101,6 @@ class Study:
         bundle = os.path.join(self.arguments.data, "plate", "5mm", "corners", "bundle.h5")
         return self.measured("superposition", bundle, *(c for p in PLATE_CONTACTS for c in ("--at", *p)), "--by", *PLATE_PUSH)
 
-    def stiffening_cylinder(self, rate, curve):
-        """The cylinder of a law that stiffens, fitted to the curve: no P and no Q, but large deformation."""
-        with open(curve) as stream:
-            rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
-        compression, force = ([float(row[name]) for row in rows] for name in ("displacement_mm", "force_N"))
-        young, b, off = stiffening.fit(compression, force, HEIGHT, RADIUS)
-        folder = os.path.join(self.folder, "cylinder-" + rate)
-        os.makedirs(folder, exist_ok=True)
-        organ, bundle = os.path.join(folder, "organ.toml"), os.path.join(folder, "large.h5")
-        fitted = "fitted to %s by studies/paper/stiffening.py" % os.path.basename(curve)
-        with open(organ, "w") as stream:
-            stream.write('name = "brain-cylinder, %s mm/min"\nmesh_unit = "mm"\nframe = "none"\nelement = "p1"\n\n[[region]]\nname = "brain"\n'
-                         'young = { value = %r, unit = "Pa", source = "%s" }\npoisson = { value = %r, source = "nearly incompressible" }\n'
-                         'stiffening = { value = %r, source = "%s" }\n' % (rate, young, fitted, stiffening.POISSON, b, fitted))
-        self.program("palpate-precompute", os.path.join(self.arguments.data, "brain-cylinder", "3mm", "mesh.msh"), "--organ", organ,
-                     "--boundary", os.path.join(CYLINDER, "boundary", "compression.toml"), "--large-deformation", "--locking-probes", 0,
-                     "-o", bundle)
-        self.program("palpate-run", os.path.join(HERE, "compress-large.toml"), "--bundle", bundle, "-o", os.path.join(folder, "compress-large"))
-        return {"young": young, "stiffening": b, "fit_off": off, "scene": os.path.join(folder, "compress-large")}
-
     def all(self):
         begin = time.time()
         image = self.image()
@@ -141,8 +116,6 @@ class Study:
                                     scenes=os.path.dirname(os.path.dirname(self.made("brain-cylinder", scene % "compress"))))
                                for rate, scene in CYLINDERS[:1 if self.arguments.short else None]]
         self.made("brain-cylinder", CYLINDERS[0][1] % "compress-linear")
-        for case in result["cylinders"]:
-            case["large"] = self.stiffening_cylinder(case["rate"], case["curve"])
         result["seconds"] = time.time() - begin
         return result
 

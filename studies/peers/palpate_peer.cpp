@@ -32,7 +32,7 @@ PalpatePeer::PalpatePeer(const std::filesystem::path& bundle, const Push& push, 
   surface_.resize(3 * static_cast<std::size_t>(info.surface_node_count));
 }
 
-std::pair<double, double> PalpatePeer::grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out) {
+double PalpatePeer::grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out) {
   palpate_grip grip = palpate_default_grip();
   grip.kind = PALPATE_GRIP_NODE, grip.node = node;
   Eigen::Map<Eigen::Vector3d>(grip.displacement) = displacement;
@@ -40,17 +40,10 @@ std::pair<double, double> PalpatePeer::grip(std::int32_t node, const Eigen::Vect
   tool.grips = &grip, tool.grip_count = 1;
   const auto start = Clock::now();
   palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts(), memory_.size() * sizeof memory_[0]);
-  const double touched = seconds_since(start);
   shape();
-  const double shaped = seconds_since(start);
+  const double spent = seconds_since(start);
   out = answer();
-  return {touched, shaped};
-}
-
-std::string PalpatePeer::description() const {
-  const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());
-  return fmt::format("{} nodes, {} on the surface, {} touchable, {} tetrahedra", info.node_count,
-                     info.surface_node_count, info.touchable_count, info.tetrahedron_count);
+  return spent;
 }
 
 void PalpatePeer::touch_point(const Eigen::Vector3d& point) {

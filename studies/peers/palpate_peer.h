@@ -23,14 +23,12 @@ class PalpatePeer {
   // Errors: InputError if the bundle cannot be opened or belongs to another mesh.
   PalpatePeer(const std::filesystem::path& bundle, const Push& push, const palpate_scene_def& def);
 
-  // With collision: a tool point enters the surface at push.entry and moves on. `between` runs before each tick and is not
-  // timed.
-  template <typename ExactAnswer, typename Between>
-  void play(Measured& touch, Measured& frame, const ExactAnswer& exact, const Between& between) {
+  // With collision: a tool point enters the surface at push.entry and moves on.
+  template <typename ExactAnswer>
+  void play(Measured& touch, Measured& frame, const ExactAnswer& exact) {
     palpate_scene_reset(scene_.get());
     touch_point(push_.entry + 1e-3 * push_.outward);
     for (const Eigen::Vector3d& displacement : push_.displacements) {
-      between();
       const auto start = Clock::now();
       touch_point(push_.entry + displacement);
       const double touched = seconds_since(start);
@@ -42,10 +40,8 @@ class PalpatePeer {
     }
   }
 
-  // A grip holds the node, without collision; any node. Returns the seconds of touch, and of touch and shape together.
-  std::pair<double, double> grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out);
-
-  std::string description() const;
+  // A grip holds the node, without collision; any node. Returns the seconds of touch and shape together.
+  double grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out);
 
  private:
   struct Close {

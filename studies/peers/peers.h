@@ -1,11 +1,6 @@
 // What a user would write without Palpate. Each system takes the pushed node's displacement at a tick and returns the answer.
 #pragma once
 
-#include <filesystem>
-#include <functional>
-#include <memory>
-#include <string>
-
 #include "studies/peers/cholmod_factor.h"
 #include "studies/peers/push.h"
 
@@ -37,19 +32,6 @@ class KeptFactor {
   Eigen::Matrix3d stiffness_;  // C_kk^-1
   Eigen::VectorXd load_;
   Eigen::MatrixXd unit_loads_;
-};
-
-// Eigen's conjugate gradients with its diagonal (Jacobi) preconditioner on the Dirichlet problem. Each tick starts from the
-// solution of the last one.
-class ConjugateGradients {
- public:
-  ConjugateGradients(const Push& push, double tolerance);
-  ~ConjugateGradients();
-  void tick(const Eigen::Vector3d& displacement, Answer& answer);
-
- private:
-  struct Solver;
-  std::unique_ptr<Solver> solver_;
 };
 
 }  // namespace palpate::studies

@@ -1,6 +1,3 @@
-#include <Eigen/IterativeLinearSolvers>
-
-#include "studies/peers/dirichlet_problem.h"
 #include "studies/peers/peers.h"
 
 namespace palpate::studies {
@@ -49,29 +46,6 @@ void KeptFactor::scatter(const Eigen::Ref<const Eigen::VectorXd>& rows, Answer& 
     else
       answer.surface.segment<3>(3 * n) = rows.segment<3>(3 * row);
   }
-}
-
-struct ConjugateGradients::Solver {
-  DirichletProblem problem;
-  SparseMatrix matrix;
-  Eigen::VectorXd load, solution;
-  Eigen::ConjugateGradient<SparseMatrix, Eigen::Lower | Eigen::Upper> gradients;
-};
-
-ConjugateGradients::ConjugateGradients(const Push& push, double tolerance)
-    : solver_(new Solver{DirichletProblem(push, push.node), {}, {}, {}, {}}) {
-  solver_->matrix = sparse(solver_->problem.held.matrix);
-  solver_->gradients.setTolerance(tolerance);
-  solver_->gradients.compute(solver_->matrix);
-  solver_->solution.setZero(solver_->matrix.rows());
-}
-ConjugateGradients::~ConjugateGradients() = default;
-
-void ConjugateGradients::tick(const Eigen::Vector3d& displacement, Answer& answer) {
-  Solver& s = *solver_;
-  s.load.noalias() = s.problem.load_of_unit * displacement;
-  s.solution = s.gradients.solveWithGuess(s.load, s.solution);
-  s.problem.read(s.solution, displacement, answer);
 }
 
 }  // namespace palpate::studies

@@ -13,6 +13,7 @@ import argparse
 import base64
 import html
 import io
+import json
 import math
 import os
 import re
@@ -177,12 +178,33 @@ class Plot:
         self._name_the_front()
 
 
-def study_and_output(description):
-    """Reads a report's command line: .study, the study's result, and .output, the page."""
+class Study:
+    """What a study measured: .all, its JSON."""
+
+    def __init__(self, file):
+        with open(file) as stream:
+            self.all = json.load(stream)
+
+    def machine(self):
+        """Where and by what it was measured, and how busy the machine was."""
+        machine = self.all["machine"]
+        return (f"{machine['processor']}, {machine['cores']} cores; load when the study ended: {number(machine['load'])} (times vary on a busy "
+                f"machine). palpate {self.all['program_version']}")
+
+
+def write_report(description, study_type, title_and_lead, *sections):
+    """The main of a report: reads the study that the command line names, writes its page and returns the study. title_and_lead: a function
+    of the study; each section is a function of the page and the study."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("study")
     parser.add_argument("-o", "--output", required=True)
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    study = study_type(arguments.study)
+    page = Page(*title_and_lead(study))
+    for section in sections:
+        section(page, study)
+    page.write(arguments.output)
+    return study
 
 
 class Page:

@@ -63,16 +63,8 @@ std::filesystem::path BakedOrgan::bundle(int added) const {
   const auto file = options_.output / "bundles" / fmt::format("modes-{}.h5", added);
   if (!baked_.insert(added).second) return file;
   say(fmt::format("baking {} with {} modes", options_.mesh.string(), own_modes_ + added));
-  std::vector<std::string> command = {(options_.bin / "palpate-precompute").string(),
-                                      options_.mesh.string(),
-                                      "--organ",
-                                      options_.organ.string(),
-                                      "--boundary",
-                                      boundary_with(added).string(),
-                                      "--locking-probes",
-                                      "0",
-                                      "-o",
-                                      file.string()};
+  auto command = accuracy::precompute_command(options_.bin, options_.mesh, options_.organ, boundary_with(added),
+                                              {"-o", file.string()});
   if (!options_.image.empty()) command.insert(command.end(), {"--image", options_.image.string()});
   accuracy::run_command(command, options_.output / "logs" / fmt::format("modes-{}.txt", added));
   return file;

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """report.py FOLDER/scene-costs.json -o FOLDER/report.html: the page of the study of scenes."""
-import json
 import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import Page, Plot, number, percent, study_and_output  # noqa: E402
+import page as report  # noqa: E402
+from page import Plot, number, percent  # noqa: E402
 
 AXES = {"organs": ("Organs", "organs in the world"), "pairs": ("Places where two organs press", "places that press"),
         "modes": ("Motions and loads", "modes"), "links": ("Links between two organs", "links"),
@@ -29,13 +29,13 @@ def told(row):
 
 def costs(page, study):
     page.heading("What a touch takes")
-    reference = next(p for p in study["points"] if p["axis"] == "reference")
-    page.words(f"Processor time of the touching thread, medians of {study['steps']:,} touches. The ratio is that to the touch of one organ with one "
+    reference = next(p for p in study.all["points"] if p["axis"] == "reference")
+    page.words(f"Processor time of the touching thread, medians of {study.all['steps']:,} touches. The ratio is that to the touch of one organ with one "
                f"tool that presses it, which took {number(reference['median_us'])} us and is measured anew before each axis. Worst: the longest "
                "single touch; on a busy machine it says more about the machine.")
     plots = []
     for axis, (title, label) in AXES.items():
-        rows = [p for p in study["points"] if p["axis"] == axis]
+        rows = [p for p in study.all["points"] if p["axis"] == axis]
         if not rows:
             continue
         plot = Plot(title, label, "touch, us", log_y=True)
@@ -47,11 +47,11 @@ def costs(page, study):
             plot.curve(own, "count", "worst_us", told, joined=False, faint=True)
         plots.append((plot, f"touch-{axis}", "Lines: medians. Faint: the longest touch."))
     page.plots(plots)
-    stand = [p for p in study["points"] if "unrest" in p]
+    stand = [p for p in study.all["points"] if "unrest" in p]
     page.words("Where two pressed organs stand, the force between them changes in a step by this share of itself, the mean of 300 steps after 300 others: "
                + "; ".join(f"{p['count']} places {percent(p['unrest'])}" for p in stand) + ".")
     page.table(("axis", "setting", "count", "median, us", "worst, us", "ratio", "step flags"),
-               [(p["axis"], p["setting"], p["count"], p["median_us"], p["worst_us"], p["ratio"], flags_of(p)) for p in study["points"]],
+               [(p["axis"], p["setting"], p["count"], p["median_us"], p["worst_us"], p["ratio"], flags_of(p)) for p in study.all["points"]],
                folded="Every time")
 
 
@@ -63,8 +63,8 @@ def errors(page, study):
                "below the mesh's resolution, are the runtime's. Organs that press: once with the surface between the nodes smooth, as the runtime takes it, and once flat.")
     page.table(("effect", "force, N", "error of the force", "of the torque", "largest displacement, mm", "error of the field"),
                [(e["effect"], e["force_N"], e["force_error"], e.get("torque_error"), e["field_mm"], e["field_error"])
-                for e in study["errors"]], whole=True)
-    rows = [e for e in study["errors"] if e["field_error"]]
+                for e in study.all["errors"]], whole=True)
+    rows = [e for e in study.all["errors"] if e["field_error"]]
     plot = Plot("Error against a full solve", "relative error", "", log_x=True, size=(10.5, 0.8 + 0.45 * len(rows)))
     plot.points([e["field_error"] for e in rows], list(range(len(rows)))[::-1],
                 [f"{e['effect']}: field {percent(e['field_error'])}" for e in rows], label="field")
@@ -75,21 +75,16 @@ def errors(page, study):
     page.plot(plot, "errors")
 
 
-def main():
-    arguments = study_and_output(__doc__)
-    with open(arguments.study) as stream:
-        study = json.load(stream)
-    machine = study["machine"]
-    page = Page(f"Scenes of several organs and effects: {study['vertices']:,} vertices of the surface",
-                "What a touch takes by what a scene has, and what each effect is off against a full solve of the coupled system.")
-    errors(page, study)
-    costs(page, study)
+def everything(page, study):
     page.heading("How it was measured")
-    page.words(f"{machine['processor']}, {machine['cores']} cores; load when the study ended: {number(machine['load'])}. palpate "
-               f"{study['program_version']}; {study['mesh']}, held as {study['boundary']} says; took {number(study['took_s'])} s. All organs are copies "
-               "of this one. As data: <code>scene-costs.json</code> and <code>scene-costs.csv</code>.")
-    page.write(arguments.output)
+    page.words(f"{study.machine()}; {study.all['mesh']}, held as {study.all['boundary']} says; took {number(study.all['took_s'])} s. All organs are "
+               "copies of this one. As data: <code>scene-costs.json</code> and <code>scene-costs.csv</code>.")
+
+
+def title_and_lead(study):
+    return (f"Scenes of several organs and effects: {study.all['vertices']:,} vertices of the surface",
+            "What a touch takes by what a scene has, and what each effect is off against a full solve of the coupled system.")
 
 
 if __name__ == "__main__":
-    main()
+    report.write_report(__doc__, report.Study, title_and_lead, errors, costs, everything)

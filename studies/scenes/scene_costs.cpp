@@ -46,11 +46,8 @@ void run(ScenesOptions options) {
   const std::vector<Json> costs = measure_costs(baked, options);
   all["took_s"] = studies::seconds_since(begun);
   accuracy::write_results(options.output, "scene-costs", all, costs);
-  accuracy::run_command(
-      {options.python.string(), (options.source / "studies/scenes/report.py").string(),
-       (options.output / "scene-costs.json").string(), "-o", (options.output / "report.html").string()},
-      options.output / "logs" / "report.txt");
-  note((options.output / "report.html").string() + ": the report");
+  note(accuracy::write_report(options.python, options.source, "scenes", options.output, "scene-costs").string() +
+       ": the report");
 }
 
 }  // namespace

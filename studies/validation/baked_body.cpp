@@ -27,9 +27,8 @@ std::filesystem::path bake(const Workshop& workshop, const BodyToBake& body) {
   }
   boundary.close();
   const auto bundle = folder / "bundle.h5";
-  accuracy::run_command({(workshop.bin / "palpate-precompute").string(), (folder / "body.msh").string(), "--organ",
-                         (folder / "organ.toml").string(), "--boundary", (folder / "boundary.toml").string(), "-o",
-                         bundle.string(), "--locking-probes", "0", "--quiet"},
+  accuracy::run_command(accuracy::precompute_command(workshop.bin, folder / "body.msh", folder / "organ.toml",
+                                                     folder / "boundary.toml", {"-o", bundle.string(), "--quiet"}),
                         folder / "log.txt");
   return bundle;
 }

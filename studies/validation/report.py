@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """report.py FOLDER/validation.json -o FOLDER/report.html: the page of palpate-validation."""
-import json
 import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "report"))
-from page import ELEMENTS, Page, Plot, number, study_and_output  # noqa: E402
+import page as report  # noqa: E402
+from page import ELEMENTS, Plot, number  # noqa: E402
 
 EXACT = 1e-5  # smaller bounds stand for rounding, printed digits or f32: there is no error of the mesh to draw
 
@@ -30,10 +30,9 @@ def theory_of(series):
     return f"{least:g}" if least == most else f"{least:g} to {most:g}"
 
 
-class Study:
+class Study(report.Study):
     def __init__(self, file):
-        with open(file) as stream:
-            self.all = json.load(stream)
+        super().__init__(file)
         self.cases, self.calculix, self.points = self.all["cases"], self.all["calculix"], self.all["points"]
 
     def points_of(self, case, series):
@@ -221,26 +220,17 @@ def against_calculix(page, study):
 
 
 def everything(page, study):
-    machine = study.all["machine"]
     page.heading("How it was measured")
-    page.words(f"{machine['processor']}, {machine['cores']} cores, {number(machine['memory_GB'])} GB; load when the study ended: "
-               f"{number(machine['load'])}. palpate {study.all['program_version']}. Assembly and solver are those of palpate-precompute; the "
+    page.words(f"{study.machine()}. Assembly and solver are those of palpate-precompute; the "
                "solver's true residual, 1e-10, is below every error except those of exact answers. Times are processor time of one thread. Norms are "
                "integrals over the cells, 14 points each, relative to the norm of the exact field. The figures as data: "
                "<code>validation.json</code> and <code>validation.csv</code> beside this page.")
 
 
-def main():
-    arguments = study_and_output(__doc__)
-    study = Study(arguments.study)
-    page = Page("Is the solver right?", "Palpate's three elements compared with closed-form solutions of linear elasticity on meshes of increasing "
-                "fineness, and with CalculiX on the same meshes.")
-    first_screen(page, study)
-    case_by_case(page, study)
-    against_calculix(page, study)
-    everything(page, study)
-    page.write(arguments.output)
+def title_and_lead(_):
+    return ("Is the solver right?", "Palpate's three elements compared with closed-form solutions of linear elasticity on meshes of increasing "
+            "fineness, and with CalculiX on the same meshes.")
 
 
 if __name__ == "__main__":
-    main()
+    report.write_report(__doc__, Study, title_and_lead, first_screen, case_by_case, against_calculix, everything)

@@ -73,15 +73,12 @@ class Study {
     for (const auto& mesh : calculix_) measure(mesh, progress);
     std::filesystem::remove_all(scratch());
     write();
-    accuracy::run_command(
-        {options_.python.string(), (options_.source / "studies/validation/report.py").string(),
-         (options_.output / "validation.json").string(), "-o", (options_.output / "report.html").string()},
-        options_.output / "logs" / "report.txt");
-    note(fmt::format("{}: {} of {} checks hold", (options_.output / "report.html").string(), judged_ - failed_.size(),
-                     judged_));
+    const std::string page =
+        accuracy::write_report(options_.python, options_.source, "validation", options_.output, "validation").string();
+    note(fmt::format("{}: {} of {} checks hold", page, judged_ - failed_.size(), judged_));
     if (!failed_.empty())
       throw VerificationError(fmt::format("{} of {} checks do not hold; the first: {}; all of them: {}", failed_.size(),
-                                          judged_, failed_.front(), (options_.output / "report.html").string()));
+                                          judged_, failed_.front(), page));
   }
 
  private:

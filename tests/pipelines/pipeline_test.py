@@ -4,6 +4,7 @@ import csv
 import glob
 import gzip
 import hashlib
+import html
 import json
 import os
 import re
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 import unittest
 
 import h5py
@@ -433,22 +435,34 @@ class NewOrgan(unittest.TestCase):
         self.assertLess(float(last["force_y_N"]), -0.05)  # the organ pushes the finger to the front
         return case
 
+    def expect_warnings(self, case, said, beginnings):
+        with open(os.path.join(case, "index.html")) as page:
+            listed = re.findall('<li class="warning">(.*?)</li>', page.read())
+        printed = re.search(r"of all steps:\n((?:  .*\n)*)", said)[1].splitlines()
+        for lines in (listed, [html.escape(line[2:]) for line in printed]):
+            self.assertEqual([line[:len(begin)] for line, begin in zip(lines, beginnings)], beginnings)
+            self.assertEqual(len(lines), len(beginnings), lines)
+
     def test_image_with_blanks_in_its_path_then_its_surface_then_its_mesh(self):
         said = self.make("new-organ", "NAME=spleen", "IMAGE=" + self.image, "LABEL=spleen")
         self.assertIn("next: make -f Makefile.data ORGAN=spleen", said)
         self.assertIn("has 2 pieces; the largest is kept", said)
         self.assertEqual(sorted(os.listdir(os.path.join(self.organs, "spleen"))),
-                         ["boundary", "organ.mk", "organ.toml", "scenes"])
+                         ["boundary", "new-organ.json", "organ.mk", "organ.toml", "scenes"])
         makefile = self.text("spleen", "organ.mk")
         self.assertNotIn("\n\t", makefile)  # rules live in rules.mk
         self.assertIn("--labels 1 --smooth 6 --components largest", makefile)  # twice the voxel of 3 mm
         case = self.expect_touched("spleen", "coarse")
-        # What was dropped is told by the step that drops it, on the page, and at the end of make, whether it has to do anything or not.
-        dropped = "surface: dropped 1 of 2 pieces"
-        with open(os.path.join(case, "index.html")) as page:
-            self.assertIn('<li class="warning">%s' % dropped, page.read())
-        said = self.make("ORGAN=spleen", "RESOLUTION=coarse")
-        self.assertIn("spleen: 1 warning of all steps:\n  %s" % dropped, said)
+        # What new-organ and the steps warn of is on the page and at the end of make, whether make has to do anything or not.
+        told = ["new-organ: the organ has 2 pieces; ", "surface: dropped 1 of 2 pieces"]
+        self.expect_warnings(case, self.make("ORGAN=spleen", "RESOLUTION=coarse"), told)
+        render = ["ORGAN=spleen", "RESOLUTION=coarse", "RENDER_OPTIONS=--labels 1 --components largest --triangles 200"]
+        self.make(*render, os.path.join(self.data, "spleen", "render.ply"))
+        self.expect_warnings(case, self.make(*render), told + ["render: dropped 1 of 2 pieces"])
+        # The user has looked at what new-organ warned of.
+        with open(os.path.join(self.organs, "spleen", "new-organ.json"), "w") as stream:
+            json.dump({"warnings": []}, stream)
+        self.expect_warnings(case, self.make("ORGAN=spleen", "RESOLUTION=coarse"), told[1:])
         strict = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, "ORGAN=spleen", "RESOLUTION=coarse", "STRICT=1"),
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.assertEqual(strict.returncode, 2)
@@ -631,7 +645,7 @@ class SeveralOrgans(unittest.TestCase):
         organ = ["separate", "ORGAN=upper-abdomen", "RESOLUTION=coarse"]
         said = make(self.data, "-j2", *organ)
         self.assertIn("3 bundles in one frame", said)
-        self.assertRegex(said, r"upper-abdomen: (no step has a warning\n|\d+ warnings? of all steps:\n  breathing: )")
+        self.assertRegex(said, r"upper-abdomen: (no step has a warning\n|\d+ warnings? of all steps:\n  [a-z-]+: )")
         found = {}
         for name in self.LABELS:
             case = os.path.join(self.data, "upper-abdomen", name, "coarse", "held")
@@ -665,10 +679,11 @@ class SeveralOrgans(unittest.TestCase):
         self.assertIn("next: make -f Makefile.data ORGAN=case ", said)
         self.assertIn("milz has 2 pieces; the largest is kept", said)
         self.assertEqual(sorted(os.listdir(os.path.join(self.organs, "case"))),
-                         ["boundary", "milz", "organ.mk", "organ.toml", "right-kidney", "scenes"])
+                         ["boundary", "milz", "new-organ.json", "organ.mk", "organ.toml", "right-kidney", "scenes"])
         new("ORGAN=case", "RESOLUTION=coarse")
         welded, image_hash, _ = tissues_of(os.path.join(self.data, "case", "coarse", "held", "bundle.h5"))
-        new("separate", "ORGAN=case", "RESOLUTION=coarse")
+        listed = new("separate", "ORGAN=case", "RESOLUTION=coarse").rpartition("case: ")[2]  # the list behind those of the organs
+        self.assertRegex(listed, r"^2 warnings of all steps:\n  milz: new-organ: milz has 2 pieces; .*\n  milz: surface: dropped 1 of 2 pieces.*\n(?!  )")
         self.assertEqual(image_hash, sha256(scan))
         for name, volume in (("milz", 155.4), ("right-kidney", 52.6)):  # of the largest pieces
             (own, _, _) = tissues_of(os.path.join(self.data, "case", name, "coarse", "held", "bundle.h5"))
@@ -703,6 +718,19 @@ class SeveralOrgans(unittest.TestCase):
         for labels, answer in (("255=liver 9=spleen", "9"), ("255=liver 127", 'found "127"')):
             self.assertIn(answer, refused("ORGAN=upper-abdomen", "RESOLUTION=coarse", "LABELS=" + labels))
         self.assertEqual(glob.glob(self.data + "/**/mesh.msh*", recursive=True), [])
+
+
+class ShippedScenes(unittest.TestCase):
+    def test_tools_touch_with_discs_whose_force_does_not_belong_to_the_mesh(self):
+        folders = os.path.join(ROOT, "pipelines", "**")
+        files = [f for kind in ("scenes", "worlds") for f in glob.glob(os.path.join(folders, kind, "*.toml"), recursive=True)]
+        self.assertGreater(len(files), 15)
+        for file in files:
+            if "brain-cylinder" in file:
+                continue  # plates that move whole faces, all nodes of them
+            with open(file, "rb") as stream:
+                for tool in tomllib.load(stream)["tool"]:
+                    self.assertTrue({"disc_radius", "grasp", "needle"} & set(tool), (file, tool["name"]))
 
 
 class Curves(unittest.TestCase):

@@ -55,17 +55,18 @@ class Accuracy(StudyTest):
         points = {p["contacts"]: p for p in self.axis("contacts", resolution=base, element="p1-anp")}
         self.assertLessEqual({1, 2, 3, 10}, set(points))
         self.assertGreater(points[10]["contact_nodes"], 2 * points[3]["contact_nodes"])
-        self.assertLess(points[10]["field_error"], 0.5)  # fails if the sites differ between the meshes
+        # 0.07 for one contact, 0.21 for ten on these meshes. Sites that differ between the meshes would give another field: 1.
+        self.assertLess(points[10]["field_error"], 0.25)
 
     def test_programs_leave_nothing_where_the_study_was_called(self):
         self.assertGreater(len(self.all["large_strain"]), 0)  # CalculiX, which writes into its working folder, ran
         self.assertEqual(os.listdir(self.called_from), [])
 
     def test_a_finer_mesh_is_nearer_to_the_reference(self):
-        # Edge lengths differ by a factor of 1.6: an error of first order falls to .64. 0.9, because each mesh has its own surface.
+        # Edge lengths differ by a factor of 1.6: an error of first order falls to .64. 0.8, because each mesh has its own surface.
         for element in ("p1", "p1-anp"):
             coarse, fine = (self.one("poisson", poisson=0.3, element=element, resolution=mesh) for mesh in ("200", "1700"))
-            self.assertLess(fine["field_error"], 0.9 * coarse["field_error"], element)
+            self.assertLess(fine["field_error"], 0.8 * coarse["field_error"], element)
 
     def test_plain_linear_tetrahedra_lock_near_one_half_and_averaged_ones_do_not(self):
         p1, anp = (self.one("poisson", poisson=0.499, element=e, resolution="1700") for e in ("p1", "p1-anp"))
@@ -75,7 +76,6 @@ class Accuracy(StudyTest):
         reference = self.one("mesh", element="p2-p0", resolution="1700", is_reference=True)
         self.assertEqual(reference["force_error"], 0)
         self.assertGreater(reference["reference_force_error"], 0)
-        self.assertLess(reference["reference_force_error"], 0.5)
         # Made without the finest mesh, the estimate is larger than the distance to the finest mesh.
         check = self.all["reference"]["check"]
         self.assertGreater(check["estimated_force"], check["found_force"])
@@ -99,7 +99,7 @@ class Accuracy(StudyTest):
     def test_the_force_of_a_node_depends_on_the_mesh_and_that_of_a_patch_does_not(self):
         force = {c: [self.one("contact", contact=c, resolution=m)["force_N"] for m in MESHES] for c in ("node", "patch")}
         self.assertLess(force["node"][2], 0.8 * force["node"][0])
-        self.assertLess(abs(force["patch"][2] / force["patch"][0] - 1), 0.25)
+        self.assertLess(abs(force["patch"][2] / force["patch"][0] - 1), 0.05)  # a third of the vertices; 0.02 of it is the shape of the surface
 
     def test_an_effect_that_is_off_shows_as_an_error(self):
         for axis, key in (("response", "response"), ("relaxation", "relaxation"), ("collision", "collision")):

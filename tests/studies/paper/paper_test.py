@@ -50,21 +50,13 @@ class Paper(StudyTest):
                      "Collision with the surface at rest", "Collision with the surface deformed", "Figure 10", "Figure 13"):
             self.assertTrue(any(r["what"].startswith(what) and r["here"] for r in rows), what)
             self.assertIn(what, page)
-        self.assert_pictures("table-1", "figure-10", "figure-13-force", "figure-13-radial", "figure-13-large-force", "figure-13-large-radial")
+        self.assert_pictures("table-1", "figure-10", "figure-13-force", "figure-13-radial")
 
     def test_a_cylinder_lies_on_the_measured_curve(self):
         off = {r["what"]: float(r["here"].rstrip(" %")) for r in self.rows("paper.csv") if r["what"].startswith("Figure 13")}
         # The bounds of pipelines/pictures/cylinder.py, where their reasons are; per cent.
         self.assertLess(off["Figure 13: force off the measured curve, of its largest"], 0.1)
         self.assertLess(off["Figure 13: radial displacement off the measured curve"], 0.5)
-
-    def test_a_cylinder_of_a_law_that_stiffens_follows_it_without_p_and_q(self):
-        off = {r["what"].split(": ")[1]: float(r["here"].rstrip(" %")) for r in self.rows("paper.csv") if "stiffens" in r["what"]}
-        # Two numbers fit a curve of four of the model of the measurements within 2 %; the widening is not fitted, and nu is 0.499.
-        self.assertLess(off["force"], 2.5)
-        self.assertLess(off["radial displacement"], 1)
-        large = self.all["cylinders"][0]["large"]
-        self.assertLess(abs(off["force"] - 100 * large["fit_off"]), 0.5)  # the played body is the fitted law
 
 
 if __name__ == "__main__":
