@@ -5,7 +5,7 @@
 import { createReadStream, statSync } from "node:fs";
 import { resolve } from "node:path";
 import { defineConfig } from "vite";
-import { bundlesOf, fileOf } from "./data_folder.js";
+import { bundlesOf, fileOf, studiesOf } from "./data_folder.js";
 import { fillWords } from "./fill_words.js";
 
 const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
@@ -38,10 +38,11 @@ const serveFiles = {
     for (const [path, variable] of Object.entries(FILES)) server.middlewares.use(path, (_request, response) => send(response, process.env[variable], `no ${variable}`));
     server.middlewares.use("/world-bundles", (request, response) => send(response, worldBundle(request.url), `no ${request.url} in PALPATE_WORLD_BUNDLES`));
     server.middlewares.use("/data", (request, response) => send(response, data() && fileOf(data(), request.url), `no ${request.url} among the data`));
-    server.middlewares.use("/bundles.json", (_request, response) => {
-      response.setHeader("Content-Type", "application/json");
-      response.end(JSON.stringify(data() ? bundlesOf(data()) : []));
-    });
+    for (const [path, list] of [["/bundles.json", bundlesOf], ["/studies.json", studiesOf]])
+      server.middlewares.use(path, (_request, response) => {
+        response.setHeader("Content-Type", "application/json");
+        response.end(JSON.stringify(data() ? list(data()) : []));
+      });
   },
 };
 
@@ -53,7 +54,7 @@ export default defineConfig({
   base: "./",
   resolve: { alias: { "@wasm": wasm } },
   build: { outDir: out, emptyOutDir: true, assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, target: "es2022",
-    rollupOptions: { input: ["index", "world", "compare", "gallery"].map((page) => `${here}/viewer/${page}.html`) } },
+    rollupOptions: { input: ["index", "world", "compare", "gallery", "accuracy"].map((page) => `${here}/viewer/${page}.html`) } },
   worker: { format: "es" },
   preview: { headers, host: "127.0.0.1", port: 5173 },
   plugins: [serveFiles, fillWords(`${here}/viewer/words`)],

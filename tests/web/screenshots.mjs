@@ -65,10 +65,11 @@ for (const colorScheme of SCHEMES) {
     await closed(page);
   });
 
-  test(`gallery, ${colorScheme}`, async () => {
-    const page = await open(options, undefined, "gallery.html?language=en");
-    await inState(page, "ready");
-    await pictures(page, `gallery-${colorScheme}`, { fullPage: true });
-    await closed(page);
-  });
+  for (const name of ["gallery", "accuracy"])
+    test(`${name}, ${colorScheme}`, async () => {
+      const page = await open(options, undefined, `${name}.html?language=en`);
+      await inState(page, "ready");
+      await pictures(page, `${name}-${colorScheme}`, { fullPage: true });
+      await closed(page);
+    });
 }

@@ -1,4 +1,6 @@
 // The bundles that the page's server has: the one that it was started with, and those of its data folder.
+import type { ServedStudy } from "./accuracy_study";
+
 export interface ServedBundle {
   organ: string;
   resolution: string;
@@ -28,8 +30,11 @@ export function viewerAddress({ bundle, finer }: Pick<ServedBundle, "bundle" | "
   return `index.html?${new URLSearchParams({ bundle, ...(finer ? { finer } : {}), ...more })}`;
 }
 
-export async function servedBundles(): Promise<ServedBundle[]> {
-  const answer = await fetch("bundles.json").catch(() => null);
+export const servedBundles = () => listed<ServedBundle>("bundles.json");
+export const servedStudies = () => listed<ServedStudy>("studies.json");
+
+async function listed<Entry>(url: string): Promise<Entry[]> {
+  const answer = await fetch(url).catch(() => null);
   return answer?.ok ? answer.json() : [];
 }
 
