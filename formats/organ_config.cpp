@@ -366,8 +366,9 @@ OrganConfig read_organ_config(const std::filesystem::path& file) {
   return result;
 }
 
-std::map<std::string, std::filesystem::path> files_of(const BoundaryConfig& boundary) {
+std::map<std::string, std::filesystem::path> files_of(const OrganConfig& organ, const BoundaryConfig& boundary) {
   std::map<std::string, std::filesystem::path> files;
+  if (organ.response) files["curve_sha256"] = organ.response->curve;
   const std::function<void(const std::vector<Selector>&)> add = [&](const std::vector<Selector>& selectors) {
     for (const auto& one : selectors) {
       if (one.image) files["label_image_sha256 " + one.image->name] = one.image->path;
