@@ -145,9 +145,18 @@ SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const Gr
   for (const auto node : body.touchable) column_rows.push_back(assembled.held.row_of_node[node]);
   for (const auto node : body.corridor_nodes)
     if (const auto row = assembled.held.row_of_node[node]; row >= 0) column_rows.push_back(row);
-  return make_plan({assembled.held.matrix, column_rows, stored, options.columns_at_a_time, memory, bundle_bytes,
-                    ranks.count(), usable_cores(), memory * ranks.here(), assembled.form.get(), ranks.here(),
-                    sharable});
+  return make_plan({.matrix = assembled.held.matrix,
+                    .column_rows = column_rows,
+                    .stored_rows = stored,
+                    .columns_at_a_time = options.columns_at_a_time,
+                    .available_bytes = memory,
+                    .bundle_bytes = bundle_bytes,
+                    .ranks = ranks.count(),
+                    .cores = usable_cores(),
+                    .all_available_bytes = memory * ranks.here(),
+                    .form = assembled.form.get(),
+                    .ranks_here = ranks.here(),
+                    .sharable_bytes = sharable});
 }
 
 // On rank 0: which preconditioner an earlier run with the same input and tolerance used, of kPreconditioners; nothing where there
@@ -289,31 +298,43 @@ std::vector<std::int32_t> elimination_order_of(const HeldStiffness& held, const 
   return order;
 }
 
-BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::vector<std::int32_t>& elimination_order,
-                     const SolverPlan& plan, const ColumnSolver& solver, const std::vector<ColumnBatch>& batches,
-                     const ReciprocitySample& sample, const Preload& preload, const SolvedMotions& motions,
-                     const SolvedCorridor& corridor, const LockingEstimate& locking, const PrecomputeOptions& options) {
-  const BundleContent content{inputs.body,
-                              inputs.store_interior,
-                              preload.displacement,
-                              motions,
-                              corridor,
-                              inputs.fit,
-                              solved_type(options),
-                              elimination_order,
-                              stiffening_of(inputs.body, inputs.organ),
-                              inputs.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
+// What is solved before the columns, and what they are solved with.
+struct BeforeColumns {
+  const HeldStiffness& held;
+  const SolverPlan& plan;
+  const ColumnSolver& solver;
+  const std::vector<ColumnBatch>& batches;
+  const ReciprocitySample& sample;
+  const Preload& preload;
+  const SolvedMotions& motions;
+  const SolvedCorridor& corridor;
+  const LockingEstimate& locking;
+};
+
+BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const PrecomputeOptions& options,
+                     const BeforeColumns& before) {
+  const BundleContent content{
+      .body = inputs.body,
+      .interior = inputs.store_interior,
+      .preload = before.preload.displacement,
+      .motions = before.motions,
+      .corridor = before.corridor,
+      .response = inputs.fit,
+      .store = solved_type(options),
+      .elimination_order = elimination_order_of(before.held, before.plan, inputs),
+      .stiffening = stiffening_of(inputs.body, inputs.organ),
+      .supports = inputs.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
   BegunPart begun;
-  begun.provenance =
-      provenance_of(options, inputs, content, solver.description(), petsc_options_in_force(), solver.width(), locking);
+  begun.provenance = provenance_of(options, inputs, content, before.solver.description(), petsc_options_in_force(),
+                                   before.solver.width(), before.locking);
   const auto shapes = section_shapes(content);
-  Fingerprint fingerprint = fingerprint_of(begun.provenance, shapes, batches);
-  fingerprint[kPreconditioner] = kPreconditioners[preconditioner_of(plan)];
+  Fingerprint fingerprint = fingerprint_of(begun.provenance, shapes, before.batches);
+  fingerprint[kPreconditioner] = kPreconditioners[preconditioner_of(before.plan)];
   const std::string text = provenance_text(begun.provenance, Certificate{}) + std::string(kRoomForNumbers, ' ');
   begun.entries = part.begin(
       fingerprint,
-      {shapes, text, [&](SectionWriter& writer, const auto& at) { write_body_sections(writer, at, content); }}, batches,
-      sample);
+      {shapes, text, [&](SectionWriter& writer, const auto& at) { write_body_sections(writer, at, content); }},
+      before.batches, before.sample);
   return begun;
 }
 
@@ -477,9 +498,9 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
 
   ReciprocitySample sample(inputs.body);
   const BegunPart begun = report.stage("lay out", [&] {
-    return is_first ? begin_part(*output.part(), inputs, elimination_order_of(assembled.held, plan, inputs), plan,
-                                 *solver, batches, sample, preload, motions, corridor, locking, options)
-                    : BegunPart{};
+    if (!is_first) return BegunPart{};
+    return begin_part(*output.part(), inputs, options,
+                      {assembled.held, plan, *solver, batches, sample, preload, motions, corridor, locking});
   });
   const double corridor_floor = corridor.floor;
   corridor = {};  // its memory: the part has it

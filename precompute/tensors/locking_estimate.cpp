@@ -65,7 +65,7 @@ Assembled assemble(const ElasticBody& body, Element element) {
 }
 
 SolverPlan plan_of(const Assembled& assembled) {
-  return make_plan({assembled.held.matrix, {}, 0, kWidth, 0, 0, 1});
+  return make_plan({.matrix = assembled.held.matrix, .column_rows = {}, .columns_at_a_time = kWidth});
 }
 
 // A uniform load of 1 N on the patch along x, y and z, one column each. The same weights give the mean displacement of
