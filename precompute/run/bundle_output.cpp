@@ -261,8 +261,7 @@ void write_column_sections(SectionWriter& writer, const std::vector<formats::Sec
 }
 
 nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& inputs, const BundleContent& content,
-                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time,
-                             const LockingEstimate& locking) {
+                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time) {
   const OrganConfig& organ = inputs.organ;
   const BoundaryConfig& boundary = inputs.boundary;
   nlohmann::json p;
@@ -281,10 +280,6 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
   p["petsc_options"] = petsc_options;
   p["columns_at_a_time"] = columns_at_a_time;
   p["tolerance"] = options.tolerance;
-  if (locking.probes > 0)
-    p["locking_probes"] = locking.probes;
-  else
-    p["locking_note"] = locking.note;
   for (const auto& [key, text] : support_texts(content.body, boundary)) p[key] = text;
   for (const auto& [key, text] : motion_texts(content.body)) p[key] = text;
   for (const auto& [key, text] : corridor_texts(content.body)) p[key] = text;
@@ -318,7 +313,6 @@ std::string provenance_text(nlohmann::json p, const Certificate& certificate) {
   p["reciprocity_error"] = certificate.reciprocity_error;
   p["reciprocity_pairs"] = certificate.reciprocity_pairs;
   p["cast_error"] = certificate.cast_error;
-  if (p.contains("locking_probes")) p["locking_estimate"] = certificate.locking_estimate;
   p["reciprocal_condition"] = certificate.reciprocal_condition;
   if (p["preload"].get<bool>()) p["preload_residual"] = certificate.preload_residual;
   return p.dump();

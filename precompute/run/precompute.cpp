@@ -27,7 +27,6 @@
 #include "precompute/solver/petsc_session.h"
 #include "precompute/solver/solver_plan.h"
 #include "precompute/tensors/corridor_columns.h"
-#include "precompute/tensors/locking_estimate.h"
 #include "precompute/tensors/motions.h"
 #include "precompute/tensors/preload.h"
 
@@ -308,7 +307,6 @@ struct BeforeColumns {
   const Preload& preload;
   const SolvedMotions& motions;
   const SolvedCorridor& corridor;
-  const LockingEstimate& locking;
 };
 
 BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const PrecomputeOptions& options,
@@ -326,7 +324,7 @@ BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const Precomp
       .supports = inputs.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
   BegunPart begun;
   begun.provenance = provenance_of(options, inputs, content, before.solver.description(), petsc_options_in_force(),
-                                   before.solver.width(), before.locking);
+                                   before.solver.width());
   const auto shapes = section_shapes(content);
   Fingerprint fingerprint = fingerprint_of(begun.provenance, shapes, before.batches);
   fingerprint[kPreconditioner] = kPreconditioners[preconditioner_of(before.plan)];
@@ -362,12 +360,11 @@ std::vector<BatchRecord> all_records(const ColumnJob& job) {
 
 // Rank 0: the part is a whole bundle then.
 Certificate certify_and_seal(const ColumnJob& job, const BegunPart& begun, const Preload& preload,
-                             double corridor_floor, const LockingEstimate& locking, const ColumnSolver& solver) {
+                             double corridor_floor, const ColumnSolver& solver) {
   const std::vector<BatchRecord> records = all_records(job);
   Certificate certificate = certify(job.batches, records, job.sample);
   certificate.preload_residual = preload.residual;
   certificate.residual_floor = std::max(certificate.residual_floor, corridor_floor);
-  certificate.locking_estimate = locking.ratio;
   certificate.reciprocal_condition = solver.reciprocal_condition();
   SectionWriter writer(job.part);
   write_column_sections(writer, begun.entries, job.batches, records);
@@ -390,12 +387,10 @@ void commit(ResumablePart& part, const PrecomputeOptions& options) {
 }
 
 // Collective.
-PlanOutcome outcome_of(const RunReport& report, double resident_at_plan, const LockingEstimate& locking,
-                       const Ranks& ranks) {
+PlanOutcome outcome_of(const RunReport& report, double resident_at_plan, const Ranks& ranks) {
   PlanOutcome took;
   took.seconds = report.seconds_of("factor") + report.seconds_of("corridors") + report.seconds_of("columns");
   took.bytes = ranks.most(peak_resident_bytes() - resident_at_plan);
-  took.locking_bytes = ranks.most(locking.bytes);
   return took;
 }
 
@@ -452,12 +447,6 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   tell_plan(plan, inputs.body, options, is_first);
   if (options.plan_only) return;
 
-  LockingEstimate locking = locking_not_asked_for();
-  if (options.locking_probes > 0)
-    locking = report.stage("locking", [&] {
-      return is_first ? estimate_locking(inputs.body, inputs.organ.element, options.locking_probes, left)
-                      : LockingEstimate{};
-    });
   std::unique_ptr<ColumnSolver> solver = report.stage("factor", [&] {
     auto made = make_solver(assembled, inputs, plan, ranks, group, options, report.own_peak());
     assembled.form.reset();  // its memory: the factor is all that is needed of it
@@ -500,7 +489,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   const BegunPart begun = report.stage("lay out", [&] {
     if (!is_first) return BegunPart{};
     return begin_part(*output.part(), inputs, options,
-                      {assembled.held, plan, *solver, batches, sample, preload, motions, corridor, locking});
+                      {assembled.held, plan, *solver, batches, sample, preload, motions, corridor});
   });
   const double corridor_floor = corridor.floor;
   corridor = {};  // its memory: the part has it
@@ -521,11 +510,11 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   double solved_bytes = 0;  // of the bundle before it is packed
   const Certificate certificate = report.stage("seal", [&] {
     if (!is_first) return Certificate{};
-    const Certificate made = certify_and_seal(job, begun, preload, corridor_floor, locking, *solver);
+    const Certificate made = certify_and_seal(job, begun, preload, corridor_floor, *solver);
     solved_bytes = static_cast<double>(std::filesystem::file_size(job.part));
     return made;
   });
-  PlanOutcome took = outcome_of(report, resident_at_plan, locking, ranks);
+  PlanOutcome took = outcome_of(report, resident_at_plan, ranks);
   took.bundle_bytes = solved_bytes;
   const std::string solver_name = solver->description();
   solver.reset();  // packing may need the memory of the factor
@@ -535,8 +524,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   });
   const SolveSeconds slowest{ranks.most(seconds.solve), ranks.most(seconds.wait)};
   if (!is_first) return;
-  const RunOutcome outcome{options, inputs, certificate, locking,        solver_name,
-                           plan,    took,   slowest,     batches.size(), resumed};
+  const RunOutcome outcome{options, inputs, certificate, solver_name, plan, took, slowest, batches.size(), resumed};
   tell(outcome, report);
   if (!options.json.empty()) write_json(json_of(outcome, report), options.json);
 }

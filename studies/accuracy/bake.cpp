@@ -74,8 +74,6 @@ std::vector<std::string> Bakery::precompute(const BundleSetting& setting, const 
                                       from.boundary.string(),
                                       "--tolerance",
                                       fmt::format("{}", setting.tolerance),
-                                      "--locking-probes",
-                                      "0",
                                       "--store",
                                       setting.storage == "f64" ? "f64" : "f32"};
   if (organ_.options().memory_gigabytes > 0) {

@@ -28,8 +28,6 @@ std::filesystem::path StudyFolder::bake(const std::filesystem::path& mesh, const
                                       organ.string(),
                                       "--boundary",
                                       organ_.boundary_file().string(),
-                                      "--locking-probes",
-                                      "0",
                                       "-o",
                                       bundle.string()};
   if (large) command.push_back("--large-deformation");

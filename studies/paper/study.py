@@ -80,7 +80,7 @@ class Study:
         self.program("palpate-tetrahedra", surface, "-o", mesh, "--region", "liver", "--size", size)
         runs = []
         for _ in range(REPEATS):
-            self.program("palpate-precompute", mesh, "--organ", ORGAN, "--boundary", HELD, "-o", bundle, "--locking-probes", 0,
+            self.program("palpate-precompute", mesh, "--organ", ORGAN, "--boundary", HELD, "-o", bundle,
                          "--json", report)
             with open(report) as stream:
                 runs.append(json.load(stream))
@@ -121,7 +121,7 @@ class Study:
                          'young = { value = %r, unit = "Pa", source = "%s" }\npoisson = { value = %r, source = "nearly incompressible" }\n'
                          'stiffening = { value = %r, source = "%s" }\n' % (rate, young, fitted, stiffening.POISSON, b, fitted))
         self.program("palpate-precompute", os.path.join(self.arguments.data, "brain-cylinder", "3mm", "mesh.msh"), "--organ", organ,
-                     "--boundary", os.path.join(CYLINDER, "boundary", "compression.toml"), "--large-deformation", "--locking-probes", 0,
+                     "--boundary", os.path.join(CYLINDER, "boundary", "compression.toml"), "--large-deformation",
                      "-o", bundle)
         self.program("palpate-run", os.path.join(HERE, "compress-large.toml"), "--bundle", bundle, "-o", os.path.join(folder, "compress-large"))
         return {"young": young, "stiffening": b, "fit_off": off, "scene": os.path.join(folder, "compress-large")}

@@ -69,8 +69,6 @@ std::filesystem::path BakedOrgan::bundle(int added) const {
                                       options_.organ.string(),
                                       "--boundary",
                                       boundary_with(added).string(),
-                                      "--locking-probes",
-                                      "0",
                                       "-o",
                                       file.string()};
   if (!options_.image.empty()) command.insert(command.end(), {"--image", options_.image.string()});

@@ -29,7 +29,7 @@ std::filesystem::path bake(const Workshop& workshop, const BodyToBake& body) {
   const auto bundle = folder / "bundle.h5";
   accuracy::run_command({(workshop.bin / "palpate-precompute").string(), (folder / "body.msh").string(), "--organ",
                          (folder / "organ.toml").string(), "--boundary", (folder / "boundary.toml").string(), "-o",
-                         bundle.string(), "--locking-probes", "0", "--quiet"},
+                         bundle.string(), "--quiet"},
                         folder / "log.txt");
   return bundle;
 }
