@@ -188,6 +188,7 @@ std::vector<double> ColumnSolver::State::residuals_in_ksp() {
   if (auto known = op->take_residual_norms(); !known.empty()) return known;
   Vec residual = nullptr;
   check(KSPBuildResidual(ksp, nullptr, r, &residual));
+  op->take_residual_norms();  // of the x of this iteration, where PETSc has multiplied it for the residual
   return op->column_norms(residual);
 }
 
