@@ -107,101 +107,105 @@ OrganConfig::Response response(TomlTable table) {
 
 std::vector<Selector> selectors(TomlTable& table, const char* key = "select");
 
+void require_direction(TomlTable& table, const char* key, const std::array<double, 3>& direction) {
+  if (direction == std::array<double, 3>{}) table.wrong(key, "a vector that is not zero");
+}
+
+void read_box(TomlTable& t, Selector& s) {
+  s.a = t.vector("min"), s.b = t.vector("max");
+  for (int d = 0; d < 3; ++d)
+    if (s.a[d] > s.b[d]) t.wrong("min", "each coordinate at most that of max");
+}
+void read_sphere(TomlTable& t, Selector& s) {
+  s.a = t.vector("center"), s.number = t.number("radius");
+  if (s.number <= 0) t.wrong("radius", "a radius above 0");
+}
+void read_half_space(TomlTable& t, Selector& s) {
+  s.a = t.vector("point"), s.b = t.vector("normal");
+  require_direction(t, "normal", s.b);
+}
+void read_nearest(TomlTable& t, Selector& s) {
+  s.points = t.points("points");
+}
+void read_below_quantile(TomlTable& t, Selector& s) {
+  s.a = t.vector("direction"), s.number = t.number("quantile");
+  require_direction(t, "direction", s.a);
+  if (!(s.number > 0 && s.number <= 1)) t.wrong("quantile", "a share with 0 < value <= 1");
+}
+void read_patch(TomlTable& t, Selector& s) {
+  s.names = {t.text("patch", "\"name\"")};
+}
+void read_contact(TomlTable& t, Selector& s) {
+  s.names = t.texts("contact");
+  if (s.names.size() != 2) t.wrong("contact", "the names of two regions");
+}
+void read_everything(TomlTable& t, Selector&) {
+  if (!t.boolean("everything")) t.wrong("everything", "true");
+}
+void read_facing(TomlTable& t, Selector& s) {
+  s.a = t.vector("direction"), s.number = t.number("within");
+  require_direction(t, "direction", s.a);
+  if (!(s.number > 0 && s.number <= 180)) t.wrong("within", "an angle above 0 and up to 180 degrees");
+}
+void read_label(TomlTable& t, Selector& s) {
+  s.labels = t.numbers("labels");
+  if (t.has("within")) s.number = t.number("within");
+  if (s.number < 0) t.wrong("within", "a distance of 0 or above");
+  if (t.has("image")) s.image = named_file(t, "image", "\"painted.nrrd\"");
+}
+
+struct SelectorForm {
+  const char* key;
+  Selector::Kind kind;
+  bool whole_mesh;  // unless `where` says: the nodes may lie inside the organ
+  bool table;       // the key's value is a table, which read gets; else read gets the selector's own
+  void (*read)(TomlTable&, Selector&);  // null: selectors, which say themselves where their nodes are
+};
+constexpr SelectorForm kSelectors[] = {
+    {"box", Selector::Kind::box, false, true, read_box},
+    {"sphere", Selector::Kind::sphere, false, true, read_sphere},
+    {"half_space", Selector::Kind::half_space, false, true, read_half_space},
+    {"nearest", Selector::Kind::nearest, false, true, read_nearest},
+    {"below_quantile", Selector::Kind::below_quantile, false, true, read_below_quantile},
+    {"patch", Selector::Kind::patch, true, false, read_patch},
+    {"contact", Selector::Kind::contact, true, false, read_contact},
+    {"everything", Selector::Kind::everything, false, false, read_everything},
+    {"facing", Selector::Kind::facing, false, true, read_facing},
+    {"label", Selector::Kind::label, false, true, read_label},
+    {"and", Selector::Kind::all_of, true, false, nullptr},
+    {"or", Selector::Kind::any_of, true, false, nullptr},
+    {"not", Selector::Kind::none_of, false, false, nullptr}};
+
+// The one form whose key the table has.
+const SelectorForm& form_of(TomlTable& table) {
+  const SelectorForm* form = nullptr;
+  int found = 0;
+  std::string keys;
+  for (const SelectorForm& one : kSelectors) {
+    keys += std::string(keys.empty() ? "" : ", ") + one.key;
+    if (table.has(one.key)) form = &one, ++found;
+  }
+  if (found == 1) return *form;
+  throw InputError(fmt::format("{}:{}: select: expected exactly one of {}, found {}", table.file().string(),
+                               table.line(), keys, found));
+}
+
 Selector selector(TomlTable table) {
-  using Kind = Selector::Kind;
-  static const std::pair<const char*, Kind> kinds[] = {
-      {"box", Kind::box},         {"sphere", Kind::sphere},
-      {"nearest", Kind::nearest}, {"half_space", Kind::half_space},
-      {"patch", Kind::patch},     {"below_quantile", Kind::below_quantile},
-      {"contact", Kind::contact}, {"everything", Kind::everything},
-      {"facing", Kind::facing},   {"label", Kind::label},
-      {"and", Kind::all_of},      {"or", Kind::any_of},
-      {"not", Kind::none_of}};
   Selector result;
   result.line = table.line();
-  int found = 0;
-  for (const auto& [name, kind] : kinds)
-    if (table.has(name)) result.kind = kind, ++found;
-  if (found != 1)
-    throw InputError(
-        fmt::format("{}:{}: select: expected exactly one of box, sphere, half_space, nearest, "
-                    "below_quantile, patch, contact, everything, facing, label, and, or, not, found {}",
-                    table.file().string(), result.line, found));
-  const auto inner = [&table](const char* key, auto&& read) {
-    TomlTable t = table.table(key);
-    read(t);
-    t.finish();
-  };
-  switch (result.kind) {
-    case Kind::box:
-      inner("box", [&](TomlTable& t) {
-        result.a = t.vector("min"), result.b = t.vector("max");
-        for (int d = 0; d < 3; ++d)
-          if (result.a[d] > result.b[d]) t.wrong("min", "each coordinate at most that of max");
-      });
-      break;
-    case Kind::sphere:
-      inner("sphere", [&](TomlTable& t) {
-        result.a = t.vector("center"), result.number = t.number("radius");
-        if (result.number <= 0) t.wrong("radius", "a radius above 0");
-      });
-      break;
-    case Kind::half_space:
-      inner("half_space", [&](TomlTable& t) {
-        result.a = t.vector("point"), result.b = t.vector("normal");
-        if (result.b == std::array<double, 3>{}) t.wrong("normal", "a vector that is not zero");
-      });
-      break;
-    case Kind::nearest:
-      inner("nearest", [&](TomlTable& t) { result.points = t.points("points"); });
-      break;
-    case Kind::below_quantile:
-      inner("below_quantile", [&](TomlTable& t) {
-        result.a = t.vector("direction"), result.number = t.number("quantile");
-        if (result.a == std::array<double, 3>{}) t.wrong("direction", "a vector that is not zero");
-        if (!(result.number > 0 && result.number <= 1)) t.wrong("quantile", "a share with 0 < value <= 1");
-      });
-      break;
-    case Kind::patch:
-      result.names = {table.text("patch", "\"name\"")};
-      break;
-    case Kind::contact:
-      result.names = table.texts("contact");
-      if (result.names.size() != 2) table.wrong("contact", "the names of two regions");
-      break;
-    case Kind::everything:
-      if (!table.boolean("everything")) table.wrong("everything", "true");
-      break;
-    case Kind::facing:
-      inner("facing", [&](TomlTable& t) {
-        result.a = t.vector("direction"), result.number = t.number("within");
-        if (result.a == std::array<double, 3>{}) t.wrong("direction", "a vector that is not zero");
-        if (!(result.number > 0 && result.number <= 180)) t.wrong("within", "an angle above 0 and up to 180 degrees");
-      });
-      break;
-    case Kind::label:
-      inner("label", [&](TomlTable& t) {
-        result.labels = t.numbers("labels");
-        if (t.has("within")) result.number = t.number("within");
-        if (result.number < 0) t.wrong("within", "a distance of 0 or above");
-        if (t.has("image")) result.image = named_file(t, "image", "\"painted.nrrd\"");
-      });
-      break;
-    case Kind::all_of:
-      result.inner = selectors(table, "and");
-      break;
-    case Kind::any_of:
-      result.inner = selectors(table, "or");
-      break;
-    case Kind::none_of:
-      result.inner = selectors(table, "not");
-      break;
+  const SelectorForm& form = form_of(table);
+  result.kind = form.kind, result.whole_mesh = form.whole_mesh;
+  if (form.table) {
+    TomlTable inner = table.table(form.key);
+    form.read(inner, result);
+    inner.finish();
+  } else if (form.read) {
+    form.read(table, result);
+  } else {
+    result.inner = selectors(table, form.key);
   }
-  // The nodes of a patch or a contact may lie inside the organ; the selectors inside of and and or say where themselves.
-  result.whole_mesh = result.kind == Kind::patch || result.kind == Kind::contact || result.kind == Kind::all_of ||
-                      result.kind == Kind::any_of;
   if (table.has("where")) result.whole_mesh = table.choice<bool>("where", {{"surface", false}, {"all", true}});
-  if (result.whole_mesh && result.kind == Kind::facing)
+  if (result.whole_mesh && result.kind == Selector::Kind::facing)
     table.wrong("where", "\"surface\": nodes inside the organ have no normal");
   table.finish();
   return result;
@@ -366,8 +370,9 @@ OrganConfig read_organ_config(const std::filesystem::path& file) {
   return result;
 }
 
-std::map<std::string, std::filesystem::path> files_of(const BoundaryConfig& boundary) {
+std::map<std::string, std::filesystem::path> files_of(const OrganConfig& organ, const BoundaryConfig& boundary) {
   std::map<std::string, std::filesystem::path> files;
+  if (organ.response) files["curve_sha256"] = organ.response->curve;
   const std::function<void(const std::vector<Selector>&)> add = [&](const std::vector<Selector>& selectors) {
     for (const auto& one : selectors) {
       if (one.image) files["label_image_sha256 " + one.image->name] = one.image->path;

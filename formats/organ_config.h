@@ -153,10 +153,10 @@ struct BoundaryConfig {
 };
 BoundaryConfig read_boundary_config(const std::filesystem::path& file);
 
-// The files that the boundary file reads, by the provenance's key for their hash: "label_image_sha256 ../painted.nrrd",
+// The files that both configs read, by the provenance's key for their hash: "curve_sha256", "label_image_sha256 ../painted.nrrd",
 // "motion_file_sha256 field.csv". The name is the one that the boundary file writes, so that the key stays where an organ's
 // folder is moved, and two files of one name in two folders have two keys.
-std::map<std::string, std::filesystem::path> files_of(const BoundaryConfig& boundary);
+std::map<std::string, std::filesystem::path> files_of(const OrganConfig& organ, const BoundaryConfig& boundary);
 
 // Answers a `label` selector: for each node of the mesh, 1 where it is within the selector's distance of one of its labels.
 using LabelledNodes = std::function<std::vector<char>(const Selector&)>;

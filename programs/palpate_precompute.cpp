@@ -102,12 +102,6 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
          "store the surface in blocks of low rank, with at most this relative error of a column (1e-3); the disk "
          "holds all columns until they are packed")
       ->option_text("E");
-  app.add_option("--locking-probes", options.locking_probes,
-                 "measure how much too stiff the element is: compares it with p2-p0 on the same mesh, on N patches of "
-                 "the surface "
-                 "(3 tell a few per cent from a factor); default 0: not measured")
-      ->check(CLI::Range(0, 1000))
-      ->option_text("N");
   app.add_flag("--direct", options.direct,
                "solve with the factor alone, without PETSc's conjugate gradients; the certificate then says so");
   app.add_flag("--large-deformation", options.large_deformation,

@@ -37,7 +37,6 @@ struct Options {
   FillOptions fill;
   LabelImageOptions image;
   std::vector<double> spacing;
-  std::string filler = "hxt";
   std::string cavities;                   // empty: decided by the orientation of the shells
   std::optional<std::string> components;  // default: all pieces of a surface, 1% for an image
   QualityGate gate{10, 0.05};
@@ -57,9 +56,6 @@ void define_for_images(CLI::App& app, Options& o) {
   image(app.add_option("--smooth", o.image.smooth_mm, "Gaussian width, mm (default: 1.5 mean voxel sides)"))
       ->check(non_negative_number());
   image(app.add_option("--spacing", o.spacing, "Voxel size x,y,z in mm, for PNG slices"))->delimiter(',')->expected(3);
-  image(app.add_option("--fill", o.filler, "Interior by hxt, or mesh_3 (CGAL's own: smaller angles)"))
-      ->check(CLI::IsMember({"hxt", "mesh_3"}))
-      ->capture_default_str();
 }
 
 void define(CLI::App& app, Options& o) {
@@ -170,7 +166,6 @@ MeshReport mesh_image(Options& o) {
                     "organ with a surface of chosen size use palpate-surface first",
                     o.inputs.front()));
   o.image.tissues = parse_tissues(o.labels);
-  if (o.filler == "mesh_3") o.image.fill = LabelImageOptions::Fill::mesh_3;
   o.image.keep_cavities = o.cavities == "keep";
   o.image.components = o.components.value_or(o.image.components);
   if (!o.spacing.empty()) o.image.spacing = {o.spacing[0], o.spacing[1], o.spacing[2]};

@@ -15,7 +15,7 @@ from matplotlib.patches import FancyBboxPatch  # noqa: E402
 
 INK, FACE = "#1c2530", {"meshing": "#f4e6d4", "precompute": "#e6eef5", "runtime": "#e2f0e6", "programs": "#efe6f4"}
 HOUSES = ("meshing", "precompute", "runtime", "programs")
-LIBRARIES = {"meshing": "CGAL, gmsh, ITK, VTK", "precompute": "PETSc, SuiteSparse, MPI, Eigen", "runtime": "Eigen's headers, nothing else",
+LIBRARIES = {"meshing": "CGAL, gmsh, ITK, libpng, VTK", "precompute": "PETSc, SuiteSparse, MPI, Eigen", "runtime": "Eigen's headers, nothing else",
              "programs": "the public headers"}
 # Where a room stands between the left and the right of its house, so that no arrow runs through another room; others are spread evenly.
 ACROSS = {"precompute": {"elements": 0.5, "solver": 0.5, "ranks": 0.2, "tensors": 0.62, "bundle_tool": 0.8, "journal": 0.43, "run": 0.35},

@@ -93,7 +93,7 @@ PngHeader read_png_header(const path& file) {
   }
   const double width = number_at<std::uint32_t>(head, 16, true), height = number_at<std::uint32_t>(head, 20, true);
   const auto size = three_sizes(file, {width, height, 1});
-  const int depth = static_cast<unsigned char>(head[24]), colour = head[25];
+  const int depth = static_cast<unsigned char>(head[24]);
   // PNG compresses with deflate, which shrinks data at most 1032 times.
   const std::uint64_t needed = static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]) / 8 *
                                static_cast<std::uint64_t>(std::min(depth, 8)) / 1032;
@@ -107,8 +107,7 @@ PngHeader read_png_header(const path& file) {
   std::string end(8, '\0');
   in.read(end.data(), 8);
   if (end.compare(0, 4, "IEND") != 0) throw InputError(fmt::format("{}: the PNG image is cut off", file.string()));
-  const bool grey = colour == 0;
-  return {size[0], size[1], grey && (depth == 1 || depth == 2 || depth == 4) ? 255 / ((1 << depth) - 1) : 1};
+  return {size[0], size[1]};
 }
 
 }  // namespace palpate

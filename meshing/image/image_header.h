@@ -33,10 +33,9 @@ ImageHeader read_nifti_header(const std::filesystem::path& file);
 ImageHeader read_nrrd_header(const std::filesystem::path& file);
 ImageHeader read_meta_header(const std::filesystem::path& file);
 
-// Checks the header of a PNG file, which ITK reads, and that the file has an end. Returns width, height, and the factor by
-// which ITK multiplies grey values of less than 8 bits.
+// Checks the header of a PNG file, which libpng reads, and that the file has an end.
 struct PngHeader {
-  int width = 0, height = 0, factor = 1;
+  int width = 0, height = 0;
 };
 PngHeader read_png_header(const std::filesystem::path& file);
 

@@ -81,14 +81,12 @@ LabelMeshOptions mesh_sizes(const LabelImageOptions& o, const FillOptions& fill,
   for (std::size_t t = 0; t < volumes.size(); ++t) {
     sizes.edges.push_back(std::min(edge, std::max(voxel_mm, std::cbrt(volumes[t]) / kEdgesAcross)));
     sizes.facet_distances.push_back(o.facet_distance > 0 ? o.facet_distance : sizes.edges[t] / kEdgesOverDistance);
-    if (o.fill == LabelImageOptions::Fill::mesh_3) sizes.interior.push_back(fill.size > 0 ? fill.size : sizes.edges[t]);
   }
   return sizes;
 }
 
 void shorten(LabelMeshOptions& sizes, std::size_t tissue, double factor) {
   sizes.edges[tissue] *= factor, sizes.facet_distances[tissue] *= factor;
-  if (!sizes.interior.empty()) sizes.interior[tissue] *= factor;
 }
 
 void shorten_all(LabelMeshOptions& sizes, double factor) {
@@ -134,11 +132,6 @@ SmoothTissues smooth_as_tissues_allow(const std::vector<VoxelMask>& masks, const
   }
 }
 
-struct Attempt {
-  TetrahedralMesh mesh;
-  VolumeBoundary boundary;
-};
-
 // A place where tissues nearly touch, and how wide the gap is filled there: as wide as the shortest edge of these tissues.
 struct Gap {
   Point place;
@@ -171,17 +164,16 @@ std::vector<Gap> gaps_at_edges(const VolumeBoundary& boundary, const LabelMeshOp
 // Mesh_3 gives each tissue a good surface, but where two parts nearly touch, the outer surface of all tissues may not be
 // a manifold. A smaller edge moves every vertex. Where that does not help, the gap there is filled, and so is a gap that became a
 // cavity; one that is still there after three attempts stays.
-Attempt manifold_mesh(TissueMap& map, const std::vector<Tissue>& tissues, const std::vector<TissuePiece>& pieces,
-                      bool keep_cavities, LabelMeshOptions& options) {
+VolumeBoundary manifold_surfaces(TissueMap& map, const std::vector<Tissue>& tissues,
+                                 const std::vector<TissuePiece>& pieces, bool keep_cavities,
+                                 LabelMeshOptions& options) {
   constexpr int kPlain = 2, kForCavities = 3, kAttempts = 8;
   const double edge = longest_edge(options);
   std::vector<Gap> bad;
   for (int attempt = 1; attempt <= kAttempts; ++attempt) {
-    Attempt result;
-    result.mesh = tetrahedra_from_tissues(map, tissues, pieces, options);
-    result.boundary = boundary_of(result.mesh);
-    bad = gaps_at_edges(result.boundary, options);
-    const std::vector<Gap> cavities = keep_cavities ? std::vector<Gap>{} : gaps_at_cavities(result.boundary, options);
+    VolumeBoundary result = boundary_of(tetrahedra_from_tissues(map, tissues, pieces, options));
+    bad = gaps_at_edges(result, options);
+    const std::vector<Gap> cavities = keep_cavities ? std::vector<Gap>{} : gaps_at_cavities(result, options);
     if (bad.empty() && (cavities.empty() || attempt > kForCavities)) return result;
     const Point& first = bad.empty() ? cavities[0].place : bad[0].place;
     std::string change;
@@ -217,7 +209,7 @@ std::vector<double> shares_missing(const VolumeBoundary& boundary, const std::ve
 
 // The surfaces of the tissues with the volumes of their voxels.
 struct TissueSurfaces {
-  Attempt attempt;
+  VolumeBoundary boundary;
   std::vector<double> meshed_mm3;  // before they were moved
   VolumeMove move;
 };
@@ -230,11 +222,10 @@ TissueSurfaces surfaces_of_volume(SmoothTissues& smooth, const LabelImageOptions
   constexpr int kAttempts = 4;
   constexpr double kShorter = 0.75;
   for (int attempt = 1;; ++attempt) {
-    TissueSurfaces result{manifold_mesh(smooth.map, tissues, smooth.pieces, o.keep_cavities, sizes), {}, {}};
-    VolumeBoundary& boundary = result.attempt.boundary;
-    result.meshed_mm3 = enclosed_volumes(boundary);
-    result.move = move_to_volumes(boundary, voxels_mm3);
-    const std::vector<double> missing = shares_missing(boundary, voxels_mm3);
+    TissueSurfaces result{manifold_surfaces(smooth.map, tissues, smooth.pieces, o.keep_cavities, sizes), {}, {}};
+    result.meshed_mm3 = enclosed_volumes(result.boundary);
+    result.move = move_to_volumes(result.boundary, voxels_mm3);
+    const std::vector<double> missing = shares_missing(result.boundary, voxels_mm3);
     bool shorter = false;
     for (std::size_t t = 0; t < tissues.size() && attempt < kAttempts; ++t) {
       if (std::abs(missing[t]) <= kKept || kShorter * sizes.edges[t] < voxel_mm) continue;
@@ -290,36 +281,6 @@ void tell_lost_tips(const VolumeBoundary& boundary, const std::vector<VoxelMask>
   }
 }
 
-void fill_surfaces(MeshReport& report, TissueSurfaces& surfaces, const FillOptions& fill) {
-  surfaces.attempt.boundary = without_unused_points(surfaces.attempt.boundary);
-  report.mesh = fill_with_tetrahedra(surfaces.attempt.boundary, fill, &report.improvement);
-}
-
-// The least volume of an element, as a share of what it was.
-double least_volume_kept(const TetrahedralMesh& before, const TetrahedralMesh& after) {
-  double least = 1;
-  for (std::size_t e = 0; e < before.tetrahedra.size(); ++e)
-    least = std::min(least, shape_of(after, e).volume / shape_of(before, e).volume);
-  return least;
-}
-
-// The elements of Mesh_3, their surfaces moved as far as no element loses more than half its volume.
-void keep_elements(MeshReport& report, TissueSurfaces& surfaces, const FillOptions& fill) {
-  VolumeBoundary& boundary = surfaces.attempt.boundary;
-  const TetrahedralMesh before = surfaces.attempt.mesh;
-  report.mesh = before;
-  for (double share = 1; share > 0.1; share -= 0.25) {
-    for (std::size_t n = 0; n < before.nodes.size(); ++n)
-      report.mesh.nodes[n] = before.nodes[n] + share * (boundary.points[n] - before.nodes[n]);
-    if (least_volume_kept(before, report.mesh) > 0.5) break;
-    report.mesh.nodes = before.nodes;
-  }
-  boundary.points = report.mesh.nodes;
-  for (const auto& patch : boundary.patches)
-    report.mesh.patches.push_back({patch_name(boundary, patch), patch.triangles});
-  report.improvement = improve_worst_elements(report.mesh, fill.goal);
-}
-
 }  // namespace
 
 std::vector<Tissue> parse_tissues(const std::vector<std::string>& texts) {
@@ -366,21 +327,21 @@ MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const L
   for (int attempt = 1;; ++attempt) {
     surfaces = surfaces_of_volume(smooth, options, voxels_mm3, sizes, voxel_mm);
     try {
-      options.fill == LabelImageOptions::Fill::mesh_3 ? keep_elements(report, surfaces, fill)
-                                                      : fill_surfaces(report, surfaces, fill);
+      surfaces.boundary = without_unused_points(surfaces.boundary);
+      report.mesh = fill_with_tetrahedra(surfaces.boundary, fill, &report.improvement);
       break;
     } catch (const OperationError& failed) {
       if (attempt == kFills)
         throw OperationError(
             fmt::format("{}: no tetrahedra were found between surfaces with edges of {:.3g} mm: {}; try "
-                        "--edge-mm {:.3g}, or --fill mesh_3",
+                        "--edge-mm {:.3g}",
                         name, longest_edge(sizes), failed.what(), 0.9 * longest_edge(sizes)));
       shorten_all(sizes, 0.9);
       note(fmt::format("no tetrahedra were found between these surfaces; trying edges of {:.4g} mm",
                        longest_edge(sizes)));
     }
   }
-  const VolumeBoundary& boundary = surfaces.attempt.boundary;
+  const VolumeBoundary& boundary = surfaces.boundary;
   for (const auto& patch : boundary.patches) report.surface_triangles += patch.triangles.size();
   report.kept_triangles = verify_boundary_kept(boundary, report.mesh);
   report.region_volume_of_surface = enclosed_volumes(boundary);

@@ -21,7 +21,6 @@ struct LabelImageOptions {
   double facet_distance = 0;  // mm; 0: an eighth of the edge
   std::string components = "1%";
   bool keep_cavities = false;
-  enum class Fill { hxt, mesh_3 } fill = Fill::hxt;  // what fills the surfaces that Mesh_3 makes
 };
 
 // Reads "255=liver,127=kidney", or "255,127", which gives the names "label 255" and "label 127". Errors: InputError

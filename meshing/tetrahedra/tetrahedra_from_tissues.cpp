@@ -5,8 +5,6 @@
 #include <CGAL/Mesh_complex_3_in_triangulation_3.h>
 #include <CGAL/Mesh_criteria_3.h>
 #include <CGAL/Mesh_triangulation_3.h>
-#include <CGAL/exude_mesh_3.h>
-#include <CGAL/perturb_mesh_3.h>
 #include <CGAL/refine_mesh_3.h>
 #include <fmt/format.h>
 
@@ -65,11 +63,8 @@ struct LengthOfTissue {
 };
 
 Criteria criteria_of(const LabelMeshOptions& o) {
-  const LengthOfTissue edges{o.edges}, distances{o.facet_distances}, interior{o.interior};
-  if (o.interior.empty())
-    return Criteria(options::facet_angle = 30, options::facet_size = edges, options::facet_distance = distances);
-  return Criteria(options::facet_angle = 30, options::facet_size = edges, options::facet_distance = distances,
-                  options::cell_radius_edge_ratio = 2, options::cell_size = interior);
+  const LengthOfTissue edges{o.edges}, distances{o.facet_distances};
+  return Criteria(options::facet_angle = 30, options::facet_size = edges, options::facet_distance = distances);
 }
 
 // Chooses crossings about an edge apart all over the piece as first points of Mesh_3. A small piece gets a few in any
@@ -137,10 +132,6 @@ std::string mesh_in_cgal(const TissueMap& map, const std::vector<TissuePiece>& p
   Complex complex;
   insert_seeds(complex, domain, pieces, centre, LengthOfTissue{o.edges});
   CGAL::refine_mesh_3(complex, domain, criteria_of(o), options::no_perturb(), options::no_exude());
-  if (!o.interior.empty()) {
-    CGAL::perturb_mesh_3(complex, domain, options::sliver_bound = 15);
-    CGAL::exude_mesh_3(complex, options::sliver_bound = 15);
-  }
   return to_bytes(collect(complex, centre));
 }
 

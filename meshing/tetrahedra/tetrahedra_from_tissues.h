@@ -1,5 +1,5 @@
-// Touching tissues of a label image -> tetrahedra, one region for each tissue. Neighbours share the triangles between
-// them.
+// Touching tissues of a label image -> tetrahedra whose surfaces are good, one region for each tissue. Neighbours share the
+// triangles between them.
 #pragma once
 
 #include <string>
@@ -14,8 +14,7 @@ namespace palpate {
 struct LabelMeshOptions {
   std::vector<double> edges;            // longest edge wanted of surface triangles
   std::vector<double> facet_distances;  // largest distance from a triangle to the border of the tissue
-  std::vector<double> interior;  // largest edge inside; empty: only the surfaces are good, and HXT then fills them
-  double time_limit = 3600;      // s
+  double time_limit = 3600;             // s
 };
 
 // Meshes the map with CGAL's Mesh_3 in a child process. The regions come in the order of the tissues; there are no

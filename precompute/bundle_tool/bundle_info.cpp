@@ -82,8 +82,7 @@ nlohmann::json certificate_json(const BundleFile& file) {
                          {"most_iterations", *std::max_element(iterations.begin(), iterations.end())}};
   const nlohmann::json provenance = file.provenance();
   for (const char* key : {"solver", "tolerance", "reciprocity_error", "reciprocity_pairs", "cast_error", "stored_error",
-                          "pack_error_worst", "pack_error_rms", "pack_error_entry", "reciprocal_condition",
-                          "locking_estimate", "locking_probes", "locking_note", "plan"})
+                          "pack_error_worst", "pack_error_rms", "pack_error_entry", "reciprocal_condition", "plan"})
     if (provenance.is_object() && provenance.contains(key)) json[key] = provenance[key];
   if (provenance.is_object())
     for (const auto& [key, value] : provenance.items())
@@ -231,13 +230,6 @@ void print_certificate(const nlohmann::json& report) {
   const bool poor = told && !(p["reciprocal_condition"].get<double>() >= kLeastReciprocalCondition);
   fmt::print("            reciprocal condition: {}{}\n", told ? measured(p, "reciprocal_condition") : "not measured",
              poor ? " (warning: residuals say little about columns; is the organ held, are its materials right?)" : "");
-  const bool estimated = has_number(p, "locking_estimate");
-  fmt::print("            locking: {}",
-             estimated ? fmt::format("forces {:.3f} times those of p2-p0", p["locking_estimate"].get<double>())
-                       : "not measured");
-  if (has_number(p, "locking_probes")) fmt::print(" over {} probes", value_text(p, "locking_probes"));
-  if (p.is_object() && p.contains("locking_note")) fmt::print("; {}", value_text(p, "locking_note"));
-  fmt::print("\n");
 }
 
 // The accuracy that palpate-accuracy measured for this setting.

@@ -39,9 +39,9 @@ void check_hashes(const BundleFile& file, const VerifyOptions& options, Checks& 
              wrong.empty() ? "mesh, organ and boundary are the files it was made from" : wrong);
 }
 
-// The hashes of the images that the boundary's selectors read, and of the fields of its motions.
-void check_images(const BundleFile& file, const VerifyOptions& options, const BoundaryConfig& boundary,
-                  Checks& checks) {
+// The hashes of what the configs read: the measured curve, the images of selectors, the fields of motions.
+void check_files(const BundleFile& file, const VerifyOptions& options, const OrganConfig& organ,
+                 const BoundaryConfig& boundary, Checks& checks) {
   const nlohmann::json provenance = file.provenance();
   std::string wrong;
   const auto require = [&](const std::string& key, const std::filesystem::path& name) {
@@ -49,11 +49,12 @@ void check_images(const BundleFile& file, const VerifyOptions& options, const Bo
                       provenance[key] == sha256_of_file(name.string());
     if (!same) wrong += fmt::format("{}{} is not the file it was made with", wrong.empty() ? "" : ", ", name.string());
   };
-  auto files = files_of(boundary);
+  auto files = files_of(organ, boundary);
   if (!options.image.empty()) files["image_sha256"] = options.image;
   if (files.empty()) return;
   for (const auto& [key, name] : files) require(key, name);
-  checks.add("image hashes", wrong.empty(), wrong.empty() ? "the images and fields are those it was made with" : wrong);
+  checks.add("file hashes", wrong.empty(),
+             wrong.empty() ? "the curve, images and fields are those it was made with" : wrong);
 }
 
 template <class Row, class Number>
@@ -203,7 +204,7 @@ void check_against_inputs(const BundleFile& file, const SmallSections& small, co
   check_hashes(file, options, checks);
   const OrganConfig organ = read_organ_config(options.organ);
   const BoundaryConfig boundary = read_boundary_config(options.boundary);
-  check_images(file, options, boundary, checks);
+  check_files(file, options, organ, boundary, checks);
   const ElasticBody body = make_elastic_body(read_mesh(options.mesh), organ, boundary,
                                              {options.mesh, options.organ, options.boundary, options.image});
   check_body(body, small, checks);

@@ -4,15 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cctype>
 #include <limits>
-
-#include "formats/errors.h"
 
 namespace palpate {
 namespace {
 
-namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using Sentences = std::vector<std::string>;
 
@@ -91,62 +87,6 @@ void warn_of_held_area(const ElasticBody& body, const BodyFiles& files, Sentence
                   files.boundary.string(), 100 * held / whole, 1e6 * held, 1e6 * whole));
 }
 
-// ---- a copied organ ------------------------------------------------------------------------------------------------
-
-// "my liver" and "my-liver" are one name.
-std::string letters_of(const std::string& name) {
-  std::string letters;
-  for (const unsigned char c : name)
-    if (std::isalnum(c) || c >= 0x80) letters += static_cast<char>(std::tolower(c));
-  return letters;
-}
-
-bool is_assumption(const std::string& source) {
-  return source.find("ssum") != std::string::npos;
-}
-
-// The other organ folders' organ.toml that can be read.
-std::vector<std::pair<fs::path, OrganConfig>> neighbours(const fs::path& folder) {
-  std::vector<std::pair<fs::path, OrganConfig>> found;
-  std::error_code unreadable;
-  for (const auto& entry : fs::directory_iterator(folder.parent_path(), unreadable)) {
-    if (entry.path() == folder || !fs::is_regular_file(entry.path() / "organ.mk")) continue;
-    try {
-      found.emplace_back(entry.path() / "organ.toml", read_organ_config(entry.path() / "organ.toml"));
-    } catch (const InputError&) {  // not this organ's fault
-    }
-  }
-  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  return found;
-}
-
-void warn_of_foreign_sources(const OrganConfig& organ, const fs::path& folder, const BodyFiles& files,
-                             Sentences& sentences) {
-  const auto others = neighbours(folder);
-  for (const OrganConfig::Region& region : organ.regions)
-    for (const auto& [file, other] : others)
-      for (const OrganConfig::Region& foreign : other.regions)
-        if (foreign.name != region.name && foreign.young.source == region.young.source &&
-            !is_assumption(region.young.source))
-          sentences.push_back(fmt::format(
-              "{}: [[region]] \"{}\": the source of young is, word for word, that of \"{}\" in {}; state where this "
-              "organ's value is from",
-              files.organ.string(), region.name, foreign.name, file.string()));
-}
-
-void warn_of_a_copied_organ(const OrganConfig& organ, const BodyFiles& files, Sentences& sentences) {
-  const fs::path folder = fs::absolute(files.organ).lexically_normal().parent_path();
-  if (!fs::is_regular_file(folder / "organ.mk")) return;
-  const std::string expected = folder.filename().string();
-  if (letters_of(organ.name).rfind(letters_of(expected), 0) != 0)
-    sentences.push_back(
-        fmt::format("{}: name is \"{}\", but the organ's folder is \"{}\": a copied file keeps the name and the "
-                    "sources of the other "
-                    "organ; expected a name that begins with \"{}\"",
-                    files.organ.string(), organ.name, expected, expected));
-  warn_of_foreign_sources(organ, folder, files, sentences);
-}
-
 }  // namespace
 
 Sentences plausibility_warnings(const ElasticBody& body, const OrganConfig& organ, const BodyFiles& files) {
@@ -154,7 +94,6 @@ Sentences plausibility_warnings(const ElasticBody& body, const OrganConfig& orga
   warn_of_size(body, organ, files, sentences);
   warn_of_stiffness(organ, files, sentences);
   warn_of_held_area(body, files, sentences);
-  warn_of_a_copied_organ(organ, files, sentences);
   return sentences;
 }
 

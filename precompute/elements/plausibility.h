@@ -18,9 +18,7 @@ inline constexpr double kLeastHeldShare = 0.01;                       // of the 
 // - Young's modulus of a region is outside kSoftestTissue to kStiffestTissue.
 // - Less than kLeastHeldShare of the surface's area is supported: the triangles count that lie on a foundation, and those whose
 //   three nodes are held along an axis or tied by a spring.
-// - The files lie in an organ's folder of the pipelines (with an organ.mk), and `name` is not the folder's, or a source is word for
-//   word that of another region in the organ.toml of a folder beside it. A source that says "assum..." may be the same.
-// Errors: none; a neighbour's organ.toml that cannot be read is left out. Cost: one pass over the surface.
+// Errors: none. Cost: one pass over the surface.
 std::vector<std::string> plausibility_warnings(const ElasticBody& body, const OrganConfig& organ,
                                                const BodyFiles& files);
 

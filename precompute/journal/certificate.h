@@ -18,7 +18,6 @@ struct Certificate {
   std::int64_t reciprocity_pairs = 0;
   double cast_error = 0;  // largest ||T stored - T solved|| / ||T solved|| of a column
   double preload_residual = 0;
-  double locking_estimate = 0;      // of LockingEstimate; 0 where it is not measured
   double reciprocal_condition = 0;  // of the stiffness, about; 0 where the solver tells none
 };
 

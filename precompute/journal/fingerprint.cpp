@@ -50,8 +50,6 @@ std::string short_text(const nlohmann::json& value) {
 Fingerprint fingerprint_of(nlohmann::json provenance, const std::vector<SectionShape>& sections,
                            std::span<const ColumnBatch> batches) {
   Fingerprint fingerprint = std::move(provenance);
-  for (const char* key : {"locking_probes", "locking_note"})
-    fingerprint.erase(key);  // these do not decide the columns; a rerun makes them anew
   for (const auto& [library, id] : needed_libraries()) fingerprint["library " + library] = id;
   fingerprint["program_sha256"] = sha256_of_file("/proc/self/exe");
   fingerprint["layout"] = layout_text(sections);

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "formats/program.h"
 
@@ -12,12 +14,6 @@ namespace palpate {
 namespace {
 
 using formats::SectionId;
-
-std::string joined_names(const ElasticBody& body) {
-  std::string text;
-  for (const auto& name : body.region_names) text += name + '\n';
-  return text;
-}
 
 bool has_radial(const BundleContent& content) {
   return content.response && !content.response->radial.coefficient.empty();
@@ -61,12 +57,6 @@ std::map<std::string, std::string> support_texts(const ElasticBody& body, const 
   return texts;
 }
 
-std::string joined_motion_names(const ElasticBody& body) {
-  std::string text;
-  for (const auto& motion : body.motions) text += motion.name + '\n';
-  return text;
-}
-
 // "motion diaphragm": "piston along (0, 0, 1); 123 nodes".
 std::map<std::string, std::string> motion_texts(const ElasticBody& body) {
   std::map<std::string, std::string> texts;
@@ -105,40 +95,128 @@ std::map<std::string, std::string> corridor_texts(const ElasticBody& body) {
   return texts;
 }
 
-template <class Value>
-void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries, SectionId id,
-               const std::vector<Value>& values) {
-  writer.write(entry_of(entries, id), 0, values.data(), values.size() * sizeof(Value));
+// A section and its numbers, which the content or this object holds; null where the columns bring them.
+struct FilledSection {
+  SectionShape shape;
+  std::shared_ptr<const void> numbers = nullptr;
+  std::uint64_t bytes = 0;
+};
+
+template <class Values>
+FilledSection held_by_content(SectionId id, std::vector<std::uint64_t> shape, const Values& values) {
+  return {{id, std::move(shape)},
+          {std::shared_ptr<const void>(), values.data()},
+          values.size() * sizeof(typename Values::value_type)};
+}
+template <class Values>
+FilledSection made(SectionId id, std::vector<std::uint64_t> shape, Values values) {
+  const auto kept = std::make_shared<const Values>(std::move(values));
+  return {{id, std::move(shape)}, {kept, kept->data()}, kept->size() * sizeof(typename Values::value_type)};
 }
 
-void write_motions(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
-                   const BundleContent& content) {
+template <class Things>
+FilledSection names_of(SectionId id, const Things& things, auto&& name) {
+  std::string text;
+  for (const auto& thing : things) text += name(thing) + '\n';
+  return made(id, {text.size()}, text);
+}
+
+void add_body(std::vector<FilledSection>& sections, const ElasticBody& body) {
+  const std::uint64_t n = body.nodes.size(), e = body.tetrahedra.size(), f = body.triangles.size();
+  std::vector<double> young, poisson;
+  for (const auto& material : body.materials) young.push_back(material.young), poisson.push_back(material.poisson);
+  sections = {held_by_content(SectionId::nodes, {n, 3}, body.nodes),
+              held_by_content(SectionId::tetrahedra, {e, 4}, body.tetrahedra),
+              held_by_content(SectionId::region, {e}, body.region),
+              held_by_content(SectionId::triangles, {f, 3}, body.triangles),
+              held_by_content(SectionId::fixed, {n, 3}, body.fixed),
+              made(SectionId::young, {young.size()}, young),
+              made(SectionId::poisson, {poisson.size()}, poisson),
+              names_of(SectionId::region_names, body.region_names, [](const auto& name) { return name; })};
+  if (!body.foundations.empty()) sections.push_back(made(SectionId::foundation, {f, 2}, foundation_of_triangles(body)));
+}
+
+void add_response(std::vector<FilledSection>& sections, const ResponseFit& fit) {
+  const auto &radial = fit.radial.coefficient, &force = fit.force.coefficient;
+  if (!radial.empty()) sections.push_back(held_by_content(SectionId::response_radial, {radial.size()}, radial));
+  sections.push_back(held_by_content(SectionId::response_force, {force.size()}, force));
+  sections.push_back(made(SectionId::response_range, {2}, std::vector<double>{fit.radial.range, fit.force.range}));
+}
+
+void add_large_deformation(std::vector<FilledSection>& sections, const BundleContent& content) {
+  const auto& order = content.elimination_order;
+  const std::uint64_t pairs = content.supports.nodes.size();
+  if (!order.empty()) {
+    sections.push_back(held_by_content(SectionId::large_order, {order.size()}, order));
+    sections.push_back(held_by_content(SectionId::large_stiffening, {content.stiffening.size()}, content.stiffening));
+  }
+  if (pairs == 0) return;
+  sections.push_back(held_by_content(SectionId::large_support_nodes, {pairs, 2}, content.supports.nodes));
+  sections.push_back(held_by_content(SectionId::large_support_stiffness, {pairs, 3, 3}, content.supports.block));
+}
+
+void add_motions(std::vector<FilledSection>& sections, const BundleContent& content) {
   const ElasticBody& body = content.body;
-  const std::string names = joined_motion_names(body);
-  writer.write(entry_of(entries, SectionId::motion_names), 0, names.data(), names.size());
-  std::vector<std::int32_t> kinds;
-  for (const Motion& motion : body.motions) kinds.push_back(static_cast<std::int32_t>(motion.kind));
-  write_all(writer, entries, SectionId::motion_kinds, kinds);
-  const auto split = 3 * static_cast<std::ptrdiff_t>(body.surface_count);
+  const std::uint64_t m = body.motions.size(), n = body.nodes.size(),
+                      ns = static_cast<std::uint64_t>(body.surface_count);
+  if (m == 0) return;
+  const auto split = 3 * static_cast<std::ptrdiff_t>(ns);
   std::vector<float> surface, interior;
   for (const auto& u : content.motions.displacement) {
     surface.insert(surface.end(), u.begin(), u.begin() + split);
     interior.insert(interior.end(), u.begin() + split, u.end());
   }
-  write_all(writer, entries, SectionId::motion_surface, surface);
-  if (content.interior) write_all(writer, entries, SectionId::motion_interior, interior);
-  if (!content.motions.volume.empty()) write_all(writer, entries, SectionId::motion_volume, content.motions.volume);
-  write_all(writer, entries, SectionId::motion_residual, content.motions.residual);
+  std::vector<std::int32_t> kinds;
+  for (const Motion& motion : body.motions) kinds.push_back(static_cast<std::int32_t>(motion.kind));
+  sections.push_back(names_of(SectionId::motion_names, body.motions, [](const Motion& motion) { return motion.name; }));
+  sections.push_back(made(SectionId::motion_kinds, {m}, kinds));
+  sections.push_back(made(SectionId::motion_surface, {m, ns, 3}, std::move(surface)));
+  if (content.interior) sections.push_back(made(SectionId::motion_interior, {m, n - ns, 3}, std::move(interior)));
+  if (!content.motions.volume.empty())
+    sections.push_back(held_by_content(SectionId::motion_volume, {m, m}, content.motions.volume));
+  sections.push_back(held_by_content(SectionId::motion_residual, {m}, content.motions.residual));
 }
 
-void write_corridor(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
-                    const BundleContent& content) {
+void add_corridor(std::vector<FilledSection>& sections, const BundleContent& content) {
   const SolvedCorridor& corridor = content.corridor;
-  write_all(writer, entries, SectionId::corridor_nodes, content.body.corridor_nodes);
-  write_all(writer, entries, SectionId::corridor_compliance, corridor.compliance);
-  write_all(writer, entries, SectionId::corridor_surface, corridor.surface);
-  if (content.interior) write_all(writer, entries, SectionId::corridor_interior, corridor.interior);
-  write_all(writer, entries, SectionId::corridor_residual, corridor.residual);
+  const auto& nodes = content.body.corridor_nodes;
+  const std::uint64_t k = nodes.size(), n = content.body.nodes.size(),
+                      ns = static_cast<std::uint64_t>(content.body.surface_count);
+  if (k == 0) return;
+  sections.push_back(held_by_content(SectionId::corridor_nodes, {k}, nodes));
+  sections.push_back(held_by_content(SectionId::corridor_compliance, {k, 3, k, 3}, corridor.compliance));
+  sections.push_back(held_by_content(SectionId::corridor_surface, {k, 3, ns, 3}, corridor.surface));
+  if (content.interior)
+    sections.push_back(held_by_content(SectionId::corridor_interior, {k, 3, n - ns, 3}, corridor.interior));
+  sections.push_back(held_by_content(SectionId::corridor_residual, {k, 3}, corridor.residual));
+}
+
+// The one list of what a bundle holds, in the order of the file.
+std::vector<FilledSection> sections_of(const BundleContent& content) {
+  const ElasticBody& body = content.body;
+  const std::uint64_t n = body.nodes.size(), ns = static_cast<std::uint64_t>(body.surface_count);
+  const std::uint64_t s = body.touchable.size();
+  std::vector<FilledSection> sections;
+  add_body(sections, body);
+  if (content.response) add_response(sections, *content.response);
+  if (!content.preload.empty())
+    sections.push_back(held_by_content(SectionId::preload_displacement, {n, 3}, content.preload));
+  add_large_deformation(sections, content);
+  add_motions(sections, content);
+  add_corridor(sections, content);
+  sections.push_back(held_by_content(SectionId::touchable, {s}, body.touchable));
+  sections.push_back({{SectionId::displacement_surface, {s, 3, ns, 3}, content.store}});
+  if (content.interior) sections.push_back({{SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store}});
+  sections.push_back({{SectionId::force, {s, 3, 3}}});
+  sections.push_back({{SectionId::residual, {s, 3}}});
+  sections.push_back({{SectionId::iterations, {s, 3}}});
+  return sections;
+}
+
+template <class Value>
+void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries, SectionId id,
+               const std::vector<Value>& values) {
+  writer.write(entry_of(entries, id), 0, values.data(), values.size() * sizeof(Value));
 }
 
 }  // namespace
@@ -152,90 +230,15 @@ std::vector<double> stiffening_of(const ElasticBody& body, const OrganConfig& or
 }
 
 std::vector<SectionShape> section_shapes(const BundleContent& content) {
-  const ElasticBody& body = content.body;
-  const std::uint64_t n = body.nodes.size(), ns = static_cast<std::uint64_t>(body.surface_count);
-  const std::uint64_t s = body.touchable.size(), r = body.materials.size();
-  std::vector<SectionShape> shapes = {{SectionId::nodes, {n, 3}},
-                                      {SectionId::tetrahedra, {body.tetrahedra.size(), 4}},
-                                      {SectionId::region, {body.tetrahedra.size()}},
-                                      {SectionId::triangles, {body.triangles.size(), 3}},
-                                      {SectionId::fixed, {n, 3}},
-                                      {SectionId::young, {r}},
-                                      {SectionId::poisson, {r}},
-                                      {SectionId::region_names, {joined_names(body).size()}}};
-  if (!body.foundations.empty()) shapes.push_back({SectionId::foundation, {body.triangles.size(), 2}});
-  if (content.response) {
-    if (has_radial(content))
-      shapes.push_back({SectionId::response_radial, {content.response->radial.coefficient.size()}});
-    shapes.push_back({SectionId::response_force, {content.response->force.coefficient.size()}});
-    shapes.push_back({SectionId::response_range, {2}});
-  }
-  if (!content.preload.empty()) shapes.push_back({SectionId::preload_displacement, {n, 3}});
-  if (!content.elimination_order.empty()) {
-    shapes.push_back({SectionId::large_order, {content.elimination_order.size()}});
-    shapes.push_back({SectionId::large_stiffening, {r}});
-  }
-  if (const std::uint64_t pairs = content.supports.nodes.size(); pairs > 0) {
-    shapes.push_back({SectionId::large_support_nodes, {pairs, 2}});
-    shapes.push_back({SectionId::large_support_stiffness, {pairs, 3, 3}});
-  }
-  if (const std::uint64_t m = body.motions.size(); m > 0) {
-    shapes.push_back({SectionId::motion_names, {joined_motion_names(body).size()}});
-    shapes.push_back({SectionId::motion_kinds, {m}});
-    shapes.push_back({SectionId::motion_surface, {m, ns, 3}});
-    if (content.interior) shapes.push_back({SectionId::motion_interior, {m, n - ns, 3}});
-    if (!content.motions.volume.empty()) shapes.push_back({SectionId::motion_volume, {m, m}});
-    shapes.push_back({SectionId::motion_residual, {m}});
-  }
-  if (const std::uint64_t k = body.corridor_nodes.size(); k > 0) {
-    shapes.push_back({SectionId::corridor_nodes, {k}});
-    shapes.push_back({SectionId::corridor_compliance, {k, 3, k, 3}});
-    shapes.push_back({SectionId::corridor_surface, {k, 3, ns, 3}});
-    if (content.interior) shapes.push_back({SectionId::corridor_interior, {k, 3, n - ns, 3}});
-    shapes.push_back({SectionId::corridor_residual, {k, 3}});
-  }
-  shapes.push_back({SectionId::touchable, {s}});
-  shapes.push_back({SectionId::displacement_surface, {s, 3, ns, 3}, content.store});
-  if (content.interior) shapes.push_back({SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store});
-  shapes.push_back({SectionId::force, {s, 3, 3}});
-  shapes.push_back({SectionId::residual, {s, 3}});
-  shapes.push_back({SectionId::iterations, {s, 3}});
+  std::vector<SectionShape> shapes;
+  for (const FilledSection& section : sections_of(content)) shapes.push_back(section.shape);
   return shapes;
 }
 
 void write_body_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
                          const BundleContent& content) {
-  const ElasticBody& body = content.body;
-  std::vector<double> young, poisson;
-  for (const auto& material : body.materials) young.push_back(material.young), poisson.push_back(material.poisson);
-  const std::string names = joined_names(body);
-  write_all(writer, entries, SectionId::nodes, body.nodes);
-  write_all(writer, entries, SectionId::tetrahedra, body.tetrahedra);
-  write_all(writer, entries, SectionId::region, body.region);
-  write_all(writer, entries, SectionId::triangles, body.triangles);
-  write_all(writer, entries, SectionId::fixed, body.fixed);
-  if (!body.foundations.empty()) write_all(writer, entries, SectionId::foundation, foundation_of_triangles(body));
-  write_all(writer, entries, SectionId::young, young);
-  write_all(writer, entries, SectionId::poisson, poisson);
-  writer.write(entry_of(entries, SectionId::region_names), 0, names.data(), names.size());
-  if (content.response) {
-    const auto& fit = *content.response;
-    if (has_radial(content)) write_all(writer, entries, SectionId::response_radial, fit.radial.coefficient);
-    write_all(writer, entries, SectionId::response_force, fit.force.coefficient);
-    write_all(writer, entries, SectionId::response_range, std::vector<double>{fit.radial.range, fit.force.range});
-  }
-  if (!content.preload.empty()) write_all(writer, entries, SectionId::preload_displacement, content.preload);
-  if (!content.elimination_order.empty()) {
-    write_all(writer, entries, SectionId::large_order, content.elimination_order);
-    write_all(writer, entries, SectionId::large_stiffening, content.stiffening);
-  }
-  if (!content.supports.nodes.empty()) {
-    write_all(writer, entries, SectionId::large_support_nodes, content.supports.nodes);
-    write_all(writer, entries, SectionId::large_support_stiffness, content.supports.block);
-  }
-  if (!body.motions.empty()) write_motions(writer, entries, content);
-  if (!body.corridor_nodes.empty()) write_corridor(writer, entries, content);
-  write_all(writer, entries, SectionId::touchable, body.touchable);
+  for (const FilledSection& section : sections_of(content))
+    if (section.numbers) writer.write(entry_of(entries, section.shape.id), 0, section.numbers.get(), section.bytes);
 }
 
 void write_column_sections(SectionWriter& writer, const std::vector<formats::SectionEntry>& entries,
@@ -258,8 +261,7 @@ void write_column_sections(SectionWriter& writer, const std::vector<formats::Sec
 }
 
 nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& inputs, const BundleContent& content,
-                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time,
-                             const LockingEstimate& locking) {
+                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time) {
   const OrganConfig& organ = inputs.organ;
   const BoundaryConfig& boundary = inputs.boundary;
   nlohmann::json p;
@@ -278,10 +280,6 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
   p["petsc_options"] = petsc_options;
   p["columns_at_a_time"] = columns_at_a_time;
   p["tolerance"] = options.tolerance;
-  if (locking.probes > 0)
-    p["locking_probes"] = locking.probes;
-  else
-    p["locking_note"] = locking.note;
   for (const auto& [key, text] : support_texts(content.body, boundary)) p[key] = text;
   for (const auto& [key, text] : motion_texts(content.body)) p[key] = text;
   for (const auto& [key, text] : corridor_texts(content.body)) p[key] = text;
@@ -315,7 +313,6 @@ std::string provenance_text(nlohmann::json p, const Certificate& certificate) {
   p["reciprocity_error"] = certificate.reciprocity_error;
   p["reciprocity_pairs"] = certificate.reciprocity_pairs;
   p["cast_error"] = certificate.cast_error;
-  if (p.contains("locking_probes")) p["locking_estimate"] = certificate.locking_estimate;
   p["reciprocal_condition"] = certificate.reciprocal_condition;
   if (p["preload"].get<bool>()) p["preload_residual"] = certificate.preload_residual;
   return p.dump();

@@ -14,7 +14,6 @@
 #include "precompute/run/response_fit.h"
 #include "precompute/run/run_inputs.h"
 #include "precompute/tensors/corridor_columns.h"
-#include "precompute/tensors/locking_estimate.h"
 #include "precompute/tensors/motions.h"
 
 namespace palpate {
@@ -49,8 +48,7 @@ void write_column_sections(SectionWriter& writer, const std::vector<formats::Sec
 // the solve. provenance_text() adds the numbers of the certificate: zeros when the bundle is laid out, the real ones at
 // the end.
 nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& inputs, const BundleContent& content,
-                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time,
-                             const LockingEstimate& locking);
+                             const std::string& solver, const std::string& petsc_options, int columns_at_a_time);
 std::string provenance_text(nlohmann::json provenance, const Certificate& certificate);
 
 }  // namespace palpate

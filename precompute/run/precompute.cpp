@@ -27,7 +27,6 @@
 #include "precompute/solver/petsc_session.h"
 #include "precompute/solver/solver_plan.h"
 #include "precompute/tensors/corridor_columns.h"
-#include "precompute/tensors/locking_estimate.h"
 #include "precompute/tensors/motions.h"
 #include "precompute/tensors/preload.h"
 
@@ -145,9 +144,18 @@ SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const Gr
   for (const auto node : body.touchable) column_rows.push_back(assembled.held.row_of_node[node]);
   for (const auto node : body.corridor_nodes)
     if (const auto row = assembled.held.row_of_node[node]; row >= 0) column_rows.push_back(row);
-  return make_plan({assembled.held.matrix, column_rows, stored, options.columns_at_a_time, memory, bundle_bytes,
-                    ranks.count(), usable_cores(), memory * ranks.here(), assembled.form.get(), ranks.here(),
-                    sharable});
+  return make_plan({.matrix = assembled.held.matrix,
+                    .column_rows = column_rows,
+                    .stored_rows = stored,
+                    .columns_at_a_time = options.columns_at_a_time,
+                    .available_bytes = memory,
+                    .bundle_bytes = bundle_bytes,
+                    .ranks = ranks.count(),
+                    .cores = usable_cores(),
+                    .all_available_bytes = memory * ranks.here(),
+                    .form = assembled.form.get(),
+                    .ranks_here = ranks.here(),
+                    .sharable_bytes = sharable});
 }
 
 // On rank 0: which preconditioner an earlier run with the same input and tolerance used, of kPreconditioners; nothing where there
@@ -289,31 +297,42 @@ std::vector<std::int32_t> elimination_order_of(const HeldStiffness& held, const 
   return order;
 }
 
-BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const std::vector<std::int32_t>& elimination_order,
-                     const SolverPlan& plan, const ColumnSolver& solver, const std::vector<ColumnBatch>& batches,
-                     const ReciprocitySample& sample, const Preload& preload, const SolvedMotions& motions,
-                     const SolvedCorridor& corridor, const LockingEstimate& locking, const PrecomputeOptions& options) {
-  const BundleContent content{inputs.body,
-                              inputs.store_interior,
-                              preload.displacement,
-                              motions,
-                              corridor,
-                              inputs.fit,
-                              solved_type(options),
-                              elimination_order,
-                              stiffening_of(inputs.body, inputs.organ),
-                              inputs.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
+// What is solved before the columns, and what they are solved with.
+struct BeforeColumns {
+  const HeldStiffness& held;
+  const SolverPlan& plan;
+  const ColumnSolver& solver;
+  const std::vector<ColumnBatch>& batches;
+  const ReciprocitySample& sample;
+  const Preload& preload;
+  const SolvedMotions& motions;
+  const SolvedCorridor& corridor;
+};
+
+BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const PrecomputeOptions& options,
+                     const BeforeColumns& before) {
+  const BundleContent content{
+      .body = inputs.body,
+      .interior = inputs.store_interior,
+      .preload = before.preload.displacement,
+      .motions = before.motions,
+      .corridor = before.corridor,
+      .response = inputs.fit,
+      .store = solved_type(options),
+      .elimination_order = elimination_order_of(before.held, before.plan, inputs),
+      .stiffening = stiffening_of(inputs.body, inputs.organ),
+      .supports = inputs.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
   BegunPart begun;
-  begun.provenance =
-      provenance_of(options, inputs, content, solver.description(), petsc_options_in_force(), solver.width(), locking);
+  begun.provenance = provenance_of(options, inputs, content, before.solver.description(), petsc_options_in_force(),
+                                   before.solver.width());
   const auto shapes = section_shapes(content);
-  Fingerprint fingerprint = fingerprint_of(begun.provenance, shapes, batches);
-  fingerprint[kPreconditioner] = kPreconditioners[preconditioner_of(plan)];
+  Fingerprint fingerprint = fingerprint_of(begun.provenance, shapes, before.batches);
+  fingerprint[kPreconditioner] = kPreconditioners[preconditioner_of(before.plan)];
   const std::string text = provenance_text(begun.provenance, Certificate{}) + std::string(kRoomForNumbers, ' ');
   begun.entries = part.begin(
       fingerprint,
-      {shapes, text, [&](SectionWriter& writer, const auto& at) { write_body_sections(writer, at, content); }}, batches,
-      sample);
+      {shapes, text, [&](SectionWriter& writer, const auto& at) { write_body_sections(writer, at, content); }},
+      before.batches, before.sample);
   return begun;
 }
 
@@ -341,12 +360,11 @@ std::vector<BatchRecord> all_records(const ColumnJob& job) {
 
 // Rank 0: the part is a whole bundle then.
 Certificate certify_and_seal(const ColumnJob& job, const BegunPart& begun, const Preload& preload,
-                             double corridor_floor, const LockingEstimate& locking, const ColumnSolver& solver) {
+                             double corridor_floor, const ColumnSolver& solver) {
   const std::vector<BatchRecord> records = all_records(job);
   Certificate certificate = certify(job.batches, records, job.sample);
   certificate.preload_residual = preload.residual;
   certificate.residual_floor = std::max(certificate.residual_floor, corridor_floor);
-  certificate.locking_estimate = locking.ratio;
   certificate.reciprocal_condition = solver.reciprocal_condition();
   SectionWriter writer(job.part);
   write_column_sections(writer, begun.entries, job.batches, records);
@@ -369,12 +387,10 @@ void commit(ResumablePart& part, const PrecomputeOptions& options) {
 }
 
 // Collective.
-PlanOutcome outcome_of(const RunReport& report, double resident_at_plan, const LockingEstimate& locking,
-                       const Ranks& ranks) {
+PlanOutcome outcome_of(const RunReport& report, double resident_at_plan, const Ranks& ranks) {
   PlanOutcome took;
   took.seconds = report.seconds_of("factor") + report.seconds_of("corridors") + report.seconds_of("columns");
   took.bytes = ranks.most(peak_resident_bytes() - resident_at_plan);
-  took.locking_bytes = ranks.most(locking.bytes);
   return took;
 }
 
@@ -431,12 +447,6 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   tell_plan(plan, inputs.body, options, is_first);
   if (options.plan_only) return;
 
-  LockingEstimate locking = locking_not_asked_for();
-  if (options.locking_probes > 0)
-    locking = report.stage("locking", [&] {
-      return is_first ? estimate_locking(inputs.body, inputs.organ.element, options.locking_probes, left)
-                      : LockingEstimate{};
-    });
   std::unique_ptr<ColumnSolver> solver = report.stage("factor", [&] {
     auto made = make_solver(assembled, inputs, plan, ranks, group, options, report.own_peak());
     assembled.form.reset();  // its memory: the factor is all that is needed of it
@@ -477,9 +487,9 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
 
   ReciprocitySample sample(inputs.body);
   const BegunPart begun = report.stage("lay out", [&] {
-    return is_first ? begin_part(*output.part(), inputs, elimination_order_of(assembled.held, plan, inputs), plan,
-                                 *solver, batches, sample, preload, motions, corridor, locking, options)
-                    : BegunPart{};
+    if (!is_first) return BegunPart{};
+    return begin_part(*output.part(), inputs, options,
+                      {assembled.held, plan, *solver, batches, sample, preload, motions, corridor});
   });
   const double corridor_floor = corridor.floor;
   corridor = {};  // its memory: the part has it
@@ -500,11 +510,11 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   double solved_bytes = 0;  // of the bundle before it is packed
   const Certificate certificate = report.stage("seal", [&] {
     if (!is_first) return Certificate{};
-    const Certificate made = certify_and_seal(job, begun, preload, corridor_floor, locking, *solver);
+    const Certificate made = certify_and_seal(job, begun, preload, corridor_floor, *solver);
     solved_bytes = static_cast<double>(std::filesystem::file_size(job.part));
     return made;
   });
-  PlanOutcome took = outcome_of(report, resident_at_plan, locking, ranks);
+  PlanOutcome took = outcome_of(report, resident_at_plan, ranks);
   took.bundle_bytes = solved_bytes;
   const std::string solver_name = solver->description();
   solver.reset();  // packing may need the memory of the factor
@@ -514,8 +524,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   });
   const SolveSeconds slowest{ranks.most(seconds.solve), ranks.most(seconds.wait)};
   if (!is_first) return;
-  const RunOutcome outcome{options, inputs, certificate, locking,        solver_name,
-                           plan,    took,   slowest,     batches.size(), resumed};
+  const RunOutcome outcome{options, inputs, certificate, solver_name, plan, took, slowest, batches.size(), resumed};
   tell(outcome, report);
   if (!options.json.empty()) write_json(json_of(outcome, report), options.json);
 }

@@ -24,7 +24,6 @@ struct PrecomputeOptions {
   std::optional<double>
       low_rank;  // store the surface's compliance in blocks, with at most this relative error of a column
   bool large_deformation = false;  // store what large deformation needs (runtime/large)
-  int locking_probes = 0;          // patches of the surface where the element is compared with p2-p0; 0: none
   bool plan_only = false;          // tell what the run would take, and write nothing; bundle may be empty
   // With plan_only: what a cluster would take. vertices: of a mesh that need not be there yet; mesh, organ and boundary are then empty.
   double vertices = 0, touchable = 0;

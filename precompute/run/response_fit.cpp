@@ -10,6 +10,7 @@
 
 #include "formats/csv_lines.h"
 #include "formats/errors.h"
+#include "formats/response_check.h"
 
 namespace palpate {
 namespace {
@@ -147,49 +148,10 @@ VectorXd solve_monotone(const VectorXd& s, const VectorXd& y, int degree) {
   return coefficient;
 }
 
-// The derivative of sum c_i T_i(t), in the same basis.
-VectorXd derivative(const VectorXd& c) {
-  const Eigen::Index degree = c.size() - 1;
-  VectorXd d = VectorXd::Zero(degree + 2);
-  for (Eigen::Index i = degree; i >= 1; --i) d[i - 1] = d[i + 1] + 2.0 * static_cast<double>(i) * c[i];
-  d[0] /= 2;
-  return d.head(degree);
-}
-
-// Where sum c_i T_i changes its sign in (-1, 1), ascending. Between two neighbouring sign changes of its derivative a
-// polynomial is monotone and changes its sign at most once; bisection finds where.
-std::vector<double> sign_changes(const VectorXd& c) {
-  if (c.size() < 2) return {};
-  const auto value = [&](double t) { return chebyshev(t, static_cast<int>(c.size()) - 1).dot(c); };
-  std::vector<double> ends = sign_changes(derivative(c)), found;
-  ends.push_back(1);
-  double from = -1;
-  for (const double to : ends) {
-    const bool rises = value(from) < 0;
-    if (rises != (value(to) < 0)) {
-      double low = from, high = to;
-      for (double middle = (low + high) / 2; low < middle && middle < high; middle = (low + high) / 2)
-        (rises == (value(middle) < 0) ? low : high) = middle;
-      found.push_back(high);
-    }
-    from = to;
-  }
-  return found;
-}
-
-// Whether the polynomial with p(0) = 0 grows on [0, 1]: compares its values at the zeros of its derivative. kRounding:
-// what the rounding of coefficients near 1 may take from a value.
+// Whether the polynomial with p(0) = 0 grows on [0, 1], as the runtime asks of a stored curve.
 bool is_monotone(const VectorXd& coefficient) {
-  constexpr double kRounding = 1e-12;
-  std::vector<double> turns = sign_changes(derivative(coefficient));
-  turns.push_back(1);
-  double before = 0;
-  for (const double t : turns) {
-    const double now = evaluate(coefficient, (t + 1) / 2);
-    if (now < before - kRounding) return false;
-    before = now;
-  }
-  return before > 0;
+  const auto fault = formats::check_response(coefficient.data(), static_cast<std::size_t>(coefficient.size()), 1).fault;
+  return fault == formats::ResponseFault::none || fault == formats::ResponseFault::scale;
 }
 
 }  // namespace

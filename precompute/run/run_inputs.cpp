@@ -31,8 +31,7 @@ std::map<std::string, std::string> hashes_of(const PrecomputeOptions& options, c
                                                {"mesh_sha256", hash_or_nothing(options.mesh)},
                                                {"organ_sha256", hash_or_nothing(options.organ)},
                                                {"boundary_sha256", hash_or_nothing(options.boundary)}};
-  if (organ.response) hashes["curve_sha256"] = hash_or_nothing(organ.response->curve);
-  for (const auto& [key, file] : files_of(boundary))
+  for (const auto& [key, file] : files_of(organ, boundary))
     if (std::filesystem::is_regular_file(file))  // else refused where it is read
       hashes[key] = hash_or_nothing(file);
   return hashes;

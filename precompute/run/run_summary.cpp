@@ -38,10 +38,6 @@ void tell(const RunOutcome& outcome, const RunReport& report) {
         "double precision cannot solve some columns to the tolerance of {:.2g}: it allows {:.2g} for the worst "
         "of them, and their true relative residuals are at most {:.2g}",
         outcome.options.tolerance, c.residual_floor, c.worst_residual));
-  const LockingEstimate& locking = outcome.locking;
-  note(locking.probes > 0 ? fmt::format("forces are {:.3f} times those of p2-p0 on this mesh ({} probes)",
-                                        locking.ratio, locking.probes)
-                          : "locking is not measured: " + locking.note);
   if (const std::size_t count = warnings().size(); count > 0)
     say(fmt::format("{} warning{} above", count, count > 1 ? "s" : ""));
   say(outcome_text(outcome.plan, outcome.took));
@@ -78,11 +74,6 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
                          {"reciprocity_error", c.reciprocity_error},
                          {"reciprocity_pairs", c.reciprocity_pairs},
                          {"cast_error", c.cast_error}};
-  if (outcome.locking.probes > 0)
-    json["certificate"].update(
-        {{"locking_estimate", outcome.locking.ratio}, {"locking_probes", outcome.locking.probes}});
-  else
-    json["certificate"]["locking_note"] = outcome.locking.note;
   json.update(report.json());
   return json;
 }

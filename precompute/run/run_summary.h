@@ -9,7 +9,6 @@
 #include "precompute/run/run_report.h"
 #include "precompute/run/solve_columns.h"
 #include "precompute/solver/solver_plan.h"
-#include "precompute/tensors/locking_estimate.h"
 
 namespace palpate {
 
@@ -17,7 +16,6 @@ struct RunOutcome {
   const PrecomputeOptions& options;
   const RunInputs& inputs;
   const Certificate& certificate;
-  const LockingEstimate& locking;
   std::string solver;  // ColumnSolver::description()
   const SolverPlan& plan;
   PlanOutcome took;

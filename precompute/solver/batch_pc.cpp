@@ -8,7 +8,6 @@
 
 #include "formats/errors.h"
 #include "precompute/solver/batch_multigrid.h"
-#include "precompute/solver/batch_vector.h"
 #include "precompute/solver/column_operator.h"
 #include "precompute/solver/elimination.h"
 #include "precompute/solver/per_column_pc.h"
@@ -90,7 +89,7 @@ PetscErrorCode apply(PC pc, Vec in, Vec out) {
     BatchPreconditioner& m = *data_of(pc).made;
     PetscScalar* z = nullptr;
     check(VecGetArrayWrite(out, &z));
-    const std::vector<Load>* loads = loads_of(in);
+    const std::vector<Load>* loads = op.loads_of(in);
     if (!loads || !m.apply_to_loads(*loads, z)) {
       const PetscScalar* r = nullptr;
       check(VecGetArrayRead(in, &r));

@@ -1,5 +1,6 @@
 #include "precompute/solver/batch_product.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -44,10 +45,10 @@ PALPATE_INLINE void product_row(const std::int32_t* column, const std::array<dou
     for (int v = 0; v < kVectors; ++v) *reinterpret_cast<Vector*>(out + i * width + v * kLanes) = sum[i][v];
 }
 
-// squares[c] += the sum of (K x - b)^2 over column c. rows: work memory for 3 * width numbers.
+// squares[c] += the sum of (K x - b)^2 over column c; product: null or K x. rows: work memory for 3 * width numbers.
 template <int kLanes, int kMost>
 PALPATE_INLINE void add_squares(const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width,
-                                double* rows, double* squares) {
+                                double* product, double* rows, double* squares) {
   auto load = loads.begin();
   for (std::int32_t row = 0; row < matrix.rows; ++row) {
     const auto begin = matrix.first[row], count = matrix.first[row + 1] - begin;
@@ -55,6 +56,7 @@ PALPATE_INLINE void add_squares(const BlockMatrix& matrix, std::span<const Load>
         width, [&]<int kVectors>(int c) __attribute__((always_inline)) {
           product_row<kLanes, kVectors>(&matrix.column[begin], &matrix.block[begin], count, x + c, width, rows + c);
         });
+    if (product) std::copy_n(rows, 3 * width, product + 3 * static_cast<std::int64_t>(row) * width);
     for (; load != loads.end() && load->dof < 3 * (static_cast<std::int64_t>(row) + 1); ++load)
       rows[(load->dof - 3 * static_cast<std::int64_t>(row)) * width + load->column] -= load->value;
     for (int i = 0; i < 3; ++i)
@@ -82,8 +84,8 @@ PALPATE_INLINE void add_squares_of(const double* x, std::int64_t dofs, int width
 
 PALPATE_FOR_EACH_REGISTER(add_residual_squares,
                           (const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width,
-                           double* rows, double* squares),
-                          (matrix, loads, x, width, rows, squares), add_squares, 6, 4, 4)
+                           double* product, double* rows, double* squares),
+                          (matrix, loads, x, width, product, rows, squares), add_squares, 6, 4, 4)
 PALPATE_FOR_EACH_REGISTER(multiply_with, (const BlockMatrix& matrix, const double* x, double* y, int width),
                           (matrix, x, y, width), multiply_rows, 6, 4, 4)
 PALPATE_FOR_EACH_REGISTER(add_column_squares, (const double* x, std::int64_t dofs, int width, double* squares),
@@ -100,9 +102,10 @@ void multiply_batch(const BlockMatrix& matrix, const double* x, double* y, int w
   multiply_with(lanes_here())(matrix, x, y, width);
 }
 
-std::vector<double> residual_norms(const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width) {
+std::vector<double> residual_norms(const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width,
+                                   double* product) {
   std::vector<double> rows(3 * static_cast<std::size_t>(width)), squares(static_cast<std::size_t>(width), 0.0);
-  add_residual_squares(lanes_here())(matrix, loads, x, width, rows.data(), squares.data());
+  add_residual_squares(lanes_here())(matrix, loads, x, width, product, rows.data(), squares.data());
   return square_roots(std::move(squares));
 }
 

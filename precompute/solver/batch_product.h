@@ -15,8 +15,10 @@ namespace palpate {
 // y = K x; x and y must not overlap.
 void multiply_batch(const BlockMatrix& matrix, const double* x, double* y, int width);
 
-// ||b - K x|| of each column, in one pass over x; no array of the size of x is written. loads: b, dofs ascending.
-std::vector<double> residual_norms(const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width);
+// ||b - K x|| of each column, in one pass over x. loads: b, dofs ascending. product: K x is written there, with the numbers of
+// multiply_batch(); null: no array of the size of x is written. It must not overlap x.
+std::vector<double> residual_norms(const BlockMatrix& matrix, std::span<const Load> loads, const double* x, int width,
+                                   double* product = nullptr);
 
 // ||x|| of each column.
 std::vector<double> column_norms(const double* x, std::int64_t dofs, int width);

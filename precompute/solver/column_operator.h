@@ -59,8 +59,10 @@ class ColumnOperator {
   virtual bool has_result() const { return true; }  // end() writes on this rank
 
   virtual std::vector<double> column_norms(Vec v) const = 0;
-  // The column norms of the vector whose norm PETSc has just found to be `norm`, if they are known; else null.
-  virtual const std::vector<double>* norms_behind(double /*norm*/) const { return nullptr; }
+  // ||b - K x|| of each column, where K x was computed since the last call, for the x of begin(); else empty.
+  virtual std::vector<double> take_residual_norms() { return {}; }
+  // What set_loads() wrote to this vector, which nobody else changes; null: it was not the last one.
+  virtual const std::vector<Load>* loads_of(Vec /*b*/) const { return nullptr; }
 
   // For the PC types that work on batches. finished: columns that meet the tolerance already; preconditioners return zero
   // for them, so that CG changes only the others. thrown: by a preconditioner, carried through PETSc's C code.

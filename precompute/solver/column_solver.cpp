@@ -46,6 +46,7 @@ struct ColumnSolver::State {
   std::vector<double> load;  // ||b|| of each column
   std::span<ColumnReport> reports;
   std::vector<double> goal;  // the residual norm at which CG stops, of each column
+  double goal_norm = 0;      // of the whole batch: above it some column is above its goal
   int restarts = 0;
   double worst_before = 0;
   bool tested = false, certified = false;
@@ -65,7 +66,7 @@ struct ColumnSolver::State {
   void run_ksp();
   void run_direct();
   std::vector<double> residuals_of(Vec solution);
-  std::vector<double> residuals_in_ksp(double norm);
+  std::vector<double> residuals_in_ksp();
   KSPConvergedReason begin_run(std::span<const double> left);
   KSPConvergedReason during_run(std::span<const double> left) const;
   bool all_at_floor(std::vector<double>& floor);
@@ -164,10 +165,14 @@ KSPConvergedReason ColumnSolver::State::begin_run(std::span<const double> left) 
   const double share = restarts == 0 ? 0.5 : 0.1;
   PetscReal rtol = 0;
   check(KSPGetTolerances(ksp, &rtol, nullptr, nullptr, nullptr));
+  double squares = 0;
   for (std::size_t c = 0; c < reports.size(); ++c) {
     op->finished[c] = reports[c].residual <= options.tolerance;
     goal[c] = left[c] * (rtol_given ? rtol : std::clamp(share * options.tolerance / residual, 1e-12, 0.1));
+    const double end = op->finished[c] ? left[c] : goal[c];  // CG does not change a finished column
+    squares += end * end;
   }
+  goal_norm = std::sqrt(squares);
   return KSP_CONVERGED_ITERATING;
 }
 
@@ -178,31 +183,34 @@ KSPConvergedReason ColumnSolver::State::during_run(std::span<const double> left)
   return KSP_CONVERGED_RTOL;
 }
 
-// The column norms of the residual that CG updates. norm: the norm of the whole batch, which PETSc has just computed.
-std::vector<double> ColumnSolver::State::residuals_in_ksp(double norm) {
-  if (const auto* known = op->norms_behind(norm)) return *known;
+// The column norms of the residual that CG updates.
+std::vector<double> ColumnSolver::State::residuals_in_ksp() {
+  if (auto known = op->take_residual_norms(); !known.empty()) return known;
   Vec residual = nullptr;
   check(KSPBuildResidual(ksp, nullptr, r, &residual));
+  op->take_residual_norms();  // of the x of this iteration, where PETSc has multiplied it for the residual
   return op->column_norms(residual);
 }
 
 // ||b - K x|| of each column.
 std::vector<double> ColumnSolver::State::residuals_of(Vec solution) {
-  PetscReal norm = 0;
   call(MatMult(op->batch_matrix(), solution, r));
+  if (auto known = op->take_residual_norms(); !known.empty()) return known;
   check(VecAYPX(r, -1.0, b));
-  check(VecNorm(r, NORM_2, &norm));
-  const auto* known = op->norms_behind(norm);
-  return known ? *known : op->column_norms(r);
+  return op->column_norms(r);
 }
 
+// norm: of the residual of the whole batch. Its columns are measured only where all of them may have met their goals.
 PetscErrorCode ColumnSolver::State::test(KSP, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason,
                                          void* context) {
   auto& state = *static_cast<State*>(context);
   try {
-    const std::vector<double> left = state.residuals_in_ksp(norm);
-    if (iteration == 0) state.tested = true;
-    *reason = iteration == 0 ? state.begin_run(left) : state.during_run(left);
+    if (iteration == 0) {
+      state.tested = true;
+      *reason = state.begin_run(state.residuals_in_ksp());
+    } else {
+      *reason = norm > state.goal_norm ? KSP_CONVERGED_ITERATING : state.during_run(state.residuals_in_ksp());
+    }
   } catch (...) {
     state.op->thrown = std::current_exception();
     return PETSC_ERR_LIB;

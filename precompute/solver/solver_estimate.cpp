@@ -19,7 +19,8 @@ constexpr double kProductShare = 0.45;       // share of the kernel's rate that 
 constexpr double kPerStoredNumber = 2.5e-9;  // s: conversion to f32, its error, the write
 constexpr double kFactorBytes = 3e6;         // bytes that BLAS uses for itself
 constexpr double kSinglePasses = 3;          // solves with the factor in single precision until 1e-9
-constexpr double kSingleVectors = 6;         // batches of columns that CG then holds
+constexpr double kVectors = 3;               // batches of columns where CG does not iterate: x, b, K x
+constexpr double kIteratingVectors = 6;      // where it does
 constexpr double kSingleSweep = 5e-9;        // s for each number of the batch: CG's vectors, and conversions
 constexpr double kMultigridProducts = 300;   // products with K for a column, in all V-cycles, until 1e-9
 constexpr double kMultigridSetup = 3.5e-6;   // s per block of K
@@ -37,7 +38,7 @@ SolverEstimate estimate_factor(const SolveSize& size, int width, int number_byte
   const double factoring = number_bytes * (size.rectangles + 2 * size.work);
   // A batch in the rows and the numbers of L, where these are not those of K.
   const double of_l = size.block == 3 && !single ? 0 : number_bytes * size.block * size.rows;
-  const double columns = width * ((single ? kSingleVectors : 1) * 8 * dofs + of_l + 2 * 4 * stored);
+  const double columns = width * ((single ? kIteratingVectors : kVectors) * 8 * dofs + of_l + 2 * 4 * stored);
   result.bytes = kFactorBytes + std::max({renumbered, factoring, number_bytes * size.numbers + columns});
   result.shared_bytes = number_bytes * size.rectangles;
   result.own_bytes = kFactorBytes + std::max({renumbered, number_bytes * 2 * size.work, columns});

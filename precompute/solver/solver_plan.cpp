@@ -265,17 +265,16 @@ std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome) {
     return fmt::format("predicted / took: memory {} / {}, bundle {} / {}; took {}", bytes_text(plan.chosen().bytes),
                        bytes_text(outcome.bytes), bytes_text(plan.bundle_bytes), bytes_text(outcome.bundle_bytes),
                        seconds_text(outcome.seconds));
-  return fmt::format("predicted / took: memory {} / {}, time {} / {}, bundle {} / {}",
-                     bytes_text(std::max(plan.chosen().bytes, outcome.locking_bytes)), bytes_text(outcome.bytes),
-                     seconds_text(plan.seconds()), seconds_text(outcome.seconds), bytes_text(plan.bundle_bytes),
-                     bytes_text(outcome.bundle_bytes));
+  return fmt::format("predicted / took: memory {} / {}, time {} / {}, bundle {} / {}", bytes_text(plan.chosen().bytes),
+                     bytes_text(outcome.bytes), seconds_text(plan.seconds()), seconds_text(outcome.seconds),
+                     bytes_text(plan.bundle_bytes), bytes_text(outcome.bundle_bytes));
 }
 
 nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome) {
   const auto pair = [](double predicted, double took) {
     return nlohmann::json{{"predicted", predicted}, {"took", took}};
   };
-  return {{"bytes", pair(std::max(plan.chosen().bytes, outcome.locking_bytes), outcome.bytes)},
+  return {{"bytes", pair(plan.chosen().bytes, outcome.bytes)},
           {"seconds", pair(plan.seconds(), outcome.seconds)},
           {"bundle_bytes", pair(plan.bundle_bytes, outcome.bundle_bytes)}};
 }

@@ -82,8 +82,6 @@ struct PlanOutcome {
   double seconds = 0;  // setup and columns, the slowest rank
   double bytes = 0;
   double bundle_bytes = 0;
-  double locking_bytes =
-      0;  // predicted for the locking estimate, which may need more than the columns; 0: none was made
 };
 std::string outcome_text(const SolverPlan& plan, const PlanOutcome& outcome);
 nlohmann::json outcome_json(const SolverPlan& plan, const PlanOutcome& outcome);

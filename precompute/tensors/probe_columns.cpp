@@ -26,8 +26,11 @@ std::vector<NodeTensor> solve_node_tensors(const ElasticBody& body, Element elem
   options.tolerance = tolerance;
   std::vector<std::int32_t> column_rows;
   for (const auto n : nodes) column_rows.push_back(held.row_of_node[n]);
-  const SolverPlan plan =
-      make_plan({held.matrix, column_rows, held.matrix.rows, 0, memory_left_bytes(0, 1), 0, 1, 1, 0, form.get()});
+  const SolverPlan plan = make_plan({.matrix = held.matrix,
+                                     .column_rows = column_rows,
+                                     .stored_rows = held.matrix.rows,
+                                     .available_bytes = memory_left_bytes(0, 1),
+                                     .form = form.get()});
   options.width = plan.width();
   options.cholesky = plan.cholesky;
   options.single = plan.single;

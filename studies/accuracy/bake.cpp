@@ -9,6 +9,7 @@
 #include "formats/atomic_file.h"
 #include "formats/checksum.h"
 #include "formats/errors.h"
+#include "formats/organ_config.h"
 #include "formats/program.h"
 #include "studies/accuracy/command.h"
 #include "studies/timing/timing.h"
@@ -54,6 +55,8 @@ Baked Bakery::look(const BundleSetting& setting) const {
                             {"organ", sha256_of_file(from.organ.string())},
                             {"boundary", sha256_of_file(from.boundary.string())},
                             {"palpate-precompute", hash_of(organ_.options().bin / "palpate-precompute")}};
+  for (const auto& [key, file] : files_of(read_organ_config(from.organ), read_boundary_config(from.boundary)))
+    decides[key] = sha256_of_file(file.string());
   if (!is_rows(setting.storage)) decides["palpate-bundle"] = hash_of(organ_.options().bin / "palpate-bundle");
   const std::string text = decides.dump();
   Baked baked;

@@ -48,14 +48,8 @@ void run_command(const std::vector<std::string>& arguments, const std::filesyste
 std::vector<std::string> precompute_command(const std::filesystem::path& bin, const std::filesystem::path& mesh,
                                             const std::filesystem::path& organ, const std::filesystem::path& boundary,
                                             const std::vector<std::string>& more) {
-  std::vector<std::string> command = {(bin / "palpate-precompute").string(),
-                                      mesh.string(),
-                                      "--organ",
-                                      organ.string(),
-                                      "--boundary",
-                                      boundary.string(),
-                                      "--locking-probes",
-                                      "0"};
+  std::vector<std::string> command = {
+      (bin / "palpate-precompute").string(), mesh.string(), "--organ", organ.string(), "--boundary", boundary.string()};
   command.insert(command.end(), more.begin(), more.end());
   return command;
 }

@@ -30,6 +30,18 @@ std::filesystem::path write_variant(const std::filesystem::path& file, const std
   return file;
 }
 
+// A config names files relative to its folder; a variant lies in another one.
+void make_files_absolute(toml::node& node, const std::filesystem::path& folder) {
+  if (auto* list = node.as_array())
+    for (auto& one : *list) make_files_absolute(one, folder);
+  if (auto* table = node.as_table())
+    for (auto&& [key, value] : *table) {
+      auto* name = key == "image" || key == "file" ? value.as_string() : nullptr;
+      if (name) *name = (folder / name->get()).string();
+      make_files_absolute(value, folder);
+    }
+}
+
 double mean_edge(const ElasticBody& body) {
   double sum = 0;
   for (const auto& t : body.triangles)
@@ -152,6 +164,7 @@ std::filesystem::path OrganCase::boundary_file(const StudySites& sites, const st
   if (!file.empty()) return file;
   toml::table boundary = toml::parse_file(boundary_file().string());
   if (boundary.contains("touchable")) return file = boundary_file();
+  make_files_absolute(boundary, boundary_file().parent_path());
   const ElasticBody mesh = body(resolution);
   const double reach = (1 + kDragDistance) * sites.radius + kEdgesAround * mean_edge(mesh);
   const double mesh_units_per_metre = 1 / read_organ_config(folder() / "organ.toml").mesh_unit.metres;

@@ -75,7 +75,7 @@ class Study:
         self.program("palpate-tetrahedra", surface, "-o", mesh, "--region", "liver", "--size", size)
         runs = []
         for _ in range(REPEATS):
-            self.program("palpate-precompute", mesh, "--organ", ORGAN, "--boundary", HELD, "-o", bundle, "--locking-probes", 0,
+            self.program("palpate-precompute", mesh, "--organ", ORGAN, "--boundary", HELD, "-o", bundle,
                          "--json", report)
             with open(report) as stream:
                 runs.append(json.load(stream))

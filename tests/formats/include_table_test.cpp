@@ -31,6 +31,7 @@ std::string library_of(const std::string& include) {
       {"CGAL", {"CGAL/", "boost/"}},
       {"gmsh", {"gmsh"}},
       {"ITK", {"itk"}},
+      {"libpng", {"png.h"}},
       {"VTK", {"vtk"}},
       {"zlib", {"zlib.h"}},
       {"pybind11", {"pybind11/"}},
@@ -76,7 +77,8 @@ const std::vector<Rule>& rules() {
       {"formats/compliance_blocks.h", layout, {}},
       {"formats/response_check.", layout, {}},
       // Rooms, in the direction of the data: each may use those above it that it names.
-      {"meshing/image/", {"meshing/image/", "formats/"}, {"plumbing", "ITK", "zlib"}},
+      {"meshing/image/", {"meshing/image/", "formats/"}, {"plumbing", "libpng", "zlib"}},
+      {"meshing/image/thickness.cpp", {"meshing/image/"}, {"ITK"}},
       {"meshing/surface/", {"meshing/surface/", "meshing/image/", "formats/"}, {"plumbing", "Eigen", "CGAL", "VTK"}},
       {"meshing/tetrahedra/",
        {"meshing/tetrahedra/", "meshing/surface/", "meshing/image/", "formats/"},

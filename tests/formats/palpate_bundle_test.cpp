@@ -480,10 +480,30 @@ TEST(PalpateBundleVerify, HoldsWithFilesOfOneNameInTwoFoldersAndFindsThatOneOfTh
     write_bytes(folder / name / "field.csv", field + "9,9,9,1,1,1\n");
     const ProgramRun ended = palpate_bundle(with_inputs(bundle));
     EXPECT_EQ(ended.code, 3);
-    EXPECT_THAT(ended.errors, HasSubstr("image hashes does not hold"));
+    EXPECT_THAT(ended.errors, HasSubstr("file hashes does not hold"));
     EXPECT_THAT(ended.out, HasSubstr(name + "/field.csv is not the file it was made with"));
     write_bytes(folder / name / "field.csv", field);
   }
+}
+
+TEST(PalpateBundleVerify, FindsThatTheMeasuredCurveIsAnother) {
+  write_inputs();
+  const auto curve = scratch("curve.csv");
+  const std::string measured = "displacement_mm,force_N\n1,1\n2,2\n3,3\n4,4\n5,5\n";
+  write_bytes(curve, measured);
+  write_bytes(scratch("organ.toml"), kOrgan + "[response]\ncurve = \"" + curve.string() + R"("
+source = "test"
+height = { value = 10, unit = "mm" }
+radius = { value = 5, unit = "mm" }
+young = { value = 5.4, unit = "kPa", source = "test" }
+poisson = { value = 0.45, source = "test" }
+)");
+  const std::string bundle = precompute();
+  EXPECT_EQ(palpate_bundle(with_inputs(bundle)).code, 0);
+  write_bytes(curve, measured + "6,7\n");
+  const ProgramRun ended = palpate_bundle(with_inputs(bundle));
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.out, HasSubstr("curve.csv is not the file it was made with"));
 }
 
 // A sealed bundle whose bytes a test changes.

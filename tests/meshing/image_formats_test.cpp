@@ -2,6 +2,7 @@
 // one sentence.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nifti1_io.h>
 
 #include <algorithm>
 #include <cstring>
@@ -372,6 +373,34 @@ TEST_F(ImageFormats, AByteOrderMarkIsPassedOver) {
   write_bytes(folder_ / "case.nii", nifti_);
   write_bytes(folder_ / "case.csv", mark + "1;egg\n2;stalk\n");
   EXPECT_EQ(read_label_names(folder_ / "case.nii"), (std::map<float, std::string>{{1, "egg"}, {2, "stalk"}}));
+}
+
+// nifticlib is the reference implementation of the format's document.
+TEST_F(ImageFormats, PlacesVoxelsOfNiftiWhereNifticlibPlacesThem) {
+  for (const bool sform : {true, false})
+    for (const float third : {1.0f, -1.0f}) {  // qfac: the third axis as it is, or turned back
+      std::string file = nifti_;
+      put(file, 76, third);
+      put(file, 252, std::int16_t{1});
+      if (!sform) put(file, 254, std::int16_t{0});
+      const float quaternion[6] = {0.3f, -0.5f, 0.1f, -40, 25, 13};
+      for (std::size_t q = 0; q < 6; ++q) put(file, 256 + 4 * q, quaternion[q]);
+      const LabelImage ours = read("a.nii", file);
+      nifti_image* theirs = nifti_image_read((folder_ / "a.nii").c_str(), 1);
+      ASSERT_NE(theirs, nullptr);
+      const mat44& place = sform ? theirs->sto_xyz : theirs->qto_xyz;
+      for (const auto& [i, j, k] : {std::array{0, 0, 0}, {9, 0, 0}, {0, 11, 0}, {9, 11, 13}}) {
+        const Point found = ours.grid.point(i, j, k);
+        for (std::size_t d = 0; d < 3; ++d) {
+          const float* row = place.m[d];
+          const double expected = row[0] * i + row[1] * j + row[2] * k + row[3];
+          EXPECT_NEAR(found[d], d < 2 ? -expected : expected, 1e-5);  // RAS; theirs is in single precision
+        }
+      }
+      const auto* labels = static_cast<const std::uint8_t*>(theirs->data);
+      EXPECT_TRUE(std::equal(ours.values.begin(), ours.values.end(), labels));
+      nifti_image_free(theirs);
+    }
 }
 
 TEST_F(ImageFormats, PngOfFewBitsKeepsItsLabels) {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <chrono>
 #include <limits>
 #include <random>
 
@@ -166,8 +165,8 @@ TEST_F(SurfaceDamage, PngSlicesMustFitOneAnother) {
   expect_refused_input("none", HasSubstr("found none"), "--spacing 1,1,1");
 }
 
-TEST_F(SurfaceDamage, CheckerboardAndNoiseAreRefusedSoon) {
-  const auto started = std::chrono::steady_clock::now();
+// Remeshing such an image would take minutes.
+TEST_F(SurfaceDamage, CheckerboardAndNoiseAreRefusedBeforeTheyAreRemeshed) {
   const std::array<Point, 3> axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const ShapeImage board = shape_image({60, 60, 60}, axes, {0, 0, 0}, [](const Point& p) {
     return static_cast<int>(std::floor(p[0]) + std::floor(p[1]) + std::floor(p[2]) + 300) % 2;
@@ -177,8 +176,6 @@ TEST_F(SurfaceDamage, CheckerboardAndNoiseAreRefusedSoon) {
   const ShapeImage noise =
       shape_image({60, 60, 60}, axes, {0, 0, 0}, [&](const Point&) { return static_cast<int>(random() % 2); });
   expect_refused("noise.nrrd", as_nrrd(noise, false, false), HasSubstr("handles"), "--smooth 0.5");
-  // the bound detects a program that hangs; remeshing such an image would take minutes
-  EXPECT_LT(std::chrono::steady_clock::now() - started, std::chrono::seconds(100));
 }
 
 // --- surfaces

@@ -94,30 +94,26 @@ TEST(TetrahedraFromLabels, ATipThatCoarseTrianglesLoseIsWarnedOf) {
 TEST(TetrahedraFromLabels, TwoTouchingLabelsShareTheirInterfaceExactly) {
   const auto folder = fresh_folder();
   const std::string image = write_ball(folder, [](double x, double, double) { return x < 0 ? 1 : 2; });
-  for (const auto fill : {LabelImageOptions::Fill::hxt, LabelImageOptions::Fill::mesh_3}) {
-    LabelImageOptions options = options_for({"1=left", "2=right"});
-    options.fill = fill;
-    const MeshReport report = tetrahedra_from_image({image}, options, {});
-    const TetrahedralMesh& mesh = report.mesh;
-    EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"left", "right"}));
-    EXPECT_EQ(report.kept_triangles, report.surface_triangles);
-    const auto left = nodes_of_region(mesh, 0), right = nodes_of_region(mesh, 1);
-    std::set<std::int32_t> shared, on_interface;
-    for (const auto node : left)
-      if (right.contains(node)) shared.insert(node);
-    for (const auto& t : patch(mesh, "left-right").triangles) on_interface.insert(t.begin(), t.end());
-    EXPECT_EQ(shared, on_interface);
-    EXPECT_GT(on_interface.size(), 20u);
-    const double half_ball = 2 * std::numbers::pi / 3 * std::pow(kRadius, 3),
-                 area = 3 * std::numbers::pi * kRadius * kRadius;
-    const auto volume = measure_quality(mesh).region_volume;
-    expect_volume(volume[0], half_ball, area);
-    expect_volume(volume[1], half_ball, area);
-    EXPECT_GT(measure_quality(mesh).dihedral.value, 5);
-    // Every face of the outside belongs to exactly one of the outer patches.
-    EXPECT_EQ(boundary_triangles(mesh).size(),
-              patch(mesh, "left-outside").triangles.size() + patch(mesh, "right-outside").triangles.size());
-  }
+  const MeshReport report = tetrahedra_from_image({image}, options_for({"1=left", "2=right"}), {});
+  const TetrahedralMesh& mesh = report.mesh;
+  EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"left", "right"}));
+  EXPECT_EQ(report.kept_triangles, report.surface_triangles);
+  const auto left = nodes_of_region(mesh, 0), right = nodes_of_region(mesh, 1);
+  std::set<std::int32_t> shared, on_interface;
+  for (const auto node : left)
+    if (right.contains(node)) shared.insert(node);
+  for (const auto& t : patch(mesh, "left-right").triangles) on_interface.insert(t.begin(), t.end());
+  EXPECT_EQ(shared, on_interface);
+  EXPECT_GT(on_interface.size(), 20u);
+  const double half_ball = 2 * std::numbers::pi / 3 * std::pow(kRadius, 3),
+               area = 3 * std::numbers::pi * kRadius * kRadius;
+  const auto volume = measure_quality(mesh).region_volume;
+  expect_volume(volume[0], half_ball, area);
+  expect_volume(volume[1], half_ball, area);
+  EXPECT_GT(measure_quality(mesh).dihedral.value, 5);
+  // Every face of the outside belongs to exactly one of the outer patches.
+  EXPECT_EQ(boundary_triangles(mesh).size(),
+            patch(mesh, "left-outside").triangles.size() + patch(mesh, "right-outside").triangles.size());
 }
 
 TEST(TetrahedraFromLabels, ThreeTissuesMayMeetInALine) {
@@ -162,22 +158,20 @@ TEST(TetrahedraFromLabels, EveryTissueHasTheVolumeOfItsVoxels) {
   const auto folder = fresh_folder();
   const std::string image =
       write_ball(folder, [](double x, double y, double z) { return (x - 11) * (x - 11) + y * y + z * z < 36 ? 2 : 1; });
-  for (const auto fill : {LabelImageOptions::Fill::hxt, LabelImageOptions::Fill::mesh_3}) {
-    LabelImageOptions options = options_for({"1=liver", "2=gallbladder"});
-    options.edge_mm = 10, options.facet_distance = 0, options.smooth_mm = {}, options.fill = fill;
-    forget_warnings();
-    const MeshReport report = tetrahedra_from_image({image}, options, {});
-    EXPECT_TRUE(warnings().empty()) << warnings().front();
-    const auto volume = measure_quality(report.mesh).region_volume;
-    for (std::size_t t = 0; t < 2; ++t) {
-      const TissueVolume& tissue = report.tissue_volumes[t];
-      EXPECT_LT(tissue.meshed, 0.975 * tissue.voxels) << t;  // what the triangles lose without the move
-      EXPECT_NEAR(volume[t] / tissue.voxels, 1, fill == LabelImageOptions::Fill::hxt ? 1e-6 : 0.02) << t;
-      EXPECT_GT(tissue.moved_mm, 0) << t;
-    }
-    EXPECT_LT(report.tissue_volumes[1].edge, 3);  // a quarter of the gallbladder's size, not 10 mm
-    EXPECT_GT(measure_quality(report.mesh).dihedral.value, 5);
+  LabelImageOptions options = options_for({"1=liver", "2=gallbladder"});
+  options.edge_mm = 10, options.facet_distance = 0, options.smooth_mm = {};
+  forget_warnings();
+  const MeshReport report = tetrahedra_from_image({image}, options, {});
+  EXPECT_TRUE(warnings().empty()) << warnings().front();
+  const auto volume = measure_quality(report.mesh).region_volume;
+  for (std::size_t t = 0; t < 2; ++t) {
+    const TissueVolume& tissue = report.tissue_volumes[t];
+    EXPECT_LT(tissue.meshed, 0.975 * tissue.voxels) << t;  // what the triangles lose without the move
+    EXPECT_NEAR(volume[t] / tissue.voxels, 1, 1e-6) << t;
+    EXPECT_GT(tissue.moved_mm, 0) << t;
   }
+  EXPECT_LT(report.tissue_volumes[1].edge, 3);  // a quarter of the gallbladder's size, not 10 mm
+  EXPECT_GT(measure_quality(report.mesh).dihedral.value, 5);
 }
 
 // Smoothing takes a third of a plate of 4 mm, and triangles as small as voxels can be moved by half a voxel only.

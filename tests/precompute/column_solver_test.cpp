@@ -1,11 +1,8 @@
-// PETSc's conjugate gradients on batches of columns: the numbers of batch vectors, and that the bytes of a column do not depend
-// on the other columns of its batch.
+// PETSc's conjugate gradients on batches of columns: the bytes of a column do not depend on the other columns of its batch.
 #include "precompute/solver/column_solver.h"
 
-#include <petscksp.h>
-
 #include "formats/errors.h"
-#include "precompute/solver/batch_vector.h"
+#include "precompute/solver/batch_product.h"
 #include "precompute/solver/petsc_matrix.h"
 #include "tests/precompute/support.h"
 
@@ -26,104 +23,20 @@ struct Box {
   std::int64_t dofs() const { return 3 * static_cast<std::int64_t>(matrix.rows); }
 };
 
-std::vector<double> numbers_of(Vec vector) {
-  PetscInt size = 0;
-  const PetscScalar* values = nullptr;
-  check(VecGetSize(vector, &size));
-  check(VecGetArrayRead(vector, &values));
-  std::vector<double> result(values, values + size);
-  check(VecRestoreArrayRead(vector, &values));
-  return result;
-}
-
-double norm_of(Vec vector) {
-  PetscReal norm = 0;
-  check(VecNorm(vector, NORM_2, &norm));
-  return norm;
-}
-
-struct Vectors {
-  explicit Vectors(BatchSpace& space) : b(create_batch_vector(space)), x(nullptr), r(nullptr) {
-    check(VecDuplicate(b, &x));
-    check(VecDuplicate(b, &r));
-  }
-  ~Vectors() {
-    for (Vec* v : {&b, &x, &r}) VecDestroy(v);
-  }
-  Vec b, x, r;
-};
-
-void fill(Vec vector, double factor) {
-  PetscScalar* values = nullptr;
-  PetscInt size = 0;
-  check(VecGetSize(vector, &size));
-  check(VecGetArrayWrite(vector, &values));
-  for (PetscInt i = 0; i < size; ++i) values[i] = std::sin(factor * i);
-  check(VecRestoreArrayWrite(vector, &values));
-}
-
-TEST(BatchVector, ARecordedResidualHasTheNormsAndTheNumbersOfAComputedOne) {
+TEST(BatchProduct, ComesWithTheResidualThatItsNumbersHave) {
   const Box box(3);
   constexpr int kWidth = 8;
-  BatchSpace space{box.matrix, kWidth};
-  Vectors v(space);
   const std::vector<Load> loads = {{5, 0, 1.0}, {6, 3, 2.0}, {20, 0, -1.0}};
-  fill(v.x, 0.7);
-  const std::vector<double> x = numbers_of(v.x);
-  std::vector<double> expected(x.size());
-  multiply_batch(box.matrix, x.data(), expected.data(), kWidth);
-  for (double& value : expected) value = -value;
-  for (const Load& load : loads) expected[load.dof * kWidth + load.column] += load.value;
-  const std::vector<double> norms = column_norms(expected.data(), box.dofs(), kWidth);
-
-  hold_loads(v.b, loads);
-  EXPECT_DOUBLE_EQ(norm_of(v.b), std::sqrt(6.0));
-  check(hold_product(v.r, v.x));
-  check(VecAYPX(v.r, -1, v.b));
-  norm_of(v.r);
-  // Both sum the same terms; the fused pass adds the three squares of a block row first, the other adds one at a time.
-  for (int c = 0; c < kWidth; ++c) EXPECT_NEAR(space.norms[c], norms[c], 1e-14 * norms[c]) << c;
-  EXPECT_EQ(numbers_of(v.r), expected);
-  norm_of(v.r);
-  for (int c = 0; c < kWidth; ++c) EXPECT_NEAR(space.norms[c], norms[c], 1e-14 * norms[c]) << c;
-}
-
-TEST(BatchVector, WhatIsRecordedOfAVectorSurvivesTheVectorsChange) {
-  const Box box(3);
-  constexpr int kWidth = 8;
-  BatchSpace space{box.matrix, kWidth};
-  for (const int change : {0, 1, 2, 3}) {
-    Vectors v(space);
-    fill(v.x, 0.3);
-    std::vector<double> expected(numbers_of(v.x).size());
-    multiply_batch(box.matrix, numbers_of(v.x).data(), expected.data(), kWidth);
-    check(hold_product(v.r, v.x));
-    if (change == 0) check(VecScale(v.x, 2));
-    if (change == 1) check(VecSet(v.x, 0));
-    if (change == 2) check(hold_product(v.b, v.x));  // a second vector that depends on x
-    if (change == 3) hold_loads(v.x, std::vector<Load>{{0, 0, 1.0}});
-    EXPECT_EQ(numbers_of(v.r), expected) << change;
-  }
-}
-
-TEST(BatchVector, SumsProductsAndCopiesAreThoseOfPetscsOwnVectors) {
-  const Box box(2);
-  BatchSpace space{box.matrix, 8};
-  Vectors v(space);
-  hold_loads(v.b, std::vector<Load>{{1, 2, 3.0}, {4, 0, -2.0}});
-  fill(v.x, 1.3);
-  const std::vector<double> x = numbers_of(v.x);
-  PetscScalar dot = 0;
-  check(VecDot(v.b, v.x, &dot));
-  EXPECT_NEAR(dot, 3 * x[8 + 2] - 2 * x[32], 1e-14);  // two products of numbers near 1
-  check(VecCopy(v.b, v.r));
-  check(VecAXPY(v.r, 2, v.x));
-  EXPECT_DOUBLE_EQ(numbers_of(v.r)[10], 3 + 2 * x[10]);
-  EXPECT_DOUBLE_EQ(numbers_of(v.b)[10], 3);
-  check(VecSet(v.r, 0));
-  EXPECT_EQ(norm_of(v.r), 0);
-  check(VecAYPX(v.r, 5, v.x));
-  EXPECT_EQ(numbers_of(v.r), x);
+  std::vector<double> x(static_cast<std::size_t>(box.dofs() * kWidth)), product(x.size()), alone(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::sin(0.7 * static_cast<double>(i));
+  multiply_batch(box.matrix, x.data(), alone.data(), kWidth);
+  const auto beside = residual_norms(box.matrix, loads, x.data(), kWidth, product.data());
+  EXPECT_EQ(product, alone);
+  EXPECT_EQ(beside, residual_norms(box.matrix, loads, x.data(), kWidth));
+  for (const Load& load : loads) alone[load.dof * kWidth + load.column] -= load.value;
+  const auto norms = column_norms(alone.data(), box.dofs(), kWidth);
+  // Both sum the same terms in the same order.
+  for (int c = 0; c < kWidth; ++c) EXPECT_NEAR(beside[c], norms[c], 1e-14 * norms[c]) << c;
 }
 
 struct Solved {

@@ -223,7 +223,7 @@ TEST(BoundaryConfig, ReadsMotions) {
   EXPECT_EQ(boundary.motions[2].file, (NamedFile{"breath.csv", file().parent_path() / "breath.csv"}));
   EXPECT_EQ(boundary.motions[3].kind, Kind::pressure);
   EXPECT_EQ(boundary.motions[4].kind, Kind::gravity);
-  EXPECT_THAT(files_of(boundary), ElementsAre(testing::Key("label_image_sha256 painted.nrrd"),
+  EXPECT_THAT(files_of({}, boundary), ElementsAre(testing::Key("label_image_sha256 painted.nrrd"),
                                               testing::Key("motion_file_sha256 breath.csv")));
 }
 
@@ -447,7 +447,7 @@ kind = "field"
 file = "out/field.csv"
 )";
   const auto folder = file().parent_path();
-  EXPECT_THAT(files_of(read_text(read_boundary_config, text)),
+  EXPECT_THAT(files_of({}, read_text(read_boundary_config, text)),
               ElementsAre(testing::Pair("label_image_sha256 ../b/labels.nii", folder / "../b/labels.nii"),
                           testing::Pair("label_image_sha256 a/labels.nii", folder / "a/labels.nii"),
                           testing::Pair("motion_file_sha256 in/field.csv", folder / "in/field.csv"),
@@ -459,7 +459,7 @@ TEST_F(Selectors, LabelAsksForTheNodesNearItsLabels) {
       "name = \"t\"\n[[fixed]]\ndofs = \"x\"\nselect = { and = [{ label = { labels = [3, 5], within = 2, "
       "image = \"painted.nrrd\" } }, { label = { labels = [7] } }] }\n";
   const BoundaryConfig boundary = read_text(read_boundary_config, text);
-  EXPECT_THAT(files_of(boundary),
+  EXPECT_THAT(files_of({}, boundary),
               ElementsAre(testing::Pair("label_image_sha256 painted.nrrd", file().parent_path() / "painted.nrrd")));
   std::vector<std::vector<double>> asked;
   const auto nodes = select_nodes(boundary.fixed[0].select, mesh_, surface_, file(), [&](const Selector& s) {

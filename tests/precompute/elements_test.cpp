@@ -8,7 +8,6 @@
 #include "formats/errors.h"
 #include "precompute/elements/element_warnings.h"
 #include "precompute/elements/quadratic_tetrahedra.h"
-#include "precompute/tensors/locking_estimate.h"
 #include "precompute/tensors/probe_columns.h"
 #include "studies/bodies/imposed.h"
 #include "studies/validation/cases.h"
@@ -228,50 +227,6 @@ TEST(NodalDilatation, IsTheSumOverNodesAndRegionsThatDefinesIt) {
     }
   const MatrixXd found = dense(assemble_stiffness(body, Element::p1_anp));
   EXPECT_LE((found - expected).lpNorm<Eigen::Infinity>(), 1e-13 * expected.lpNorm<Eigen::Infinity>());  // rounding
-}
-
-ElasticBody held_box(double poisson) {
-  ElasticBody body = body_of(box_mesh({6, 5, 4}, {0.6, 0.5, 0.4}, 0.15), {{5400, poisson, 0}});
-  hold(body, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
-  return body;
-}
-
-TEST(LockingEstimate, IsFarAboveOneWhereTheElementLocks) {
-  const auto ratio = [&](double poisson, Element element) {
-    const LockingEstimate estimate = estimate_locking(held_box(poisson), element, 3, 1e9);
-    EXPECT_EQ(estimate.probes, 3) << estimate.note;
-    return estimate.ratio;
-  };
-  // Found at nu = 0.3 and 0.499: 1.15 and 2.27 with p1, 1.08 and 1.19 with p1-anp. At 0.3 this is the error of the
-  // coarse mesh; at 0.499 locking adds to it.
-  EXPECT_LT(ratio(0.3, Element::p1), 1.3);
-  EXPECT_GT(ratio(0.499, Element::p1), 1.5);
-  for (const double poisson : {0.3, 0.499}) {
-    EXPECT_GT(ratio(poisson, Element::p1_anp), 1) << poisson;
-    EXPECT_LT(ratio(poisson, Element::p1_anp), 1.3) << poisson;
-  }
-}
-
-TEST(LockingEstimate, MatchesTheTensorsOfTheSameNodes) {
-  // With one touchable node the patch is that node alone, and its compliance is the inverse of T^f.
-  ElasticBody body = held_box(0.45);
-  body.touchable = {body.touchable[body.touchable.size() / 2]};
-  const auto trace = [&](Element element) {
-    const auto force = solve_node_tensors(body, element, body.touchable, 1e-11)[0].stiffness;
-    return Eigen::Map<const Eigen::Matrix3d>(force.data()).inverse().trace();
-  };
-  const LockingEstimate estimate = estimate_locking(body, Element::p1, 3, 1e9);
-  EXPECT_EQ(estimate.probes, 1);
-  EXPECT_NEAR(estimate.ratio, trace(Element::p2_p0) / trace(Element::p1),
-              1e-9);  // the tolerance of the solves is 1e-11
-}
-
-TEST(LockingEstimate, SaysWhyItIsNotMeasured) {
-  const ElasticBody body = held_box(0.49);
-  EXPECT_EQ(estimate_locking(body, Element::p2_p0, 3, 1e9).note, "p2-p0 is the reference itself");
-  EXPECT_THROW(estimate_locking(body, Element::p1_anp, 3, 1e6), OperationError);
-  EXPECT_EQ(locking_not_asked_for().probes, 0);
-  EXPECT_EQ(locking_not_asked_for().note, "not asked for; --locking-probes 3 measures it");
 }
 
 }  // namespace

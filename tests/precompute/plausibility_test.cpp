@@ -1,4 +1,4 @@
-// Warnings of sizes, stiffnesses and supports that no organ has, and of copied organs: each with its figure and what was meant.
+// Warnings of sizes, stiffnesses and supports that no organ has: each with its figure and what was meant.
 #include "precompute/elements/plausibility.h"
 
 #include <gmock/gmock.h>
@@ -36,17 +36,14 @@ class Plausibility : public testing::Test {
  protected:
   void SetUp() override { folder_ = fresh_folder(); }
 
-  void write(const std::filesystem::path& name, const std::string& text) {
-    std::filesystem::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name) << text;
-  }
+  void write(const std::filesystem::path& name, const std::string& text) { std::ofstream(folder_ / name) << text; }
 
   // size: of a box in the mesh's unit.
   std::vector<std::string> warned(const std::string& organ, std::array<double, 3> size = {60, 50, 40},
-                                  const std::string& boundary = kHeldAtOneEnd, const std::string& in = "spleen") {
-    write(in + "/organ.toml", organ);
-    write(in + "/end.toml", boundary);
-    const BodyFiles files{"box.msh", folder_ / in / "organ.toml", folder_ / in / "end.toml"};
+                                  const std::string& boundary = kHeldAtOneEnd) {
+    write("organ.toml", organ);
+    write("end.toml", boundary);
+    const BodyFiles files{"box.msh", folder_ / "organ.toml", folder_ / "end.toml"};
     TetrahedralMesh mesh = box_mesh({6, 5, 4}, size, 0.1);
     mesh.region_names = {"spleen"};
     const OrganConfig config = read_organ_config(files.organ);
@@ -105,27 +102,6 @@ TEST_F(Plausibility, WarnsOfASmallHeldArea) {
               IsEmpty());
   // Held along one axis is held: 60 x 50 of 14,800 mm2.
   EXPECT_THAT(warned(kOrgan, {60, 50, 40}, with(with(kHeldAtOneEnd, "xyz", "z"), "x0", "z0")), IsEmpty());
-}
-
-TEST_F(Plausibility, WarnsOfACopiedOrgansNameAndSources) {
-  write("liver/organ.toml",
-        with(with(kOrgan, "name = \"spleen\"", "name = \"liver\""), "name = \"spleen\"", "name = \"liver\""));
-  write("broken/organ.toml", "name = 3\n");
-  for (const char* organ : {"liver", "spleen", "broken"}) write(std::string(organ) + "/organ.mk", "");
-  const auto copied = warned(with(kOrgan, "name = \"spleen\"", "name = \"liver\""));
-  ASSERT_EQ(copied.size(), 2u);
-  EXPECT_THAT(
-      copied[0],
-      HasSubstr("spleen/organ.toml: name is \"liver\", but the organ's folder is \"spleen\": a copied file keeps "
-                "the name and the sources of the other organ; expected a name that begins with \"spleen\""));
-  EXPECT_THAT(copied[1],
-              HasSubstr("[[region]] \"spleen\": the source of young is, word for word, that of \"liver\" in "));
-  EXPECT_THAT(warned(with(kOrgan, "Author 1999, table 1", "Author 2001, page 3")), IsEmpty());
-  EXPECT_THAT(warned(with(with(kOrgan, "\"spleen\"", "\"Spleen, soft\""), "Author 1999, table 1", "own")), IsEmpty());
-}
-
-TEST_F(Plausibility, LeavesOrgansOutsideTheFoldersOfPipelinesAlone) {
-  EXPECT_THAT(warned(with(kOrgan, "name = \"spleen\"", "name = \"liver\"")), IsEmpty());  // no organ.mk
 }
 
 }  // namespace

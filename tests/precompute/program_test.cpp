@@ -33,8 +33,8 @@ TEST_F(Program, WritesABundleThatTheReaderAccepts) {
   for (const double r : section<double>(bytes, SectionId::residual)) EXPECT_LE(r, 1e-9);
   const auto provenance = section<char>(bytes, SectionId::provenance);
   const std::string text(provenance.begin(), provenance.end());
-  for (const char* key : {"\"solver\":\"PETSc", "\"reciprocity_error\":", "\"cast_error\":",
-                          "\"locking_note\":\"not asked for", "\"image_sha256\":\"", "\"young_source box\":\"test\""})
+  for (const char* key : {"\"solver\":\"PETSc", "\"reciprocity_error\":", "\"cast_error\":", "\"image_sha256\":\"",
+                          "\"young_source box\":\"test\""})
     EXPECT_THAT(text, HasSubstr(key));
   // T^u of a node at that node is the identity on its free dofs.
   const auto touchable = section<std::int32_t>(bytes, SectionId::touchable);
@@ -323,23 +323,6 @@ TEST_F(Program, ReportsAsJsonAndIsQuietWhenAsked) {
     EXPECT_THAT(said_, ::testing::ContainsRegex(std::string(stage) + "[0-9.]+ s, [0-9.]+ GB\n"));
   EXPECT_THAT(said_, HasSubstr("predicted / took: memory "));
   EXPECT_THAT(said_, HasSubstr("x.h5: 360 columns, "));
-}
-
-TEST_F(Program, MeasuresLockingWhenAsked) {
-  const auto provenance = [&] {
-    const auto text = section<char>(file_bytes(folder_ / "x.h5"), SectionId::provenance);
-    return nlohmann::json::parse(text.begin(), text.end());
-  };
-  ASSERT_EQ(run("x.h5", "--locking-probes 2"), 0) << said_;
-  EXPECT_EQ(provenance()["locking_probes"], 2);
-  EXPECT_GT(provenance()["locking_estimate"], 1);  // p1 at 0.45
-  EXPECT_FALSE(provenance().contains("locking_note"));
-  EXPECT_THAT(said_, ::testing::ContainsRegex("locking: [0-9.]+ s, "));
-  ASSERT_EQ(run("x.h5"), 0) << said_;
-  EXPECT_EQ(provenance()["locking_note"], "not asked for; --locking-probes 3 measures it");
-  EXPECT_FALSE(provenance().contains("locking_estimate") || provenance().contains("locking_probes"));
-  EXPECT_THAT(said_, ::testing::Not(HasSubstr("locking: ")));
-  EXPECT_THAT(said_, HasSubstr("locking is not measured: not asked for; --locking-probes 3 measures it"));
 }
 
 TEST_F(Program, StoresTheSagUnderGravity) {

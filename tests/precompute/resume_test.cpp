@@ -198,14 +198,9 @@ TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
   EXPECT_TRUE(file_bytes(folder_ / "x.h5") == file_bytes(folder_ / "other.h5"));
 }
 
-TEST_F(Resume, KeepsItsColumnsWhenOnlyTheMemoryOrTheLockingEstimateIsAnother) {
+TEST_F(Resume, KeepsItsColumnsWhenOnlyTheMemoryIsAnother) {
   kill_at_batch(9);
   EXPECT_EQ(resume("--batch 24 --memory 3"), 8);
-  EXPECT_TRUE(same());
-  ASSERT_EQ(run("whole.h5", "--batch 24 --locking-probes 2"), 0) << said_;
-  whole_ = file_bytes(folder_ / "whole.h5");
-  kill_at_batch(9);
-  EXPECT_EQ(resume("--batch 24 --locking-probes 2"), 8);
   EXPECT_TRUE(same());
 }
 

@@ -23,8 +23,18 @@ struct Case {
     matrix = std::move(held.matrix);
   }
 
+  PlanRequest request(double available_bytes, int cores = 1) const {
+    return {.matrix = matrix,
+            .column_rows = rows,
+            .stored_rows = matrix.rows,
+            .available_bytes = available_bytes,
+            .bundle_bytes = 1e6,
+            .cores = cores};
+  }
   SolverPlan plan(double available_bytes, int columns_at_a_time = 0, int ranks = 1) const {
-    return make_plan({matrix, rows, matrix.rows, columns_at_a_time, available_bytes, 1e6, ranks});
+    PlanRequest asked = request(available_bytes);
+    asked.columns_at_a_time = columns_at_a_time, asked.ranks = ranks;
+    return make_plan(asked);
   }
 };
 
@@ -110,7 +120,11 @@ TEST(SolverPlan, CountsThePressureFormWhereThatIsFactored) {
   PressureForm form = pressure_form(body, held);
   std::vector<std::int32_t> rows;
   for (const auto n : body.touchable) rows.push_back(held.row_of_node[n]);
-  const SolverPlan plan = make_plan({held.matrix, rows, held.matrix.rows, 0, 1e11, 0, 1, 1, 0, &form});
+  const SolverPlan plan = make_plan({.matrix = held.matrix,
+                                     .column_rows = rows,
+                                     .stored_rows = held.matrix.rows,
+                                     .available_bytes = 1e11,
+                                     .form = &form});
   EXPECT_EQ(plan.elimination->block, 4);
   EXPECT_EQ(plan.elimination->numbers(), analyse_elimination(form).numbers());
   EXPECT_EQ(plan_json(plan)["factored"], "pressure form");
@@ -138,8 +152,10 @@ TEST(SolverPlan, DividesTheColumnsAmongTheRanksAndNotTheFactor) {
 TEST(SolverPlan, HoldsOneFactorAMachineWhereItsRanksCanShareIt) {
   const Case box(12);
   const auto plan = [&](double each_bytes, double sharable) {
-    return make_plan(
-        {box.matrix, box.rows, box.matrix.rows, 0, each_bytes, 1e6, 2, 2, 2 * each_bytes, nullptr, 2, sharable});
+    PlanRequest request = box.request(each_bytes, 2);
+    request.all_available_bytes = 2 * each_bytes, request.ranks = request.ranks_here = 2;
+    request.sharable_bytes = sharable;
+    return make_plan(request);
   };
   const SolverPlan apart = plan(1e10, 0), shared = plan(1e10, 1e10);
   EXPECT_FALSE(apart.shares_factor);
@@ -161,9 +177,12 @@ TEST(SolverPlan, HoldsOneFactorAMachineWhereItsRanksCanShareIt) {
 // Ranks of one machine that cannot share a factor: each computes it for itself and needs its own memory.
 TEST(SolverPlan, UsesMoreRanksOnlyWhereTheColumnsTakeLongerThanWhatEachRankRepeats) {
   const Case small(5), large(18);
-  const auto useful = [](const Case& box, int cores, double all_bytes) {
-    return make_plan({box.matrix, box.rows, box.matrix.rows, 0, 1e10, 1e6, 1, cores, all_bytes}).useful_ranks;
+  const auto planned = [](const Case& box, int cores, double all_bytes) {
+    PlanRequest request = box.request(1e10, cores);
+    request.all_available_bytes = all_bytes;
+    return make_plan(request);
   };
+  const auto useful = [&](const Case& box, int cores, double bytes) { return planned(box, cores, bytes).useful_ranks; };
   EXPECT_EQ(useful(small, 16, 1e11), 1);  // some hundredths of a second: starting ranks takes longer
   EXPECT_EQ(useful(large, 1, 1e11), 1);
   const int roomy = useful(large, 16, 1e11);
@@ -171,7 +190,7 @@ TEST(SolverPlan, UsesMoreRanksOnlyWhereTheColumnsTakeLongerThanWhatEachRankRepea
   EXPECT_LE(roomy, 16);
   EXPECT_EQ(useful(large, 2, 1e11), 2);
   // Physical memory for one of them alone, and for two.
-  const SolverPlan one = make_plan({large.matrix, large.rows, large.matrix.rows, 0, 1e10, 1e6, 1, 16, 1e11});
+  const SolverPlan one = planned(large, 16, 1e11);
   const double each = one.chosen().bytes + resident_bytes();
   EXPECT_EQ(useful(large, 16, 1.5 * one.chosen().bytes), 1);
   EXPECT_LE(useful(large, 16, 2.5 * each - resident_bytes()), 2);

@@ -24,7 +24,7 @@ class MadeBody {
     programs.write("bc.toml", "name = \"held\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"" + held + "\" }\n");
     for (const ProgramRun& run :
          {programs.execute(PALPATE_TETRAHEDRA " " PALPATE_GEOMETRIES "/" + geometry + " --quiet -o box.msh"),
-          programs.precompute("x.h5", "--locking-probes 0")})
+          programs.precompute("x.h5")})
       if (run.code != 0) throw std::runtime_error(run.errors);
     bytes_ = std::make_unique<AlignedBytes>(file_bytes(programs.folder() / "x.h5"));
     palpate_bundle* opened = nullptr;

@@ -390,7 +390,7 @@ TEST(StabilityProgramInput, NumbersOnCommandLines) {
   Verdicts verdicts(programs);
   const std::pair<const char*, std::vector<const char*>> options[] = {
       {PALPATE_PRECOMPUTE " box.msh --organ organ.toml --boundary bc.toml -o x.h5",
-       {"--tolerance", "--memory", "--batch", "--ranks-per-operator", "--locking-probes"}},
+       {"--tolerance", "--memory", "--batch", "--ranks-per-operator"}},
       {PALPATE_BUNDLE " pack none.h5 -o x.h5", {"--low-rank"}},
       {PALPATE_RUN " none.toml --realtime", {"--seconds", "--rate"}},
       {PALPATE_FEEL " none.toml --to 1", {"--seconds"}},

@@ -43,7 +43,7 @@ TEST(StabilityProgramPath, ForceOfADiscAsPoissonsRatioGoesToAHalf) {
     for (int e = 0; e < 3; ++e) {
       programs.write("organ.toml", with(with(programs.organ(), "\"p1\"", fmt::format("\"{}\"", elements[e])), "0.45",
                                         fmt::format("{}", nu)));
-      const ProgramRun made = programs.precompute("x.h5", "--locking-probes 0");
+      const ProgramRun made = programs.precompute("x.h5");
       failed += made.code != 0 || !programs.verifies("x.h5");
       unsaid += e == 0 && (made.errors.find("\"p1\" locks") == std::string::npos) != (nu <= 0.4);
       failed += programs.run("press.toml -o out --quiet").code != 0;
@@ -166,7 +166,7 @@ TEST(StabilityProgramPath, DamagedMeshes) {
       damage.change(mesh);
       mesh.patches.clear();
       write_mesh(programs.folder() / "box.msh", mesh);
-      const ProgramRun ended = programs.precompute("x.h5", "--locking-probes 0");
+      const ProgramRun ended = programs.precompute("x.h5");
       const bool right = ended.code == damage.code && ended.errors.find(damage.sentence) != std::string::npos &&
                          (damage.code != 0 || programs.verifies("x.h5"));
       EXPECT_TRUE(right) << element << ", " << damage.name << ": " << ended.code << ' ' << ended.errors;
@@ -209,7 +209,7 @@ TEST(StabilityProgramPath, Supports) {
     for (const auto& support : supports) {
       programs.write("organ.toml", with(programs.organ(), "\"p1\"", fmt::format("\"{}\"", element)));
       programs.write("bc.toml", "name = \"s\"\n" + support.fixed);
-      const ProgramRun ended = programs.precompute("x.h5", "--locking-probes 0");
+      const ProgramRun ended = programs.precompute("x.h5");
       const bool right = ended.code == support.code && ended.errors.find(support.sentence) != std::string::npos &&
                          (support.code == 0 ? programs.verifies("x.h5") : !programs.left_anything("x.h5"));
       EXPECT_TRUE(right) << element << ", " << support.name << ": " << ended.code << ' ' << ended.errors;
@@ -225,7 +225,7 @@ TEST(StabilityProgramPath, HostileScenes) {
       "outside, steps of a microsecond and of a second: played, with every force within its limits.");
   Programs programs;
   programs.write("organ.toml", with(programs.organ(), "\"p1\"", "\"p1-anp\""));
-  ASSERT_EQ(programs.precompute("x.h5", "--locking-probes 0").code, 0);
+  ASSERT_EQ(programs.precompute("x.h5").code, 0);
   const std::string head = "name = \"odd\"\nbundle = \"x.h5\"\nunit = \"mm\"\n[limits]\nforce = 3\nforce_slew = 500\n";
   const std::string conflict =
       "[[tool]]\nname = \"one\"\npath = [[0, 0, 0, 0], [0.05, 30, 0, 0]]\n[[tool.grip]]\nnearest = [60, 50, 40]\n"
