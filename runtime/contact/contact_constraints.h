@@ -47,8 +47,10 @@ struct ContactConstraint {
   std::uint32_t flags;      // step flags of the disc
   std::int32_t thinned_to;  // of a disc: nodes that it was thinned to; 0: it has all of them
   ContactLaw law;
-  bool framed;      // false: the frame is x, y, z
-  bool unused[6];   // in the place of padding, which a saved state would hold
+  bool framed;  // false: the frame is x, y, z
+  bool
+      joined;  // it has no row of its own: its nodes are held by the row of the constraint before, as the parts of one thread are
+  bool unused[5];   // in the place of padding, which a saved state would hold
   Mat3 frame;       // rows are unit vectors, orthogonal
   Mat3 local;       // m/N, in the frame: compliance under a patch that the mesh does not resolve (contact_patch.h)
   double friction;  // under coulomb: largest tangential force over the normal force
@@ -98,5 +100,21 @@ struct ContactConstraints {
   Vec3* slope = nullptr;  // [node_capacity] 1/m, the same: of the weight, per metre of the anchor's way
   std::int32_t node_capacity = 0, constraint_capacity = 0, node_count = 0, constraint_count = 0;
 };
+
+// A row that several constraints share has no less than this share of the largest compliance that one of them has alone. Where a thread's
+// parts pull against one another, as in a straight line between two points of the world, no tension makes it shorter.
+constexpr double kLeastOfJoined = 1e-3;
+
+// The number behind the last constraint that shares the rows of constraint p.
+inline std::int32_t end_of_joined(const ContactConstraint* constraints, std::int32_t count, std::int32_t p) {
+  for (++p; p < count && constraints[p].joined;) ++p;
+  return p;
+}
+// m, of the rows of constraint p: its target, with those of the constraints that share its row.
+inline Vec3 target_of_rows(const ContactConstraints& set, std::int32_t p) {
+  Vec3 sum = set.target[p];
+  for (std::int32_t q = p + 1; q < set.constraint_count && set.constraints[q].joined; ++q) sum.x += set.target[q].x;
+  return sum;
+}
 
 }  // namespace palpate

@@ -17,6 +17,14 @@ constexpr double kWhole = 0.999;
 // rad, and the tangent of an angle: how far the normal of a disc's law turns at least in a step, and at most from that at rest.
 constexpr double kSteady = 1e-4, kMostLean = 1;
 
+// The disc of which `share` of a force acts, and whose displacement counts as much.
+ContactDisc scaled(const ContactDisc& disc, double share) {
+  ContactDisc part = disc;
+  part.normal_root = share * disc.normal_root, part.tangent_root = Mat3{};
+  add_scaled(part.tangent_root, share, disc.tangent_root);
+  return part;
+}
+
 }  // namespace
 
 bool ContactRows::create_set(SceneMemory& memory, std::int32_t nodes, std::int32_t constraints,
@@ -202,7 +210,10 @@ bool ContactRows::hold_as_before(std::int32_t first, const ContactConstraint* be
   std::int32_t used = set_.constraints[first].first_node;
   for (std::int32_t part = 0; part < count; ++part) {
     used += before[part].node_count;
-    if (before[part].law != set_.constraints[first + part].law) return false;
+    const ContactConstraint &was = before[part], &now = set_.constraints[first + part];
+    if (was.law != now.law || was.tool != now.tool || was.point != now.point || was.part != now.part ||
+        was.joined != now.joined)
+      return false;
   }
   if (used > set_.node_capacity) return false;
   set_.node_count = set_.constraints[first].first_node;
@@ -286,14 +297,15 @@ std::int32_t ContactRows::add_world_link(const LinkWish& link) {
 void ContactRows::make_link(const LinkWish& link, std::int32_t tool) {
   const LinkEnd *const a = link.ends, *const b = link.ends + 1;
   ContactWish wish;
-  wish.tool = tool, wish.point = link.link, wish.law = link.law, wish.displacement = link.target;
-  ContactConstraint& constraint = add_constraint(wish, 0);
+  wish.tool = tool, wish.point = link.thread, wish.law = link.law, wish.displacement = link.target;
+  ContactConstraint& constraint = add_constraint(wish, link.link - link.thread);
+  constraint.joined = link.joined, wish.point = link.link;
   for (const LinkEnd* end : {a, b})
     for (int v = 0; v < end->count; ++v)
-      add_held_node(wish, constraint, end->node[v], end == a ? end->weight[v] : -end->weight[v]);
-  constraint.discs[0] = a->disc, constraint.discs[1] = opposite(b->disc);
-  constraint.local = a->local;
-  add_scaled(constraint.local, 1, b->local);
+      add_held_node(wish, constraint, end->node[v], (end == a ? link.share : -link.share) * end->weight[v]);
+  constraint.discs[0] = scaled(a->disc, link.share), constraint.discs[1] = opposite(scaled(b->disc, link.share));
+  add_scaled(constraint.local, link.share * link.share, a->local);
+  add_scaled(constraint.local, link.share * link.share, b->local);
   if (a->disc.radius > 0 && b->disc.radius > 0) {
     const Mat3 between = compliance_between(constraint.discs[0], constraint.discs[1]);
     for (int i = 0; i < 3; ++i)
@@ -302,7 +314,7 @@ void ContactRows::make_link(const LinkWish& link, std::int32_t tool) {
   if (link.law != ContactLaw::sticking) {
     const Vec3 tangent = across(link.along, {}), rows[3] = {link.along, tangent, cross(link.along, tangent)};
     for (int i = 0; i < 3; ++i) store3(rows[i], constraint.frame.m[i]);
-    constraint.framed = true, constraint.axes = 1;
+    constraint.framed = true, constraint.axes = link.joined ? 0 : 1;
   } else if (tool == kToolOfWorldLinks) {
     constraint.frame = link.frame, constraint.framed = true;
   }

@@ -51,8 +51,10 @@ struct LinkEnd {
 
 // One link as it asks for its rows (links.h).
 struct LinkWish {
-  std::int32_t link = 0;
-  const LinkEnd* ends = nullptr;  // [2]
+  std::int32_t link = 0, thread = 0;  // thread: the first link of the thread that it is a part of
+  bool joined = false;                // it shares the row of the part before it
+  double share = 1;                   // of the row's reaction that acts on the ends
+  const LinkEnd* ends = nullptr;      // [2]
   ContactLaw law = ContactLaw::sticking;
   Vec3 along;           // unit; where the law is not sticking, the direction of its only row
   Mat3 frame;           // of a link of a world that sticks: its rows, unit and orthogonal

@@ -37,6 +37,11 @@ bool is_of_the_same(const ContactConstraint& a, const ContactConstraint& b) {
   return a.tool == b.tool && a.point == b.point && a.part == b.part;
 }
 
+bool joins(const ContactConstraints& set) {
+  return std::any_of(set.constraints, set.constraints + set.constraint_count,
+                     [](const ContactConstraint& constraint) { return constraint.joined; });
+}
+
 bool comes_before(const ContactConstraint& a, const ContactConstraint& b) {
   if (a.tool != b.tool) return a.tool < b.tool;
   if (a.point != b.point) return a.point < b.point;
@@ -112,10 +117,15 @@ void ContactSolver::restored(const Tensors& tensors) {
   compliance_.hold(tensors, held);
   std::copy(kept_rows_, kept_rows_ + kept_constraints_, rows_);
   set_limits(kept_constraint_, kept_constraints_);
-  for (std::int32_t p = 0; p < kept_constraints_; ++p)
-    for (std::int32_t q = 0; q <= p; ++q)
-      remember_between(rows_[p], rows_[q],
-                       q == p ? Mat3{} : compliance_between(kept_constraint_[p], kept_constraint_[q]));
+  for (std::int32_t p = 0, row = 0; p < kept_constraints_; ++p) {
+    if (!kept_constraint_[p].joined) row = p;
+    for (std::int32_t q = 0, column = 0; q <= p; ++q) {
+      if (!kept_constraint_[q].joined) column = q;
+      Mat3 of_discs = q == p ? Mat3{} : compliance_between(kept_constraint_[p], kept_constraint_[q]);
+      if (row == column) add_scaled(of_discs, 1, of_discs);
+      remember_between(rows_[row], rows_[column], of_discs, row != p || column != q);
+    }
+  }
 }
 
 void ContactSolver::forget() {
@@ -137,13 +147,26 @@ void ContactSolver::forget_ended() {
 
 bool ContactSolver::same(const ContactConstraints& set, const ContactConstraint& now,
                          const ContactConstraint& before) const {
-  if (now.node_count != before.node_count || now.axes != before.axes || now.framed != before.framed) return false;
+  if (now.node_count != before.node_count || now.axes != before.axes || now.framed != before.framed ||
+      now.joined != before.joined)
+    return false;
   for (std::int32_t v = 0; v < now.node_count; ++v) {
     const ContactNode &a = set.nodes[now.first_node + v], &b = kept_node_[before.first_node + v];
     if (a.column != b.column || a.weight != b.weight) return false;
   }
   return are_equal(now.local, before.local) && (!now.framed || are_equal(now.frame, before.frame)) &&
          are_equal(now.discs[0], before.discs[0]) && are_equal(now.discs[1], before.discs[1]);
+}
+
+// The same of constraint p with those that share its rows, and kept constraint k.
+bool ContactSolver::same_with_joined(const ContactConstraints& set, std::int32_t p, std::int32_t k) const {
+  const std::int32_t count = end_of_joined(set.constraints, set.constraint_count, p) - p;
+  if (end_of_joined(kept_constraint_, kept_constraints_, k) - k != count) return false;
+  for (std::int32_t part = 0; part < count; ++part) {
+    const ContactConstraint &now = set.constraints[p + part], &before = kept_constraint_[k + part];
+    if (ended_[k + part] || !is_of_the_same(now, before) || !same(set, now, before)) return false;
+  }
+  return true;
 }
 
 const ContactConstraint* ContactSolver::kept(const ContactConstraint& like, std::int32_t number) const {
@@ -177,7 +200,7 @@ void ContactSolver::match(const ContactConstraints& set) {
     const ContactConstraint& constraint = set.constraints[p];
     while (k < kept_constraints_ && comes_before(kept_constraint_[k], constraint)) leave(k++);
     const bool known = k < kept_constraints_ && is_of_the_same(constraint, kept_constraint_[k]);
-    is_kept_[p] = known && !ended_[k] && same(set, constraint, kept_constraint_[k]);
+    is_kept_[p] = constraint.joined ? is_kept_[p - 1] : known && same_with_joined(set, p, k);
     if (is_kept_[p]) {
       rows_[p] = kept_rows_[k];
     } else {
@@ -249,60 +272,90 @@ const Mat3* ContactSolver::spread_of(const ContactConstraints& set, const Contac
   return spread_;
 }
 
-void ContactSolver::remember_between(const Rows& rows, const Rows& columns, const Mat3& between) {
+void ContactSolver::remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add) {
   for (int i = 0; i < 3 && between_; ++i)
     for (int j = 0; j < 3; ++j) {
       if (rows.at[i] < 0 || columns.at[j] < 0) continue;
       const auto row = static_cast<std::size_t>(rows.at[i]), column = static_cast<std::size_t>(columns.at[j]);
-      between_[row * stride_ + column] = between_[column * stride_ + row] = between.m[i][j];
+      const double before = add ? between_[row * stride_ + column] : 0;
+      between_[row * stride_ + column] = between_[column * stride_ + row] = before + between.m[i][j];
     }
+}
+
+// H W H^T of two constraints; spread: of the first one.
+Mat3 ContactSolver::between(const ContactConstraints& set, const Mat3* spread, const ContactConstraint& one,
+                            const ContactConstraint& other) const {
+  const ContactNode* held = set.nodes + other.first_node;
+  Mat3 sum = spread[compliance_.slot_of_contact_node(other.first_node)];
+  if (other.node_count > 1 || held->weight != 1) {
+    sum = Mat3{};
+    for (std::int32_t w = 0; w < other.node_count; ++w)
+      add_scaled(sum, held[w].weight, spread[compliance_.slot_of_contact_node(other.first_node + w)]);
+  }
+  if (one.framed) sum = one.frame * sum;
+  return other.framed ? times_transposed(sum, other.frame) : sum;
+}
+
+// own: its own block. A row without compliance cannot move (its nodes are fixed along it): it gets no force. leads: constraints share the
+// first row, and bound_joined() tells.
+void ContactSolver::take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads, Rows* rows) {
+  *rows = {{-1, -1, -1}};
+  for (int i = 0; i < 3; ++i) {
+    if (!(constraint.axes >> i & 1u) || (own.m[i][i] <= 0 && !leads)) continue;
+    rows->at[i] = take_row();
+    scale_[rows->at[i]] = leads ? 1 : 1 / std::sqrt(own.m[i][i]);
+  }
+}
+
+// The row that several constraints share, when all of them are in it.
+void ContactSolver::bound_joined(Rows* rows) {
+  const std::int32_t row = rows->at[0];
+  if (row < 0) return;
+  double& own = entry(row, row);
+  own = std::max(own, kLeastOfJoined * most_joined_);
+  scale_[row] = own > 0 ? 1 / std::sqrt(own) : 0;
+  if (!(own > 0)) rows->at[0] = -1, free_row_ = std::min(free_row_, row);
 }
 
 // Fills the rows of constraint p and their columns in H W H^T. False where a number is not finite.
 bool ContactSolver::fill_rows(const ContactConstraints& set, std::int32_t p) {
   const ContactConstraint& constraint = set.constraints[p];
   const Mat3* const spread = spread_of(set, constraint);
-  const auto between = [&](const ContactConstraint& other) {
-    const ContactNode* held = set.nodes + other.first_node;
-    Mat3 sum = spread[compliance_.slot_of_contact_node(other.first_node)];
-    if (other.node_count > 1 || held->weight != 1) {
-      sum = Mat3{};
-      for (std::int32_t w = 0; w < other.node_count; ++w)
-        add_scaled(sum, held[w].weight, spread[compliance_.slot_of_contact_node(other.first_node + w)]);
-    }
-    if (constraint.framed) sum = constraint.frame * sum;
-    return other.framed ? times_transposed(sum, other.frame) : sum;
-  };
-
-  Mat3 own = between(constraint);
+  Mat3 own = between(set, spread, constraint, constraint);
   add_scaled(own, 1, constraint.local);
-  Rows& rows = rows_[p];
-  rows = {{-1, -1, -1}};
-  for (int i = 0; i < 3; ++i) {
-    // A row without compliance cannot move (its nodes are fixed along it): it gets no force.
-    if (!(constraint.axes >> i & 1u) || own.m[i][i] <= 0) continue;
-    if (!std::isfinite(own.m[i][i])) return false;
-    const std::int32_t row = rows.at[i] = take_row();
-    scale_[row] = 1 / std::sqrt(own.m[i][i]);
-  }
-  for (std::int32_t q = 0; q < set.constraint_count; ++q) {
-    if (q != p && rows_[q].at[0] < -1) continue;
-    Mat3 c = q == p ? own : between(set.constraints[q]), of_discs;
-    if (q != p && has_disc(constraint) && has_disc(set.constraints[q])) {
-      of_discs = compliance_between(constraint, set.constraints[q]);
+  std::int32_t first = p;
+  while (set.constraints[first].joined) --first;
+  const bool last = end_of_joined(set.constraints, set.constraint_count, p) == p + 1;
+  if (first == p)
+    take_rows(constraint, own, !last, &rows_[p]);
+  else
+    rows_[p] = {{-1, -1, -1}};
+  most_joined_ = std::max(first == p ? 0 : most_joined_, own.m[0][0]);
+  const Rows& rows = rows_[first];
+  for (std::int32_t q = 0, leads = 0; q < set.constraint_count; ++q) {
+    const ContactConstraint& other = set.constraints[q];
+    if (!other.joined) leads = q;
+    const Rows& columns = rows_[leads];
+    if (columns.at[0] < -1) continue;
+    Mat3 c = q == p ? own : between(set, spread, constraint, other), of_discs;
+    if (q != p && has_disc(constraint) && has_disc(other)) {
+      of_discs = compliance_between(constraint, other);
       add_scaled(c, 1, of_discs);
     }
-    remember_between(rows, rows_[q], of_discs);
+    const bool add = constraint.joined || other.joined;
+    remember_between(rows, columns, of_discs, add);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
-        const std::int32_t row = rows.at[i], column = rows_[q].at[j];
+        const std::int32_t row = rows.at[i], column = columns.at[j];
         if (row < 0 || column < 0) continue;
         // Within one constraint both halves take the upper half's numbers.
-        const double value = q == p && j < i ? c.m[j][i] : c.m[i][j];
+        double value = q == p && j < i ? c.m[j][i] : c.m[i][j];
+        if (add) value += entry(row, column);
         if (!std::isfinite(value)) return false;
         entry(row, column) = entry(column, row) = value;
       }
   }
+  if (last && first != p) bound_joined(&rows_[first]);
   return true;
 }
 
@@ -358,12 +411,15 @@ bool ContactSolver::update(const Tensors& tensors, const ContactConstraints& set
   const auto is_new = [](const Rows& rows) { return rows.at[0] < -1; };
   if (changed_contacts_ > 0) make_room_for_changes(work);
   drop_rows();
-  std::int32_t count = 0;
+  std::int32_t count = 0, first = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     if (!is_new(rows_[p])) continue;
     if (!fill_rows(set, p)) return false;
+    if (!set.constraints[p].joined) first = p;
+    if (end_of_joined(set.constraints, set.constraint_count, p) > p + 1) continue;
     for (int i = 0; i < 3; ++i)
-      if (const std::int32_t row = rows_[p].at[i]; row >= 0) list_[count++] = row, reaction_[row] = carried_[p][i];
+      if (const std::int32_t row = rows_[first].at[i]; row >= 0)
+        list_[count++] = row, reaction_[row] = carried_[first][i];
   }
   if (leaving_count_ > 0 || count > 0) soft_factor_.clear();
   if (!append_rows(list_, count)) return false;
@@ -449,12 +505,14 @@ ContactSolver::Outcome ContactSolver::solve_factored() {
 
 void ContactSolver::take_targets(const ContactConstraints& set) {
   most_target_ = 0;
-  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const Vec3 target = target_of_rows(set, p);
     for (int i = 0; i < 3; ++i)
       if (const std::int32_t row = rows_[p].at[i]; row >= 0) {
-        target_[row] = set.target[p][i];
+        target_[row] = target[i];
         most_target_ = std::max(most_target_, std::fabs(target_[row]));
       }
+  }
 }
 
 void ContactSolver::set_limits(const ContactConstraint* constraints, std::int32_t count) {
@@ -496,9 +554,10 @@ ContactSolver::Outcome ContactSolver::fail(const ContactConstraints& set, Vec3* 
 
 Vec3 ContactSolver::last_displacement(const Tensors& tensors, std::int32_t node) const {
   Vec3 u;
-  for (std::int32_t p = 0; p < kept_constraints_; ++p) {
+  for (std::int32_t p = 0, leads = 0; p < kept_constraints_; ++p) {
     const ContactConstraint& constraint = kept_constraint_[p];
-    const Vec3 sum = force_of(constraint, kept_rows_[p], reaction_);
+    if (!constraint.joined) leads = p;
+    const Vec3 sum = force_of(constraint, kept_rows_[leads], reaction_);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
       const ContactNode& held = kept_node_[e];
       u += held.weight *
@@ -508,13 +567,12 @@ Vec3 ContactSolver::last_displacement(const Tensors& tensors, std::int32_t node)
   return u;
 }
 
-Mat3 ContactSolver::compliance_between_nodes(const ContactConstraints& set, std::int32_t p) const {
-  const ContactConstraint& constraint = set.constraints[p];
-  const std::int32_t end = constraint.first_node + constraint.node_count;
+Mat3 ContactSolver::compliance_between_nodes(const ContactConstraints& set, std::int32_t p, std::int32_t q) const {
+  const ContactConstraint &one = set.constraints[p], &other = set.constraints[q];
   Mat3 sum;
-  for (std::int32_t a = constraint.first_node; a < end; ++a) {
+  for (std::int32_t a = one.first_node; a < one.first_node + one.node_count; ++a) {
     const Mat3* c = compliance_.at(compliance_.slot_of_contact_node(a));
-    for (std::int32_t b = constraint.first_node; b < end; ++b)
+    for (std::int32_t b = other.first_node; b < other.first_node + other.node_count; ++b)
       add_scaled(sum, set.nodes[a].weight * set.nodes[b].weight, c[compliance_.slot_of_contact_node(b)]);
   }
   return sum;
@@ -678,12 +736,15 @@ void ContactSolver::measure_between_discs(const double* reaction, double* moved)
 }
 
 // J: what reactions of constraint p do on its local part, which moves no node of the mesh.
-double ContactSolver::work_on_local(const ContactConstraint& constraint, std::int32_t p, const double* reaction) const {
+double ContactSolver::work_on_local(const ContactConstraints& set, std::int32_t p, const double* reaction) const {
   double work = 0;
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
       if (const std::int32_t i = rows_[p].at[a], j = rows_[p].at[b]; i >= 0 && j >= 0)
-        work += reaction[i] * constraint.local.m[a][b] * reaction[j];
+        work += reaction[i] * set.constraints[p].local.m[a][b] * reaction[j];
+  const std::int32_t row = rows_[p].at[0], end = end_of_joined(set.constraints, set.constraint_count, p);
+  for (std::int32_t q = p + 1; row >= 0 && q < end; ++q)
+    work += reaction[row] * set.constraints[q].local.m[0][0] * reaction[row];
   return work;
 }
 
@@ -705,9 +766,9 @@ ReactionNorms ContactSolver::bound_norms(const ContactConstraints& set, Constrai
         own += reaction_[i] * entry(i, j) * reaction_[j];
         own_change += change[i] * entry(i, j) * change[j];
       }
-    const double local = work_on_local(set.constraints[p], p, reaction_);
+    const double local = work_on_local(set, p, reaction_);
     if (!couples()) offered -= local;  // else what discs share may be less than the sum of their parts, but not below 0
-    own -= local, own_change -= work_on_local(set.constraints[p], p, change);
+    own -= local, own_change -= work_on_local(set, p, change);
     each[p].own = std::sqrt(std::max(0.0, own));
     if (each[p].kept) each[p].own_change = std::sqrt(std::max(0.0, own_change));
     sum += each[p].own;
@@ -744,8 +805,8 @@ ReactionNorms ContactSolver::measure_norms(const ContactConstraints& set, Constr
         own += reaction_[i] * entry(i, j) * reaction_[j];
         own_change += change[i] * entry(i, j) * change[j];
       }
-    const double local = work_on_local(set.constraints[p], p, reaction_);
-    const double changed = work_on_local(set.constraints[p], p, change);
+    const double local = work_on_local(set, p, reaction_);
+    const double changed = work_on_local(set, p, change);
     each[p].work -= local, local_change += changed;
     each[p].own = std::sqrt(std::max(0.0, own - local));
     each[p].own_change = std::sqrt(std::max(0.0, own_change - changed));
@@ -810,6 +871,7 @@ void ContactSolver::measure_laws(const ContactSystem& laws) {
 }
 
 Vec3 ContactSolver::reaction(std::int32_t p) const {
+  while (kept_constraint_[p].joined) --p;
   Vec3 r;
   for (int i = 0; i < 3; ++i)
     if (const std::int32_t row = rows_[p].at[i]; row >= 0) r[i] = reaction_[row];
@@ -833,9 +895,10 @@ Vec3 ContactSolver::force_of(const ContactConstraint& constraint, const Rows& ro
 // f = H^T r: adds the reactions of the rows to the forces of their contact nodes.
 void ContactSolver::spread_reactions(const ContactConstraint* constraints, const Rows* rows, std::int32_t count,
                                      const ContactNode* nodes, const double* reaction, Vec3* force) {
-  for (std::int32_t p = 0; p < count; ++p) {
+  for (std::int32_t p = 0, leads = 0; p < count; ++p) {
     const ContactConstraint& constraint = constraints[p];
-    const Vec3 sum = force_of(constraint, rows[p], reaction);
+    if (!constraint.joined) leads = p;
+    const Vec3 sum = force_of(constraint, rows[leads], reaction);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
       force[e] += nodes[e].weight * sum;
   }
@@ -1057,8 +1120,8 @@ void ContactSolver::decide_by_laws(const ContactSystem& laws, const ContactConst
   const Operations nodes = std::min<Operations>(set.node_count, most_shared),
                    to_take = 60 * (nodes * nodes + set.node_count) / kDense,
                    least = operations_to_solve_for(rows_end_, set.constraint_count);
-  // Through the nodes there is no way from one disc to another beyond the mesh.
-  shares_ = !couples() && to_take + least <= work->left() && shared_.take(compliance_, set, used_rows_);
+  // Through the nodes there is no way from one disc to another beyond the mesh, and none to a row that constraints share.
+  shares_ = !couples() && !joins(set) && to_take + least <= work->left() && shared_.take(compliance_, set, used_rows_);
   if (shares_) {
     through.shared = &shared_;
     work->add(shared_.operations_to_take() / kDense);

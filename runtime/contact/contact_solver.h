@@ -109,11 +109,6 @@ class ContactSolver {
   void set_reaction(std::int32_t row, double reaction, double coarse) {
     reaction_[row] = reaction, coarse_[row] = coarse;
   }
-  // m/N, between the first rows of two constraints; 0 where one has none.
-  double compliance(std::int32_t p, std::int32_t q) const {
-    const std::int32_t row = rows_[p].at[0], column = rows_[q].at[0];
-    return row < 0 || column < 0 ? 0 : matrix_row(row)[column];
-  }
   // m, of constraint p under the reactions that are set, along the rows of its frame.
   Vec3 reached(std::int32_t p) const;
 
@@ -157,7 +152,8 @@ class ContactSolver {
   }
   const double* last_start() const { return last_; }
 
-  // Of constraint p of the last solve, in its frame: the reactions of its rows (N), and by how much they miss their targets (m).
+  // Of constraint p of the last solve, in its frame: the reactions of its rows (N), of a joined one those of the rows that it shares; and by
+  // how much its own rows miss their targets (m).
   Vec3 reaction(std::int32_t p) const;
   Vec3 missed(const ContactConstraints& set, std::int32_t p) const {
     return palpate::missed(system(set.constraints, set.constraint_count), reaction_, p);
@@ -179,9 +175,9 @@ class ContactSolver {
   // m, of any surface node under the reactions of the last solve, also after palpate_scene_restore. Cost: an entry of the tensors for each
   // of its contact nodes.
   Vec3 last_displacement(const Tensors& tensors, std::int32_t node) const;
-  // m/N, of constraint p of the last solve along x, y and z, without its local part: the weighted displacement of its nodes per unit
-  // of a force on them, weighted alike. Cost: 9 multiply-adds for each pair of its nodes.
-  Mat3 compliance_between_nodes(const ContactConstraints& set, std::int32_t p) const;
+  // m/N, of constraints p and q of the last solve along x, y and z, without their local parts: the weighted displacement of the nodes of p
+  // per unit of a force on those of q, weighted alike. Cost: 9 multiply-adds for each pair of their nodes.
+  Mat3 compliance_between_nodes(const ContactConstraints& set, std::int32_t p, std::int32_t q) const;
   // m, of contact node e of the last solve, under the forces of all of them. Cost: 9 multiply-adds for each.
   Vec3 displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const;
 
@@ -219,9 +215,14 @@ class ContactSolver {
   void keep(const ContactConstraints& set);
   void drop_rows();
   std::int32_t close_up();
+  bool same_with_joined(const ContactConstraints& set, std::int32_t p, std::int32_t k) const;
   const Mat3* spread_of(const ContactConstraints& set, const ContactConstraint& constraint);
+  Mat3 between(const ContactConstraints& set, const Mat3* spread, const ContactConstraint& one,
+               const ContactConstraint& other) const;
+  void take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads, Rows* rows);
+  void bound_joined(Rows* rows);
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
-  void remember_between(const Rows& rows, const Rows& columns, const Mat3& between);
+  void remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add);
   void measure_between_discs(const double* reaction, double* moved) const;
   void write_scaled(const std::int32_t* rows, std::int32_t count, double shift, UpdatedCholesky* factor);
   bool append_rows(const std::int32_t* rows, std::int32_t count);
@@ -270,7 +271,7 @@ class ContactSolver {
   std::int64_t hold_others_to_laws(std::int32_t tool, std::int32_t point, std::int64_t most, double* left);
   void measure_residual();
   double norm_of(const double* reaction) const;
-  double work_on_local(const ContactConstraint& constraint, std::int32_t p, const double* reaction) const;
+  double work_on_local(const ContactConstraints& set, std::int32_t p, const double* reaction) const;
   Operations squared_rows() const { return Operations{rows_end_} * rows_end_; }
 
   NodeCompliance compliance_;
@@ -314,6 +315,7 @@ class ContactSolver {
   std::int32_t changed_contacts_ = 0;  // that have new rows or none any more
   Mat3* spread_ = nullptr;             // [node_capacity] H C of the constraint whose rows are being filled
 
+  double most_joined_ = 0;     // m/N, while rows are filled: the largest compliance of one of those that share a row
   Rows* rows_ = nullptr;       // [constraint_capacity] of this step
   bool* is_kept_ = nullptr;    // [constraint_capacity] its rows were there in the last step
   bool* stayed_ = nullptr;     // [constraint_capacity] the same, of the first solve of a step

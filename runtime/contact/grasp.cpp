@@ -161,7 +161,7 @@ bool Grasps::slips(std::int32_t t, const Tool& tool, const ContactSolver& solver
   Mat3 stiffness, own;
   for (const GraspPatch& patch : grasp.patches) {
     if (patch.rows_of < 0) continue;
-    own = solver.compliance_between_nodes(rows.set(), patch.rows_of);
+    own = solver.compliance_between_nodes(rows.set(), patch.rows_of, patch.rows_of);
     add_scaled(own, 1, patch.local[0]);
     for (int j = 0; j < 3; ++j) {
       const Vec3 column = solve3(own, {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0});

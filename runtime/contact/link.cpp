@@ -13,8 +13,8 @@ namespace {
 constexpr double kFarthest = 1e6;  // m, as palpate.h states
 // A line that turned by less (0.1 milliradian) keeps its row: the force is then off by a ten-thousandth across the line.
 constexpr double kTurned = 1 - 0.5e-8;
-// Of the length that would make the tensions of two neighbours on one thread equal, if each link were alone, a step moves this share.
-constexpr double kRunsOn = 0.5;
+// The same of a part of a thread, as a share of its tension, and the least share that it exerts.
+constexpr double kTurnedShare = 1e-4, kLeastShare = 1e-3;
 
 bool is_known(int kind, int last) {
   return kind >= 1 && kind <= last;
@@ -33,17 +33,6 @@ void find_disc(const DiscSource& source, const SurfacePoint& place, double radiu
   to->count = disc.count, to->local = disc.local, to->disc = disc.disc;
   std::copy(disc.node, disc.node + disc.count, to->node);
   std::copy(disc.weight, disc.weight + disc.count, to->weight);
-}
-
-// m/N, along the link's line.
-double softness_along(const Link& link) {
-  return dot(link.along, link.own * link.along) + link.softness();
-}
-
-// N; of a slack part below zero: the tension at which its slack would be gone.
-double pull_of(const Link& link, double softness) {
-  if (link.taut) return link.state.tension;
-  return std::min(0.0, (length(link.apart()) - link.rest_length) / softness);
 }
 
 }  // namespace
@@ -93,9 +82,10 @@ bool is_same_link(const palpate_link& a, const palpate_link& b) {
 
 void start_link(Link& link, const palpate_link& given, std::int32_t index) {
   link.given = given;
-  link.along = {}, link.rest_length = given.rest_length, link.own = Mat3{}, link.taut = 0, link.row_of = -1;
+  link.along = link.pull = {}, link.share = 1, link.rest_length = given.rest_length, link.own = Mat3{}, link.taut = 0,
+  link.row_of = -1;
   for (LinkEnd& end : link.ends) end.driven = end.moved = {};
-  link.fresh = 1, link.before = PALPATE_LINK_SLACK, link.path = -INFINITY, link.uneven = 0, link.share = 1;
+  link.fresh = 1, link.before = PALPATE_LINK_SLACK, link.path = -INFINITY;
   link.state = {};
   link.state.id = id_of(given, index);
   link.state.rest_length = given.rest_length;
@@ -104,7 +94,7 @@ void start_link(Link& link, const palpate_link& given, std::int32_t index) {
 void continue_link(Link& link, const Link& known) {
   const palpate_link given = link.given;
   link = known;
-  link.rest_length = std::max(0.0, known.rest_length + given.rest_length - known.given.rest_length);
+  link.rest_length = known.rest_length + given.rest_length - known.given.rest_length;
   link.given = given;
 }
 
@@ -143,23 +133,24 @@ Vec3 driven_by(const Motions& motions, const LinkSurface& surface, const palpate
 
 // ---- a step ----------------------------------------------------------------------------------------------------------
 
-bool link_acts(const Link& link) {
-  if (link.state.condition == PALPATE_LINK_BROKEN || link.ends[0].count + link.ends[1].count == 0) return false;
-  if (link.given.kind != PALPATE_LINK_THREAD) return true;
-  return link.taut || (link.fresh && length(link.apart()) > link.rest_length);
-}
-
 // The line between the ends as the last step left them, corrected for what the link's own force does there. Without the link the ends
 // would be y = x + T C t apart. With it they are x = (L + T/k) t apart in the end, so that t is along (L + T/k + T C)^-1 y. To follow
 // the line of x itself does not converge where T C is large against L.
 void turn_link(Link& link) {
+  if (const double share = length(link.pull); share > 0) {
+    const double least = std::max(kLeastShare, std::min(1.0, share));
+    if (length(link.pull - link.share * link.along) > kTurnedShare)
+      link.along = unit_or_zero(link.pull), link.share = least;
+    return;
+  }
+  link.share = 1;
   const double pull = std::max(0.0, link.state.tension);
   Vec3 line = link.apart();
   if (pull > 0) {
     Mat3 system;
     add_scaled(system, pull, link.own);
     line += system * link.along;
-    for (int i = 0; i < 3; ++i) system.m[i][i] += link.rest_length + pull * link.softness();
+    for (int i = 0; i < 3; ++i) system.m[i][i] += std::max(0.0, link.rest_length + pull * link.softness());
     line = solve3(system, line);
   }
   const Vec3 along = is_finite(line) ? unit_or_zero(line) : Vec3{};
@@ -169,15 +160,31 @@ void turn_link(Link& link) {
     link.along = along;
 }
 
+Vec3 turned(const Link& link, double tension, Vec3 last) {
+  constexpr int kRounds = 3;  // the length follows within some per cent
+  Vec3 pull = last, gap = link.gap;
+  for (int round = 0; round < kRounds; ++round) {
+    Mat3 system;
+    add_scaled(system, tension, link.own);
+    const Vec3 line = link.gap + system * last;
+    for (int i = 0; i < 3; ++i) system.m[i][i] += length(gap);
+    const Vec3 next = solve3(system, line);
+    if (!is_finite(next)) return last;
+    pull = length(next) > 1 ? unit_or_zero(next) : next;
+    gap = link.gap - link.own * (tension * (pull - last));
+  }
+  return pull;
+}
+
 LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart) {
   const bool clip = link.given.kind == PALPATE_LINK_CLIP;
   LinkWish wish;
-  wish.link = index, wish.ends = link.ends, wish.softness = link.softness();
+  wish.link = wish.thread = index, wish.ends = link.ends, wish.softness = link.softness();
   wish.law = link.given.kind == PALPATE_LINK_THREAD ? ContactLaw::unilateral
              : clip                                 ? ContactLaw::sticking
                                                     : ContactLaw::sliding;
-  wish.along = link.along;
-  wish.target = clip ? apart : Vec3{dot(link.along, apart) - link.rest_length, 0, 0};
+  wish.along = link.along, wish.share = link.share;
+  wish.target = clip ? apart : Vec3{link.share * dot(link.along, apart) - link.rest_length, 0, 0};
   return wish;
 }
 
@@ -187,14 +194,14 @@ void slacken_link(Link& link) {
   if (link.state.condition != PALPATE_LINK_BROKEN) link.state.condition = PALPATE_LINK_SLACK;
 }
 
-std::uint32_t read_reaction(Link& link, Vec3 reaction, std::uint64_t step) {
+std::uint32_t read_reaction(Link& link, Vec3 reaction, bool may_break, std::uint64_t step) {
   const bool clip = link.given.kind == PALPATE_LINK_CLIP;
-  const Vec3 pull = clip ? reaction : reaction.x * link.along;
+  const Vec3 pull = clip ? reaction : (link.share * reaction.x) * link.along;
   link.state.tension = clip ? length(reaction) : reaction.x;
   store3(pull, link.state.force);
   link.taut = link.state.tension > 0;
   if (link.taut || link.given.kind != PALPATE_LINK_THREAD) link.state.condition = PALPATE_LINK_TAUT;
-  if (!(std::fabs(link.state.tension) > link.given.breaking_force)) return 0;
+  if (!may_break || !(std::fabs(link.state.tension) > link.given.breaking_force)) return 0;
   link.state.condition = PALPATE_LINK_BROKEN, link.state.broken = step;
   return PALPATE_STEP_LINK_BROKE;
 }
@@ -211,25 +218,6 @@ Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t f
     moved += end.weight[v] * u;
   }
   return is_finite(moved) ? moved : Vec3{};
-}
-
-void run_on(Link& one, Link& next) {
-  const bool ended = one.state.condition == PALPATE_LINK_BROKEN, begins = next.state.condition == PALPATE_LINK_BROKEN;
-  if (ended || begins) {
-    // Nothing holds the thread where it is broken: it runs out of the part beside, whose tension falls by half in each step.
-    Link& whole = ended ? next : one;
-    if (ended != begins && whole.taut) whole.rest_length += kRunsOn * whole.state.tension * softness_along(whole);
-    return;
-  }
-  if (!(one.taut || next.taut)) return;
-  // A part that was never taut has no line yet; it counts as soft as its neighbour.
-  double a = softness_along(one), b = softness_along(next);
-  if (length(one.along) == 0) a = b;
-  if (length(next.along) == 0) b = a;
-  if (!(a > 0 && b > 0)) return;
-  double way = kRunsOn * (pull_of(one, a) - pull_of(next, b)) / (1 / a + 1 / b);
-  way = std::clamp(way, -one.rest_length, next.rest_length);
-  one.rest_length += way, next.rest_length -= way;
 }
 
 }  // namespace palpate

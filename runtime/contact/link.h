@@ -3,6 +3,8 @@
 // end against the other.
 //     t . (u_a - u_b) + (1/k) T = t . (b - a) - L      a, b: the ends at rest; t: unit, from a to b; L: rest length; T: tension
 // A thread is unilateral, T >= 0; a slack one has no row. A clip has three rows, with b - a as its target.
+// A thread that runs on through several places slides there without friction: its parts have one tension, and one row holds the sum of
+// their lengths.
 // All places of a link are in one frame: that of its organ, or the world's for links between organs.
 #pragma once
 
@@ -19,23 +21,23 @@ namespace palpate {
 
 // What a link is and what the steps have left of it: a saved state holds all of it.
 struct Link {
-  static constexpr double kLeastShare = 1.0 / 32,
-                          kOnward = 1.1;  // of `share`: the least, and how it grows while tensions come nearer
   palpate_link given = {};
   LinkEnd ends[2];
-  Vec3 along;                // unit, t; zero: not known yet
-  double rest_length = 0;    // m, L
-  Mat3 own;                  // m/N, the compliance of one end against the other in the last step that had its row
+  Vec3 along;        // unit, t; zero: not known yet
+  double share = 1;  // of the tension that a part of a thread exerts: less than 1 where its places have come together
+  Vec3
+      pull;  // of a part, what `share along` becomes in the next step; zero: what follows from the line between its ends
+  Vec3 gap;  // m, while lines turn: from one place to the other
+  double rest_length =
+      0;     // m, L; of a part of a thread what lies between its places without tension: the sum is the thread's
+  Mat3 own;  // m/N, the compliance of one end against the other in the last step that had its row
   std::int32_t taut = 0;     // its tension was above zero in the last step
-  std::int32_t row_of = -1;  // its constraint in this step
+  std::int32_t row_of = -1;  // its constraint in this step, that of a part of a thread joined to the one before
   std::int32_t fresh = 0;    // its ends are where the last step left them
   palpate_link_condition before = PALPATE_LINK_SLACK;  // the step before
   double reach =
       0;  // m / sqrt(J): a field of that norm moves one end against the other at most by reach norm (surface_tree.h)
-  double path = 0;    // sqrt(J), of the field's changes, when its ends were found
-  double uneven = 0;  // N, by how much its tension was above that of its whole thread
-  double share =
-      1;  // of a thread's first part: of the lengths that would make its tensions equal, the share that moved
+  double path = 0;  // sqrt(J), of the field's changes, when its ends were found
   palpate_link_state state = {};
 
   // m, from the first end to the second one.
@@ -83,16 +85,18 @@ void find_link_end(const LinkSurface& surface, const palpate_link_end& from, dou
 // m, in the organ's frame: by how much the motions move an end now.
 Vec3 driven_by(const Motions& motions, const LinkSurface& surface, const palpate_link_end& given, const LinkEnd& end);
 
-// Whether the link asks for rows. A slack thread does where the last step has stretched it.
-bool link_acts(const Link& link);
+// Whether contacts can move an end of it.
+inline bool has_nodes(const Link& link) {
+  return link.ends[0].count + link.ends[1].count > 0;
+}
 // Takes the line for this step's rows.
 void turn_link(Link& link);
 // Its rows, in its frame. apart: m, the way from the first end to the second one where no contact moves them.
 LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart);
 // Before the solution is read: the link bears nothing.
 void slacken_link(Link& link);
-// reaction: N, of its rows. Returns step flags: whether the link breaks.
-std::uint32_t read_reaction(Link& link, Vec3 reaction, std::uint64_t step);
+// reaction: N, of its rows. Returns step flags: whether the link breaks, which it does where it may.
+std::uint32_t read_reaction(Link& link, Vec3 reaction, bool may_break, std::uint64_t step);
 // What the contacts of a step did to the tissue: their nodes, N and m of each.
 struct SolvedContacts {
   const Tensors& tensors;
@@ -103,58 +107,114 @@ struct SolvedContacts {
 // m: by how much they have moved an end; zero where that is not finite. first: its first node among theirs; -1: the link has no rows.
 // Cost: for each node of the end 9 multiply-adds for each contact node.
 Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first);
-// Lets two neighbours on one thread share its length, of which one is slack or broken.
-void run_on(Link& one, Link& next);
 
-// Lets the `count` parts of one thread, which all have rows, share its length. With A the compliance between their rows, changes dL of their
-// lengths change the tensions T by -A^-1 dL. So dL = A (T - t), t the same for all, makes them equal to t; the sum of dL is zero.
-// Where contacts hold the tissue beside, that is too much: where the tensions turn back, a smaller share of dL moves.
-// part(i): Link&; compliance(i, j): m/N. Cost: two entries for each pair of parts.
-template <class Part, class Compliance>
-void share_length(std::int32_t count, const Part& part, const Compliance& compliance) {
-  double sum = 0, whole = 0;
-  for (std::int32_t i = 0; i < count; ++i)
-    for (std::int32_t j = 0; j < count; ++j) {
-      const double c = compliance(i, j);
-      sum += c * part(j).state.tension, whole += c;
+// What turn() of a thread makes of one part; last: its share times its line.
+Vec3 turned(const Link& link, double tension, Vec3 last);
+
+// Links first .. end - 1 of a list, each of which but the last runs on into the next one; most links are alone. at(i): Link&.
+template <class LinkAt>
+struct Thread {
+  // Share of its length by which a thread counts as missed. Columns in half precision round by 5e-4.
+  static constexpr double kMissed = 1e-3;
+  LinkAt at;
+  std::int32_t first, end;
+
+  Thread(LinkAt link_at, std::int32_t begin, std::int32_t count) : at(link_at), first(begin), end(begin) {
+    while (end < count && at(end++).given.runs_on) {
     }
-  if (!(whole > 0) || !std::isfinite(sum)) return;
-  const double level = sum / whole;
-  double agrees = 0;
-  for (std::int32_t i = 0; i < count; ++i) {
-    const double uneven = part(i).state.tension - level;
-    agrees += uneven * part(i).uneven, part(i).uneven = uneven;
   }
-  double& share = part(0).share;
-  share = agrees < 0 ? std::max(Link::kLeastShare, 0.5 * share) : std::min(1.0, Link::kOnward * share);
-  const auto way_of = [&](std::int32_t i) {
-    double way = 0;
-    for (std::int32_t j = 0; j < count; ++j) way += compliance(i, j) * part(j).uneven;
-    return way;
-  };
-  double within = share;  // no length falls below zero
-  for (std::int32_t i = 0; i < count; ++i)
-    if (const double way = way_of(i); - way * within > part(i).rest_length) within = part(i).rest_length / -way;
-  for (std::int32_t i = 0; i < count; ++i)
-    part(i).rest_length = std::max(0.0, part(i).rest_length + within * way_of(i));
-}
-
-// A step of all threads in a list of `count` links. link(i): Link&; compliance(i, j): m/N, between the rows of two links that have some.
-template <class LinkAt, class Compliance>
-void run_threads(std::int32_t count, const LinkAt& link, const Compliance& compliance) {
-  const auto runs = [&](std::int32_t i) {
-    return i + 1 < count && link(i).given.runs_on && link(i).row_of >= 0 && link(i + 1).row_of >= 0 &&
-           link(i).state.condition != PALPATE_LINK_BROKEN && link(i + 1).state.condition != PALPATE_LINK_BROKEN;
-  };
-  for (std::int32_t first = 0, end = 0; first < count; first = end) {
-    for (end = first + 1; runs(end - 1);) ++end;
-    if (end - first > 1)
-      share_length(
-          end - first, [&](std::int32_t i) -> Link& { return link(first + i); },
-          [&](std::int32_t i, std::int32_t j) { return compliance(first + i, first + j); });
-    if (end < count && link(end - 1).given.runs_on) run_on(link(end - 1), link(end));
+  std::int32_t parts() const { return end - first; }
+  double rest_length() const {
+    double sum = 0;
+    for (std::int32_t i = first; i < end; ++i) sum += at(i).rest_length;
+    return sum;
   }
-  for (std::int32_t i = 0; i < count; ++i) link(i).state.rest_length = link(i).rest_length;
+  // The host has given lengths anew: the sum does not fall below zero.
+  void keep_length() const {
+    const double below = std::min(0.0, rest_length());
+    for (std::int32_t i = first; i < end && below < 0; ++i) at(i).rest_length -= below / parts();
+  }
+  bool is_broken() const {
+    for (std::int32_t i = first; i < end; ++i)
+      if (at(i).state.condition == PALPATE_LINK_BROKEN) return true;
+    return false;
+  }
+  // Whether it asks for rows. A slack thread does where the last step has stretched it. One that is broken runs out of all its places.
+  bool acts() const {
+    double length_now = 0;
+    bool holds = false, fresh = true, taut = false;
+    for (std::int32_t i = first; i < end; ++i) {
+      const Link& link = at(i);
+      holds = holds || has_nodes(link);
+      fresh = fresh && link.fresh, taut = taut || link.taut;
+      length_now += length(link.apart());
+    }
+    if (!holds || is_broken()) return false;
+    return at(first).given.kind != PALPATE_LINK_THREAD || taut || (fresh && length_now > rest_length());
+  }
+  // The row's target besides that of its parts with nodes, m, and what these do not give way by, m/N.
+  void add_parts_without_nodes(LinkWish* lead) const {
+    for (std::int32_t i = first; i < end; ++i) {
+      if (has_nodes(at(i))) continue;
+      lead->target.x += dot(at(i).along, at(i).apart()) - at(i).rest_length, lead->softness += at(i).softness();
+    }
+  }
+  // When its ends have moved without a row: what a broken thread has run out of its other parts.
+  void run_out() const {
+    for (std::int32_t i = first; i < end && parts() > 1; ++i)
+      if (at(i).state.condition != PALPATE_LINK_BROKEN)
+        at(i).rest_length = std::max(at(i).rest_length, length(at(i).apart()));
+  }
+  // Reads the reaction of its rows, N, after slacken_link(). Returns step flags: of its parts the weakest one breaks.
+  std::uint32_t read(Vec3 reaction, std::uint64_t step) const {
+    std::uint32_t flags = 0;
+    std::int32_t weakest = first;
+    for (std::int32_t i = first; i < end; ++i)
+      if (at(i).given.breaking_force < at(weakest).given.breaking_force) weakest = i;
+    for (std::int32_t i = first; i < end; ++i) flags |= read_reaction(at(i), reaction, i == weakest, step);
+    return flags;
+  }
+  // When its ends have moved under the tension T of its row: the line of each part for the next step. Places that a thread runs through act on
+  // one another, so that the parts turn one after the other, each where those before it have left its places:
+  //     (l + T C) p = x + T C p_last,   l = |x'|, x' = x - T C (p - p_last).
+  // Where its places are apart, p becomes the unit vector between them. Where they have come together, p is shorter: the force that holds them
+  // so. For a constant T each turn brings the energy nearer to its least (docs/method.md, section 15).
+  // between(i, j): m/N, of part i by a force on part j; parts with nodes only. Cost: two of them for each pair of parts.
+  template <class Between>
+  void turn(const Between& between) const {
+    const double tension = at(first).state.tension;
+    for (std::int32_t i = first; i < end; ++i) at(i).gap = at(i).apart(), at(i).pull = Vec3{};
+    for (std::int32_t i = first; i < end && parts() > 1 && tension > 0; ++i) {
+      Link& link = at(i);
+      if (!has_nodes(link)) continue;
+      const Vec3 last = link.share * link.along;
+      link.pull = turned(link, tension, last);
+      for (std::int32_t j = first; j < end; ++j)
+        if (has_nodes(at(j))) at(j).gap = at(j).gap - between(j, i) * (tension * (link.pull - last));
+    }
+  }
+  // When its ends have moved under the tension of its row: what lies between its places. The sum stays. Returns whether its tension misses the
+  // sum, as where no tension makes the thread shorter.
+  bool slides_short() const {
+    if (parts() == 1) return false;
+    double missed = -rest_length(), whole = 0;
+    for (std::int32_t i = first; i < end; ++i) {
+      Link& link = at(i);
+      link.rest_length = link.share * dot(link.along, link.apart()) - link.state.tension * link.softness();
+      missed += link.rest_length, whole += length(link.apart());
+    }
+    for (std::int32_t i = first; i < end; ++i) at(i).rest_length -= missed / parts();
+    return at(first).taut && std::fabs(missed) > kMissed * whole;
+  }
+};
+// each(thread) of all threads in a list of `count` links.
+template <class LinkAt, class Each>
+void for_threads(std::int32_t count, const LinkAt& at, const Each& each) {
+  for (std::int32_t first = 0; first < count;) {
+    const Thread<LinkAt> thread(at, first, count);
+    each(thread);
+    first = thread.end;
+  }
 }
 
 }  // namespace palpate

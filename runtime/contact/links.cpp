@@ -16,6 +16,12 @@ constexpr double kBoundFactor = 1.1, kLeastSlack = 1e-6;
 
 }  // namespace
 
+template <class Each>
+void Links::for_threads(const Each& each) const {
+  palpate::for_threads(
+      count_, [this](std::int32_t i) -> Link& { return links_[i]; }, each);
+}
+
 bool Links::create(SceneMemory& memory, const Source& source, std::int32_t capacity) {
   source_ = source, capacity_ = capacity;
   links_ = memory.array<Link>(static_cast<std::size_t>(capacity));
@@ -80,6 +86,7 @@ palpate_status Links::set(const palpate_link* links, std::int32_t count, palpate
   }
   std::swap(links_, coming_);
   count_ = count;
+  for_threads([](const auto& thread) { thread.keep_length(); });
   return succeed(error);
 }
 
@@ -137,29 +144,38 @@ std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const 
       for (LinkEnd& end : link.ends) end.moved = last_move(end, tensors, solver);
       link.fresh = 1, link.path = path_;
     }
-    act += link_acts(link);
   }
+  for_threads([&](const auto& thread) {
+    for (std::int32_t i = thread.first; thread.acts() && i < thread.end; ++i) act += has_nodes(links_[i]);
+  });
   return act;
 }
 
 std::uint32_t Links::request(ContactRows& rows, ContactAdmission& admission) {
   std::uint32_t flags = 0;
-  for (std::int32_t i = 0; i < count_; ++i) {
-    Link& link = links_[i];
-    if (!link_acts(link)) continue;
-    if (link.given.kind != PALPATE_LINK_CLIP) turn_link(link);
-    // Of an end on nodes, Motions::acting() takes what the motions do.
-    const auto unmoved = [&](const LinkEnd& end) { return end.count > 0 ? end.rest : end.rest + end.driven; };
-    const LinkWish wish = link_wish(link, i, unmoved(link.ends[1]) - unmoved(link.ends[0]));
-    link.row_of = rows.add_link(wish);
-    if (link.row_of < 0) {
-      flags |= PALPATE_STEP_CONTACTS_DROPPED;
-      continue;
+  for_threads([&](const auto& thread) {
+    if (!thread.acts()) return;
+    const std::int32_t before = rows.set().constraint_count;
+    std::int32_t first = -1;
+    bool made = true, deferred = false;
+    for (std::int32_t i = thread.first; i < thread.end; ++i)
+      if (links_[i].given.kind != PALPATE_LINK_CLIP) turn_link(links_[i]);
+    for (std::int32_t i = thread.first; i < thread.end; ++i) {
+      Link& link = links_[i];
+      if (!has_nodes(link)) continue;
+      // Of an end on nodes, Motions::acting() takes what the motions do.
+      const auto unmoved = [&](const LinkEnd& end) { return end.count > 0 ? end.rest : end.rest + end.driven; };
+      LinkWish wish = link_wish(link, i, unmoved(link.ends[1]) - unmoved(link.ends[0]));
+      wish.thread = thread.first, wish.joined = first >= 0;
+      if (first < 0) thread.add_parts_without_nodes(&wish), first = i;
+      link.row_of = rows.add_link(wish);
+      made = made && link.row_of >= 0;
     }
-    bool deferred = false;
-    if (!admission.admit(link.row_of, false, &deferred)) link.row_of = -1;
+    if (!made) flags |= PALPATE_STEP_CONTACTS_DROPPED, rows.take_back(before);
+    if (made && admission.admit(before, false, &deferred)) first = -1;
     if (deferred) flags |= PALPATE_STEP_WORK_DEFERRED;
-  }
+    for (std::int32_t i = thread.first; i < thread.end && first >= 0; ++i) links_[i].row_of = -1;
+  });
   return flags;
 }
 
@@ -170,39 +186,60 @@ Vec3 Links::last_move(const LinkEnd& end, const Tensors& tensors, const ContactS
 }
 
 Operations Links::operations_to_end(std::int32_t contact_nodes) const {
-  Operations nodes = 0, act = 0;
-  for (std::int32_t i = 0; i < count_; ++i)
-    if (links_[i].row_of >= 0) ++act, nodes += links_[i].ends[0].count + links_[i].ends[1].count;
-  return 20 * act + 3 * nodes * contact_nodes;
+  Operations nodes = 0, act = 0, turning = 0;
+  for_threads([&](const auto& thread) {
+    Operations of_thread = 0;
+    for (std::int32_t i = thread.first; i < thread.end; ++i)
+      if (links_[i].row_of >= 0) ++act, of_thread += links_[i].ends[0].count + links_[i].ends[1].count;
+    nodes += of_thread;
+    if (thread.parts() > 1) turning += 9 * of_thread * of_thread / kDense;
+  });
+  return 20 * act + 3 * nodes * contact_nodes + turning;
 }
 
 std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
                          const ContactSolver& solver, bool solved, std::uint64_t step) {
   std::uint32_t flags = 0;
   const bool known = walk(set, solver, solved);
-  for (std::int32_t i = 0; i < count_; ++i) {
-    Link& link = links_[i];
-    if (source_.motions && source_.motions->holds_volumes()) drive(link);
-    const bool rests = known && may_rest(i);
-    slacken_link(link);
-    if (!solved) link.row_of = -1;
-    if (link.row_of >= 0) {
-      flags |= read_reaction(link, solver.reaction(link.row_of), step);
-      link.own = solver.compliance_between_nodes(set, link.row_of);
+  for_threads([&](const auto& thread) {
+    std::int32_t row = -1;
+    for (std::int32_t i = thread.first; i < thread.end; ++i) {
+      Link& link = links_[i];
+      if (source_.motions && source_.motions->holds_volumes()) drive(link);
+      const bool rests = known && may_rest(i);
+      slacken_link(link);
+      if (!solved) link.row_of = -1;
+      row = std::max(row, link.row_of);
+      link.fresh = !rests;
+      if (rests) continue;
+      std::int32_t first = link.row_of < 0 ? -1 : set.constraints[link.row_of].first_node;
+      for (LinkEnd& end : link.ends) {
+        end.moved = moved_by({tensors, set, force, modified, solver}, end, first);
+        if (first >= 0) first += end.count;
+      }
+      if (link.row_of >= 0) link.own = compliance_between(set, solver, i, i);
+      link.path = path_;
     }
-    link.fresh = !rests;
-    if (rests) continue;
-    std::int32_t first = link.row_of < 0 ? -1 : set.constraints[link.row_of].first_node;
-    for (LinkEnd& end : link.ends) {
-      end.moved = moved_by({tensors, set, force, modified, solver}, end, first);
-      if (first >= 0) first += end.count;
+    if (row >= 0) {
+      flags |= thread.read(solver.reaction(row), step);
+      thread.turn([&](std::int32_t j, std::int32_t k) { return compliance_between(set, solver, j, k); });
+      if (thread.slides_short()) flags |= PALPATE_STEP_REGULARISED;
+    } else if (thread.is_broken()) {
+      thread.run_out();
     }
-    link.path = path_;
-  }
-  run_threads(
-      count_, [&](std::int32_t i) -> Link& { return links_[i]; },
-      [&](std::int32_t i, std::int32_t j) { return solver.compliance(links_[i].row_of, links_[j].row_of); });
+    for (std::int32_t i = thread.first; i < thread.end; ++i)
+      links_[i].state.rest_length = std::max(0.0, links_[i].rest_length);
+  });
   return flags;
+}
+
+// m/N, of the ends of link j against one another by a force on those of link k, without their shares.
+Mat3 Links::compliance_between(const ContactConstraints& set, const ContactSolver& solver, std::int32_t j,
+                               std::int32_t k) const {
+  Mat3 sum;
+  add_scaled(sum, 1 / (links_[j].share * links_[k].share),
+             solver.compliance_between_nodes(set, links_[j].row_of, links_[k].row_of));
+  return sum;
 }
 
 const palpate_link_state* Links::state(std::int32_t i, const Tensors& tensors, const ContactSolver& solver) const {

@@ -49,6 +49,10 @@ class Links {
   double reach_of(const LinkEnd& end) const;
   void drive(Link& link) const;
   static Vec3 last_move(const LinkEnd& end, const Tensors& tensors, const ContactSolver& solver);
+  template <class Each>
+  void for_threads(const Each& each) const;
+  Mat3 compliance_between(const ContactConstraints& set, const ContactSolver& solver, std::int32_t j,
+                          std::int32_t k) const;
   bool in_chain(std::int32_t i) const;
   bool may_rest(std::int32_t i) const;
   double longest(const Link& link) const;

@@ -39,20 +39,27 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
     const ContactConstraints& set = *organs[o].set;
     std::fill(row_of(o), row_of(o) + solver.rows_end(), -1);
     for (std::int32_t p = 0; p < set.constraint_count && set.constraints[p].tool < kToolOfPairs; ++p) {
+      const Vec3 target = target_of_rows(set, p);
       constraints_[constraint_count_] = set.constraints[p];
       RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
       for (int i = 0; i < 3; ++i)
         if (const std::int32_t row = solver.rows_of(p).at[i]; row >= 0)
-          rows.at[i] = row_of(o)[row] = take_row(set.target[p][i], solver.reaction_of(row));
+          rows.at[i] = row_of(o)[row] = take_row(target[i], solver.reaction_of(row));
     }
   }
+  RowsOfConstraint* first = nullptr;
   for (std::int32_t q = 0; q < pair_count; ++q) {
     const JointPair& pair = pairs[q];
     ContactConstraint& constraint = constraints_[constraint_count_] = ContactConstraint{};
     constraint.law = pair.law, constraint.friction = pair.friction, constraint.share = 1;
     const bool one_row = pair.law == ContactLaw::unilateral || pair.law == ContactLaw::sliding;
-    constraint.axes = one_row ? 1 : 7, constraint.framed = true;
+    constraint.axes = one_row ? 1 : 7, constraint.framed = true, constraint.joined = pair.joined;
     RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
+    if (pair.joined) {
+      join_row(organs, pair, first);
+      continue;
+    }
+    first = &rows;
     for (int i = 0; i < 3; ++i)
       for (int side = 0; side < 2; ++side) {
         if (pair.constraint[side] < 0) continue;
@@ -61,6 +68,36 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
         if (rows.at[i] < 0) rows.at[i] = take_row(pair.target[i], pair.reaction[i]);
         row_of(pair.organ[side])[row] = rows.at[i];
       }
+  }
+}
+
+// The rows of a pair that is joined are that of the first one.
+void JointSolver::join_row(const JointOrgan* organs, const JointPair& pair, RowsOfConstraint* first) {
+  for (int side = 0; side < 2; ++side) {
+    if (pair.constraint[side] < 0) continue;
+    const std::int32_t row = organs[pair.organ[side]].solver->rows_of(pair.constraint[side]).at[0];
+    if (row < 0) continue;
+    if (first->at[0] < 0) target_[rows_end_] = reaction_[rows_end_] = 0, first->at[0] = rows_end_++;
+    row_of(pair.organ[side])[row] = first->at[0];
+  }
+  if (first->at[0] >= 0) target_[first->at[0]] += pair.target.x;
+}
+
+// A row that several pairs share has no less than a share of the largest compliance of one of them alone.
+void JointSolver::bound_joined(const JointOrgan* organs, const JointPair* pairs, std::int32_t pair_count) {
+  const std::int32_t first = constraint_count_ - pair_count;
+  for (std::int32_t q = 0, leads = 0; q < pair_count; ++q) {
+    if (!pairs[q].joined) leads = q;
+    const std::int32_t row = rows_[first + leads].at[0];
+    if (row < 0 || end_of_joined(constraints_, constraint_count_, first + leads) == first + leads + 1) continue;
+    double own = 0;
+    for (int side = 0; side < 2; ++side) {
+      if (pairs[q].constraint[side] < 0) continue;
+      const ContactSolver& solver = *organs[pairs[q].organ[side]].solver;
+      if (const std::int32_t of_organ = solver.rows_of(pairs[q].constraint[side]).at[0]; of_organ >= 0)
+        own += solver.matrix_row(of_organ)[of_organ];
+    }
+    entry(row, row) = std::max(entry(row, row), kLeastOfJoined * own);
   }
 }
 
@@ -81,6 +118,7 @@ void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_coun
   for (std::int32_t q = 0; q < pair_count; ++q)
     for (const std::int32_t row : rows_[constraint_count_ - pair_count + q].at)
       if (row >= 0) entry(row, row) *= 1 + pairs[q].give;
+  bound_joined(organs, pairs, pair_count);
 }
 
 // As ContactSolver does: where rows that do not give way contradict one another, as clips from one place to two, a second solution in which
@@ -135,6 +173,10 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
       if (const std::int32_t joint = row_of(o)[row]; joint >= 0)
         organs[o].solver->set_reaction(row, reaction_[joint], coarse_[joint]);
   for (std::int32_t q = 0; q < pair_count; ++q) {
+    if (pairs[q].joined) {
+      pairs[q].reaction = pairs[q - 1].reaction;
+      continue;
+    }
     const RowsOfConstraint& rows = rows_[constraint_count_ - pair_count + q];
     for (int i = 0; i < 3; ++i) pairs[q].reaction[i] = rows.at[i] < 0 ? 0 : reaction_[rows.at[i]];
   }

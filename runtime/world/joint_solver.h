@@ -21,10 +21,11 @@ struct JointPair {
   std::int32_t constraint[2] = {-1, -1};  // in the organ's set; -1: that side does not move
   ContactLaw law = ContactLaw::unilateral;
   double friction = 0;
-  double give = 0;  // share of its rows' own compliance by which the pair gives way besides
-  Vec3 target;      // m, for the contacts: without what motions do
-  Vec3 reaction;    // N; in: of the last step
-  double gap = 0;   // m, along the normal, when it was solved
+  double give = 0;      // share of its rows' own compliance by which the pair gives way besides
+  bool joined = false;  // its row is that of the pair before, as the parts of one thread have it
+  Vec3 target;          // m, for the contacts: without what motions do
+  Vec3 reaction;        // N; in: of the last step
+  double gap = 0;       // m, along the normal, when it was solved
 };
 
 class JointSolver {
@@ -46,6 +47,8 @@ class JointSolver {
   }
   std::int32_t* row_of(std::int32_t organ) { return row_of_ + static_cast<std::size_t>(organ) * rows_of_organ_; }
   void list_rows(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs, std::int32_t pair_count);
+  void join_row(const JointOrgan* organs, const JointPair& pair, RowsOfConstraint* first);
+  void bound_joined(const JointOrgan* organs, const JointPair* pairs, std::int32_t pair_count);
   void sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
                     std::int32_t pair_count);
   void limit(const ContactSystem& system, double largest, std::int64_t operations);

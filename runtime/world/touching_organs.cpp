@@ -248,6 +248,11 @@ std::uint32_t TouchingOrgans::solve() {
   std::int32_t label[PALPATE_MAX_ORGANS];
   bool touches[PALPATE_MAX_ORGANS] = {};
   for (std::int32_t k = 0; k < organ_count_; ++k) label[k] = k, is_joint_[k] = false;
+  const auto join = [&](std::int32_t a, std::int32_t b) {
+    const std::int32_t one = label[a], other = label[b];
+    for (std::int32_t k = 0; k < organ_count_ && one != other; ++k)
+      if (label[k] == std::max(one, other)) label[k] = std::min(one, other);
+  };
   for (std::int32_t i = 0; i < search_.count() + acting_links_; ++i) {
     if (is_held_pair(i)) {
       pairs_[i].gap = search_.moved_apart(search_.pair(i)).x - search_.target(search_.pair(i)).x;
@@ -255,10 +260,9 @@ std::uint32_t TouchingOrgans::solve() {
       continue;
     }
     const std::int32_t* const organ = pairs_[i].organ;
-    const std::int32_t one = label[organ[0]], other = label[organ[1]];
     touches[organ[0]] = touches[organ[1]] = true;
-    for (std::int32_t k = 0; k < organ_count_ && one != other; ++k)
-      if (label[k] == std::max(one, other)) label[k] = std::min(one, other);
+    join(organ[0], organ[1]);
+    if (pairs_[i].joined) join(organ[0], pairs_[i - 1].organ[0]);
   }
   for (std::int32_t first = 0; first < organ_count_; ++first) {
     std::int32_t members[PALPATE_MAX_ORGANS], count = 0;
@@ -278,13 +282,20 @@ std::uint32_t TouchingOrgans::solve() {
 }
 
 // By how much a link with a force misses its target in the solution. The organs' own solvers take what it has been given for its target.
-bool TouchingOrgans::is_missed(const JointPair& link) const {
+bool TouchingOrgans::is_missed(std::int32_t l) const {
+  const JointPair* const links = pairs_ + search_.count();
+  const JointPair& link = links[l];
   const bool one_row = link.law != ContactLaw::sticking;
   if (link.law == ContactLaw::unilateral && !(link.reaction.x > 0)) return false;
-  Vec3 missed = -1 * link.target;
-  for (int side = 0; side < 2; ++side)
-    if (link.constraint[side] >= 0) missed += touch(link.organ[side]).solver.reached(link.constraint[side]);
-  const double most = ContactSolver::kMet * length(link.target) + ContactSolver::kLeastMiss;
+  Vec3 missed, target;
+  do {  // the parts of a thread have one row
+    target += links[l].target;
+    for (int side = 0; side < 2; ++side)
+      if (const std::int32_t p = links[l].constraint[side]; p >= 0)
+        missed += touch(links[l].organ[side]).solver.reached(p);
+  } while (++l < acting_links_ && links[l].joined);
+  missed = missed - target;
+  const double most = ContactSolver::kMet * length(target) + ContactSolver::kLeastMiss;
   return !((one_row ? std::fabs(missed.x) : length(missed)) <= most);
 }
 
@@ -296,7 +307,8 @@ std::uint32_t TouchingOrgans::end_links(std::uint64_t step) {
   for (std::int32_t l = 0; l < acting_links_; ++l) {
     const JointPair& link = pairs_[search_.count() + l];
     links_.take_reaction(link_of_[l], link.reaction);
-    if (solved[link.organ[0]] && solved[link.organ[1]] && is_missed(link)) flags |= PALPATE_STEP_REGULARISED;
+    if (solved[link.organ[0]] && solved[link.organ[1]] && !link.joined && is_missed(l))
+      flags |= PALPATE_STEP_REGULARISED;
   }
   return flags | links_.end(solved, step);
 }

@@ -58,7 +58,7 @@ class TouchingOrgans {
   std::int32_t request_side(const OrganPair& pair, int side);
   bool is_held_pair(std::int32_t i) const;
   Vec3 target_of(std::int32_t i);
-  bool is_missed(const JointPair& link) const;
+  bool is_missed(std::int32_t l) const;
   std::uint32_t solve_together(const std::int32_t* members, std::int32_t count);
   void take_reactions(const std::int32_t* members, std::int32_t count);
   bool follow_volumes(const std::int32_t* members, std::int32_t count, int solve, std::uint32_t* flags);

@@ -21,6 +21,12 @@ palpate_link link_of(const palpate_world_link& from) {
 
 }  // namespace
 
+template <class Each>
+void WorldLinks::for_threads(const Each& each) const {
+  palpate::for_threads(
+      count_, [this](std::int32_t i) -> Link& { return links_[i].link; }, each);
+}
+
 bool WorldLinks::create(SceneMemory& memory, palpate_scene* const* organs, std::int32_t organ_count,
                         std::int32_t capacity) {
   organs_ = organs, organ_count_ = organ_count, capacity_ = capacity;
@@ -102,6 +108,7 @@ palpate_status WorldLinks::set(const palpate_world_link* links, std::int32_t cou
   std::swap(links_, coming_);
   count_ = count;
   for (std::int32_t i = 0; i < count_; ++i) place_ends(links_[i]);
+  for_threads([](const auto& thread) { thread.keep_length(); });
   return succeed(error);
 }
 
@@ -141,9 +148,10 @@ void WorldLinks::drive(WorldLink& of) const {
 // ---- a step ----------------------------------------------------------------------------------------------------------
 
 // The constraints of a link in the organs that it holds. False where there is no room for one.
-bool WorldLinks::request(WorldLink& of, std::int32_t i) {
+bool WorldLinks::request(std::int32_t i) {
+  WorldLink& of = links_[i];
   const bool within = of.organ[0] == of.organ[1];
-  double softness = of.link.softness();
+  double softness = of.link.softness() + parts_without_nodes(i).softness;
   for (int side = 0; side < (within ? 1 : 2); ++side) {
     LinkEnd ends[2];
     for (int e = 0; e < 2; ++e)
@@ -169,17 +177,31 @@ std::uint32_t WorldLinks::request() {
     of.constraint[0] = of.constraint[1] = -1;
     of.link.row_of = -1, of.link.before = of.link.state.condition;
     place_ends(of);
-    if (!link_acts(of.link)) continue;
-    if (of.link.given.kind != PALPATE_LINK_CLIP) turn_link(of.link);
-    if (request(of, i)) {
-      of.link.row_of = i;
-      continue;
-    }
-    if (of.constraint[0] >= 0) touch(of, 0).rows.take_back(of.constraint[0]);
-    of.constraint[0] = of.constraint[1] = -1;
-    flags |= PALPATE_STEP_CONTACTS_DROPPED;
   }
+  for_threads([&](const auto& thread) {
+    if (!thread.acts()) return;
+    bool made = true;
+    for (std::int32_t i = thread.first; i < thread.end && made; ++i) {
+      Link& link = links_[i].link;
+      if (link.given.kind != PALPATE_LINK_CLIP) turn_link(link);
+      if (!has_nodes(link)) continue;
+      made = request(i);
+      link.row_of = i;
+    }
+    if (made) return;
+    flags |= PALPATE_STEP_CONTACTS_DROPPED;
+    // The last ones come first.
+    for (std::int32_t i = thread.end; i-- > thread.first;) take_back(links_[i]);
+  });
   return flags;
+}
+
+void WorldLinks::take_back(WorldLink& of) {
+  for (int side = 1; side >= 0; --side) {
+    if (of.constraint[side] >= 0) touch(of, side).rows.take_back(of.constraint[side]);
+    of.constraint[side] = -1;
+  }
+  of.link.row_of = -1;
 }
 
 bool WorldLinks::joint(std::int32_t i, JointPair* pair) const {
@@ -190,40 +212,52 @@ bool WorldLinks::joint(std::int32_t i, JointPair* pair) const {
   std::copy(of.constraint, of.constraint + 2, pair->constraint);
   pair->law = link_wish(of.link, i, {}).law;
   pair->reaction = of.reaction;
+  pair->joined = is_joined(i);
   return true;
+}
+
+// Whether a part of its thread before it has rows.
+bool WorldLinks::is_joined(std::int32_t i) const {
+  while (i > 0 && links_[i - 1].link.given.runs_on)
+    if (links_[--i].link.row_of >= 0) return true;
+  return false;
+}
+
+// What the first part of a thread with rows has besides its own target and softness.
+LinkWish WorldLinks::parts_without_nodes(std::int32_t i) const {
+  LinkWish lead;
+  if (is_joined(i)) return lead;
+  while (i > 0 && links_[i - 1].link.given.runs_on) --i;
+  const auto at = [this](std::int32_t l) -> Link& { return links_[l].link; };
+  Thread<decltype(at)>(at, i, count_).add_parts_without_nodes(&lead);
+  return lead;
 }
 
 Vec3 WorldLinks::target(std::int32_t i) {
   WorldLink& of = links_[i];
   drive(of);
   const LinkEnd *const a = of.link.ends, *const b = of.link.ends + 1;
-  return link_wish(of.link, i, b->rest + b->driven - (a->rest + a->driven)).target;
+  return link_wish(of.link, i, b->rest + b->driven - (a->rest + a->driven)).target + parts_without_nodes(i).target;
 }
 
 void WorldLinks::take_reaction(std::int32_t i, Vec3 reaction) {
   links_[i].reaction = is_finite(reaction) ? reaction : Vec3{};
 }
 
-// m/N, in the world: of one end against the other.
-Mat3 WorldLinks::compliance_of(const WorldLink& of) const {
+// m/N, in the world: of the ends of one link against one another by a force on those of the other, without their shares.
+Mat3 WorldLinks::compliance_between(const WorldLink& one, const WorldLink& other) const {
   Mat3 sum;
-  for (int side = 0; side < 2; ++side) {
-    if (of.constraint[side] < 0) continue;
-    const TouchState& own = touch(of, side);
-    const Mat3 compliance = own.solver.compliance_between_nodes(own.rows.set(), of.constraint[side]);
-    const Mat3& axes = own.organ.pose().axes;
-    add_scaled(sum, 1, own.organ.is_set() ? times_transposed(axes * compliance, axes) : compliance);
-  }
-  return sum;
-}
-
-// m/N, between the rows of two links.
-double WorldLinks::compliance_between(const WorldLink& one, const WorldLink& other) const {
-  double sum = 0;
   for (int side = 0; side < 2; ++side)
-    for (int of_other = 0; of_other < 2; ++of_other)
-      if (one.constraint[side] >= 0 && other.constraint[of_other] >= 0 && one.organ[side] == other.organ[of_other])
-        sum += touch(one, side).solver.compliance(one.constraint[side], other.constraint[of_other]);
+    for (int of_other = 0; of_other < 2; ++of_other) {
+      if (one.constraint[side] < 0 || other.constraint[of_other] < 0 || one.organ[side] != other.organ[of_other])
+        continue;
+      const TouchState& own = touch(one, side);
+      const Mat3 compliance =
+          own.solver.compliance_between_nodes(own.rows.set(), one.constraint[side], other.constraint[of_other]);
+      const Mat3& axes = own.organ.pose().axes;
+      add_scaled(sum, 1 / (one.link.share * other.link.share),
+                 own.organ.is_set() ? times_transposed(axes * compliance, axes) : compliance);
+    }
   return sum;
 }
 
@@ -239,24 +273,39 @@ void WorldLinks::move_end(WorldLink& of, int e) const {
   of.moved[e] = moved_by({organ.context.tensors, set, own.force, own.modified, own.solver}, of.link.ends[e], first);
 }
 
+void WorldLinks::end_link(WorldLink& of) const {
+  if (of.link.row_of >= 0)
+    of.link.own = compliance_between(of, of);
+  else
+    of.reaction = Vec3{};
+  for (int e = 0; e < 2; ++e) move_end(of, e);
+  place_ends(of);
+}
+
 std::uint32_t WorldLinks::end(const bool* solved, std::uint64_t step) {
   std::uint32_t flags = 0;
-  for (std::int32_t i = 0; i < count_; ++i) {
-    WorldLink& of = links_[i];
-    if (!(solved[of.organ[0]] && solved[of.organ[1]])) of.link.row_of = -1;
-    slacken_link(of.link);
-    if (of.link.row_of >= 0) {
-      flags |= read_reaction(of.link, of.reaction, step);
-      of.link.own = compliance_of(of);
-    } else {
-      of.reaction = Vec3{};
+  for_threads([&](const auto& thread) {
+    bool all_solved = true;
+    for (std::int32_t i = thread.first; i < thread.end; ++i)
+      for (const std::int32_t organ : links_[i].organ) all_solved = all_solved && solved[organ];
+    std::int32_t row = -1;
+    for (std::int32_t i = thread.first; i < thread.end; ++i) {
+      WorldLink& of = links_[i];
+      slacken_link(of.link);
+      if (!all_solved) of.link.row_of = -1;
+      row = std::max(row, of.link.row_of);
+      end_link(of);
     }
-    for (int e = 0; e < 2; ++e) move_end(of, e);
-    place_ends(of);
-  }
-  run_threads(
-      count_, [&](std::int32_t i) -> Link& { return links_[i].link; },
-      [&](std::int32_t i, std::int32_t j) { return compliance_between(links_[i], links_[j]); });
+    if (row >= 0) {
+      flags |= thread.read(links_[row].reaction, step);
+      thread.turn([&](std::int32_t j, std::int32_t k) { return compliance_between(links_[j], links_[k]); });
+      if (thread.slides_short()) flags |= PALPATE_STEP_REGULARISED;
+    } else if (thread.is_broken()) {
+      thread.run_out();
+    }
+    for (std::int32_t i = thread.first; i < thread.end; ++i)
+      links_[i].link.state.rest_length = std::max(0.0, links_[i].link.rest_length);
+  });
   return flags;
 }
 

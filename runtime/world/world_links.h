@@ -36,7 +36,7 @@ class WorldLinks {
 
   // A step, in order, when all organs have begun theirs. The rows of the links that act. Returns step flags.
   std::uint32_t request();
-  // Link i as the joint system takes it, without its target. False: it has no rows.
+  // Link i as the joint system takes it, without its target; a part of a thread is joined to the one before. False: it has no rows.
   bool joint(std::int32_t i, JointPair* pair) const;
   // Its target, as the motions of the organs leave it now.
   Vec3 target(std::int32_t i);
@@ -58,11 +58,16 @@ class WorldLinks {
   palpate_status read(const palpate_world_link* links, std::int32_t count, std::int32_t i, palpate_error* error);
   void find_ends(WorldLink& of);
   void place_ends(WorldLink& of) const;
+  void end_link(WorldLink& of) const;
   void drive(WorldLink& of) const;
-  bool request(WorldLink& of, std::int32_t i);
+  template <class Each>
+  void for_threads(const Each& each) const;
+  bool request(std::int32_t i);
+  void take_back(WorldLink& of);
+  bool is_joined(std::int32_t i) const;
+  LinkWish parts_without_nodes(std::int32_t i) const;
   void move_end(WorldLink& of, int e) const;
-  Mat3 compliance_of(const WorldLink& of) const;
-  double compliance_between(const WorldLink& one, const WorldLink& other) const;
+  Mat3 compliance_between(const WorldLink& one, const WorldLink& other) const;
 
   palpate_scene* const* organs_ = nullptr;
   std::int32_t organ_count_ = 0, capacity_ = 0, count_ = 0, most_nodes_ = 3;

@@ -348,6 +348,7 @@ TEST(Needle, InAWorldHasTheBitsThatItHasInTheSceneAlone) {
   WorldContacts contacts(world.get());
   palpate_needle needle = needle_at(kEntry);
   needle.friction = 1, needle.cutting_force = 0.02, needle.puncture_force = 0.05;
+  double most = 0;
   for (int i = 0; i <= 120; ++i) {
     const double depth = i <= 60 ? -2e-3 + 4e-4 * i : 22e-3 - 4e-4 * (i - 60);
     Eigen::Map<Vector3d>(needle.tip) = kEntry + depth * kInwards;
@@ -360,7 +361,15 @@ TEST(Needle, InAWorldHasTheBitsThatItHasInTheSceneAlone) {
     ASSERT_TRUE(state);
     EXPECT_EQ(std::memcmp(state, &alone.state(), sizeof *state), 0) << i;
     EXPECT_EQ(Vector3d(contacts.tool(0).force_raw), alone.force()) << i;
+    // What the needle does to the organ, by its nodes inside of it, about the world's origin; the tool feels the opposite about its reference.
+    const Vector3d on_organ(contacts.state(0).force), torque(contacts.state(0).torque);
+    most = std::max(most, alone.force().norm());
+    EXPECT_LT((on_organ + alone.force()).norm(), 1e-9 * alone.force().norm() + 1e-12) << i;
+    // Places of a needle are its axis' as it stands, and those of nodes are at rest: the force acts within the depth of one from the other.
+    EXPECT_LT((torque + alone.torque() + kEntry.cross(alone.force())).norm(), 0.005 * alone.force().norm() + 1e-12)
+        << i;
   }
+  EXPECT_GT(most, 0.04);
   EXPECT_EQ(palpate_scene_needle_state(palpate_world_scene(world.get(), 1), 3), nullptr);
 }
 

@@ -147,5 +147,54 @@ TEST(MovedOrgans, AHeldVolumeIsHeldAgainstAnotherOrgan) {
   }
 }
 
+// A grasp that slips moves its targets, and its step is solved again with them; a spring of no strength makes it a step of two organs.
+TEST(MovedOrgans, AGraspThatSlipsHasTheForceThatItHasInItsSceneAlone) {
+  palpate_scene_def def = moved_def();
+  def.contact = PALPATE_CONTACT_PATCH, def.collision = PALPATE_COLLISION_OFF, def.grasps = 1;
+  palpate_scene_def still = def;
+  still.motions = 0;
+  const palpate_pose start = palpate_default_pose(), aside = pose_at({0.3, 0, 0});
+  const palpate_world_organ organs[] = {organ_of(box().bundle(), &def, &start),
+                                        organ_of(box().bundle(), &still, &aside)};
+  palpate_world_def world_def = palpate_default_world_def();
+  world_def.organs = organs, world_def.organ_count = 2, world_def.max_links = 1;
+  palpate_world* made = nullptr;
+  ASSERT_EQ(palpate_world_create(&world_def, &made, nullptr), PALPATE_OK);
+  const WorldPointer world(made);
+  palpate_world_link spring = palpate_default_world_link();
+  spring.kind = PALPATE_LINK_SPRING, spring.stiffness = 1e-9, spring.organ[0] = 0, spring.organ[1] = 1;
+  for (palpate_link_end& end : spring.ends) {
+    end.kind = PALPATE_END_SURFACE_POINT, end.triangle = box().far_triangle(0);
+    Eigen::Map<Vector3d>(end.barycentric) = Vector3d(.3, .3, .4);
+  }
+  ASSERT_EQ(palpate_world_set_links(made, &spring, 1, nullptr), PALPATE_OK);
+  const ScenePointer alone = box().scene(def);
+  WorldContacts together(made);
+  Contacts contacts(alone.get());
+
+  palpate_grasp grasp = palpate_default_grasp();
+  grasp.triangle = box().far_triangle(9), grasp.radius = 0.006, grasp.friction = 0.4, grasp.clamp_force = 0.3;
+  Eigen::Map<Vector3d>(grasp.barycentric) = Vector3d(.3, .3, .4);
+  Eigen::Map<Vector3d>(grasp.position) = box().place(grasp.triangle, {.3, .3, .4});
+  palpate_tool tool = palpate_default_tool();
+  tool.id = 3, tool.grasp = &grasp;
+  int slips = 0;
+  for (int s = 0; s < 120; ++s) {
+    const double q = 0.002 * std::sin(0.2 * s);
+    set_amounts(alone.get(), {q, 0, 0, 0});
+    set_amounts(palpate_world_scene(made, 0), {q, 0, 0, 0});
+    grasp.position[0] += 0.03e-3, grasp.position[1] += 0.05e-3;
+    palpate_scene_touch(alone.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    palpate_world_touch(made, &tool, 1, 1e-3, together.get(), together.bytes());
+    const Vector3d expected(palpate_contacts_tool(contacts, 0)->force_raw), found(together.tool(0).force_raw);
+    // Both solvers end within 1e-6 of the largest target; 1e-3 of the force is how near a slip comes to its limit.
+    EXPECT_LT((found - expected).norm(), 2e-3 * 0.12) << s;
+    const palpate_grasp_state& state = *palpate_scene_grasp_state(palpate_world_scene(made, 0), 3);
+    slips += state.condition == PALPATE_GRASP_SLIPS;
+    if (state.condition != PALPATE_GRASP_LET_GO) EXPECT_LT(found.norm(), 0.12 * 1.002) << s;
+  }
+  EXPECT_GT(slips, 20);
+}
+
 }  // namespace
 }  // namespace palpate::tests
