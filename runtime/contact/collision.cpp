@@ -190,6 +190,7 @@ void Collision::begin_contact(PointState& state, const SurfacePoint& surface_poi
   state.tangent = Vec3{};
   state.clear = {};
   state.drift = state.unseen = state.slack = state.push = 0;
+  state.way = state.turn = {};
   state.rides = false, state.begins = true, state.lean = Vec3{}, state.ridden = state.last;
 }
 
@@ -327,7 +328,7 @@ void Collision::follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_
 }
 
 void Collision::ride(PointState& state, Vec3 p) {
-  const Vec3 off = p - state.ridden, along = off - dot(off, state.axis) * state.axis;
+  const Vec3 off = p - state.ridden, along = state.way.take(off - dot(off, state.axis) * state.axis);
   if (length(along) > kStill) slide(state, state.anchor_at_rest + along);
 }
 

@@ -9,6 +9,7 @@
 
 #include "runtime/contact/contact_admission.h"
 #include "runtime/contact/deformed_surface.h"
+#include "runtime/contact/easing.h"
 
 namespace palpate {
 
@@ -50,6 +51,7 @@ struct PointState {
   Vec3 axis;         // unit, of its law
   Vec3 lean;         // how its normal turned there (DiscSlide)
   double push = 0;   // N, the same
+  Easing way, turn;  // of its anchor, m, and of its axis
   double slack = 0;  // m, by which the contact gives way along the normal (slide_energy.h)
   Vec3 tangent;      // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
 };

@@ -326,7 +326,8 @@ class Touch {
       wish.tool = t, wish.point = i;
       wish.displacement = point(tool, i) - state.anchor_at_rest;
       wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction, wish.slack = state.slack;
-      DiscSlide slide = {state.anchor_at_rest, state.lean, state.push, state.begins};
+      DiscSlide slide = {state.anchor_at_rest, state.lean, state.push, state.axis, state.rides ? &state.turn : nullptr,
+                         state.begins};
       if (slides_almost_freely(tool)) wish.slide = &slide;
       if (has_fine_contacts(touch_state_)) {
         request_fine_contact(wish, state, touch_state_.fine_contacts[t][i]);
