@@ -20,8 +20,9 @@ constexpr double kStill = 1e-8;
 constexpr int kMostSlides = 8;
 
 // Whether the point, or the surface, may have moved by the point's whole distance to the surface since it was tested.
-bool may_have_reached(const Clearance& clear, Vec3 p, double path) {
-  return !(length(p - clear.at) + clear.per_path * (path - clear.path) < clear.distance);
+// sunk: m, what a disc meets may have moved by that against the surface.
+bool may_have_reached(const Clearance& clear, Vec3 p, double path, double sunk) {
+  return !(length(p - clear.at) + clear.per_path * (path - clear.path) + sunk < clear.distance);
 }
 
 }  // namespace
@@ -36,6 +37,14 @@ void Collision::create(SceneMemory& memory, DeformedSurface* surface, SurfaceInd
 // m, within which the nearest surface point is looked for. Where none is found, nothing of the surface has passed the point.
 double Collision::reach(double moved) const {
   return std::max(kReach * surface_->tree().mean_edge(), 2 * moved);
+}
+
+// m: as the disc moves by its radius, others move it by as much as they do.
+double Collision::may_have_sunk(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) const {
+  if (state.radius == 0 || (!surface_->may_sink(tool, point) && is_zero(state.sunk))) return 0;
+  const double deepest = surface_->deepest_but(tool, point);
+  return std::min(deepest + length(state.sunk), surface_->sum_of_changes() - state.clear.changes +
+                                                    length(p - state.clear.at) / state.radius * deepest);
 }
 
 void Collision::begin() {
@@ -81,7 +90,7 @@ bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t 
   } else if (state.contact) {
     followed = move_in_contact(state, p, tool, point, hold, limits.release);
   } else {
-    if (may_have_reached(state.clear, p, surface_->path())) {
+    if (may_have_reached(state.clear, p, surface_->path(), may_have_sunk(state, p, -1, -1))) {
       const Operations room = state.inside ? work_->tests_left() : room_to_change(next_.least);
       const Test test = take_turn(tool, point, room, [&] { return test_free(state, p); });
       if (test == Test::unfinished) {
@@ -110,10 +119,18 @@ Collision::Test Collision::see_first(PointState& state, Vec3 p) {
 // Where the test was put off, the surface's motion before the last step is known by its bound alone: the crossings are those of
 // its last motion, and the side at the end decides whether there is a contact.
 Collision::Test Collision::test_free(PointState& state, Vec3 p) {
-  const double moved = length(p - state.last) + surface_->largest_move() + state.unseen;
-  const NearestPoint nearest = surface_->nearest({}, p, reach(moved));
+  double moved = length(p - state.last) + surface_->largest_move() + state.unseen;
+  const Vec3 from = state.last - state.sunk;
+  NearestPoint nearest = surface_->nearest({}, p - state.sunk, reach(moved));
+  Vec3 sunk;
+  if (state.radius > 0 && surface_->may_sink(-1, -1) && nearest.surface_point.triangle >= 0)
+    sunk = surface_->below_disc({}, nearest.surface_point, state.radius);
+  const Vec3 at = p - sunk;
+  if (const double change = length(sunk - state.sunk); change > 0)
+    moved += change, nearest = surface_->nearest({}, at, reach(moved));
   if (!surface_->finished()) return Test::unfinished;
-  const Clearance clear = {p, nearest.distance, nearest.per_path, surface_->path()};
+  state.sunk = sunk;
+  const Clearance clear = {p, nearest.distance, nearest.per_path, surface_->path(), surface_->sum_of_changes()};
   // The nearest surface is farther away than it and the point together have moved: the side is as before. A contact that has ended
   // tells the side of the surface that was predicted without it.
   if (nearest.distance > moved && !state.has_ended) {
@@ -121,20 +138,20 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
     return Test::done;
   }
   SurfaceCrossing crossing[DeformedSurface::kMaxCrossings];
-  const int found = surface_->crossings(state.last, p, crossing);
+  const int found = surface_->crossings(from, at, crossing);
   bool now_inside = !nearest.outside;
   // Where the crossings and the nearest triangle disagree, as where the surface overlaps itself, or the crossings are not all known, the
   // winding number decides.
   const bool knows_all = !state.has_ended && state.waited == 0;
   if (surface_->finished() && !(knows_all && now_inside == (state.inside != (found % 2 == 1))))
-    now_inside = surface_->is_inside({}, p);
+    now_inside = surface_->is_inside({}, at);
   if (!surface_->finished()) return Test::unfinished;
   state.clear = clear;
   state.has_ended = false;
   bool followed = true;
   if (!state.inside)
-    followed =
-        look_for_contact(state, crossing, std::min(found, DeformedSurface::kMaxCrossings), p, now_inside, nearest);
+    followed = look_for_contact(state, crossing, std::min(found, DeformedSurface::kMaxCrossings), at - from, now_inside,
+                                nearest);
   state.inside = now_inside;
   return followed ? Test::done : Test::lost;
 }
@@ -142,8 +159,8 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
 // A contact begins at the last crossing into the organ without a crossing out again. A way out through an opposite face does not
 // count, because the surface has then passed the point by the whole thickness of a part: the contact holds it. Where the point
 // itself has moved that far, it has jumped through the organ and is not followed: false.
-bool Collision::look_for_contact(PointState& state, const SurfaceCrossing* crossing, int count, Vec3 p, bool now_inside,
-                                 const NearestPoint& nearest) {
+bool Collision::look_for_contact(PointState& state, const SurfaceCrossing* crossing, int count, Vec3 way,
+                                 bool now_inside, const NearestPoint& nearest) {
   int entry = -1;
   bool through = false;
   for (int c = 0; c < count && !through; ++c) {
@@ -153,8 +170,7 @@ bool Collision::look_for_contact(PointState& state, const SurfaceCrossing* cross
       const Vec3 in = surface_->tree().outward_at_rest(crossing[entry].surface_point.triangle),
                  out = surface_->tree().outward_at_rest(crossing[c].surface_point.triangle);
       through = dot(in, out) < kOppositeFaces;
-      if (through && (crossing[c].time - crossing[entry].time) * length(p - state.last) > surface_->largest_move())
-        return false;
+      if (through && (crossing[c].time - crossing[entry].time) * length(way) > surface_->largest_move()) return false;
       if (!through) entry = -1;
     }
   }
@@ -174,6 +190,7 @@ void Collision::begin_contact(PointState& state, const SurfacePoint& surface_poi
   state.tangent = Vec3{};
   state.clear = {};
   state.drift = state.unseen = state.slack = state.push = 0;
+  state.way = state.turn = {};
   state.rides = false, state.begins = true, state.lean = Vec3{}, state.ridden = state.last;
 }
 
@@ -190,7 +207,7 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, st
   if (field_) state.drift += field_->last_change_without(tool, point);
   const double moved = length(p - state.last) + surface_->largest_move_without(tool, point);
   const bool pulls = field_ && !hold && field_->pulls_among_others(tool, point, state.outward);
-  if (pulls || may_have_reached(state.clear, p, state.drift)) {
+  if (pulls || may_have_reached(state.clear, p, state.drift, may_have_sunk(state, p, tool, point))) {
     const Test test = take_turn(tool, point, room_to_change(0),
                                 [&] { return test_contact(state, p, tool, point, hold, moved + state.unseen, pulls); });
     state.unseen = test == Test::unfinished ? state.unseen + moved : 0;
@@ -216,7 +233,7 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, st
 bool Collision::ask_pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, Vec3* at) {
   work_->add(surface_->take_work());
   surface_->limit_work(room_to_change(0) - overshoot_);
-  *at = p - surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
+  *at = p - state.sunk - surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
   const bool finished = surface_->finished();
   work_->add(surface_->take_work());
   if (!finished) work_->defer();
@@ -230,10 +247,14 @@ bool Collision::ask_pulled(const PointState& state, Vec3 p, std::int32_t tool, s
 // contacts at their own targets decides; a contact that pulls asks for no other one.
 Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
                                         double moved, bool pulls) {
+  const bool sinks = state.radius > 0 && surface_->may_sink(tool, point);
+  Vec3 at, sunk;
   // The anchor's place is a surface point, so the nearest one is not farther away. The margin is for rounding.
   const auto nearest_of = [&](const AskedSurface& asked) {
-    const Vec3 to_anchor = p - surface_->displacement(asked, state.anchor) - state.anchor_at_rest;
-    return surface_->nearest(asked, p, std::min(reach(moved), 1.000001 * length(to_anchor) + 1e-12));
+    sunk = sinks ? surface_->below_disc(asked, state.anchor, state.radius) : Vec3{};
+    at = p - sunk;
+    const Vec3 to_anchor = at - surface_->displacement(asked, state.anchor) - state.anchor_at_rest;
+    return surface_->nearest(asked, at, std::min(reach(moved), 1.000001 * length(to_anchor) + 1e-12));
   };
   // A prediction that does not fit is left to the next step, unless it leaves too little in every step.
   const auto predict = [&] {
@@ -251,7 +272,7 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
   const AskedSurface without{AskedSurface::kWithout, tool, point}, predicted{AskedSurface::kPredicted, tool, point};
   // Where the surface overlaps itself or has turned inside out, the nearest triangle may be that of another part.
   const auto agrees = [&](const AskedSurface& asked, bool is_in) {
-    return (is_in || state.inside) && surface_->finished() && surface_->is_inside(asked, p);
+    return (is_in || state.inside) && surface_->finished() && surface_->is_inside(asked, at);
   };
   const bool asks_at_once = pulls || state.doubted;
   bool predicts = asks_at_once && predict(), now_inside = false, doubted = false;
@@ -259,12 +280,12 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
   if (!predicts) {
     nearest = nearest_of(without);
     // Where the surface is farther away than it and the point have moved, the side is as before, if that was the side of this surface.
-    const bool stays = nearest.distance > moved && !state.predicted;
+    const bool stays = nearest.distance > moved + length(sunk - state.sunk) && !state.predicted;
     now_inside = stays ? state.inside : agrees(without, !nearest.outside);
     doubted = !now_inside && !asks_at_once && surface_->finished();
     predicts = doubted && predict();
   }
-  Clearance clear = {p, nearest.distance, nearest.per_path, state.drift};
+  Clearance clear = {p, nearest.distance, nearest.per_path, state.drift, surface_->sum_of_changes()};
   if (predicts) {
     nearest = nearest_of(predicted);
     now_inside = agrees(predicted, nearest.surface_point.triangle >= 0 && !nearest.outside);
@@ -275,13 +296,13 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
     return Test::unfinished;
   }
   state.doubted = false;
-  state.clear = clear;
+  state.clear = clear, state.sunk = sunk;
   if (now_inside)
     state.through = false;
   else if (state.inside)  // the point has come out in this step: note on which side
     state.through = dot(nearest.outward, state.outward) < kOppositeFaces;
   else if (predicts)
-    state.through = state.through && !is_over_anchor(state, p - surface_->displacement(predicted, state.anchor));
+    state.through = state.through && !is_over_anchor(state, at - surface_->displacement(predicted, state.anchor));
   state.inside = now_inside, state.predicted = predicts;
   return Test::done;
 }
@@ -302,11 +323,12 @@ void Collision::follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_
   // that much less far; a full step would overshoot and swing.
   const double asked = length(p - state.anchor_at_rest - surface_->moved(state.anchor)), own = length(moved - others);
   const double share = own > 0 ? asked / (asked + own) : 1;
-  slide(state, state.anchor_at_rest + share * (p - moved - state.anchor_at_rest));
+  const Vec3 at = state.begins ? p - state.sunk : p;
+  slide(state, state.anchor_at_rest + share * (at - moved - state.anchor_at_rest));
 }
 
 void Collision::ride(PointState& state, Vec3 p) {
-  const Vec3 off = p - state.ridden, along = off - dot(off, state.axis) * state.axis;
+  const Vec3 off = p - state.ridden, along = state.way.take(off - dot(off, state.axis) * state.axis);
   if (length(along) > kStill) slide(state, state.anchor_at_rest + along);
 }
 

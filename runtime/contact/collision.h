@@ -9,6 +9,7 @@
 
 #include "runtime/contact/contact_admission.h"
 #include "runtime/contact/deformed_surface.h"
+#include "runtime/contact/easing.h"
 
 namespace palpate {
 
@@ -18,6 +19,7 @@ struct Clearance {
   double distance = 0;  // m, between it and the surface; 0: unknown
   double per_path = 0;  // m / sqrt(J), as in NearestPoint
   double path = 0;      // sqrt(J), of the surface's changes, then
+  double changes = 0;   // m, of the contacts' ways, then (ContactField)
 };
 
 // One tool point from step to step.
@@ -36,6 +38,8 @@ struct PointState {
   bool begins = false;      // the contact has had no rows yet
   std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                // m, where the point was in the last step that followed it
+  double radius = 0;        // m, of its disc; 0: it has none
+  Vec3 sunk;  // m, how far the disc meets the surface from where its points are (DeformedSurface::below_disc)
   Clearance clear;
   double drift = 0;  // sqrt(J), in contact: sum of the changes of the surface without this contact's part
   // m: how far the surface (in contact, point and surface) may have moved in steps that put the test off.
@@ -47,6 +51,7 @@ struct PointState {
   Vec3 axis;         // unit, of its law
   Vec3 lean;         // how its normal turned there (DiscSlide)
   double push = 0;   // N, the same
+  Easing way, turn;  // of its anchor, m, and of its axis
   double slack = 0;  // m, by which the contact gives way along the normal (slide_energy.h)
   Vec3 tangent;      // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
 };
@@ -100,7 +105,8 @@ class Collision {
   bool move_in_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double release);
   Test test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double moved,
                     bool pulls);
-  bool look_for_contact(PointState& state, const SurfaceCrossing* crossing, int count, Vec3 p, bool now_inside,
+  double may_have_sunk(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) const;
+  bool look_for_contact(PointState& state, const SurfaceCrossing* crossing, int count, Vec3 way, bool now_inside,
                         const NearestPoint& nearest);
   void begin_contact(PointState& state, const SurfacePoint& surface_point, bool through);
   void end_contact(PointState& state, std::int32_t tool, std::int32_t point);

@@ -22,6 +22,15 @@ Operations operations_in_run(std::int32_t contact_nodes) {
 // Nodes that are evaluated at a time.
 constexpr std::int32_t kRun = 64;
 
+// m, along x, y and z.
+Vec3 way_of(const ContactConstraints& set, std::int32_t p) {
+  const ContactConstraint& constraint = set.constraints[p];
+  Vec3 way;
+  for (int i = 0; i < 3; ++i)
+    if (constraint.axes >> i & 1u) way[i] = set.target[p][i];
+  return constraint.framed ? transposed_times(constraint.frame, way) : way;
+}
+
 // Share of its energy by which the stored tensors' rounding may change the energy of a field: their error, squared for single
 // precision because a field and its change see the same error, but not for half precision or packed blocks.
 double rounding_of(const Tensors& tensors) {
@@ -76,6 +85,7 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
     return false;
   for (double* norm : {&norm_, &norm_before_, &linear_norm_, &linear_norm_before_, &path_, &path_set_, &path_before_})
     memory.keep(*norm);
+  memory.keep(deepest_), memory.keep(second_deepest_), memory.keep(sum_of_changes_);
   forget();
   return true;
 }
@@ -116,6 +126,7 @@ void ContactField::forget() {
   without_tool_ = without_point_ = -1;
   solver_ = nullptr;
   norm_ = norm_before_ = linear_norm_ = linear_norm_before_ = path_ = path_set_ = path_before_ = 0;
+  deepest_ = {}, second_deepest_ = sum_of_changes_ = 0;
 }
 
 void ContactField::forget_nodes(Known& known) const {
@@ -186,6 +197,7 @@ void ContactField::set_rest() {
   solver_ = nullptr;
   norm_ = linear_norm_ = 0, path_ += norm_before_ + moved_by_volumes();
   path_set_ = path_;
+  measure_ways();
 }
 
 void ContactField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
@@ -205,6 +217,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   *work += norms.operations;
   norm_ = linear_norm_ = norms.whole;
   gather_contacts(set, norms_, measured);
+  measure_ways();
   if (added_ && now.count > 0) share_added_field();
   if (measured) remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
@@ -227,6 +240,7 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
       *last = {};
       last->tool = constraint.tool, last->point = constraint.point, last->first = constraint.first_node;
       last->ratio = 1, last->kept = true;
+      last->way = way_of(set, p), last->place = constraint.discs[0].place, last->radius = constraint.discs[0].radius;
     }
     last->last = constraint.first_node + constraint.node_count;
     last->own += each[p].own;
@@ -242,6 +256,28 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
                       : measured ? std::min(norm_ + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * norm_)
                                  : norm_ + contact.own;
   }
+}
+
+// As a disc moves over the surface by its radius, what it does to others changes by as much as it does.
+void ContactField::measure_ways() {
+  deepest_ = {}, second_deepest_ = 0;
+  double change = 0;
+  for (std::int32_t c = 0; c < now_->contact_count; ++c) {
+    const Contact& now = now_->contacts[c];
+    const double way = length(now.way);
+    if (way > deepest_.way)
+      second_deepest_ = deepest_.way, deepest_ = {way, now.tool, now.point};
+    else
+      second_deepest_ = std::max(second_deepest_, way);
+    const Contact* const before = find(*before_, now.tool, now.point);
+    double own = before ? length(now.way - before->way) : way;
+    if (before && now.radius > 0) own += way * std::min(1.0, length(now.place - before->place) / now.radius);
+    change = std::max(change, own);
+  }
+  for (std::int32_t c = 0; c < before_->contact_count; ++c)
+    if (const Contact& before = before_->contacts[c]; !find(*now_, before.tool, before.point))
+      change = std::max(change, length(before.way));
+  sum_of_changes_ += change;
 }
 
 // What each contact makes of the added field, and what that adds to the norms.

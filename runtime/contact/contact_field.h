@@ -78,6 +78,18 @@ class ContactField {
   double predicted_norm() const { return body_ ? body_->predicted_norm() : predicted_norm_ + moved_norm(); }
   double predicted_apart() const { return body_ ? body_->predicted_apart() : predicted_apart_; }
 
+  // m: as ContactSolver::beyond_mesh(), of the contacts of this field.
+  Vec3 beyond_mesh(const ContactDisc& disc, std::int32_t tool, std::int32_t point, bool predicted) const {
+    return solver_ && !body_ ? solver_->beyond_mesh(disc, tool, point, predicted) : Vec3{};
+  }
+  std::int32_t discs() const { return solver_ && !body_ ? solver_->discs() : 0; }
+  // m: the longest way on which a contact holds its place, without that of (tool, point). No contact moves another place farther.
+  double deepest_but(std::int32_t tool, std::int32_t point) const {
+    return body_ ? 0 : deepest_.tool == tool && deepest_.point == point ? second_deepest_ : deepest_.way;
+  }
+  // m: the sum over the steps of the largest change of such a way.
+  double sum_of_changes() const { return body_ ? 0 : sum_of_changes_; }
+
   // sqrt(J), as surface_tree.h explains: of the field; the sum of the norms of its changes; of the changes since the last set()
   // but one.
   double norm() const { return body_ ? body_->norm() : norm_ + moved_norm(); }
@@ -95,6 +107,9 @@ class ContactField {
     // Of what it makes to its linear part, whose norms the others are; 1 without an added field. And what its change adds to own_change.
     double ratio, ratio_change;
     double work;     // J, of its forces on the linear field
+    Vec3 way;        // m, on which it holds its place
+    Vec3 place;      // m, of its disc at rest
+    double radius;   // m, of its disc; 0: it has none
     bool kept;       // its rows are those of the step before
     bool ended;      // since the last set()
     bool unused[6];  // in the place of padding, which a saved state would hold
@@ -176,6 +191,7 @@ class ContactField {
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
   double measure_contacts(double kept, Operations most, Operations* work);
+  void measure_ways();
   Vec3 held_before(std::int32_t node, QueryWork* work);
   double measure_whole_change(Operations most, Operations* work);
   double norm_of_difference(double f, double g, double between) const;
@@ -208,6 +224,12 @@ class ContactField {
   double norm_ = 0, norm_before_ = 0, predicted_norm_ = 0, predicted_apart_ = 0;
   double linear_norm_ = 0, linear_norm_before_ = 0;   // of the contacts' field, without the added one
   double path_ = 0, path_set_ = 0, path_before_ = 0;  // now; after the last set(); after the one before
+  struct Deepest {
+    double way = 0;  // m
+    std::int32_t tool = -1, point = -1;
+  };
+  Deepest deepest_;
+  double second_deepest_ = 0, sum_of_changes_ = 0;  // m
 };
 
 }  // namespace palpate

@@ -11,8 +11,9 @@ namespace {
 // A thinned disc is as good as the whole one where the nodes that it keeps carried this share of its weight.
 constexpr double kFaithful = 0.95;
 
-// Of the weights, for a disc that lies on the surface as a whole.
-constexpr double kWhole = 0.999;
+// Of the weights, for a disc whose law is along its own normal. Over a rim it keeps this law as its parts leave the surface: with another one
+// there, it would go to and fro between the two.
+constexpr double kMostly = 0.5;
 
 // rad, and the tangent of an angle: how far the normal of a disc's law turns at least in a step, and at most from that at rest.
 constexpr double kSteady = 1e-4, kMostLean = 1;
@@ -333,6 +334,10 @@ ContactWish ContactRows::along_own_normal(const ContactWish& wish, const DiscPla
   Vec3 lean = 0.5 * wish.slide->push * place.softer - place.rise - wish.slide->lean;
   if (const double size = length(lean); size > kMostLean) lean = kMostLean / size * lean;
   own.outward = unit_or_zero(place.outward + lean);
+  if (wish.slide->turn) {
+    const Vec3 was = -1 * wish.slide->inward;
+    own.outward = unit_or_zero(was + wish.slide->turn->take(own.outward - was));
+  }
   own.displacement += wish.slide->anchor - place.at;
   if (before) {
     const Vec3 was = -1 * load3(before->frame.m[0]);
@@ -411,9 +416,9 @@ std::uint32_t ContactRows::add_patch(const ContactWish& wish, const SurfacePoint
   if (thins && thin_nodes(source_.rest, wish.tangent, cross(wish.outward, wish.tangent), most, &nodes) < kFaithful)
     flags |= PALPATE_STEP_DISCS_THINNED;
   if (!has_room(1, nodes.count)) return flags | PALPATE_STEP_CONTACTS_DROPPED;
-  // Of a disc that is not whole the slopes are not known.
+  // Of a disc without some of its nodes the slopes are not known.
   DiscPlace place{};
-  place.known = wish.slide && !thins && nodes.count == patch.count() && sum > kWhole;
+  place.known = wish.slide && !thins && nodes.count == patch.count() && sum > kMostly;
   ContactWish own = wish;
   if (place.known) {
     place.outward = wish.outward;

@@ -5,6 +5,7 @@
 
 #include "runtime/contact/contact_constraints.h"
 #include "runtime/contact/contact_patch.h"
+#include "runtime/contact/easing.h"
 #include "runtime/include/palpate/palpate.h"
 
 namespace palpate {
@@ -16,6 +17,8 @@ struct DiscSlide {
   Vec3 anchor;      // m, at rest
   Vec3 lean;        // slope of the displacement along the normal
   double push = 0;  // N, along the normal
+  Vec3 inward;      // unit, of its law
+  Easing* turn = nullptr;
   bool begins = false;
 };
 

@@ -956,6 +956,21 @@ Operations ContactSolver::operations_to_predict(std::int32_t tool, std::int32_t 
          operations_of_sweep(system(kept_constraint_, kept_constraints_)) / kDense + 1;
 }
 
+Vec3 ContactSolver::beyond_mesh(const ContactDisc& disc, std::int32_t tool, std::int32_t point, bool predicted) const {
+  const double* const reactions = predicted ? without_ : reaction_;
+  Vec3 sum;
+  for (std::int32_t p = 0; p < kept_constraints_; ++p) {
+    const ContactConstraint& other = kept_constraint_[p];
+    if (!has_disc(other) || is_of(p, tool, point)) continue;
+    Vec3 reaction;
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = kept_rows_[p].at[i]; row >= 0) reaction[i] = reactions[row];
+    for (const ContactDisc& of_other : other.discs)
+      if (of_other.radius > 0) sum += compliance_between(disc, of_other) * reaction;
+  }
+  return sum;
+}
+
 bool ContactSolver::predict_without(std::int32_t tool, std::int32_t point, Operations most, Vec3* modified,
                                     double* norm, double* apart, Operations* work) {
   std::int32_t own[kMostRowsOfAContact];

@@ -181,6 +181,11 @@ class ContactSolver {
   // m, of contact node e of the last solve, under the forces of all of them. Cost: 9 multiply-adds for each.
   Vec3 displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const;
 
+  // m, in x, y, z: how far the discs of the last solve, without those of the contact (tool, point), move another disc beyond what the mesh
+  // shows of it. predicted: under the reactions that predict_without() has left. Cost: kOfTwoDiscs for each.
+  Vec3 beyond_mesh(const ContactDisc& disc, std::int32_t tool, std::int32_t point, bool predicted) const;
+  std::int32_t discs() const { return kept_discs_; }  // of the last solve
+
   // Of the change of all reactions in the last solve, sqrt(J); below 0: it is not known, because constraints came or went or have new rows.
   // Cost: rows^2 multiply-adds.
   double change_norm(const ContactConstraints& set) const;

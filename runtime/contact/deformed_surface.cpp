@@ -64,13 +64,16 @@ Vec3 DeformedSurface::displacement_at(std::int32_t vertex, At at) {
   return fine_->displacement(vertex, at);
 }
 
+// Of a node of the mesh.
+Vec3 DeformedSurface::at_node(const AskedSurface& asked, std::int32_t node) {
+  if (asked.kind == AskedSurface::kPredicted) return field_->predicted_at_node(node, &work_);
+  if (asked.kind == AskedSurface::kWithout) return field_->at_node_without(node, asked.tool, asked.point, &work_);
+  return field_->at_node(node, &work_);
+}
+
 Vec3 DeformedSurface::displacement_of(const AskedSurface& asked, std::int32_t vertex) {
   if (!moves()) return {};
-  const auto at_node = [&](std::int32_t node) {
-    if (asked.kind == AskedSurface::kPredicted) return field_->predicted_at_node(node, &work_);
-    if (asked.kind == AskedSurface::kWithout) return field_->at_node_without(node, asked.tool, asked.point, &work_);
-    return field_->at_node(node, &work_);
-  };
+  const auto at_node = [&](std::int32_t node) { return this->at_node(asked, node); };
   if (!fine_) return at_node(vertex);
   const Known& known = asked.kind == AskedSurface::kNow ? known_now_ : known_asked_;
   if (known.stamp[vertex] == query_) return known.at[vertex];
@@ -166,6 +169,17 @@ Vec3 DeformedSurface::displacement(const AskedSurface& asked, const SurfacePoint
     if (surface_point.barycentric[v] != 0)
       sum += surface_point.barycentric[v] * displacement_of(asked, tree_->corners(surface_point.triangle)[v]);
   return sum;
+}
+
+Vec3 DeformedSurface::below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius) {
+  Vec3 sum;
+  if (!moves() || !work_.take(kToPress + kOfTwoDiscs * field_->discs())) return sum;
+  TouchableDisc disc;
+  press_disc(discs_, fine_ ? fine_->beneath(surface_point) : surface_point, radius, ContactPatch::kMaxNodes, &disc);
+  if (disc.count == 0) return sum;
+  for (int e = 0; e < disc.count; ++e) sum += disc.weight[e] * at_node(asked, disc.node[e]);
+  return sum - displacement(asked, surface_point) +
+         field_->beyond_mesh(disc.disc, asked.tool, asked.point, asked.kind == AskedSurface::kPredicted);
 }
 
 void DeformedSurface::corners(std::int32_t triangle, Vec3 corner[3]) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/contact/contact_field.h"
+#include "runtime/contact/touchable_disc.h"
 #include "runtime/surface/fine_surface.h"
 #include "runtime/surface/surface_tree.h"
 
@@ -28,10 +29,14 @@ struct AskedSurface {
 class DeformedSurface {
  public:
   static constexpr int kMaxCrossings = 32;
+  // Of below_disc(), beside the nodes and other discs.
+  static constexpr Operations kToPress = 2000;
 
   // field: nullptr for the surface at rest. fine: the surface of the tree, where that is not the mesh's, else nullptr. All are
   // borrowed. False where there is no memory.
   bool create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const FineSurface* fine);
+  // Beside create(), where tools have discs.
+  void meet_discs(const DiscSource& source) { discs_ = source; }
 
   const SurfaceTree& tree() const { return *tree_; }
   bool follows() const { return field_ != nullptr; }
@@ -59,6 +64,17 @@ class DeformedSurface {
 
   // m, the displacement of a surface point.
   Vec3 displacement(const AskedSurface& asked, const SurfacePoint& surface_point);
+  // m: how far the surface that a disc meets at a surface point is from that point, at rest as there. The disc meets the mean of the surface
+  // below it, and other discs move that beyond what the mesh shows (disc_compliance.h). So its contact has no force where it
+  // begins. Cost: some microseconds.
+  Vec3 below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius);
+  // Whether it may be other than zero, for the disc of (tool, point).
+  bool may_sink(std::int32_t tool, std::int32_t point) const { return discs_.patch && deepest_but(tool, point) > 0; }
+  // m, its bound, and a bound for its changes as long as the disc stays (ContactField).
+  double deepest_but(std::int32_t tool, std::int32_t point) const {
+    return field_ ? field_->deepest_but(tool, point) : 0;
+  }
+  double sum_of_changes() const { return field_ ? field_->sum_of_changes() : 0; }
   // m, where the corners of a triangle are now.
   void corners(std::int32_t triangle, Vec3 corner[3]);
   // Unit, outward, of a node now: the mean of its triangles' normals, by their areas; zero where they cancel.
@@ -92,6 +108,7 @@ class DeformedSurface {
   template <class At>
   Vec3 displacement_at(std::int32_t vertex, At at);
   Vec3 displacement_of(const AskedSurface& asked, std::int32_t vertex);
+  Vec3 at_node(const AskedSurface& asked, std::int32_t node);
   Vec3 place(const AskedSurface& asked, std::int32_t vertex) {
     return tree_->at_rest(vertex) + displacement_of(asked, vertex);
   }
@@ -101,6 +118,7 @@ class DeformedSurface {
   SurfaceTree* tree_ = nullptr;
   ContactField* field_ = nullptr;
   const FineSurface* fine_ = nullptr;
+  DiscSource discs_ = {};
   Known known_now_, known_asked_;  // of the surface as it is now; of another one that is asked about
   std::uint32_t query_ = 0;
   QueryWork work_;

@@ -250,6 +250,7 @@ class Touch {
       const Vec3 p = point(tool, i);
       const bool was_in_contact = state.contact;
       state.paid = state.owed, state.owed = false;
+      state.radius = tool.disc_radius;
       if (!touch_state_.collision.move(state, p, t, i, tool.hold, limits)) raise(t, PALPATE_STEP_TRACKING_LOST);
       if (state.contact != was_in_contact) change_contact(state, state.contact);
       // Where the last step left the disc, as the motions have moved it since then.
@@ -325,18 +326,36 @@ class Touch {
       wish.tool = t, wish.point = i;
       wish.displacement = point(tool, i) - state.anchor_at_rest;
       wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction, wish.slack = state.slack;
-      const DiscSlide slide = {state.anchor_at_rest, state.lean, state.push, state.begins};
+      DiscSlide slide = {state.anchor_at_rest, state.lean, state.push, state.axis, state.rides ? &state.turn : nullptr,
+                         state.begins};
       if (slides_almost_freely(tool)) wish.slide = &slide;
       if (has_fine_contacts(touch_state_)) {
         request_fine_contact(wish, state, touch_state_.fine_contacts[t][i]);
       } else {
         set_frame(wish, state.anchor, &state.tangent);
+        if (wish.slide && state.begins) slide.lean = state.lean = first_lean(wish, state.anchor);
         state.over_held = !request_contact(wish, state.anchor, state.paid);
         if (state.begins && !state.over_held) begin_slide(wish, state);
       }
     }
   }
 
+  // How the normal has turned where a disc begins: in the dent of others its law is along the dent's normal from its first step on.
+  Vec3 first_lean(const ContactWish& wish, const SurfacePoint& anchor) {
+    Vec3 sum;
+    QueryWork work;
+    work.limit(touch_state_.work.left());
+    if (!touch_state_.deformed.may_sink(wish.tool, wish.point) || !work.take(DeformedSurface::kToPress)) return sum;
+    Vec3 slope[ContactPatch::kMaxNodes];
+    DiscPlace place;
+    ContactPatch& patch = touch_state_.patch;
+    patch.press(anchor, wish.outward, wish.tangent, wish.disc_radius);
+    patch.measure_slopes(anchor, wish.outward, wish.tangent, wish.disc_radius, slope, &place);
+    for (int e = 0; e < patch.count(); ++e)
+      sum += dot(touch_state_.field.at_node(patch.nodes()[e], &work), wish.outward) * slope[e];
+    touch_state_.work.add(work.done());
+    return work.ended() ? Vec3{} : sum;
+  }
   // A contact begins without force, where the disc's mean place lies off its anchor, too.
   void begin_slide(const ContactWish& wish, PointState& state) {
     state.begins = false;

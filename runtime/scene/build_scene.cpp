@@ -363,6 +363,10 @@ ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
           def.contact == PALPATE_CONTACT_PATCH ? nodes_of_disc : nodes};
 }
 
+DiscSource discs_of(TouchState& touch) {
+  return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
+}
+
 palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                               const std::int32_t* touchable, TouchState& touch) {
   SceneMemory& memory = reader.memory();
@@ -400,6 +404,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   if (const PartOfWorld part = part_of_world(touch); part.constraints() > 0)
     touch.rows.keep_for_pairs(contact_nodes_for(def, part), part.constraints());
   if (watches_slide_energy(def) && !touch.slide_energy.create(memory, constraints)) return reader.no_memory("contacts");
+  if (def.contact == PALPATE_CONTACT_PATCH) touch.deformed.meet_discs(discs_of(touch));
   touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def), deforms_beside(def));
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
@@ -599,10 +604,6 @@ palpate_status connect_body_beside(const SectionReader& reader, const palpate_sc
   const bool made = touch.beside.create(reader.memory(), &touch.body, limits) &&
                     (def.law == PALPATE_LAW_STICKING || (follow(touch.body) && follow(touch.beside)));
   return made ? PALPATE_OK : reader.no_memory("deformation");
-}
-
-DiscSource discs_of(TouchState& touch) {
-  return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
 }
 
 palpate_status map_corridor_rows(const SectionReader& reader, SectionId id, std::int32_t nodes,

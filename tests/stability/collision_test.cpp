@@ -498,18 +498,14 @@ TEST(StabilityCollision, TwoDiscsDeepInAThinLobe) {
     const Unrest unrest = unrest_of_two_discs(lobe, law, quick_or_long(40, 4000));
     const double pairs = unrest.pairs;
     const std::string with = std::string(", ") + names[law];
-    // Weak: discs without friction go where their mean place is, and so over the edges of a lobe that is no wider than they are.
-    const bool freely = law == PALPATE_LAW_SLIDING || law == PALPATE_LAW_UNILATERAL;
-    attack.hold("beginnings and ends beyond the least, the worst pair" + with, unrest.worst,
-                quick_or_long(freely ? 22 : 14, 200),
+    attack.hold("beginnings and ends beyond the least, the worst pair" + with, unrest.worst, quick_or_long(14, 200),
                 "a disc slips off an edge and touches the next face, and back; before sliding contacts were kept under "
                 "their tool: 350. Weak: under friction one pair in 4,000 has 122");
     attack.hold("beginnings and ends beyond the least, the mean of all pairs" + with, unrest.more / pairs, 4,
                 "each disc slips once; before sliding contacts were kept under their tool: 44");
     attack.hold("contacts that begin again within eight steps, for a pair" + with, unrest.again / pairs, 1,
                 "a disc that slips soon meets the next face; before sliding contacts were kept under their tool: 20");
-    attack.hold("steps that change a force by a tenth of its largest, for a pair" + with, unrest.jumps / pairs,
-                freely ? 35 : 10,
+    attack.hold("steps that change a force by a tenth of its largest, for a pair" + with, unrest.jumps / pairs, 11,
                 "two discs slip, and their contact points move over an edge, there and back; before sliding contacts "
                 "were kept under their tool: 93");
     attack.hold("discs that rest and whose force swings on by 1e-6, for a pair" + with, unrest.swinging / pairs, 0.4,
