@@ -48,6 +48,7 @@ struct PointState {
   Vec3 lean;         // how its normal turned there (DiscSlide)
   double push = 0;   // N, the same
   double slack = 0;  // m, by which the contact gives way along the normal (slide_energy.h)
+  double lift = 0;   // m, outward, of the disc's mean place from its anchor where the contact began
   Vec3 tangent;      // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
 };
 

@@ -324,7 +324,8 @@ class Touch {
       ContactWish wish;
       wish.tool = t, wish.point = i;
       wish.displacement = point(tool, i) - state.anchor_at_rest;
-      wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction, wish.slack = state.slack;
+      wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction;
+      wish.slack = state.slack + state.lift;
       const DiscSlide slide = {state.anchor_at_rest, state.lean, state.push, state.begins};
       if (slides_almost_freely(tool)) wish.slide = &slide;
       if (has_fine_contacts(touch_state_)) {
@@ -343,7 +344,7 @@ class Touch {
     const ContactConstraints& set = touch_state_.rows.set();
     const std::int32_t p = set.constraint_count - 1;
     if (!wish.slide || set.constraints[p].tool != wish.tool || !set.place[p].known) return;
-    state.slack = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
+    state.lift = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
   }
   // The scene's own definition keeps no fine surface, so the rows tell.
   bool discs_slide() const { return kHasEffects && touch_state_.rows.set().place; }
