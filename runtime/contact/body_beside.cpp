@@ -54,7 +54,8 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
   if (!make_mailbox(memory, job, &jobs_) || !make_mailbox(memory, solution, &solutions_) ||
       !added_.create(memory, limits.field_nodes, limits.surface_nodes))
     return false;
-  for (double* number : {&told_.residual, &told_.least_volume, &missed_}) memory.keep(*number);
+  for (double* number : {&told_.residual, &told_.least_volume, &told_.energy, &missed_}) memory.keep(*number);
+  memory.keep(told_.step);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
                                &behind_, &goes_on_, &published_})
     memory.keep(*number);
@@ -77,9 +78,9 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
   return counts ? newest : nullptr;
 }
 
-void BodyBeside::give(const ContactConstraints& set) {
+void BodyBeside::give(const ContactConstraints& set, std::uint64_t step) {
   auto* const job = reinterpret_cast<Job*>(palpate_mailbox_slot(jobs()));
-  *job = {begun_, set.node_count, set.constraint_count};
+  *job = {begun_, set.node_count, set.constraint_count, step};
   std::copy(set.nodes, set.nodes + set.node_count, nodes_of(job));
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints_of(job));
   std::copy(set.target, set.target + set.constraint_count, targets_of(job));
@@ -178,7 +179,7 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
   goes_on_ = missed < 0.5 * missed_at_rest;
 }
 
-const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* fresh) {
+const ContactConstraints& BodyBeside::take(const ContactConstraints& set, std::uint64_t step, bool* fresh) {
   Solution* const newest = take_newest(fresh);
   if (*fresh) measure_miss(set, newest), copy(newest);
   const auto target_of = [&](std::int32_t p) {
@@ -190,7 +191,7 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* 
     added_.set(offset_[newest_], offset_[newest_], 0);
   else
     added_.keep();
-  give(set);
+  give(set, step);
   ContactConstraint* const constraints = acting_.constraints;
   Vec3* const targets = acting_.target;
   acting_ = set;
@@ -237,17 +238,23 @@ std::int32_t BodyBeside::deform() {
   work.begin();
   const DeformingBody::Outcome outcome = body_->solve(job_set_, &work, force_);
   if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == published_) return 0;
-  publish(job_set_, outcome);
+  publish(job_set_, job->step, outcome);
   body_->renew();
   return std::max(1, outcome.evaluations);
 }
 
-void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome) {
+void BodyBeside::publish(const ContactConstraints& set, std::uint64_t step, const DeformingBody::Outcome& outcome) {
   auto* const solution = reinterpret_cast<Solution*>(palpate_mailbox_slot(solutions()));
   *solution = Solution{};
   solution->begun = begun_beside_;
-  solution->told = {outcome.steps,  outcome.cut,      outcome.residual > kUnfinished,
-                    outcome.failed, outcome.residual, outcome.least_volume};
+  solution->told = {outcome.steps,
+                    outcome.cut,
+                    outcome.residual > kUnfinished,
+                    outcome.failed,
+                    outcome.residual,
+                    outcome.least_volume,
+                    body_->energy(),
+                    step};
   solution->constraint_count = published_ = set.constraint_count;
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {

@@ -52,11 +52,13 @@ class BodyBeside {
   struct Told {
     std::int32_t steps = 0, cut = 0, unfinished = 0, failed = 0;
     double residual = 0, least_volume = 1;
+    double energy = 0;       // J, of the body
+    std::uint64_t step = 0;  // whose targets it has, as take() was told
   };
   // Takes the newest solution, gives the constraints of a step to the other thread, and returns them as the linear organ is to hold
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
   // *fresh: the solution is new, so that turned frames are. Cost: a pass over the nodes; six triangles a contact node.
-  const ContactConstraints& take(const ContactConstraints& set, bool* fresh);
+  const ContactConstraints& take(const ContactConstraints& set, std::uint64_t step, bool* fresh);
   const Told& told() const { return told_; }
   // The contacts of this step are too far from the newest solution.
   bool behind() const { return behind_ != 0; }
@@ -77,6 +79,7 @@ class BodyBeside {
   struct Job {
     std::uint64_t begun;  // counts forget()
     std::int32_t node_count, constraint_count;
+    std::uint64_t step;
   };
   struct Solved {
     std::int32_t tool, point, part, unused;
@@ -106,12 +109,12 @@ class BodyBeside {
   palpate_mailbox* solutions() const { return reinterpret_cast<palpate_mailbox*>(solutions_); }
   Solution* take_newest(bool* fresh);
   void copy(Solution* newest);
-  void give(const ContactConstraints& set);
+  void give(const ContactConstraints& set, std::uint64_t step);
   // At the targets target(p), of constraints 0 .. count - 1 in the organ's axes.
   template <class Target>
   double share(std::int32_t count, Target target) const;
   bool same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const;
-  void publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome);
+  void publish(const ContactConstraints& set, std::uint64_t step, const DeformingBody::Outcome& outcome);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   bool is_behind(const ContactConstraints& set) const;
   const Solved* solved_of(const ContactConstraint& constraint) const;
