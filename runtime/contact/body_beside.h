@@ -39,6 +39,9 @@ class BodyBeside {
   // one solution to the next one.
   static constexpr double kUnfinished = 2 * LargeSolver::kTolerance;
 
+  // So is one along whose frames forces would miss the surface's normals by this angle, rad: as much as kBehind of them.
+  static constexpr double kOff = kBehind;
+
   // body: made, borrowed; only deform() and restored() use it.
   bool create(SceneMemory& memory, DeformingBody* body, const Limits& limits);
   // For constraints with frames; the arguments are those of TurnedSurface::create. False where memory ends.
@@ -83,8 +86,10 @@ class BodyBeside {
   };
   struct Solved {
     std::int32_t tool, point, part, unused;
-    Vec3 target;  // m, in the organ's axes
-    Mat3 frame;   // the constraint's own times this is the one along which the solution has its laws
+    Vec3 target;     // m, in the organ's axes
+    Mat3 frame;      // the constraint's own times this is the one along which the solution has its laws
+    Mat3 stiffness;  // N/m, of the linear response along the rows that hold
+    Vec3 force;      // N, on the body
   };
   struct Solution {
     std::uint64_t begun;
@@ -115,6 +120,7 @@ class BodyBeside {
   double share(std::int32_t count, Target target) const;
   bool same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const;
   void publish(const ContactConstraints& set, std::uint64_t step, const DeformingBody::Outcome& outcome);
+  static double by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   bool is_behind(const ContactConstraints& set) const;
   const Solved* solved_of(const ContactConstraint& constraint) const;
@@ -131,6 +137,7 @@ class BodyBeside {
   ContactConstraints acting_;
   Told told_;
   double missed_ = -1;        // m for each metre of way to a solution, by how much the touch missed it; -1: not known
+  double missed_force_ = 0;   // N/m, the same of its forces
   std::int32_t goes_on_ = 0;  // o does, between solutions
   std::int32_t behind_ = 0;
   std::uint64_t begun_ = 1;

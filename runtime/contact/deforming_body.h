@@ -52,6 +52,10 @@ class DeformingBody {
   Vec3 reaction(std::int32_t p) const { return reaction_[p]; }
   Vec3 missed(std::int32_t p) const;
   const Mat3& frame(std::int32_t p) const { return frames_[p]; }  // the turned one
+  // Rad, by which the frame of the worst contact that may slide is off the surface's normal after the last solve(), of `set`.
+  double off(const ContactConstraints& set) const;
+  // N/m, in the organ's axes, of the linear response to the constraint alone, along the rows that hold.
+  Mat3 own_stiffness(std::int32_t p) const;
   const LawEffort& effort() const { return effort_; }
   const LargeSolver& solver() const { return solver_; }
   double energy() const { return solver_.energy(); }  // J
