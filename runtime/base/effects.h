@@ -37,18 +37,23 @@ constexpr bool kHasEffects = true;
 
 // Anchors move over the surface, against their tools.
 [[maybe_unused]] static bool contacts_may_slide(const palpate_scene_def& def) {
-  return kHasEffects && def.law != PALPATE_LAW_STICKING && def.collision != PALPATE_COLLISION_OFF &&
-         def.deformation == PALPATE_DEFORMATION_LINEAR;
+  return kHasEffects && def.law != PALPATE_LAW_STICKING && def.collision != PALPATE_COLLISION_OFF;
 }
 
 // These, or needles, come to places of another stiffness (slide_energy.h).
 [[maybe_unused]] static bool watches_slide_energy(const palpate_scene_def& def) {
-  return contacts_may_slide(def) || (kHasEffects && def.needles != 0 && def.deformation == PALPATE_DEFORMATION_LINEAR);
+  return def.deformation == PALPATE_DEFORMATION_LINEAR && (contacts_may_slide(def) || (kHasEffects && def.needles));
+}
+
+// The same of a hyperelastic body (body_energy.h).
+[[maybe_unused]] static bool watches_body_energy(const palpate_scene_def& def) {
+  return def.deformation != PALPATE_DEFORMATION_LINEAR && contacts_may_slide(def);
 }
 
 // Discs whose law is along their own normal (contact_rows.h).
 [[maybe_unused]] static bool discs_may_slide(const palpate_scene_def& def) {
-  return contacts_may_slide(def) && def.contact == PALPATE_CONTACT_PATCH && !def.fine_surface;
+  return def.deformation == PALPATE_DEFORMATION_LINEAR && contacts_may_slide(def) &&
+         def.contact == PALPATE_CONTACT_PATCH && !def.fine_surface;
 }
 
 // Q of the measured response corrects each tool's force.

@@ -54,7 +54,9 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
   if (!make_mailbox(memory, job, &jobs_) || !make_mailbox(memory, solution, &solutions_) ||
       !added_.create(memory, limits.field_nodes, limits.surface_nodes))
     return false;
-  for (double* number : {&told_.residual, &told_.least_volume, &missed_}) memory.keep(*number);
+  for (double* number : {&told_.residual, &told_.least_volume, &told_.energy, &missed_, &missed_force_})
+    memory.keep(*number);
+  memory.keep(told_.step);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
                                &behind_, &goes_on_, &published_})
     memory.keep(*number);
@@ -65,7 +67,8 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
 void BodyBeside::forget() {
   ++begun_;
   added_.forget();
-  told_ = {}, missed_ = -1, behind_ = goes_on_ = 0, solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
+  told_ = {}, missed_ = -1, missed_force_ = 0, behind_ = goes_on_ = 0,
+  solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
 }
 
 BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
@@ -77,9 +80,9 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
   return counts ? newest : nullptr;
 }
 
-void BodyBeside::give(const ContactConstraints& set) {
+void BodyBeside::give(const ContactConstraints& set, std::uint64_t step) {
   auto* const job = reinterpret_cast<Job*>(palpate_mailbox_slot(jobs()));
-  *job = {begun_, set.node_count, set.constraint_count};
+  *job = {begun_, set.node_count, set.constraint_count, step};
   std::copy(set.nodes, set.nodes + set.node_count, nodes_of(job));
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints_of(job));
   std::copy(set.target, set.target + set.constraint_count, targets_of(job));
@@ -89,20 +92,24 @@ void BodyBeside::give(const ContactConstraints& set) {
 // A contact that the solution does not have, or that has ended since, is as far from it as its whole target. Both lists ascend.
 bool BodyBeside::is_behind(const ContactConstraints& set) const {
   const Solved *solved = solved_[newest_], *const end = solved + solved_count_[newest_];
-  double unknown = 0, way = 0, largest = 0;
+  double unknown = 0, way = 0, largest = 0, force = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& now = set.constraints[p];
     for (; solved != end && order(*solved, now) < 0; ++solved) unknown = std::max(unknown, length(solved->target));
     const Vec3 target = in_axes(now, only(now.axes, set.target[p]));
     largest = std::max(largest, length(only(now.axes, acting_.target[p])));
-    if (solved != end && order(*solved, now) == 0)
-      way = std::max(way, length(target - solved++->target));
-    else
+    if (solved == end || order(*solved, now) != 0) {
       unknown = std::max(unknown, length(target));
+      continue;
+    }
+    force = std::max(force, length(solved->force));
+    way = std::max(way, length(target - solved++->target));
   }
   for (; solved != end; ++solved) unknown = std::max(unknown, length(solved->target));
   if (unknown > kBehindUnknown) return true;
-  return missed_ < 0 ? way > kBehindUnknown : missed_ * way > std::max(kLeastMiss, kBehind * largest);
+  if (missed_ < 0) return way > kBehindUnknown;
+  const double miss = missed_ * way;
+  return miss > std::max(kLeastMiss, kBehind * largest) || (miss > kLeastMiss && missed_force_ * way > kBehind * force);
 }
 
 void BodyBeside::copy(Solution* newest) {
@@ -144,6 +151,13 @@ double BodyBeside::share(std::int32_t count, Target target) const {
   return squared > 0 ? std::clamp(along / squared, -1.0, 1.0) : 0;
 }
 
+// N, by which a force along the last solution's normal misses that along the new one's.
+double BodyBeside::by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before) {
+  if (!constraint.framed || constraint.law == ContactLaw::sticking) return 0;
+  const Mat3 frame_now = constraint.frame * now.frame, frame_before = constraint.frame * before.frame;
+  return length(now.force) * length(load3(frame_now.m[0]) - load3(frame_before.m[0]));
+}
+
 // Before copy(): by how much what the touch would have added at the targets of the new solution misses what this adds.
 void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
   const Solved* const solved = solved_of(newest);
@@ -153,11 +167,12 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
   const bool goes_on = goes_on_ != 0;
   goes_on_ = 0;
   if (!same || newest->told.failed) {
-    missed_ = -1;
+    missed_ = -1, missed_force_ = 0;
     return;
   }
   const double s = share(count, [&](std::int32_t p) { return solved[p].target; });
   double missed = 0, missed_at_rest = 0, way = 0;  // going on; with o as it was
+  double force = 0, force_at_rest = 0;
   for (std::int32_t p = 0; p < count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     Vec3 miss, change;
@@ -170,15 +185,21 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
         miss[i] += set.nodes[e].weight * s * (last - earlier);
       }
     missed = std::max(missed, length(change + miss)), missed_at_rest = std::max(missed_at_rest, length(change));
+    const double turned = by_turning(constraint, solved[p], solved_[newest_][p]);
+    force = std::max(force, turned + length(solved[p].stiffness * (change + miss)));
+    force_at_rest = std::max(force_at_rest, turned + length(solved[p].stiffness * change));
     way = std::max(way, length(solved[p].target - solved_[newest_][p].target));
   }
   constexpr double least_way = 1e-5;  // m; below, the solver's tolerance decides
   constexpr double forgets = 0.7;     // from one solution to the next
-  if (way > least_way) missed_ = std::max((goes_on ? missed : missed_at_rest) / way, forgets * missed_);
+  if (way > least_way) {
+    missed_ = std::max((goes_on ? missed : missed_at_rest) / way, forgets * missed_);
+    missed_force_ = std::max((goes_on ? force : force_at_rest) / way, forgets * missed_force_);
+  }
   goes_on_ = missed < 0.5 * missed_at_rest;
 }
 
-const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* fresh) {
+const ContactConstraints& BodyBeside::take(const ContactConstraints& set, std::uint64_t step, bool* fresh) {
   Solution* const newest = take_newest(fresh);
   if (*fresh) measure_miss(set, newest), copy(newest);
   const auto target_of = [&](std::int32_t p) {
@@ -190,7 +211,7 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* 
     added_.set(offset_[newest_], offset_[newest_], 0);
   else
     added_.keep();
-  give(set);
+  give(set, step);
   ContactConstraint* const constraints = acting_.constraints;
   Vec3* const targets = acting_.target;
   acting_ = set;
@@ -237,17 +258,23 @@ std::int32_t BodyBeside::deform() {
   work.begin();
   const DeformingBody::Outcome outcome = body_->solve(job_set_, &work, force_);
   if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == published_) return 0;
-  publish(job_set_, outcome);
+  publish(job_set_, job->step, outcome);
   body_->renew();
   return std::max(1, outcome.evaluations);
 }
 
-void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome) {
+void BodyBeside::publish(const ContactConstraints& set, std::uint64_t step, const DeformingBody::Outcome& outcome) {
   auto* const solution = reinterpret_cast<Solution*>(palpate_mailbox_slot(solutions()));
   *solution = Solution{};
   solution->begun = begun_beside_;
-  solution->told = {outcome.steps,  outcome.cut,      outcome.residual > kUnfinished,
-                    outcome.failed, outcome.residual, outcome.least_volume};
+  solution->told = {outcome.steps,
+                    outcome.cut,
+                    outcome.residual > kUnfinished || body_->off(set) > kOff,
+                    outcome.failed,
+                    outcome.residual,
+                    outcome.least_volume,
+                    body_->energy(),
+                    step};
   solution->constraint_count = published_ = set.constraint_count;
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
@@ -261,7 +288,9 @@ void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Out
                  constraint.part,
                  0,
                  in_axes(constraint, only(constraint.axes, set.target[p])),
-                 turn};
+                 turn,
+                 body_->own_stiffness(p),
+                 transposed_times(body_->frame(p), body_->reaction(p))};
   }
   body_->write_field(limits_.surface_nodes, displacement_of(solution));
   body_->write_beyond_linear(limits_.field_nodes, added_of(solution));

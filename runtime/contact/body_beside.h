@@ -39,6 +39,9 @@ class BodyBeside {
   // one solution to the next one.
   static constexpr double kUnfinished = 2 * LargeSolver::kTolerance;
 
+  // So is one along whose frames forces would miss the surface's normals by this angle, rad: as much as kBehind of them.
+  static constexpr double kOff = kBehind;
+
   // body: made, borrowed; only deform() and restored() use it.
   bool create(SceneMemory& memory, DeformingBody* body, const Limits& limits);
   // For constraints with frames; the arguments are those of TurnedSurface::create. False where memory ends.
@@ -52,11 +55,13 @@ class BodyBeside {
   struct Told {
     std::int32_t steps = 0, cut = 0, unfinished = 0, failed = 0;
     double residual = 0, least_volume = 1;
+    double energy = 0;       // J, of the body
+    std::uint64_t step = 0;  // whose targets it has, as take() was told
   };
   // Takes the newest solution, gives the constraints of a step to the other thread, and returns them as the linear organ is to hold
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
   // *fresh: the solution is new, so that turned frames are. Cost: a pass over the nodes; six triangles a contact node.
-  const ContactConstraints& take(const ContactConstraints& set, bool* fresh);
+  const ContactConstraints& take(const ContactConstraints& set, std::uint64_t step, bool* fresh);
   const Told& told() const { return told_; }
   // The contacts of this step are too far from the newest solution.
   bool behind() const { return behind_ != 0; }
@@ -77,11 +82,14 @@ class BodyBeside {
   struct Job {
     std::uint64_t begun;  // counts forget()
     std::int32_t node_count, constraint_count;
+    std::uint64_t step;
   };
   struct Solved {
     std::int32_t tool, point, part, unused;
-    Vec3 target;  // m, in the organ's axes
-    Mat3 frame;   // the constraint's own times this is the one along which the solution has its laws
+    Vec3 target;     // m, in the organ's axes
+    Mat3 frame;      // the constraint's own times this is the one along which the solution has its laws
+    Mat3 stiffness;  // N/m, of the linear response along the rows that hold
+    Vec3 force;      // N, on the body
   };
   struct Solution {
     std::uint64_t begun;
@@ -106,12 +114,13 @@ class BodyBeside {
   palpate_mailbox* solutions() const { return reinterpret_cast<palpate_mailbox*>(solutions_); }
   Solution* take_newest(bool* fresh);
   void copy(Solution* newest);
-  void give(const ContactConstraints& set);
+  void give(const ContactConstraints& set, std::uint64_t step);
   // At the targets target(p), of constraints 0 .. count - 1 in the organ's axes.
   template <class Target>
   double share(std::int32_t count, Target target) const;
   bool same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const;
-  void publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome);
+  void publish(const ContactConstraints& set, std::uint64_t step, const DeformingBody::Outcome& outcome);
+  static double by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   bool is_behind(const ContactConstraints& set) const;
   const Solved* solved_of(const ContactConstraint& constraint) const;
@@ -128,6 +137,7 @@ class BodyBeside {
   ContactConstraints acting_;
   Told told_;
   double missed_ = -1;        // m for each metre of way to a solution, by how much the touch missed it; -1: not known
+  double missed_force_ = 0;   // N/m, the same of its forces
   std::int32_t goes_on_ = 0;  // o does, between solutions
   std::int32_t behind_ = 0;
   std::uint64_t begun_ = 1;

@@ -189,7 +189,7 @@ void Collision::begin_contact(PointState& state, const SurfacePoint& surface_poi
   state.outward = surface_->tree().outward_at_rest(surface_point.triangle);
   state.tangent = Vec3{};
   state.clear = {};
-  state.drift = state.unseen = state.slack = state.push = 0;
+  state.drift = state.unseen = state.slack = state.lift = state.push = 0;
   state.way = state.turn = {};
   state.rides = false, state.begins = true, state.lean = Vec3{}, state.ridden = state.last;
 }

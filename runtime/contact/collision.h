@@ -53,6 +53,7 @@ struct PointState {
   double push = 0;   // N, the same
   Easing way, turn;  // of its anchor, m, and of its axis
   double slack = 0;  // m, by which the contact gives way along the normal (slide_energy.h)
+  double lift = 0;   // m, outward, of the disc's mean place from its anchor where the contact began
   Vec3 tangent;      // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
 };
 

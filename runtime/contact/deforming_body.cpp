@@ -94,6 +94,19 @@ Mat3 DeformingBody::present_frame(const ContactConstraints& set, std::int32_t p)
   return times_transposed(constraint.frame, TurnedSurface::rotation(normal.rest, unit_or_zero(normal.rest + turned)));
 }
 
+// How far the surface has turned beyond the frames, at the state now.
+double DeformingBody::off(const ContactConstraints& set) const {
+  double most = 0;
+  for (std::int32_t p = 0; turned_.made() && p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    if (!constraint.framed || constraint.law == ContactLaw::sticking) continue;
+    const TurnedSurface::Normals normal = turned_.normals(set.nodes + constraint.first_node, constraint.node_count,
+                                                          [&](std::int32_t n) { return displacement(n); });
+    most = std::max(most, length(normal.now - unit_or_zero(normal.rest + kept_[p].turned)));
+  }
+  return most;
+}
+
 std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count) {
   const ContactConstraint& constraint = set.constraints[p];
   const Mat3 frame = frames_[p] = present_frame(set, p);
@@ -295,6 +308,36 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
       force[e] += weights_[e] * sum;
   }
   return outcome;
+}
+
+// The rows of the constraint one after the other: S <- S + v v^T / pivot, v the row that is left of the axis by those before.
+Mat3 DeformingBody::own_stiffness(std::int32_t p) const {
+  Mat3 left, back;  // of C in the frame, and of the identity, as the rows are eliminated
+  Mat3 stiffness;
+  const auto c = [&](int i, int k) {
+    return solver_.compliance()[static_cast<std::size_t>(rows_of_[p].at[i]) * solver_.compliance_stride() +
+                                static_cast<std::size_t>(rows_of_[p].at[k])];
+  };
+  const auto held = [&](int i) { return rows_of_[p].at[i] >= 0 && solver_.holds(rows_of_[p].at[i]); };
+  for (int i = 0; i < 3; ++i) {
+    if (!held(i)) continue;
+    back.m[i][i] = 1;
+    for (int k = 0; k < 3; ++k) left.m[i][k] = held(k) ? c(i, k) : 0;
+    for (int j = 0; j < i; ++j) {
+      if (!held(j) || !(left.m[j][j] > 0)) continue;
+      const double factor = left.m[i][j] / left.m[j][j];
+      for (int k = 0; k < 3; ++k) left.m[i][k] -= factor * left.m[j][k], back.m[i][k] -= factor * back.m[j][k];
+    }
+    if (!(left.m[i][i] > kShift * c(i, i))) {
+      left.m[i][i] = 0;
+      continue;
+    }
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) stiffness.m[a][b] += back.m[i][a] * back.m[i][b] / left.m[i][i];
+  }
+  Mat3 axes;
+  for (int i = 0; i < 3; ++i) axes.m[i][i] = 1;
+  return times_transposed(axes, frames_[p]) * (stiffness * frames_[p]);
 }
 
 Vec3 DeformingBody::missed(std::int32_t p) const {

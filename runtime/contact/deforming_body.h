@@ -52,12 +52,25 @@ class DeformingBody {
   Vec3 reaction(std::int32_t p) const { return reaction_[p]; }
   Vec3 missed(std::int32_t p) const;
   const Mat3& frame(std::int32_t p) const { return frames_[p]; }  // the turned one
+  // Rad, by which the frame of the worst contact that may slide is off the surface's normal after the last solve(), of `set`.
+  double off(const ContactConstraints& set) const;
+  // N/m, in the organ's axes, of the linear response to the constraint alone, along the rows that hold.
+  Mat3 own_stiffness(std::int32_t p) const;
   const LawEffort& effort() const { return effort_; }
   const LargeSolver& solver() const { return solver_; }
+  double energy() const { return solver_.energy(); }  // J
   // [rows] N, of each row of the last solve(): constraint after constraint, axis after axis.
   const double* row_forces() const { return force_; }
   // Of the last solve(), for measuring: its rows, their nodes and weights; the place, m, at which a row is held that holds.
-  LargeContacts last_rows() const { return {rows_, nodes_, weights_, row_count_, nullptr}; }
+  LargeContacts last_rows() const {
+    return {rows_,
+            nodes_,
+            weights_,
+            row_count_,
+            nullptr,
+            has_beside_ ? beside_ : nullptr,
+            3 * static_cast<std::size_t>(constraint_capacity_)};
+  }
   double place(std::int32_t row) const { return laws_decided_ ? place_[row] : rows_[row].target; }
 
   // Displacements of nodes 0 .. count - 1, [count][3] m.

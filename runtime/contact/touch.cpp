@@ -325,7 +325,8 @@ class Touch {
       ContactWish wish;
       wish.tool = t, wish.point = i;
       wish.displacement = point(tool, i) - state.anchor_at_rest;
-      wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction, wish.slack = state.slack;
+      wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction;
+      wish.slack = state.slack + state.lift;
       DiscSlide slide = {state.anchor_at_rest, state.lean, state.push, state.axis, state.rides ? &state.turn : nullptr,
                          state.begins};
       if (slides_almost_freely(tool)) wish.slide = &slide;
@@ -362,7 +363,7 @@ class Touch {
     const ContactConstraints& set = touch_state_.rows.set();
     const std::int32_t p = set.constraint_count - 1;
     if (!wish.slide || set.constraints[p].tool != wish.tool || !set.place[p].known) return;
-    state.slack = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
+    state.lift = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
   }
   // The scene's own definition keeps no fine surface, so the rows tell.
   bool discs_slide() const { return kHasEffects && touch_state_.rows.set().place; }
@@ -481,7 +482,7 @@ class Touch {
           moves && (has_room ? touch_state_.motions.follow_volumes(set, touch_state_.force, solve, &flags_)
                              : touch_state_.motions.holds_volumes());
       const bool gives_way = watches_slide_energy(context_.def) && has_room && is_trusted(outcome) &&
-                             note_sliding(*acting_) &&
+                             note_sliding(*acting_, touch_state_.slide_energy.sliding()) &&
                              touch_state_.slide_energy.give_way(touch_state_.solver, *acting_,
                                                                 touch_state_.slide_energy.sliding(), touch_state_.rows);
       if (!grasps_slip() && !missed && !gives_way) break;
@@ -496,12 +497,12 @@ class Touch {
     const palpate_needle& needle = touch_state_.input.tool(t).needle;
     return !has_motions(context_.def) && needle.friction == 0 && needle.cutting_force == 0;
   }
-  // For SlideEnergy, what it is to know about the constraints. False where none slides.
-  bool note_sliding(const ContactConstraints& set) {
+  // What the accounts of energy are to know about the constraints. False where none slides.
+  bool note_sliding(const ContactConstraints& set, SlideEnergy::Sliding* of) {
     bool any = false;
     for (std::int32_t p = 0; p < set.constraint_count; ++p) {
       const ContactConstraint& constraint = set.constraints[p];
-      SlideEnergy::Sliding& sliding = touch_state_.slide_energy.sliding()[p];
+      SlideEnergy::Sliding& sliding = of[p];
       sliding = {};
       if (constraint.tool == kToolOfNeedles && is_free(Needles::tool_of(constraint.point))) {
         NeedlePlace& place = touch_state_.needles.place_of(constraint.point);
@@ -533,8 +534,8 @@ class Touch {
     return trusted;
   }
   void end_slide_energy(ContactSolver::Outcome outcome) {
-    note_sliding(*acting_);
     SlideEnergy& energy = touch_state_.slide_energy;
+    note_sliding(*acting_, energy.sliding());
     const Operations rows = touch_state_.solver.rows_end(), cost = is_trusted(outcome) ? 0 : rows * rows / kDense;
     const bool met = cost == 0 || cost > touch_state_.work.left();
     if (!met) touch_state_.work.add(cost);
@@ -620,7 +621,23 @@ class Touch {
   // The same as solve(), of the hyperelastic body.
   void deform() {
     const ContactConstraints& set = touch_state_.rows.set();
-    deformed_ = touch_state_.body.solve(set, &touch_state_.work, touch_state_.force);
+    DeformingBody& body = touch_state_.body;
+    for (int solve = 0;; ++solve) {
+      const DeformingBody::Outcome last = deformed_;
+      deformed_ = body.solve(set, &touch_state_.work, touch_state_.force);
+      deformed_.steps += last.steps, deformed_.evaluations += last.evaluations;
+      if (!watches_body_energy(context_.def)) break;
+      note_body_energy(set, [&](std::int32_t p) { return transposed_times(body.frame(p), body.reaction(p)); });
+      const double energy = body.energy(), noise = body.solver().energy_noise(energy);
+      const bool has_room = touch_state_.work.left() >= body.fewest_operations();
+      if (lags() || !has_room || solve + 1 == kMostSlipSolves ||
+          !touch_state_.body_energy.give_way(energy, noise, touch_state_.rows))
+        break;
+    }
+    if (watches_body_energy(context_.def)) {
+      if (!lags()) touch_state_.body_energy.judge(body.energy(), body.solver().energy_noise(body.energy()), set);
+      end_body_energy(set, !lags());
+    }
     std::uint32_t flags = 0;
     if (deformed_.failed) flags |= PALPATE_STEP_UNSOLVED;
     if (deformed_.cut || deformed_.given_up || deformed_.unfinished) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
@@ -641,14 +658,35 @@ class Touch {
     const bool lags = deformed_.failed || deformed_.cut || deformed_.given_up;
     if (contacts_may_give_way(context_.def) && !lags) move_slipped_anchors();
   }
+  // The body is not where its contacts hold it.
+  bool lags() const { return deformed_.failed || deformed_.cut || deformed_.given_up || deformed_.unfinished; }
+
+  // force_on(p): N, of constraint p on the body, in the organ's frame.
+  template <class Force>
+  void note_body_energy(const ContactConstraints& set, Force force_on) {
+    BodyEnergy& energy = touch_state_.body_energy;
+    note_sliding(set, energy.sliding());
+    for (std::int32_t p = 0; p < set.constraint_count; ++p) energy.force()[p] = force_on(p);
+  }
+  void end_body_energy(const ContactConstraints& set, bool followed) {
+    BodyEnergy& energy = touch_state_.body_energy;
+    for (std::int32_t p = 0; energy.gives_much() && p < set.constraint_count; ++p)
+      if (energy.sliding()[p].slides()) raise(set.constraints[p].tool, PALPATE_STEP_SOLVE_INEXACT);
+    energy.end(set, followed);
+  }
 
   // Large deformation beside the touch: the constraints as the linear organ is to hold them.
   const ContactConstraints& take_solution() {
     bool fresh = false;
-    const ContactConstraints& set = touch_state_.beside.take(touch_state_.rows.set(), &fresh);
+    const ContactConstraints& rows = touch_state_.rows.set();
+    BodyEnergy& energy = touch_state_.body_energy;
+    const ContactConstraints& set = touch_state_.beside.take(rows, energy.step(), &fresh);
     const BodyBeside::Told& told = touch_state_.beside.told();
-    for (std::int32_t p = 0; fresh && p < set.constraint_count; ++p)
-      if (set.constraints[p].framed) touch_state_.admission.pay();
+    if (watches_body_energy(context_.def) && fresh && !told.cut && !told.unfinished && !told.failed) {
+      note_sliding(rows, energy.sliding());
+      energy.recall_forces(rows);
+      energy.judge_earlier(told.energy, touch_state_.body.solver().energy_noise(told.energy), told.step, rows);
+    }
     std::uint32_t flags = 0;
     if (told.failed) flags |= PALPATE_STEP_UNSOLVED;
     if (told.cut || told.unfinished || touch_state_.beside.behind()) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
@@ -664,6 +702,14 @@ class Touch {
     acting_ = joint && has_motions(context_.def) ? &touch_state_.motions.acting(set) : &set;
     const ContactSolver::Outcome outcome = joint ? *joint : solve_again(set);
     if (watches_slide_energy(context_.def)) end_slide_energy(outcome);
+    if (deforms_beside(context_.def) && watches_body_energy(context_.def)) {
+      note_body_energy(touch_state_.rows.set(), [&](std::int32_t p) {
+        const ContactConstraint& constraint = acting_->constraints[p];
+        const Vec3 reaction = touch_state_.solver.reaction(p);
+        return constraint.framed ? transposed_times(constraint.frame, reaction) : reaction;
+      });
+      end_body_energy(touch_state_.rows.set(), is_trusted(outcome) && !(flags_ & PALPATE_STEP_DEFORMATION_BEHIND));
+    }
     if (has_motions(context_.def)) touch_state_.motions.end(set, touch_state_.force);
     if (has_grasps(context_.def)) {
       context_.watch.ended(Pass::contact);
@@ -1135,6 +1181,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.collision.forget();
   state.slides.forget();
   if (watches_slide_energy(def)) state.slide_energy.forget();
+  if (watches_body_energy(def)) state.body_energy.forget();
   state.work.forget();
   state.solver.forget();
   if (deforms_largely(def)) state.body.forget();

@@ -6,6 +6,7 @@
 
 #include "runtime/bundle/step_context.h"
 #include "runtime/contact/body_beside.h"
+#include "runtime/contact/body_energy.h"
 #include "runtime/contact/collision.h"
 #include "runtime/contact/contact_admission.h"
 #include "runtime/contact/contact_patch.h"
@@ -68,6 +69,7 @@ struct TouchState {
   ContactSolver solver;
   ContactAdmission admission;
   SlideEnergy slide_energy;           // where watches_slide_energy()
+  BodyEnergy body_energy;             // where watches_body_energy()
   DeformingBody body;                 // in place of the solver, under large deformation
   BodyBeside beside;                  // or beside it: the body then belongs to the thread of palpate_scene_deform
   FarTools far;                       // of an organ in a world

@@ -167,6 +167,8 @@ class LargeSolver {
   // force: [row_count] N. Cost: three numbers a node for each row.
   void write_beyond_linear(const double* force, std::int32_t count, float* out);
   double energy() const { return now_.energy; }
+  // J, of an energy, by rounding and by what a step leaves of it.
+  double energy_noise(double energy) const { return noise_ + kTolerance * kTolerance * std::abs(energy); }
   const BlockFactor& factor() const { return factor_; }
 
   // For measuring.

@@ -405,6 +405,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
     touch.rows.keep_for_pairs(contact_nodes_for(def, part), part.constraints());
   if (watches_slide_energy(def) && !touch.slide_energy.create(memory, constraints)) return reader.no_memory("contacts");
   if (def.contact == PALPATE_CONTACT_PATCH) touch.deformed.meet_discs(discs_of(touch));
+  if (watches_body_energy(def) && !touch.body_energy.create(memory, constraints)) return reader.no_memory("contacts");
   touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def), deforms_beside(def));
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;

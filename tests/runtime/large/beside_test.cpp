@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "tests/runtime/large/pressed_box.h"
+#include "tests/support/grid_body.h"
 
 namespace palpate::tests {
 namespace {
@@ -124,6 +125,41 @@ TEST(LargeBeside, WhereTheTouchMissesItsSolutionsTheFlagSaysSo) {
   }
   EXPECT_GT(flagged, 0.1);
   EXPECT_LT(trusted, 0.08);  // an estimate: 5.3 % were measured
+}
+
+// A slab of a tissue that stiffens, held at one end.
+TouchedBody stiffening_slab() {
+  GridBody grid;
+  grid.lines = {grid_lines(0, 0.1, 8), grid_lines(0, 0.06, 5), grid_lines(0, 0.02, 2)};
+  grid.held = [](std::array<double, 3> p) { return p[0] == 0; };
+  return TouchedBody(dense_grid(grid), with_large(false, 32));
+}
+
+// Where it bends, it is much softer across than along, so that what the touch misses along weighs more than its length says; and its normal
+// turns by more than the frames of a solution have followed.
+TEST(LargeBeside, OnASlabThatBendsTheFlagSaysWhereForcesAreOff) {
+  const TouchedBody slab = stiffening_slab();
+  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING}) {
+    palpate_scene_def def = pressed_def(law);
+    def.release_distance = 1;
+    Play beside(def, slab);
+    beside.solve_every = 20, beside.most_solves = 1;
+    def.deformation = PALPATE_DEFORMATION_LARGE;
+    Play large(def, slab);
+    double trusted = 0;
+    int count = 0;
+    for (int k = -2; k < 200; ++k) {
+      const double depth = 1e-4 * std::min(k, 120),
+                   along = law == PALPATE_LAW_STICKING ? 1e-4 * std::clamp(k - 60, 0, 120) : 0;
+      const Vector3d to(0.06 + along, 0.03, 0.02 - depth);
+      const palpate_step_flags flags = beside.move({to}) | large.move({to});
+      if (k < 20 || flags != 0) continue;
+      trusted = std::max(trusted, (beside.force(0) - large.force(0)).norm() / large.force(0).norm());
+      ++count;
+    }
+    EXPECT_GT(count, 0);
+    EXPECT_LT(trusted, 0.09) << law;  // estimates of 5 %
+  }
 }
 
 TEST(LargeBeside, AfterTheReleaseTheOrganComesBackToRest) {

@@ -175,11 +175,12 @@ class RandomLargeScenes {
         u.segment<3>(3 * n) = Eigen::Vector3d(at.x, at.y, at.z);
       }
       const LargeContacts rows = body.last_rows();
+      // Those that the state has: a tool that jumps feels none where the state is far from its solution.
       for (std::int32_t r = 0; r < rows.row_count; ++r)
         for (std::int32_t e = 0; e < rows.rows[r].count; ++e)
           for (int i = 0; i < 3; ++i)
             f[3 * rows.nodes[rows.rows[r].first + e] + i] +=
-                body.row_forces()[r] * rows.weights[rows.rows[r].first + e] * rows.rows[r].direction[i];
+                body.solver().carried()[r] * rows.weights[rows.rows[r].first + e] * rows.rows[r].direction[i];
       const double energy = body_.reference.energy(u, &of_energy);
       account_.add(energy, f, u);
       // Between two solutions beside the touch are several steps, of which their forces do not tell the work.
@@ -236,9 +237,13 @@ class RandomLargeScenes {
         const LargeRow& row = all.rows[r];
         for (std::int32_t e = row.first; e < row.first + row.count; ++e)
           for (int d = 0; d < 3; ++d) w(i, 3 * all.nodes[e] + d) += all.weights[e] * row.direction[d];
-        for (Eigen::Index j = 0; j < count; ++j)
-          if (const std::int32_t other = held[static_cast<std::size_t>(j)] - row.group; other >= 0 && other < 3)
-            c(i, j) = all.rows[held[static_cast<std::size_t>(j)]].group == row.group ? row.compliance[other] : 0;
+        for (Eigen::Index j = 0; j < count; ++j) {
+          const std::int32_t column = held[static_cast<std::size_t>(j)], other = column - row.group;
+          if (all.rows[column].group == row.group)
+            c(i, j) = row.compliance[other];
+          else if (all.beside)
+            c(i, j) = all.beside[static_cast<std::size_t>(r) * all.beside_stride + static_cast<std::size_t>(column)];
+        }
         target[i] = body.place(r), carried[i] = body.row_forces()[r];
       }
       Eigen::VectorXd exact, force;

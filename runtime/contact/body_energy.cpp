@@ -1,0 +1,185 @@
+#include "runtime/contact/body_energy.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+// As in slide_energy.cpp, of what is stored in the contacts that slide: what is given beyond the first is taken back down to half of it; beyond
+// the second it is told.
+constexpr double kTolerance = 0.01, kTold = 0.02;
+
+// Ascends through the constraints of a step.
+template <class Constraint>
+std::array<std::int32_t, 3> number_of(const Constraint& of) {
+  return {of.tool, of.point, of.part};
+}
+
+bool is_of_one_contact(const ContactConstraint& a, const ContactConstraint& b) {
+  return a.tool == b.tool && a.point == b.point;
+}
+
+}  // namespace
+
+bool BodyEnergy::create(SceneMemory& memory, std::int32_t constraint_capacity) {
+  const auto capacity = static_cast<std::size_t>(constraint_capacity);
+  held_ = memory.array<Held>(capacity), sliding_ = memory.array<Sliding>(capacity);
+  force_ = memory.array<Vec3>(capacity), work_at_ = memory.array<double>(kSteps);
+  for (double* const number : {&work_, &adopted_, &lost_, &energy_}) memory.keep(*number);
+  for (std::uint64_t* const number : {&step_, &judges_from_}) memory.keep(*number);
+  for (std::int32_t* const number : {&count_, &adopts_, &gives_much_}) memory.keep(*number);
+  memory.keep_array(held_, capacity, count_), memory.keep_array(work_at_, kSteps);
+  return !memory.failed();
+}
+
+void BodyEnergy::forget() {
+  energy_ = 0;
+  end_touch();
+}
+
+// The next one begins with the energy that the body has.
+void BodyEnergy::end_touch() {
+  count_ = 0, work_ = lost_ = 0, adopted_ = energy_, adopts_ = gives_much_ = 0;
+  judges_from_ = ++step_;
+}
+
+// Where its tool holds a constraint. Of one that does not slide, its displacement, which moves alike.
+Vec3 BodyEnergy::place_of(const ContactConstraints& set, std::int32_t p) const {
+  if (sliding_[p].slides()) return sliding_[p].at;
+  const ContactConstraint& constraint = set.constraints[p];
+  Vec3 along_rows;
+  for (int i = 0; i < 3; ++i)
+    if (constraint.axes >> i & 1u) along_rows[i] = set.target[p][i];
+  return constraint.framed ? transposed_times(constraint.frame, along_rows) : along_rows;
+}
+
+// The constraint in the last step; nullptr where it was not there.
+const BodyEnergy::Held* BodyEnergy::held(const ContactConstraint& constraint) const {
+  const Held *const end = held_ + count_, *const at =
+                                              std::partition_point(held_, held_ + count_, [&](const Held&before) {
+                                                return number_of(before) < number_of(constraint);
+                                              });
+  return at != end && number_of(*at) == number_of(constraint) ? at : nullptr;
+}
+
+void BodyEnergy::recall_forces(const ContactConstraints& set) {
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const Held* const before = held(set.constraints[p]);
+    force_[p] = before ? before->force : Vec3{};
+  }
+}
+
+// Tools take the work (f + f') . (p' - p) / 2.
+BodyEnergy::Work BodyEnergy::work_of(const ContactConstraints& set) const {
+  Work work;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const Held* const before = held(set.constraints[p]);
+    const bool slides = sliding_[p].slides();
+    if (before)
+      work.sum += 0.5 * dot(force_[p] + before->force, place_of(set, p) - before->at);
+    else if (slides)
+      work.sum += 0.5 * dot(force_[p], sliding_[p].at - sliding_[p].from);
+    const bool same = before && before->node == set.nodes[set.constraints[p].first_node].node;
+    work.known = work.known && (slides || same);
+  }
+  return work;
+}
+
+// J, in contacts that slide, as if the body were linear.
+double BodyEnergy::stored_in(const ContactConstraints& set) const {
+  double sum = 0;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    if (sliding_[p].slides()) sum += std::max(0.0, 0.5 * push_on(set, p) * set.target[p].x);
+  return sum;
+}
+
+// N, along the inward normal at rest.
+double BodyEnergy::push_on(const ContactConstraints& set, std::int32_t p) const {
+  return dot(force_[p], load3(set.constraints[p].frame.m[0]));
+}
+
+// The energy goes with the square of the targets.
+void BodyEnergy::shorten(const ContactConstraints& set, double excess, double stored, ContactRows* rows) const {
+  const double kept = std::sqrt(std::max(0.0, 1 - (excess - 0.5 * kTolerance * stored) / stored));
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    if (!sliding_[p].slides()) continue;
+    const Vec3 shorter = {(1 - kept) * set.target[p].x, 0, 0};
+    *sliding_[p].slack += set.constraints[p].share * shorter.x;
+    if (rows) rows->set_target(p, set.target[p] - shorter);
+  }
+}
+
+// The energy that was lost pays for longer targets in the next step. Where a contact bears no force, its target becomes zero or what is left of
+// the slack.
+void BodyEnergy::lengthen(const ContactConstraints& set, double stored) const {
+  const double more = stored > 0 && lost_ > 0 ? std::sqrt(1 + lost_ / stored) - 1 : 0;
+  for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
+    double depth = 0, push = 0;
+    for (; end < set.constraint_count && is_of_one_contact(set.constraints[p], set.constraints[end]); ++end)
+      depth += set.constraints[end].share * set.target[end].x, push += push_on(set, end);
+    if (!sliding_[p].slack || *sliding_[p].slack == 0) continue;
+    double& slack = *sliding_[p].slack;
+    if (slack * push > 0)
+      slack -= (slack > 0 ? 1 : -1) * std::min(std::fabs(slack), more * std::fabs(depth));
+    else if (slack > 0)
+      slack = std::clamp(depth + slack, 0.0, slack);
+  }
+}
+
+bool BodyEnergy::give_way(double energy, double noise, ContactRows& rows) const {
+  const ContactConstraints& set = rows.set();
+  const Work work = work_of(set);
+  const double stored = stored_in(set), excess = energy - work_ - work.sum - adopted_;
+  if (adopts_ || !work.known || !(stored > 0 && excess > kTolerance * stored + noise)) return false;
+  shorten(set, excess, stored, &rows);
+  return true;
+}
+
+void BodyEnergy::judge(double energy, double noise, const ContactConstraints& set) {
+  judge(energy, noise, work_ + work_of(set).sum, set);
+}
+
+void BodyEnergy::judge_earlier(double energy, double noise, std::uint64_t step, const ContactConstraints& set) {
+  if (count_ == 0)
+    adopted_ = energy_ = energy;
+  else if (step >= judges_from_ && step < step_ && step_ - step < kSteps)
+    judge(energy, noise, work_at_[step % kSteps], set);
+}
+
+// work: J, at the step of the energy.
+void BodyEnergy::judge(double energy, double noise, double work, const ContactConstraints& set) {
+  const double stored = stored_in(set);
+  if (adopts_) adopted_ = energy + lost_ - work;
+  adopts_ = 0, energy_ = energy;
+  lost_ = work + adopted_ - energy;
+  if (lost_ > stored) adopted_ -= lost_ - stored, lost_ = stored;
+  gives_much_ = -lost_ > kTold * stored + noise;
+  if (-lost_ > kTolerance * stored + noise && stored > 0) {
+    shorten(set, -lost_, stored, nullptr);
+    judges_from_ = step_ + 1;  // the first step with these targets
+  } else {
+    lengthen(set, stored);
+  }
+}
+
+void BodyEnergy::end(const ContactConstraints& set, bool followed) {
+  const Work work = work_of(set);
+  work_ += work.sum;
+  bool slides = false;
+  count_ = set.constraint_count;
+  for (std::int32_t p = 0; p < count_; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    held_[p] = {constraint.tool,  constraint.point, constraint.part, set.nodes[constraint.first_node].node,
+                place_of(set, p), force_[p]};
+    slides = slides || sliding_[p].slides();
+  }
+  if (!slides) return end_touch();
+  work_at_[step_ % kSteps] = work_;
+  ++step_;
+  if (followed && work.known) return;
+  adopts_ = 1, judges_from_ = step_;
+}
+
+}  // namespace palpate

@@ -1,0 +1,80 @@
+// Keeps contacts that slide on a hyperelastic body from giving energy: what slide_energy.h does on the linear organ, with the energy of the
+// body itself.
+//
+// A body that has more energy than the tools have put in has some that nobody paid for: an anchor moved to a stiffer place, or a frame turned.
+// The contacts that slide then give way: their targets along the normal get shorter by the slack, until the energy is what was paid for. The
+// slack goes back as contacts lose energy. Where the body is solved beside the touch, a solution is judged by what the tools had put in when its
+// targets were given.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/contact/contact_rows.h"
+#include "runtime/contact/slide_energy.h"
+
+namespace palpate {
+
+class BodyEnergy {
+ public:
+  using Sliding = SlideEnergy::Sliding;
+  // Steps that work_at() goes back. A solution of an earlier one is not judged.
+  static constexpr std::uint64_t kSteps = 128;
+
+  bool create(SceneMemory& memory, std::int32_t constraint_capacity);
+  void forget();
+
+  // Of this step, to be filled before the calls below: what a touch knows about constraint p, and the force on the body, N.
+  Sliding* sliding() { return sliding_; }  // [constraint_capacity]
+  Vec3* force() { return force_; }         // [constraint_capacity]
+  // Before the forces of this step are known, those of the last one.
+  void recall_forces(const ContactConstraints& set);
+
+  // True where the body has more energy in this step, J, than was paid for, and contacts have shorter targets in `rows` for it: the step is to be
+  // solved again. noise: of the energy, J. Cost: some 30 operations for each constraint.
+  bool give_way(double energy, double noise, ContactRows& rows) const;
+  // Judges the energy of this step. What is given too much is taken back in the next one.
+  void judge(double energy, double noise, const ContactConstraints& set);
+  // The same, of a step before this one, with recalled forces.
+  std::uint64_t step() const { return step_; }
+  void judge_earlier(double energy, double noise, std::uint64_t step, const ContactConstraints& set);
+  // At the last state that was judged contacts had given more than the tolerance allows.
+  bool gives_much() const { return gives_much_ != 0; }
+  // Ends a step. followed: the body was where its contacts hold it. Where it lagged behind, what it then catches up with is no gain.
+  void end(const ContactConstraints& set, bool followed);
+
+ private:
+  // A constraint of the last step.
+  struct Held {
+    std::int32_t tool, point, part, node;  // the first node that it holds
+    Vec3 at, force;                        // m and N, in the organ's frame
+  };
+  struct Work {
+    double sum = 0;     // J
+    bool known = true;  // constraints that do not slide are those of the last step
+  };
+  Work work_of(const ContactConstraints& set) const;
+  const Held* held(const ContactConstraint& constraint) const;
+  Vec3 place_of(const ContactConstraints& set, std::int32_t p) const;
+  double stored_in(const ContactConstraints& set) const;
+  double push_on(const ContactConstraints& set, std::int32_t p) const;
+  void judge(double energy, double noise, double work, const ContactConstraints& set);
+  void end_touch();
+  void shorten(const ContactConstraints& set, double excess, double stored, ContactRows* rows) const;
+  void lengthen(const ContactConstraints& set, double stored) const;
+
+  Held* held_ = nullptr;        // [constraint_capacity]
+  Sliding* sliding_ = nullptr;  // [constraint_capacity]
+  Vec3* force_ = nullptr;       // [constraint_capacity] N
+  double* work_at_ = nullptr;   // [kSteps] J, work_ at the end of each step
+  std::int32_t count_ = 0;
+  double work_ = 0;     // J, what the tools have put in since the touch began
+  double adopted_ = 0;  // J, that the body had beyond it, or that was lost and is not given back
+  double lost_ = 0;     // J, at the last state that was judged
+  std::uint64_t step_ = 0, judges_from_ = 0;
+  double energy_ = 0;            // J, the same
+  std::int32_t adopts_ = 0;      // the next state tells what the body has
+  std::int32_t gives_much_ = 0;  // at the last state that was judged
+};
+
+}  // namespace palpate

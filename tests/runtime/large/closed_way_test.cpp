@@ -1,0 +1,145 @@
+// Contacts that slide under large deformation: closed ways give back no more than went in.
+#include <random>
+
+#include "tests/runtime/large/large_scene.h"
+#include "tests/support/grid_body.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kHeight = 0.03, kWidth = 0.06;
+
+// A block whose top bulges and has waves, and whose side overhangs what holds it: its compliance and its normals differ from place to place.
+const TouchedBody& waved_block() {
+  static const TouchedBody shared(
+      [] {
+        GridBody grid;
+        grid.lines = {grid_lines(0, kWidth, 6), grid_lines(0, kWidth, 6), grid_lines(0, kHeight, 3)};
+        grid.held = [](std::array<double, 3> p) { return p[2] == 0 && p[0] < 0.75 * kWidth; };
+        DenseBody dense = dense_grid(grid);
+        for (auto& p : dense.body.mesh.nodes) {
+          const double x = p[0] - 0.5 * kWidth, y = p[1] - 0.5 * kWidth;
+          p[2] += p[2] / kHeight * (-5 * (x * x + y * y) + 0.0008 * std::sin(150 * x) * std::cos(130 * y));
+        }
+        return dense;
+      }(),
+      with_large(false));
+  return shared;
+}
+
+struct Contact {
+  palpate_contact_model model;
+  double radius;  // m
+};
+const Contact kContacts[] = {{PALPATE_CONTACT_PATCH, 0.002},
+                             {PALPATE_CONTACT_PATCH, 0.012},
+                             {PALPATE_CONTACT_POINT, 0},
+                             {PALPATE_CONTACT_TRIANGLE, 0},
+                             {PALPATE_CONTACT_NODE, 0}};
+
+// What a tool has put in and got back on a way.
+struct Account {
+  double work = 0, most = 0;  // J
+  int flagged = 0;            // steps that touch
+  double gain() const { return most > 0 ? -work / most : 0; }
+};
+
+// Each corner is gone to in a straight line, 0.2 mm in a step. solve_every: under LARGE_BESIDE, steps from one solution to the next.
+Account go(const palpate_scene_def& def, const Contact& contact, double friction, const std::vector<Vector3d>& corners,
+           int solve_every = 1) {
+  const ScenePointer scene = waved_block().scene(def);
+  Contacts contacts(scene.get());
+  Account account;
+  Vector3d at = corners[0], before = Vector3d::Zero();
+  int steps = 0;
+  for (std::size_t c = 1; c < corners.size(); ++c) {
+    const Vector3d from = corners[c - 1], way = corners[c] - from;
+    const int count = std::max(1, static_cast<int>(way.norm() / 2e-4));
+    for (int s = 1; s <= count; ++s) {
+      const Vector3d to = from + way * (double(s) / count);
+      palpate_tool tool = palpate_default_tool();
+      tool.points = to.data(), tool.point_count = 1, tool.disc_radius = contact.radius, tool.friction = friction;
+      const palpate_step_flags flags =
+          palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+      if (++steps % solve_every == 0) palpate_scene_deform(scene.get());
+      const Vector3d force(palpate_contacts_tool(contacts, 0)->force_raw);
+      account.flagged += flags != 0 && force.norm() > 0;
+      account.work -= 0.5 * (before + force).dot(to - at);
+      account.most = std::max(account.most, account.work);
+      before = force, at = to;
+    }
+  }
+  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 0);
+  return account;
+}
+
+// Down, 18 mm along, up.
+std::vector<Vector3d> closed_way(std::mt19937& random) {
+  std::uniform_real_distribution<double> any(0, 1);
+  const double turn = 6.283185307 * any(random);
+  const Vector3d place(0.02 + 0.02 * any(random), 0.02 + 0.02 * any(random), 0);
+  const Vector3d start = place + Vector3d(0, 0, kHeight), deep(0, 0, -0.006);
+  const Vector3d along = 0.018 * Vector3d(std::cos(turn), std::sin(turn), 0);
+  return {start + Vector3d(0, 0, 0.002), start + deep, start + deep + along, start + along + Vector3d(0, 0, 0.02)};
+}
+
+struct Law {
+  palpate_contact_law law;
+  double friction;
+};
+const Law kLaws[] = {{PALPATE_LAW_SLIDING, 0},
+                     {PALPATE_LAW_UNILATERAL, 0},
+                     {PALPATE_LAW_COULOMB, 0},
+                     {PALPATE_LAW_COULOMB, 0.02},
+                     {PALPATE_LAW_COULOMB, 0.1}};
+
+// 1 % of what is stored is what the account allows (body_energy.h); the rest is the sum over steps in place of the integral.
+constexpr double kMostGain = 0.02;
+
+palpate_scene_def def_of(const Contact& contact, palpate_contact_law law, palpate_deformation_model deformation,
+                         palpate_collision collision) {
+  palpate_scene_def def = unlimited_def();
+  def.deformation = deformation, def.law = law, def.contact = contact.model, def.collision = collision;
+  def.release_distance = 0.1, def.max_operations = 100'000'000;
+  return def;
+}
+
+TEST(LargeClosedWay, GivesBackNoMoreThanWentInUnderEveryModelAndLaw) {
+  for (const Contact& contact : kContacts)
+    for (const Law& law : kLaws)
+      for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
+        std::mt19937 random(7);
+        for (int way = 0; way < 2; ++way) {
+          const Account account = go(def_of(contact, law.law, PALPATE_DEFORMATION_LARGE, collision), contact,
+                                     law.friction, closed_way(random));
+          EXPECT_GT(account.most, 1e-5);
+          EXPECT_LE(account.gain(), kMostGain)
+              << contact.model << " " << contact.radius << " law " << law.law << " " << law.friction << " way " << way;
+          // A step in which the disc leaves an edge.
+          EXPECT_LE(account.flagged, 1) << contact.model << " " << contact.radius << " law " << law.law << " "
+                                        << law.friction << " way " << way;
+        }
+      }
+}
+
+// With a solution for each step, no more; with one for each 2 mm of way, no more where no step says that it is behind.
+TEST(LargeClosedWay, BesideTheTouchGivesBackNoMoreThanWentIn) {
+  for (const Contact& contact : kContacts)
+    for (const Law& law : kLaws) {
+      std::mt19937 random(7);
+      for (const int solve_every : {1, 10}) {
+        const Account account = go(def_of(contact, law.law, PALPATE_DEFORMATION_LARGE_BESIDE, PALPATE_COLLISION_REST),
+                                   contact, law.friction, closed_way(random), solve_every);
+        EXPECT_GT(account.most, 1e-5);
+        if (solve_every == 1 || account.flagged == 0) {
+          EXPECT_LE(account.gain(), kMostGain) << contact.model << " " << contact.radius << " law " << law.law << " "
+                                               << law.friction << " every " << solve_every;
+        }
+      }
+    }
+}
+
+}  // namespace
+}  // namespace palpate::tests
