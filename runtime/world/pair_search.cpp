@@ -16,6 +16,8 @@ constexpr double kLeastFollow = 1.0 / 32, kOnward = 1.1;
 // Where organs and supports stand, the share is at least the first number, and grows by so much of itself the first time that the place goes on, twice
 // as much the second time, and so on: the place comes to rest.
 constexpr double kLeastFollowAtRest = 1.0 / 256, kOnwardAtRest = 0.01;
+// Between ways whose cosine is less than 1 over this, a share grows or falls by part of that alone.
+constexpr double kRamp = 4;
 // A place turns back only where its way is longer than so many mean edges.
 constexpr double kStill = 1e-3;
 // Radians, by which the surface turns before a pair's normal follows: 0.05 degrees, so that the rows of pairs at rest stay as they are.
@@ -24,6 +26,8 @@ constexpr double kTurned = 9e-4;
 constexpr double kFaces = -0.2;
 // A vertex that is less than this far from the surface, in mean edges, has no direction of its own.
 constexpr double kOnSurface = 1e-3;
+// Barycentric weight below which a place is on an edge: rounding.
+constexpr double kOnEdge = 1e-9;
 // Beyond this angle between the way to the vertex and the normal, the place is on an edge of the organ (cosine of 25 degrees).
 constexpr double kOverFace = 0.9063;
 
@@ -52,26 +56,35 @@ double growth_of(const OrganGroup& group, double onward) {
   return group.moves ? kOnward : 1 + kOnwardAtRest * onward;
 }
 
-// The share of the way `along` that a place or a normal goes. still: shorter ways do not count as turning back.
+// How far two ways go on in one direction, from 1 to -1 where the second one turns back. still: a way no longer than that does not turn back.
+double going_on(Vec3 way, Vec3 next, double still) {
+  const double sizes = length(way) * length(next);
+  if (!(sizes > 0)) return 0;
+  const double cosine = dot(way, next) / sizes;
+  return cosine < 0 ? cosine * std::clamp(length(next) / still - 1, 0.0, 1.0) : cosine;
+}
+
+// The share of the way `along` that a place or a normal goes. It changes without a jump as the way turns: where it jumped, a way across the last
+// one made the last bits of two machines a per cent of their forces.
 double share_of(const OrganGroup& group, Vec3 along, double still, Follow* follow) {
-  const bool turns_back = dot(along, follow->way) < 0 && length(along) > still;
-  const double least = group.moves ? kLeastFollow : kLeastFollowAtRest;
-  follow->onward = turns_back ? 0 : follow->onward + 1;
-  follow->share = turns_back ? std::max(least, 0.5 * follow->share)
-                             : std::min(1.0, growth_of(group, follow->onward) * follow->share);
+  const double on = std::clamp(kRamp * going_on(follow->way, along, still), -1.0, 1.0),
+               least = group.moves ? kLeastFollow : kLeastFollowAtRest;
+  follow->onward = (1 + std::min(0.0, on)) * follow->onward + std::max(0.0, on);
+  const double grows = on < 0 ? 1 + 0.5 * on : 1 + (growth_of(group, follow->onward) - 1) * on;
+  follow->share = std::clamp(grows * follow->share, least, 1.0);
   follow->way = follow->share * along;
   return follow->share;
 }
 
-// The normal of a pair goes from `before` towards what it is now. Returns whether it is there.
+// The normal of a pair goes from `before` towards what it is now. Returns whether it is there, within kTurned.
 bool turn(const OrganGroup& group, Vec3 before, OrganPair* pair) {
   const Vec3 along = pair->normal - before;
-  const bool turns = length(along) > kTurned;
-  const double share = turns ? share_of(group, along, kTurned, &pair->turns) : 0;
+  const double left = length(along) - kTurned;
+  const double share = left > 0 ? share_of(group, along, kTurned, &pair->turns) * left / (left + kTurned) : 0;
   const Vec3 normal = unit_or_zero(before + share * along);
   pair->normal = length(normal) > 0 ? normal : before;
   pair->tangent = across(pair->normal, pair->tangent);
-  return (1 - share) * length(along) <= kTurned;
+  return (1 - share) * length(along) <= kTurned * (1 + 1e-6);
 }
 
 bool has_stepped(const TouchState& organ) {
@@ -118,12 +131,13 @@ bool PairSearch::create(SceneMemory& memory, palpate_scene* const* organs, std::
       }
   const auto vertices = static_cast<std::size_t>(capacity_);
   looks_ = memory.array<OrganGroup::Look>(vertices);
-  for (double** array : {&overlap_, &overlap_at_rest_}) *array = memory.array<double>(vertices);
+  for (double** array : {&overlap_, &overlap_at_rest_, &inside_at_rest_}) *array = memory.array<double>(vertices);
   if (memory.failed()) return false;
   std::size_t first = 0;
   for (std::int32_t g = 0; g < group_count_; ++g) {
     OrganGroup& group = groups_[g];
     group.look = looks_ + first, group.overlap = overlap_ + first, group.overlap_at_rest = overlap_at_rest_ + first;
+    group.inside_at_rest = inside_at_rest_ + first;
     first += static_cast<std::size_t>(touch(group.a).tree.surface_nodes());
   }
   memory.keep_array(motions_, static_cast<std::size_t>(group_count_));
@@ -252,10 +266,41 @@ void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Ve
   pair->tangent = across(normal, pair->tangent);
 }
 
+// On an edge or a corner of the surface each triangle there has the nearest place, and the last bits decide which one the search names: on the rim of a
+// block the one above or the one at its side. The place is of the triangle that faces the vertex most. off: m, from the place to the vertex;
+// facing: unit, outward from the vertex' own organ.
+void PairSearch::face(const OrganGroup& group, Vec3 off, Vec3 facing, NearestPoint* nearest) const {
+  TouchState& b = touch(group.b);
+  SurfacePoint& place = nearest->surface_point;
+  std::int32_t held[3], count = 0;
+  double weight[3];
+  for (int v = 0; v < 3; ++v)
+    if (place.barycentric[v] > kOnEdge)
+      held[count] = b.tree.corners(place.triangle)[v], weight[count++] = place.barycentric[v];
+  if (count == 3) return;
+  const bool has_way = nearest->outside && nearest->distance > kOnSurface * b.tree.mean_edge();
+  const Vec3 toward = has_way ? off : -1 * facing;
+  double most = -INFINITY;
+  b.tree.around(held[0], [&](std::int32_t triangle) {
+    const std::int32_t* const corner = b.tree.corners(triangle);
+    if (count == 2 && std::find(corner, corner + 3, held[1]) == corner + 3) return;
+    Vec3 now[3];
+    b.deformed.corners(triangle, now);
+    const Vec3 outward = unit_or_zero(cross(now[1] - now[0], now[2] - now[0]));
+    if (!(dot(outward, toward) > most)) return;
+    most = dot(outward, toward), nearest->outward = outward, place.triangle = triangle;
+  });
+  for (int v = 0; v < 3; ++v) {
+    const std::int32_t corner = b.tree.corners(place.triangle)[v];
+    place.barycentric[v] = corner == held[0] ? weight[0] : count == 2 && corner == held[1] ? weight[1] : 0;
+  }
+}
+
 // Makes the pair whose place is nearest to a point of the second organ's frame. Returns the place, m.
-Vec3 PairSearch::anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair) {
+Vec3 PairSearch::anchor_under(const OrganGroup& group, NearestPoint nearest, Vec3 at, Vec3 facing, OrganPair* pair) {
   TouchState& b = touch(group.b);
   const Vec3 place = b.tree.at_rest(nearest.surface_point) + b.deformed.displacement({}, nearest.surface_point);
+  face(group, at - place, facing, &nearest);
   anchor(group, nearest, at - place, pair);
   return place;
 }
@@ -264,14 +309,14 @@ Vec3 PairSearch::anchor_under(const OrganGroup& group, const NearestPoint& neare
 // place that goes all the way sends the vertex back by more. So a pair whose place turns back goes half as far as before, and one that
 // goes on goes farther again. With friction the place is the vertex's own. before: the pair as it was, whose place is now at `was`; at: the
 // vertex; found: the pair all the way, whose place is *place.
-void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found,
-                        Vec3* place) {
+void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, Vec3 facing,
+                        OrganPair* found, Vec3* place) {
   TouchState& b = touch(group.b);
   const double share = share_of(group, *place - was, kStill * b.tree.mean_edge(), &found->moves);
   if (share == 1 || rubs(before)) return;
   const Vec3 between = was + share * (at - was);
   const NearestPoint under = b.deformed.nearest({}, between, group.reach);
-  if (under.surface_point.triangle >= 0) *place = anchor_under(group, under, between, found);
+  if (under.surface_point.triangle >= 0) *place = anchor_under(group, under, between, facing, found);
 }
 
 // The pair that was found has its place where it was before; its normal is the one there now.
@@ -340,7 +385,9 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   }
   const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
   if (nearest.surface_point.triangle < 0) {
+    const std::int64_t deep = group.look[vertex].deep;  // farther in than it is looked for
     look_after(group, vertex, group.reach - group.margin, nearest.per_path);
+    group.look[vertex].deep = deep;
     return false;
   }
   const double near = nearest.outside ? nearest.distance : -nearest.distance;
@@ -359,10 +406,13 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     if (there.surface_point.triangle >= 0) under = there, at = left;
   }
   OrganPair found = held ? *pair : OrganPair{};
-  Vec3 place = anchor_under(group, under, at, &found);
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
+  Vec3 place = anchor_under(group, under, at, facing, &found);
   if (dot(found.normal, facing) > kFaces) {
-    if (!held || !keeps_place(group, *pair, p, nearest.outside)) return false;
+    if (!held || !keeps_place(group, *pair, p, nearest.outside)) {
+      group.look[vertex].deep = near < -group.margin - group.inside_at_rest[vertex];
+      return false;
+    }
     pair->near = near;
     note_where(group, p, pair);
     return true;
@@ -375,7 +425,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   if (held) {
     const SurfacePoint before = surface_point_of(pair->triangle, pair->barycentric);
     const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
-    follow(group, *pair, was, at, &found, &place);
+    follow(group, *pair, was, at, facing, &found, &place);
     // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
     const double lag = !rubs(*pair) ? kLag : pair->slips ? 0 : kLagWhereItSticks;
     if (length(was - place) < lag * edge && !found.over_edge && !pair->over_edge) keep_place(group, *pair, &found);
@@ -401,12 +451,14 @@ void PairSearch::let_slip(std::int32_t i) {
 
 // ---- all vertices ----------------------------------------------------------------------------------------------------
 
-void PairSearch::search_group(std::int32_t g, std::int32_t* next_held) {
+// Returns whether a vertex is deep inside the other organ without a pair.
+bool PairSearch::search_group(std::int32_t g, std::int32_t* next_held) {
   OrganGroup& group = groups_[g];
   measure_motion(group);
   const std::int32_t first = *next_held;
   while (*next_held < count_ && pairs_[*next_held].group == g) ++*next_held;
-  if (first == *next_held && is_apart(group)) return;
+  if (first == *next_held && is_apart(group)) return false;
+  bool deep = false;
   std::int32_t held = first;
   const std::int32_t vertices = touch(group.a).tree.surface_nodes();
   for (std::int32_t v = 0; v < vertices; ++v) {
@@ -414,12 +466,15 @@ void PairSearch::search_group(std::int32_t g, std::int32_t* next_held) {
     OrganPair* const before = is_held ? pairs_ + held++ : nullptr;
     if (!is_due(group, v)) {
       if (is_held) found_[found_count_++] = *before;
+      deep = deep || group.look[v].deep;
       continue;
     }
     OrganPair& pair = found_[found_count_];
     pair = is_held ? *before : OrganPair{};
     found_count_ += look(g, v, is_held, &pair);
+    deep = deep || group.look[v].deep;
   }
+  return deep;
 }
 
 // Where there are more pairs than the world has room for, those whose surfaces are farther apart go.
@@ -448,8 +503,9 @@ std::uint32_t PairSearch::search() {
     touch(k).work.add(touch(k).deformed.take_work()), surface_[k].begin_step();
   std::int32_t next_held = 0;
   found_count_ = 0;
-  for (std::int32_t g = 0; g < group_count_; ++g) search_group(g, &next_held);
-  const std::uint32_t flags = keep_nearest();
+  bool deep = false;
+  for (std::int32_t g = 0; g < group_count_; ++g) deep = search_group(g, &next_held) || deep;
+  const std::uint32_t flags = keep_nearest() | (deep ? std::uint32_t{PALPATE_STEP_NOT_TOUCHABLE} : 0u);
   std::swap(pairs_, found_);
   count_ = found_count_;
   for (std::int32_t k = 0; k < organ_count_; ++k) touch(k).work.add(touch(k).deformed.take_work());
@@ -462,14 +518,16 @@ void PairSearch::find_overlaps(OrganGroup& group) {
   TouchState &a = touch(group.a), &b = touch(group.b);
   for (std::int32_t v = 0; v < a.tree.surface_nodes(); ++v) {
     const Vec3 p = to_second(group, a.tree.at_rest(v));
-    const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
+    NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
     if (nearest.surface_point.triangle < 0) continue;
     const Vec3 off = p - b.tree.at_rest(nearest.surface_point);
-    OrganPair pair;
-    anchor(group, nearest, off, &pair);
     const Vec3 facing = turned_to_second(group, surface_[group.a].normal(v));
+    OrganPair pair;
+    face(group, off, facing, &nearest);
+    anchor(group, nearest, off, &pair);
     const double gap = dot(pair.normal, off) - pair.bulge;
     if (gap < 0 && dot(pair.normal, facing) < kFaces) group.overlap_at_rest[v] = -gap;
+    if (!nearest.outside && dot(pair.normal, facing) >= kFaces) group.inside_at_rest[v] = nearest.distance;
   }
   a.deformed.take_work(), b.deformed.take_work();
 }

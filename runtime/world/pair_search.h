@@ -54,10 +54,12 @@ struct OrganGroup {
     double path_a = 0, path_b = 0;  // sqrt(J), of the fields then
     double way = 0;                 // m, of the poses then
     double per_path = 0;            // m / sqrt(J): by how much the second organ's field may bring its surface nearer
+    std::int64_t deep = 0;  // 1: it is inside of b, by more than it was at rest and the margin, and no pair holds it
   };
   Look* look = nullptr;       // [nodes of a]
   double* overlap = nullptr;  // [nodes of a] m
   double* overlap_at_rest = nullptr;
+  double* inside_at_rest = nullptr;  // [nodes of a] m, of vertices that do not face b where they are in it
   // From step to step.
   struct Motion {
     double way = 0;  // m, a bound on how far the poses have moved any vertex of a against b, summed over the steps
@@ -116,19 +118,21 @@ class PairSearch {
   void look_after(OrganGroup& group, std::int32_t vertex, double room, double per_path) const;
   bool is_due(const OrganGroup& group, std::int32_t vertex) const;
   bool is_apart(const OrganGroup& group) const;
-  void search_group(std::int32_t g, std::int32_t* next_held);
+  bool search_group(std::int32_t g, std::int32_t* next_held);
   Vec3 left_by_last_step(const OrganGroup& group, const OrganPair& pair, Vec3 vertex) const;
   // A point of the first organ under the poses of the step before.
   Vec3 to_second_before(const OrganGroup& group, Vec3 point) const {
     return group.pose_b_before.to_body(group.pose_a_before.to_world(point));
   }
-  Vec3 anchor_under(const OrganGroup& group, const NearestPoint& nearest, Vec3 at, OrganPair* pair);
+  void face(const OrganGroup& group, Vec3 off, Vec3 facing, NearestPoint* nearest) const;
+  Vec3 anchor_under(const OrganGroup& group, NearestPoint nearest, Vec3 at, Vec3 facing, OrganPair* pair);
   Vec3 place_now(const OrganGroup& group, const OrganPair& pair, Vec3* outward) const;
   Vec3 normal_at(const OrganGroup& group, const OrganPair& pair, Vec3 outward);
   bool stands(const OrganGroup& group, Vec3 at, OrganPair* pair, double* moved);
   bool keeps_place(const OrganGroup& group, const OrganPair& pair, Vec3 at, bool outside) const;
   void note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) const;
-  void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, OrganPair* found, Vec3* place);
+  void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, Vec3 facing, OrganPair* found,
+              Vec3* place);
   void keep_place(const OrganGroup& group, const OrganPair& before, OrganPair* found);
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
   void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair);
@@ -138,10 +142,10 @@ class PairSearch {
   palpate_scene* const* organs_ = nullptr;
   std::int32_t organ_count_ = 0, group_count_ = 0;
   OrganSurface surface_[PALPATE_MAX_ORGANS];
-  OrganGroup* groups_ = nullptr;                            // [group_count]
-  OrganGroup::Motion* motions_ = nullptr;                   // [group_count]
-  OrganGroup::Look* looks_ = nullptr;                       // [capacity], of all groups
-  double *overlap_ = nullptr, *overlap_at_rest_ = nullptr;  // the same
+  OrganGroup* groups_ = nullptr;                                                        // [group_count]
+  OrganGroup::Motion* motions_ = nullptr;                                               // [group_count]
+  OrganGroup::Look* looks_ = nullptr;                                                   // [capacity], of all groups
+  double *overlap_ = nullptr, *overlap_at_rest_ = nullptr, *inside_at_rest_ = nullptr;  // the same
   bool has_friction_ = false;
   std::int32_t most_ = 0, capacity_ = 0;
   OrganPair *pairs_ = nullptr, *found_ = nullptr;  // [capacity], ascending by group and vertex

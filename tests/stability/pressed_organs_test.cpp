@@ -81,8 +81,7 @@ TEST(StabilityPressedOrgans, AThinLobeFoldsBetweenTwoOthers) {
     attack.hold("largest force of a pair, N" + with, told.largest_pair, most, "pairs push, so none has more than all");
     attack.hold("forces out of balance, of the force" + with, told.out_of_balance / rest.norm(), 1e-9,
                 "each pair presses both organs alike: rounding");
-    attack.hold("largest displacement, m" + with, told.largest_shape, friction > 0 ? 0.1 : 0.03,
-                "the sum of both ways; weak: with friction the lobe that has turned over goes beyond it, by 0.080");
+    attack.hold("largest displacement, m" + with, told.largest_shape, 0.03, "the sum of both ways");
     attack.hold("other flags" + with, told.flags & ~(kOfConflict | PALPATE_STEP_CONTACTS_DROPPED), 0,
                 "nothing else is wrong with the input");
     // Withdrawn, all is as it was.
@@ -162,8 +161,7 @@ TEST(StabilityPressedOrgans, TenOrgansInAHeap) {
               "a plate compressed by the whole push");
   attack.hold("forces out of balance, of the force", told.out_of_balance / least, 1e-9,
               "each pair presses both organs alike: rounding");
-  attack.hold("swing at rest, of the force", swing / least, 1e-3,
-              "what normals that still turn leave after 100 steps; it falls to 6e-5 after 200");
+  attack.hold("swing at rest, of the force", swing / least, 5e-4, "what normals that still turn leave after 100 steps");
   attack.hold("largest displacement, m", told.largest_shape, kPush, "plates give way by less than the push");
   attack.hold("other flags", told.flags & ~kOfConflict, 0, "nothing else is wrong with the input");
 }

@@ -17,9 +17,8 @@ const files = Object.fromEntries(["box", "breathing"].map((name) => [name, new U
 // As runtime_test.mjs has it: the last bits of the C library's functions; shapes are floats.
 const tolerance = 1e-5;
 // Where organs press one another: a pair begins to press at the place that was found last, which is up to a fiftieth of an edge old. The step in
-// which it was found follows from bounds, whose last bits differ. Weak: a normal that turns back
-// halves its share, and does so in another step where the last bits differ: up to 1.4e-2.
-const pressingTolerance = 3e-2;
+// which it was found follows from bounds, whose last bits differ.
+const pressingTolerance = 5e-4;
 const refused = (call, sentence) => assert.throws(call, (error) => error instanceof PalpateError && sentence.test(error.message));
 const sum = (vectors) => vectors.reduce((all, vector) => all.map((x, d) => x + vector[d]), [0, 0, 0]);
 const bytesOf = (numbers) => Buffer.from(numbers.buffer, numbers.byteOffset, numbers.byteLength);

@@ -163,9 +163,10 @@ TEST(Touching, ACapOnAStiffBlockHasTheContactRadiusOfHertz) {
     double force = 0, second = 0, most = 0;
     for (std::int32_t i = 0; i < both.contacts->get()->pair_count; ++i) {
       const palpate_world_pair& pair = both.pair(i);
-      ASSERT_EQ(pair.organ[0], 0);
-      const Vector3d p = above.node(pair.node);
-      const double f = pair.force[2];
+      // The vertex of the block on the axis has a pair too.
+      const bool of_cap = pair.organ[0] == 0;
+      const Vector3d p = (of_cap ? above : below).node(pair.node);
+      const double f = of_cap ? pair.force[2] : -pair.force[2];
       force += 4 * f, second += 4 * f * (p.x() * p.x() + p.y() * p.y());
       if (f > 0) most = std::max(most, std::hypot(p.x(), p.y()));
     }
@@ -260,6 +261,34 @@ TEST(Touching, FrictionCostsNothingWherePairsDoNotPress) {
     }
   }
   EXPECT_EQ(operations[0], operations[1]);
+}
+
+// The side of the upper block jumps into the lower block, 2 mm beside its parallel side: its vertices do not face that side, and no pair holds
+// them. The step says so as long as a vertex is deep inside.
+TEST(Touching, AVertexInsideThatNoPairHoldsIsFlagged) {
+  Touching organs({{&upper_block(), {0.047, 0, 0.02}}, {&lower_block(), {0, 0, 0}}});
+  EXPECT_EQ(organs.step(), 0u);
+  organs.place(0, {0.013, 0, 0.02});
+  DeformedTruth lower(lower_block().body), upper(upper_block().body);
+  int flagged = 0, deep = 0;
+  for (int s = 0; s < 20; ++s) {
+    const palpate_step_flags flags = organs.step();
+    lower.move(organs.shape(1, lower_block())), upper.move(organs.shape(0, upper_block()));
+    double deepest = 0;
+    for (std::int32_t n = 0; n < upper_block().body.surface_nodes; ++n)
+      deepest = std::max(deepest, -lower.signed_distance(upper.place(n) + Vector3d(0.013, 0, 0.02)));
+    flagged += (flags & PALPATE_STEP_NOT_TOUCHABLE) != 0, deep += deepest > 0.004;
+    // Mean edges of 8 mm: a quarter of one, and the half of a millimetre by which a step moves them.
+    if (flags == 0) EXPECT_LT(deepest, 0.0025) << s;
+  }
+  EXPECT_GE(flagged, 1);
+  EXPECT_GE(deep, 1);
+  organs.place(0, {0.013, 0, 0.06});
+  for (int s = 0; s < 3; ++s) organs.step();
+  EXPECT_EQ(organs.step(), 0u);
+  // Where they are so from the beginning, nothing is wrong.
+  Touching overlapping({{&upper_block(), {0.013, 0, 0.02}}, {&lower_block(), {0, 0, 0}}});
+  for (int s = 0; s < 20; ++s) EXPECT_EQ(overlapping.step() & PALPATE_STEP_NOT_TOUCHABLE, 0u) << s;
 }
 
 // The short form of `make -f Makefile.data organ-pushes`; random_pushes.h says what counts as having passed through.
