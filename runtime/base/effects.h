@@ -46,11 +46,6 @@ constexpr bool kHasEffects = true;
   return contacts_may_slide(def) || (kHasEffects && def.needles != 0 && def.deformation == PALPATE_DEFORMATION_LINEAR);
 }
 
-// Discs whose law is along their own normal (contact_rows.h).
-[[maybe_unused]] static bool discs_may_slide(const palpate_scene_def& def) {
-  return contacts_may_slide(def) && def.contact == PALPATE_CONTACT_PATCH && !def.fine_surface;
-}
-
 // Q of the measured response corrects each tool's force.
 [[maybe_unused]] static bool corrects_force(const palpate_scene_def& def) {
   return kHasEffects && def.force == PALPATE_FORCE_RESPONSE;

@@ -385,12 +385,13 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   const std::int32_t constraints = most_constraints(def) + part_of_world(touch).constraints();
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
-  const ContactRows::Source source = {def.contact,
-                                      touch.column_of_node,
-                                      touch.triangles,
-                                      touch.rest,
-                                      def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr,
-                                      discs_may_slide(def)};
+  const ContactRows::Source source = {
+      def.contact,
+      touch.column_of_node,
+      touch.triangles,
+      touch.rest,
+      def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr,
+      contacts_may_slide(def) && def.contact == PALPATE_CONTACT_PATCH && !has_fine_surface(def)};
   ContactSolver::Limits solver;
   solver.nodes = def.max_contact_nodes, solver.constraints = constraints;
   solver.columns = tensors.all_columns(), solver.columns_of_surface = tensors.columns;
