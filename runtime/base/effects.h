@@ -50,12 +50,6 @@ constexpr bool kHasEffects = true;
   return def.deformation != PALPATE_DEFORMATION_LINEAR && contacts_may_slide(def);
 }
 
-// Discs whose law is along their own normal (contact_rows.h).
-[[maybe_unused]] static bool discs_may_slide(const palpate_scene_def& def) {
-  return def.deformation == PALPATE_DEFORMATION_LINEAR && contacts_may_slide(def) &&
-         def.contact == PALPATE_CONTACT_PATCH && !def.fine_surface;
-}
-
 // Q of the measured response corrects each tool's force.
 [[maybe_unused]] static bool corrects_force(const palpate_scene_def& def) {
   return kHasEffects && def.force == PALPATE_FORCE_RESPONSE;

@@ -14,11 +14,11 @@ namespace palpate {
 // at its mean place, turned as the nodes below it have moved, so that the force along the slide is minus the slope of the stored energy
 // (docs/method.md, section 6).
 struct DiscSlide {
-  Vec3 anchor;      // m, at rest
-  Vec3 lean;        // slope of the displacement along the normal
-  double push = 0;  // N, along the normal
-  Vec3 inward;      // unit, of its law
-  Easing* turn = nullptr;
+  Vec3 anchor;             // m, at rest
+  Vec3 lean;               // slope of the displacement along the normal
+  double push = 0;         // N, along the normal
+  Vec3 inward;             // unit, of its law
+  Easing* turn = nullptr;  // of a disc that goes on in each step, not only where it slips
   bool begins = false;
 };
 
@@ -117,6 +117,8 @@ class ContactRows {
   // patch need not be computed again.
   void begin(std::int32_t contacts);
   void forget() { last_.constraint_count = 0; }
+  // Whether discs may have a DiscSlide: the answer for the whole scene, whose definition does not keep its fine surface.
+  bool discs_slide() const { return source_.slides; }
 
   // Both return step flags; *made: whether there is a contact. Call them in ascending order of tool and point.
   std::uint32_t add_node(const ContactWish& wish, std::int32_t node, bool* made);

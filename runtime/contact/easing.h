@@ -14,8 +14,8 @@ struct Easing {
 
   // What the disc gets of `now`. If it asks for the opposite of the last step's, the share becomes that of a secant of the two.
   Vec3 take(Vec3 now) {
-    // With more than 1.6 a lobe's discs swing more often, with less a disc that is dragged lags and loses more of its energy.
-    constexpr double least = 0.05, more = 1.6;
+    // With more than 1.2 a lobe's discs swing more often, with less a disc that is dragged lags and loses more of its energy.
+    constexpr double least = 0.05, more = 1.2;
     const double before = length(asked);
     if (dot(now, asked) < 0)
       share = std::max(least, share * before / (before + length(now)));

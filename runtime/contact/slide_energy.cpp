@@ -71,7 +71,7 @@ SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactC
   for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
     const ContactConstraint& constraint = acting.constraints[p];
     const Vec3 reaction = solver.reaction(p), target = acting.target[p], force = in_organ(constraint, reaction);
-    const double energy = product_of(constraint, 0.5 * reaction, met ? target : target + solver.missed(acting, p));
+    const double energy = energy_of(solver, acting, p, met);
     while (before != end && number_of(*before) < number_of(constraint)) leave();
     const bool had = before != end && number_of(*before) == number_of(constraint);
     sum.created += energy - (had ? before->energy : 0);

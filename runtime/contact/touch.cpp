@@ -327,7 +327,11 @@ class Touch {
       wish.displacement = point(tool, i) - state.anchor_at_rest;
       wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction;
       wish.slack = state.slack + state.lift;
-      DiscSlide slide = {state.anchor_at_rest, state.lean, state.push, state.axis, state.rides ? &state.turn : nullptr,
+      DiscSlide slide = {state.anchor_at_rest,
+                         state.lean,
+                         state.push,
+                         state.axis,
+                         state.rides && law != ContactLaw::coulomb ? &state.turn : nullptr,
                          state.begins};
       if (slides_almost_freely(tool)) wish.slide = &slide;
       if (has_fine_contacts(touch_state_)) {
@@ -365,8 +369,7 @@ class Touch {
     if (!wish.slide || set.constraints[p].tool != wish.tool || !set.place[p].known) return;
     state.lift = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
   }
-  // The scene's own definition keeps no fine surface, so the rows tell.
-  bool discs_slide() const { return kHasEffects && touch_state_.rows.set().place; }
+  bool discs_slide() const { return kHasEffects && touch_state_.rows.discs_slide(); }
   bool slides_almost_freely(const Tool& tool) const {
     return discs_slide() && tool.disc_radius > 0 &&
            (context_.def.law != PALPATE_LAW_COULOMB || tool.friction < kAlmostFree);

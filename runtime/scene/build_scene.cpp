@@ -390,7 +390,8 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
                                       touch.triangles,
                                       touch.rest,
                                       def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr,
-                                      discs_may_slide(def)};
+                                      def.deformation == PALPATE_DEFORMATION_LINEAR && contacts_may_slide(def) &&
+                                          def.contact == PALPATE_CONTACT_PATCH && !has_fine_surface(def)};
   ContactSolver::Limits solver;
   solver.nodes = def.max_contact_nodes, solver.constraints = constraints;
   solver.columns = tensors.all_columns(), solver.columns_of_surface = tensors.columns;

@@ -232,6 +232,72 @@ TEST(SlidingDisc, IsPushedBackByTheSlopeOfTheEnergyThatItStores) {
   EXPECT_GT(steepest, 0.1);  // there is something to feel
 }
 
+// ---- the account ------------------------------------------------------------------------------------------------------
+
+// A node that slides along z, and one beside it that a row with a limit holds along z.
+class LimitedRow {
+ public:
+  LimitedRow() : memory_(palpate_default_scene_def().allocator) {
+    palpate_scene_def def = palpate_default_scene_def();
+    def.collision = PALPATE_COLLISION_OFF;
+    scene_ = bulged_block().scene(def);
+    ContactSolver::Limits limits;
+    limits.nodes = limits.constraints = 2;
+    limits.columns = limits.columns_of_surface = static_cast<std::int32_t>(bulged_block().touchable.size());
+    if (!solver_.create(memory_, limits) || !energy_.create(memory_, 2)) throw std::bad_alloc();
+    work_.create(kUnlimitedOperations);
+    std::int32_t column[2] = {-1, -1};
+    for (std::size_t c = 0; c < bulged_block().touchable.size(); ++c) {
+      const Vector3d at = bulged_block().node(bulged_block().touchable[c]);
+      for (const int p : {0, 1})
+        if (std::hypot(at[0] - 0.03, at[1] - 0.02 - 0.01 * p) < 1e-9 && at[2] > 0.9 * kHeight)
+          column[p] = static_cast<std::int32_t>(c);
+    }
+    set_.nodes = node_, set_.constraints = constraint_, set_.target = target_;
+    set_.node_capacity = set_.constraint_capacity = set_.node_count = set_.constraint_count = 2;
+    for (const int p : {0, 1}) {
+      node_[p] = {bulged_block().touchable.at(static_cast<std::size_t>(column[p])), column[p], p, 0, 1};
+      constraint_[p].first_node = p, constraint_[p].node_count = 1, constraint_[p].tool = p, constraint_[p].axes = 1;
+      constraint_[p].framed = true, constraint_[p].share = 1;
+      constraint_[p].frame = {{{0, 0, -1}, {1, 0, 0}, {0, -1, 0}}};
+    }
+    constraint_[0].law = ContactLaw::sliding, constraint_[1].limit = 0.01;
+  }
+  // m, of both targets. Returns whether the node that slides is told to give way in the next step.
+  bool is_short_of_energy(double slides, double limited) {
+    target_[0].x = slides, target_[1].x = limited;
+    work_.begin();
+    solver_.solve(scene_->tensors, set_, force_, modified_, &work_);
+    SlideEnergy::Sliding sliding[2];
+    sliding[0].slack = &slack_;
+    sliding[0].at = sliding[0].from = {0, 0, -slides};
+    return !energy_.end(solver_, set_, sliding, true) || slack_ != 0;
+  }
+  double limited_reaction() const { return solver_.reaction(1).x; }
+
+ private:
+  SceneMemory memory_;
+  ScenePointer scene_;
+  ContactSolver solver_;
+  SlideEnergy energy_;
+  StepWork work_;
+  ContactNode node_[2] = {};
+  ContactConstraint constraint_[2] = {};
+  Vec3 target_[2], force_[2], modified_[2];
+  ContactConstraints set_;
+  double slack_ = 0;
+};
+
+TEST(SlideEnergy, TakesARowWithALimitByWhatItReachesNotByItsTarget) {
+  LimitedRow account;
+  EXPECT_FALSE(account.is_short_of_energy(0.002, 4.4e-4));
+  EXPECT_FALSE(account.is_short_of_energy(0.002, 4.6e-4));
+  EXPECT_LT(std::abs(account.limited_reaction()), 0.009);  // within the limit: it holds
+  // Friction takes all that its tool does beyond the limit: nothing is given, however far it goes.
+  for (int step = 1; step <= 20; ++step) EXPECT_FALSE(account.is_short_of_energy(0.002, 5e-4 * step)) << step;
+  EXPECT_NEAR(account.limited_reaction(), 0.01, 1e-9);
+}
+
 // ---- needles ----------------------------------------------------------------------------------------------------------
 
 DenseBody pierced_body() {
