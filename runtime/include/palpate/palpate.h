@@ -784,7 +784,9 @@ typedef struct palpate_contacts {
   int32_t field_adds;          /* 1: the displacements behind field_offset add to the superposition of the contact nodes
                                    (LARGE_BESIDE and LARGE_RENEWED); 0: they are all of it (LARGE), or there are none.
                                    A scene whose deformation is of the other kind refuses them as bad input       */
-  double deformation_residual; /* LARGE: square root of the share of the energy that one more of them would find  */
+  double deformation_residual; /* LARGE: square root of the share of its energy that the body had still to lose before
+                                   the last of them, as the method estimates it. 0.5 stands for 0.5 and more; above it
+                                   the step was undone, and the body and its forces are those of the step before   */
   double least_volume;         /* LARGE: smallest volume of a tetrahedron, over its volume at rest; else 1       */
   uint32_t motions_offset;     /* of the amounts of the motions in this step, from the begin of the head; 0: none */
   int32_t motion_count;        /* amounts: all motions of the bundle where the scene has motions, else 0         */
@@ -845,9 +847,12 @@ enum {
                                              than 95 % of it, or a POINT on fewer than its three. Its force is then too small, by
                                              up to a half on a single node. A disc with 95 % has its force within about 5 %      */
   PALPATE_STEP_DEFORMATION_BEHIND = 1 << 13, /* LARGE: the body has not followed its tools to the end: the steps of max_operations
-                                             ended far from the solution, or a move that would have turned a tetrahedron inside out
-                                             was cut. The next steps go on from there. LARGE_BESIDE: that of the newest solution, or
-                                             the contacts have gone so far from it that they are estimated to miss theirs by 5 % */
+                                             ended far from the solution (deformation_residual above 0.035); the move to the targets
+                                             was cut, where it would have turned a tetrahedron inside out or taken far more energy
+                                             than the linear response expects; or the step was undone (above 0.5). The next steps go
+                                             on from there. LARGE_BESIDE: the newest solution was cut, ended above 0.02, or has
+                                             normals that are off by 0.05 rad; or the contacts have gone so far from it that their
+                                             displacements or forces are estimated to miss theirs by 5 % */
   PALPATE_STEP_LINK_BROKE       = 1 << 14, /* a link came beyond its breaking_force: it acted in this step for the last time     */
   PALPATE_STEP_MOTION_LIMITED   = 1 << 15 /* the amounts of the motions would have moved a node faster than max_tool_speed: they came
                                              so far only, and the next steps go on                                               */

@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "programs/player/explain.h"
+#include "programs/player/scene_warnings.h"
 #include "programs/player/summary.h"
 #include "tests/programs/player/played_scene.h"
 #include "tests/support/tools.h"
@@ -758,6 +759,23 @@ TEST_F(PlayedScene, MeetsTheSurfaceThatTheSceneNames) {
   expect_refused("scenes/fine.toml --output out", "fine.ply: palpate_fine_surface: the edge between vertices");
   fs::remove(folder_ / "fine.ply");
   expect_refused("scenes/fine.toml --output out", "fine.ply");
+}
+
+TEST(LostDeformation, SaysWhenLargeDeformationDivergedAndInHowManyTouches) {
+  LostDeformation lost;
+  palpate_contacts contacts = {};
+  const auto touch = [&](double time, palpate_step_flags flags, double residual) {
+    contacts.flags = flags, contacts.deformation_residual = residual;
+    lost.add(time, contacts);
+  };
+  touch(0.1, 0, 0.01);
+  touch(0.2, PALPATE_STEP_DEFORMATION_BEHIND, 0.5);  // far from its solution, but not undone
+  EXPECT_TRUE(lost.warnings().empty());
+  touch(0.75, PALPATE_STEP_DEFORMATION_BEHIND, 0.9);
+  touch(0.8, PALPATE_STEP_DEFORMATION_BEHIND, 12);
+  ASSERT_EQ(lost.warnings().size(), 1u);
+  EXPECT_THAT(lost.warnings()[0],
+              testing::StartsWith("large deformation diverged at 0.75 s: 2 of 4 touches were undone, "));
 }
 
 }  // namespace

@@ -297,6 +297,34 @@ TEST(LargeScene, WritesEveryByteOfItsContacts) {
   }
 }
 
+TEST(LargeScene, TheLogSaysWhereMaxOperationsHaveNoRoomForTheStepsOfATouch) {
+  BundleParts parts = dense_bundle(dense_box({}));
+  with_large(false)(parts);
+  const AlignedBytes bytes(bundle_bytes(parts));
+  std::vector<std::string> notes;
+  palpate_bundle_options options = palpate_default_bundle_options();
+  options.log_user = &notes;
+  options.log = [](void* user, palpate_log_level level, const char* text) {
+    if (level == PALPATE_LOG_NOTE) static_cast<std::vector<std::string>*>(user)->push_back(text);
+  };
+  palpate_bundle* opened = nullptr;
+  ASSERT_EQ(palpate_bundle_open(bytes.data(), bytes.size(), &options, &opened, nullptr), PALPATE_OK);
+  const BundlePointer bundle(opened);
+  const auto note = HasSubstr("deformation LARGE takes up to 3 steps in a touch, ");
+  palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+  for (const std::int64_t operations : {std::int64_t{1'000'000'000}, std::int64_t{1000}}) {
+    notes.clear();
+    def.max_operations = operations;
+    palpate_scene* scene = nullptr;
+    ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &scene, nullptr), PALPATE_OK);
+    const ScenePointer created(scene);
+    if (operations == 1000)
+      EXPECT_THAT(notes, testing::Contains(testing::AllOf(note, HasSubstr("though max_operations is 1000: "))));
+    else
+      EXPECT_THAT(notes, Not(testing::Contains(note)));
+  }
+}
+
 TEST(LargeScene, RefusesWhatItCannotDoInASentence) {
   const TouchedBox plain, box({}, with_large(false));
   EXPECT_THAT(refusal(plain, large_def(PALPATE_CONTACT_NODE)), HasSubstr("deformation LARGE"));
