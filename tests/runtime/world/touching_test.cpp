@@ -279,7 +279,9 @@ TEST(Touching, AVertexInsideThatNoPairHoldsIsFlagged) {
       deepest = std::max(deepest, -lower.signed_distance(upper.place(n) + Vector3d(0.013, 0, 0.02)));
     flagged += (flags & PALPATE_STEP_NOT_TOUCHABLE) != 0, deep += deepest > 0.004;
     // Mean edges of 8 mm: a quarter of one, and the half of a millimetre by which a step moves them.
-    if (flags == 0) EXPECT_LT(deepest, 0.0025) << s;
+    if (flags == 0) {
+      EXPECT_LT(deepest, 0.0025) << s;
+    }
   }
   EXPECT_GE(flagged, 1);
   EXPECT_GE(deep, 1);
