@@ -829,7 +829,8 @@ enum {
   PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the mapped file of the bundle was cut or written over: do not trust this step       */
   PALPATE_STEP_NOT_TOUCHABLE    = 1 << 6, /* a tool met nodes without a tensor column (fixed ones, say): the contact acts on the
                                              other nodes there, or is not made where there are none. In a world, fixed parts of
-                                             two organs are in one another: nothing presses them apart                          */
+                                             two organs are in one another, or a vertex is in another organ past a side: nothing
+                                             presses them apart                                                                 */
   PALPATE_STEP_UNSOLVED         = 1 << 7, /* a number is not finite, or the stored precision is too coarse for so many contacts:
                                              the step has no contact forces, or no displacement of those nodes                  */
   PALPATE_STEP_OTHER_BUNDLE     = 1 << 8, /* the contacts given to palpate_scene_shape are of another bundle: the shape is at rest */
@@ -939,8 +940,8 @@ typedef struct palpate_link {
   int32_t id;             /* 0 or more, another one for each link; default -1: its index in the list              */
   int32_t runs_on;        /* default 0; 1: the thread runs on into the next link of the list, which is a THREAD too, and
                                slides without friction where both have an end. Both are one thread then: the sum of their
-                               rest lengths stays, and their tensions become equal within some 20 steps. Where a part
-                               breaks, the thread runs out of the others                                          */
+                               rest lengths stays, and they have one tension. Where a part breaks, of which the one
+                               with the least breaking_force is the first, no part has a force any more           */
   palpate_link_end ends[2]; /* at least one of them is a SURFACE_POINT                                              */
   double rest_length;       /* default 0 m, 0 .. 1e6                                                                */
   double stiffness;         /* default INFINITY; N/m above 0: force over what the link is longer than rest_length   */
