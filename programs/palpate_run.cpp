@@ -47,9 +47,49 @@ fs::path target_of(const Options& options) {
 const std::vector<std::string> kResults = {"forces.csv", "contacts.csv", "links.csv", "grasps.csv", "needles.csv",
                                            "organs.csv", "pairs.csv",    "shapes",    "shapes.pvd", "summary.json"};
 
-// After a scene has been played: writes summary.json, puts the folder in its place, prints forces and warnings.
-void finish(const Summary& summary, const Timing& timing, const std::vector<BundleFields>& fields, ShapeFiles* shapes,
-            OutputFolder& folder) {
+HeldCsvFiles held_files(const fs::path& folder, const Player& player) {
+  return {folder, {&player.organ()}};
+}
+HeldCsvFiles held_files(const fs::path& folder, const WorldPlayer& player) {
+  return {folder, player};
+}
+void add_shape(Summary& summary, const ShapeRecord& shape) {
+  summary.add(shape);
+}
+void add_shape(Summary& summary, const WorldShapeRecord& all) {
+  for (std::size_t k = 0; k < all.organs.size(); ++k) summary.add(all.organs[k], k);
+}
+
+// Plays a scene of one organ or of several, writes the folder, and tells forces and warnings. also: called
+// with each touch and each shape.
+template <typename AnyPlayer, typename Also>
+void play(AnyPlayer& player, const std::vector<BundleFields>& fields, const Options& options, const Also& also) {
+  OutputFolder folder(target_of(options), kResults);
+  CsvFiles csv(folder.part(), player.scene());
+  HeldCsvFiles held = held_files(folder.part(), player);
+  Summary summary(player);
+  auto shapes = player.shape_count() ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
+  const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;
+  auto gltf = options.gltf.empty() ? nullptr : std::make_unique<GltfFile>(options.gltf, player, written);
+  Progress progress("playing " + player.scene().name, player.touch_count());
+  std::uint64_t frame = 0;
+  const Timing timing = player.play(
+      [&](const auto& touch) {
+        csv.write(touch);
+        held.write(touch.time);
+        summary.add(touch);
+        also(touch);
+        progress.advance();
+      },
+      [&](const auto& shape) {
+        add_shape(summary, shape);
+        also(shape);
+        if (frame++ % options.every != 0) return;
+        shapes->write(shape);
+        if (gltf) gltf->add(shape);
+      });
+  csv.close();
+  held.close();
   if (shapes) shapes->close();
   const std::vector<std::string> warnings = summary.warnings(fields);
   write_text_atomically(folder.part() / "summary.json",
@@ -57,40 +97,12 @@ void finish(const Summary& summary, const Timing& timing, const std::vector<Bund
   folder.commit();
   for (const std::string& force : summary.forces()) note(force);
   for (const std::string& warning : warnings) warn(warning);
+  if (gltf) gltf->write();
 }
 
-void play(Player& player, const fs::path& bundle, const Options& options) {
-  OutputFolder folder(target_of(options), kResults);
-  const std::vector<BundleFields> fields = {read_bundle_fields(bundle)};
-  CsvFiles csv(folder.part(), player.scene());
-  HeldCsvFiles held(folder.part(), {&player.organ()});
-  Summary summary(player);
-  const bool shaped = player.scene().shape != SceneConfig::Shape::off;
-  auto shapes = shaped ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
-  const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;
-  auto gltf = options.gltf.empty() ? nullptr : std::make_unique<GltfFile>(options.gltf, player, written);
+void play_one(Player& player, const fs::path& bundle, const Options& options) {
   OutputHasher hasher;
-  Progress progress("playing " + player.scene().name, player.touch_count());
-  std::uint64_t frame = 0;
-  const Timing timing = player.play(
-      [&](const TouchRecord& touch) {
-        csv.write(touch);
-        held.write(touch.time);
-        summary.add(touch);
-        hasher.add(touch);
-        progress.advance();
-      },
-      [&](const ShapeRecord& shape) {
-        summary.add(shape);
-        hasher.add(shape);
-        if (frame++ % options.every != 0) return;
-        shapes->write(shape);
-        if (gltf) gltf->add(shape);
-      });
-  csv.close();
-  held.close();
-  finish(summary, timing, fields, shapes.get(), folder);
-  if (gltf) gltf->write();
+  play(player, {read_bundle_fields(bundle)}, options, [&](const auto& played) { hasher.add(played); });
   if (!options.record.empty()) write_record(options.record, player, bundle, hasher.hash());
 }
 
@@ -102,34 +114,9 @@ void play_organs(const SceneConfig& scene, const Options& options) {
     fmt::print("{}", explain(player));
     return;
   }
-  OutputFolder folder(target_of(options), kResults);
   std::vector<BundleFields> fields;
   for (const fs::path& bundle : bundles) fields.push_back(read_bundle_fields(bundle));
-  WorldCsvFiles csv(folder.part(), player.scene());
-  HeldCsvFiles held(folder.part(), player);
-  Summary summary(player);
-  auto shapes = player.shape_count() ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
-  const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;
-  auto gltf = options.gltf.empty() ? nullptr : std::make_unique<GltfFile>(options.gltf, player, written);
-  Progress progress("playing " + player.scene().name, player.touch_count());
-  std::uint64_t frame = 0;
-  const Timing timing = player.play(
-      [&](const WorldTouchRecord& touch) {
-        csv.write(touch);
-        held.write(touch.time);
-        summary.add(touch);
-        progress.advance();
-      },
-      [&](const WorldShapeRecord& all) {
-        for (std::size_t k = 0; k < all.organs.size(); ++k) summary.add(all.organs[k], k);
-        if (frame++ % options.every != 0) return;
-        shapes->write(all);
-        if (gltf) gltf->add(all);
-      });
-  csv.close();
-  held.close();
-  finish(summary, timing, fields, shapes.get(), folder);
-  if (gltf) gltf->write();
+  play(player, fields, options, [](const auto&) {});
 }
 
 void play_against_the_clock(Player& player, const fs::path& bundle, const Options& options) {
@@ -170,7 +157,7 @@ void run(const Options& options) {
   else if (options.realtime)
     play_against_the_clock(player, bundle, options);
   else
-    play(player, bundle, options);
+    play_one(player, bundle, options);
 }
 
 }  // namespace

@@ -61,7 +61,16 @@ std::string quoted(const std::string& name) {
 CsvFiles::CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene)
     : scene_(scene), folder_(folder), forces_(folder / "forces.csv"), contacts_(folder / "contacts.csv") {
   forces_ << kForces;
-  contacts_ << "time_s," << kContacts;
+  contacts_ << (scene.organs.empty() ? "time_s," : "time_s,organ,") << kContacts;
+  if (scene.organs.empty()) return;
+  organs_.open(folder / "organs.csv");
+  organs_ << "time_s,organ,force_x_N,force_y_N,force_z_N,pressed_x_N,pressed_y_N,pressed_z_N,near_tools,flags,torque_x_"
+             "Nm,torque_y_Nm,torque_z_Nm\n";
+  if (scene_.pairs == 0) return;
+  pairs_.open(folder / "pairs.csv");
+  pairs_
+      << "time_s,organ,node,other_organ,triangle,x_m,y_m,z_m,normal_x,normal_y,normal_z,force_x_N,force_y_N,force_z_N,"
+         "pressure_Pa,gap_m,overlap_m\n";
 }
 
 void CsvFiles::write(const TouchRecord& touch) {
@@ -74,30 +83,7 @@ void CsvFiles::write(const TouchRecord& touch) {
   append(contacts_, rows);
 }
 
-void CsvFiles::close() {
-  forces_.close();
-  contacts_.close();
-  if (!forces_ || !contacts_) throw OperationError(fmt::format("{}: cannot write the CSV files", folder_.string()));
-}
-
-WorldCsvFiles::WorldCsvFiles(const std::filesystem::path& folder, const SceneConfig& scene)
-    : scene_(scene),
-      folder_(folder),
-      forces_(folder / "forces.csv"),
-      contacts_(folder / "contacts.csv"),
-      organs_(folder / "organs.csv") {
-  forces_ << kForces;
-  contacts_ << "time_s,organ," << kContacts;
-  organs_ << "time_s,organ,force_x_N,force_y_N,force_z_N,pressed_x_N,pressed_y_N,pressed_z_N,near_tools,flags,torque_x_"
-             "Nm,torque_y_Nm,torque_z_Nm\n";
-  if (scene_.pairs == 0) return;
-  pairs_.open(folder / "pairs.csv");
-  pairs_
-      << "time_s,organ,node,other_organ,triangle,x_m,y_m,z_m,normal_x,normal_y,normal_z,force_x_N,force_y_N,force_z_N,"
-         "pressure_Pa,gap_m,overlap_m\n";
-}
-
-void WorldCsvFiles::write(const WorldTouchRecord& touch) {
+void CsvFiles::write(const WorldTouchRecord& touch) {
   fmt::memory_buffer rows;
   const auto name = [&](std::int32_t organ) { return scene_.organs[static_cast<std::size_t>(organ)].name; };
   for (int t = 0; t < touch.contacts.tool_count; ++t)
@@ -127,7 +113,7 @@ void WorldCsvFiles::write(const WorldTouchRecord& touch) {
   if (pairs_.is_open()) append(pairs_, rows);
 }
 
-void WorldCsvFiles::close() {
+void CsvFiles::close() {
   for (std::ofstream* stream : {&forces_, &contacts_, &organs_, &pairs_}) {
     if (!stream->is_open()) continue;
     stream->close();

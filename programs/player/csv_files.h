@@ -14,26 +14,14 @@ namespace palpate {
 std::string quoted(const std::string& name);
 
 // forces.csv: one row per touch and tool. contacts.csv: one row per touch and node under contact.
+// Of several organs: forces.csv of all organs together; contacts.csv with a column for the organ, in whose frame its rows are; organs.csv: one
+// row per touch and organ; pairs.csv: one row per touch and place where two organs press one another, which a scene whose organs pass through
+// one another does not have.
 class CsvFiles {
  public:
   CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene);
   void write(const TouchRecord& touch);
-  // Errors: OperationError (a full disk).
-  void close();
-
- private:
-  const SceneConfig& scene_;
-  std::filesystem::path folder_;
-  std::ofstream forces_, contacts_;
-};
-
-// The same of several organs. forces.csv: of all organs together. contacts.csv: with a column for the organ, in whose frame its rows are.
-// organs.csv: one row per touch and organ. pairs.csv: one row per touch and place where two organs press one another; a scene whose organs
-// pass through one another has none.
-class WorldCsvFiles {
- public:
-  WorldCsvFiles(const std::filesystem::path& folder, const SceneConfig& scene);
-  void write(const WorldTouchRecord& touch);
+  void write(const WorldTouchRecord& touch);  // of a scene of several organs
   // Errors: OperationError (a full disk).
   void close();
 

@@ -161,7 +161,7 @@ const std::vector<Rule>& rules() {
       {"studies/accuracy/",
        {"studies/accuracy/", "studies/timing/", "precompute/elements/", "precompute/bundle_tool/", "runtime/surface/",
         "runtime/base/", "formats/"},
-       {"plumbing", "toml++", "Eigen", "palpate"}},
+       {"plumbing", "CLI11", "toml++", "Eigen", "palpate"}},
       {"studies/validation/",
        {"studies/validation/", "studies/accuracy/", "studies/hyperelastic/", "studies/bodies/", "studies/timing/",
         "precompute/elements/", "precompute/solver/", "precompute/tensors/", "formats/"},
