@@ -139,8 +139,8 @@ TriangleSurface repaired(const TriangleSurface& soup, const std::string& file, c
 std::string too_slow(const std::vector<ShellInput>& inputs, double limit) {
   const WorstInput worst = worst_input(inputs);
   return fmt::format(
-      "{}: expected to be done within {:.0f} s of processor time, found triangles that take longer; {}; {}, or give it "
-      "longer: --time-limit {:.0f}",
+      "{}: expected to be done within {:.6g} s of processor time, found triangles that take longer; {}; {}, or give it "
+      "longer: --time-limit {:.6g}",
       worst.file, limit, text_of(worst.triangle), wrap_advice(worst.file), 4 * limit);
 }
 

@@ -154,8 +154,8 @@ std::vector<ShellInput> remeshed(const std::vector<ShellInput>& inputs, double t
 
 // finest: the most even triangles that were filled; limit: the seconds that ran out, or 0.
 std::string what_was_tried(double finest, double limit) {
-  const std::string more_time = limit > 0 ? fmt::format("; --time-limit {:.0f} lets it try more", 4 * limit) : "";
-  if (finest == 0) return fmt::format("no even triangles were made in {:.0f} s of processor time{}", limit, more_time);
+  const std::string more_time = limit > 0 ? fmt::format("; --time-limit {:.6g} lets it try more", 4 * limit) : "";
+  if (finest == 0) return fmt::format("no even triangles were made in {:.6g} s of processor time{}", limit, more_time);
   return fmt::format("even triangles, up to {:.0f} of them, gave no better mesh: thin parts or sharp edges are there{}",
                      finest, more_time);
 }
@@ -298,7 +298,7 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
     tries.best()->tried = what_was_tried(finest, left() < kLeastSeconds ? limit : 0);
   else
     refuse(fmt::format(
-               "within {:.0f} s of processor time, neither with the surface's own triangles nor with even ones ({})",
+               "within {:.6g} s of processor time, neither with the surface's own triangles nor with even ones ({})",
                limit, last.empty() ? tries.why() : last),
            "");
   return std::move(*tries.best());
