@@ -300,7 +300,7 @@ TEST(LargeScene, WritesEveryByteOfItsContacts) {
 TEST(LargeScene, TheLogSaysWhereMaxOperationsHaveNoRoomForTheStepsOfATouch) {
   BundleParts parts = dense_bundle(dense_box({}));
   with_large(false)(parts);
-  const AlignedBytes bytes(bundle_bytes(parts));
+  AlignedBytes bytes(bundle_bytes(parts));
   std::vector<std::string> notes;
   palpate_bundle_options options = palpate_default_bundle_options();
   options.log_user = &notes;
