@@ -264,9 +264,9 @@ typedef enum palpate_contact_model {
  * disc (PATCH) under SLIDING, UNILATERAL or COULOMB with a friction below 0.1: then the force along the slide is minus the slope of
  * the stored energy. For all other contacts, and on a fine surface, it is that of the surface at rest, with collision against the deformed
  * surface too (docs/method.md, section 6: 2 degrees below a disc that is pressed 5 mm into a liver, 13 degrees at worst beside it).
- * Under linear elasticity and force LINEAR, without relaxation, all tools together get back at most what they put in and 2 % of it,
+ * Under force LINEAR, without relaxation, all tools together get back at most what they put in and 2 % of it,
  * under every law and model: where a contact that slides would give more, its force falls, and PALPATE_STEP_SOLVE_INEXACT tells
- * where that did not suffice. */
+ * where that did not suffice. Large deformation does so in steps that do not raise PALPATE_STEP_DEFORMATION_BEHIND. */
 typedef enum palpate_contact_law {
   PALPATE_LAW_STICKING,   /* the anchor moves with the tool in every direction as long as the contact lasts        */
   PALPATE_LAW_SLIDING,    /* only motion along the surface's normal is imposed; the anchor follows the tool over the
