@@ -1,7 +1,7 @@
 // Energy and inner forces of all tetrahedra, several side by side. With EightFloats it is the inner loop of a step.
 //
 // A tetrahedron whose volume and gradients are zero adds nothing and has J = 1: so are the lanes beyond the last one of a
-// group, and so is one that was removed.
+// group.
 #pragma once
 
 #include <algorithm>
@@ -30,10 +30,6 @@ class ElementLanes {
   // Memory: about 424 bytes a tetrahedron in single precision.
   bool create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place, std::int32_t rows);
 
-  // From now on tetrahedron e of the body adds nothing, and where the dilatation is averaged, the mean is that of the others. A node
-  // that all tetrahedra have left has no force. Once for each tetrahedron.
-  void remove(std::int32_t e);
-
   // u: [places][3] m. f: [rows][3] N, dE/du; overwritten. Cost: about 250 multiply-adds a tetrahedron.
   // The energy is not to be used where least_volume is near zero or below.
   PALPATE_INLINE Energy evaluate(const Number* u, Number* f) const;
@@ -60,7 +56,6 @@ class ElementLanes {
   PALPATE_INLINE void add_forces(Number* f) const;
 
   Group* groups_ = nullptr;
-  std::int32_t* lane_of_ = nullptr;  // [tetrahedra] group times kLanes, plus lane
   std::int32_t group_count_ = 0, rows_ = 0, site_count_ = 0;
   bool nodal_ = false;
   Real* forces_ = nullptr;              // [groups][4][3] of each corner
@@ -106,8 +101,9 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
   SceneMemory scratch = memory.of_same_host();
   DilatationSites sites;
   const auto count = static_cast<std::size_t>(body.tetrahedron_count);
-  lane_of_ = memory.array<std::int32_t>(count);
-  if (!lane_of_ || (nodal_ && !find_dilatation_sites(scratch, body, &sites))) {
+  // [tetrahedra] group times kLanes, plus lane
+  std::int32_t* const lane_of = scratch.array<std::int32_t>(count);
+  if (!lane_of || (nodal_ && !find_dilatation_sites(scratch, body, &sites))) {
     scratch.release_all();
     return false;
   }
@@ -141,7 +137,7 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
         if (placed % kLanes == 0)
           group.stiffening = group.stiffening + 1;  // a lane without a tetrahedron divides by it
         fill(body, sites, place, e, group, placed % kLanes);
-        lane_of_[e] = kLanes * next + placed++;
+        lane_of[e] = kLanes * next + placed++;
       }
       next += (placed + kLanes - 1) / kLanes;
     }
@@ -159,13 +155,13 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
     };
     const auto node_of = [&](std::size_t c) { return place[body.tetrahedra[c]]; };
     list(first_, rows_, slots_, node_of, [&](std::size_t c) {
-      const std::int32_t lane = lane_of_[c / 4];
+      const std::int32_t lane = lane_of[c / 4];
       return (lane / kLanes * 12 + 3 * static_cast<std::int32_t>(c % 4)) * kLanes + lane % kLanes;
     });
     if (nodal_) {
       list(
           site_first_, site_count_, site_lanes_, [&](std::size_t c) { return sites.of_corner[c]; },
-          [&](std::size_t c) { return lane_of_[c / 4]; });
+          [&](std::size_t c) { return lane_of[c / 4]; });
       for (std::int32_t s = 0; s < site_count_; ++s) {
         site_volume_[s] = static_cast<Number>(sites.volume[s]);
         site_bulk_[s] = static_cast<Number>(body.laws[sites.region[s]].bulk);
@@ -174,32 +170,6 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
   }
   scratch.release_all();
   return made;
-}
-
-template <class Real>
-void ElementLanes<Real>::remove(std::int32_t e) {
-  Group& group = groups_[lane_of_[e] / kLanes];
-  const std::int32_t lane = lane_of_[e] % kLanes;
-  const auto clear = [&](Real& lanes) {
-    Number numbers[kLanes];
-    std::memcpy(numbers, &lanes, sizeof lanes);
-    const Number before = numbers[lane];
-    numbers[lane] = 0;
-    std::memcpy(&lanes, numbers, sizeof lanes);
-    return before;
-  };
-  const Number volume = clear(group.volume);
-  for (auto& corner : group.gradient)
-    for (Real& component : corner) clear(component);
-  for (int a = 0; a < 4 && nodal_; ++a) {
-    const std::int32_t site = group.site[a][lane];
-    bool some = false;  // tetrahedra are left there
-    site_volume_[site] -= Number(0.25) * volume;
-    for (std::int32_t at = site_first_[site]; at < site_first_[site + 1]; ++at)
-      some = some ||
-             reinterpret_cast<const Number*>(&groups_[site_lanes_[at] / kLanes].volume)[site_lanes_[at] % kLanes] > 0;
-    if (!some) site_volume_[site] = 1;  // the mean of nothing is zero
-  }
 }
 
 template <class Real>

@@ -350,18 +350,6 @@ void LargeSolver::forget() {
   come_to_rest();
 }
 
-void LargeSolver::remove(const std::int32_t* tetrahedra, std::int32_t count) {
-  for (std::int32_t i = 0; i < count; ++i) elements_.remove(tetrahedra[i]);
-  if (now_.at_rest && !base_) return;
-  if (base_) {  // energies count from that of the body as it is now, where the whole body rests
-    std::fill(trial_, trial_ + std::max(3 * static_cast<std::size_t>(nodes_), length_), 0.0f);
-    base_energy_ += evaluate(trial_, trial_f_).energy;
-  }
-  const Elements::Energy found = evaluate(u_, f_);
-  now_.energy = found.energy + 0.5 * times_compliance(local_, local_), now_.least_volume = found.least_volume;
-  now_.solved = now_.at_rest = 0;
-}
-
 // No row holds or pushes the body.
 bool LargeSolver::nothing_acts() const {
   for (std::int32_t r = 0; r < now_.row_count; ++r)

@@ -140,11 +140,6 @@ class LargeSolver {
     return response_solves_ = 0, solves;
   }
 
-  // From now on the tetrahedra add nothing to the energy, each of them named once, indices of the body's. The metric is still that of
-  // the whole body: the body takes more steps, and no new factor. The state stays where it is, and the next step goes on from it.
-  // Not part of what a saved state holds. Cost: an evaluation. How many steps it takes: bench/removed.cpp.
-  void remove(const std::int32_t* tetrahedra, std::int32_t count);
-
   // Goes on with a new metric, between steps: the first of kSlices calls begins with the state as it is, the last one replaces the metric
   // and drops the pairs. Where the tangent is not definite, the metric stays, and the next call begins anew. A call counts, not the time,
   // so that the same steps and calls have the same bits. At rest it does nothing. Cost: a slice of the factorisation; the last one

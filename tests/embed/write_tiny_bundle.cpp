@@ -1,14 +1,12 @@
-// write_tiny_bundle FILE [long | nodule | large | motions | cap | corridor]: writes the box bundle of tests/support; long: a box so long that blocks have low
-// rank; nodule: a larger box with a cube ten times as stiff inside; large: with what large deformation needs; motions: with those of box_motions.h; cap: a plate of 882 vertices
-// whose top is a cap of 0.6 m radius, for touching_bench; corridor: a box of 6 x 7 x 7 cells of frame LPS, with a corridor of all nodes
-// inside it.
+// write_tiny_bundle FILE [long | nodule | large | motions | corridor]: writes the box bundle of tests/support; long: a box so long that
+// blocks have low rank; nodule: a larger box with a cube ten times as stiff inside; large: with what large deformation needs; motions: with
+// those of box_motions.h; corridor: a box of 6 x 7 x 7 cells of frame LPS, with a corridor of all nodes inside it.
 #include <algorithm>
 #include <functional>
 #include <string_view>
 
 #include "tests/support/box_corridor.h"
 #include "tests/support/box_motions.h"
-#include "tests/support/grid_body.h"
 
 namespace {
 
@@ -37,17 +35,6 @@ BundleParts bundle_with_nodule() {
   return parts;
 }
 
-BundleParts cap() {
-  GridBody grid;
-  grid.lines = {grid_lines(-0.06, 0.06, 20), grid_lines(-0.06, 0.06, 20), grid_lines(0, 0.012, 1)};
-  grid.held = [](auto p) { return p[2] == 0; };
-  DenseBody dense = dense_grid(grid);
-  dense.interior = true;
-  for (auto& node : dense.body.mesh.nodes)
-    if (node[2] > 0) node[2] -= (node[0] * node[0] + node[1] * node[1]) / (2 * 0.6);
-  return dense_bundle(dense);
-}
-
 BundleParts bundle_with_corridor() {
   const DenseBody dense = dense_box({.cells = {6, 7, 7}, .poisson = 0.4});
   BundleParts parts = dense_bundle(dense);
@@ -61,12 +48,11 @@ BundleParts bundle_with_corridor() {
 
 int main(int argc, char** argv) {
   const std::string_view form = argc == 3 ? argv[2] : "";
-  const bool known = form == "" || form == "long" || form == "nodule" || form == "large" || form == "motions" ||
-                     form == "cap" || form == "corridor";
+  const bool known =
+      form == "" || form == "long" || form == "nodule" || form == "large" || form == "motions" || form == "corridor";
   if (argc < 2 || argc > 3 || !known) return 2;
   const TinyBox long_box{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}};
-  BundleParts parts = form == "cap"        ? cap()
-                      : form == "nodule"   ? bundle_with_nodule()
+  BundleParts parts = form == "nodule"     ? bundle_with_nodule()
                       : form == "corridor" ? bundle_with_corridor()
                                            : tiny_bundle(form == "long" ? long_box : TinyBox{});
   if (form == "large") add_large_deformation(parts);

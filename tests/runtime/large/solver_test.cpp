@@ -6,7 +6,6 @@
 
 #include "precompute/elements/discretisation.h"
 #include "studies/hyperelastic/large_reference.h"
-#include "studies/hyperelastic/remaining_body.h"
 #include "tests/runtime/large/discs.h"
 #include "tests/runtime/large/soft_supports.h"
 #include "tests/runtime/large/supported_beam.h"
@@ -195,46 +194,6 @@ TEST(LargeSolver, FollowsTheConvergedSolutionOnSoftSupportsAlone) {
           EXPECT_LE(errors.force, 0.02) << support.name << depth;
         }
     }
-}
-
-// A disc pressed by 15 mm; then a hole beside it, as of a burn.
-TEST(LargeSolver, TetrahedraThatAreRemovedUnderAContactLeaveTheBodyWithoutThem) {
-  for (const bool nodal : {false, true}) {
-    const LargeBody body(block(0.45), nodal);
-    const HyperelasticBody& whole = body.get();
-    Discs discs;
-    discs.add(whole, {0.06, 0.06, 0.08}, 0.015);
-    const auto removed = nearest_tetrahedra(whole, {0.09, 0.06, 0.07}, 100, discs.nodes);
-    Solved solved(whole), before(whole);
-    before.solver.remove(removed.data(), 100);
-    const auto press = [&](Solved& tissue, int last) {
-      for (int tick = 1; tick <= last; ++tick) {
-        discs.set(0, {0, 0, -1e-4 * tick});
-        tissue.step(discs);
-      }
-    };
-    press(solved, 150), press(before, 150);
-    const VectorXd intact = solved.force;
-    solved.solver.remove(removed.data(), 100);
-    LargeOutcome outcome = solved.step(discs);
-    EXPECT_GT(outcome.evaluations, 1) << "the removal moves the body although the disc stands still";
-    for (int i = 0; i < 10 && outcome.evaluations > 0; ++i) outcome = solved.step(discs), before.step(discs);
-    EXPECT_EQ(outcome.evaluations, 0) << "not solved after 10 steps";
-    const RemainingBody rest(whole, removed);
-    const LargeReference reference(rest.get());
-    VectorXd u = solved.field();
-    rest.clear_left(&u);
-    const VectorXd start = u, force = reference.solve(discs.dense(reference.dofs()), discs.targets(), &u);
-    VectorXd other = before.field();
-    rest.clear_left(&other);
-    EXPECT_GT((intact - force).norm(), 0.1 * force.norm()) << "the hole does not matter";
-    // Few tetrahedra hold the nodes round the hole. The metric is that of the whole body and stiffer there than the tangent, so that
-    // the solver's measure of the distance is too small: 1.6 and 2.3 % were measured.
-    EXPECT_LT((start - u).norm(), 0.04 * u.norm()) << nodal;
-    EXPECT_LT((other - u).norm(), 0.01 * u.norm()) << nodal;
-    EXPECT_LT((solved.force - force).norm(), 0.01 * force.norm()) << nodal;
-    EXPECT_LT((before.force - force).norm(), 0.01 * force.norm()) << nodal;
-  }
 }
 
 TEST(LargeSolver, ComesBackToRestOnSoftSupports) {
