@@ -120,21 +120,25 @@ Collision::Test Collision::see_first(PointState& state, Vec3 p) {
 // its last motion, and the side at the end decides whether there is a contact.
 Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   double moved = length(p - state.last) + surface_->largest_move() + state.unseen;
-  const Vec3 from = state.last - state.sunk;
-  NearestPoint nearest = surface_->nearest({}, p - state.sunk, reach(moved));
+  // What others have moved the disc by counts as a motion of the surface: both ends of the point's way are seen from where the disc is met
+  // in this step. That is asked twice, at the place nearest to the point and at the one nearest to the disc, and not at that of an
+  // earlier step: whether the last step tested the point decides nothing.
+  // Not beyond the box around the surface: in a world such a tool is far, and its points are not looked at (far_tools.h).
+  NearestPoint nearest = surface_->nearest({}, p, reach(moved + length(state.sunk)));
   Vec3 sunk;
-  if (state.radius > 0 && surface_->may_sink(-1, -1) && nearest.surface_point.triangle >= 0)
+  const bool sinks = state.radius > 0 && surface_->may_sink(-1, -1) && surface_->may_hold(p, p);
+  for (int turn = 0; sinks && turn < 2 && nearest.surface_point.triangle >= 0; ++turn) {
     sunk = surface_->below_disc({}, nearest.surface_point, state.radius);
-  const Vec3 at = p - sunk;
-  if (const double change = length(sunk - state.sunk); change > 0)
-    moved += change, nearest = surface_->nearest({}, at, reach(moved));
+    nearest = surface_->nearest({}, p - sunk, reach(moved + length(sunk - state.sunk)));
+  }
+  moved += length(sunk - state.sunk);
+  const Vec3 at = p - sunk, from = state.last - sunk;
   if (!surface_->finished()) return Test::unfinished;
-  state.sunk = sunk;
   const Clearance clear = {p, nearest.distance, nearest.per_path, surface_->path(), surface_->sum_of_changes()};
   // The nearest surface is farther away than it and the point together have moved: the side is as before. A contact that has ended
   // tells the side of the surface that was predicted without it.
   if (nearest.distance > moved && !state.has_ended) {
-    state.clear = clear;
+    state.clear = clear, state.sunk = sunk;
     return Test::done;
   }
   SurfaceCrossing crossing[DeformedSurface::kMaxCrossings];
@@ -146,7 +150,7 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   if (surface_->finished() && !(knows_all && now_inside == (state.inside != (found % 2 == 1))))
     now_inside = surface_->is_inside({}, at);
   if (!surface_->finished()) return Test::unfinished;
-  state.clear = clear;
+  state.clear = clear, state.sunk = sunk;
   state.has_ended = false;
   bool followed = true;
   if (!state.inside)

@@ -158,6 +158,14 @@ double DeformedSurface::farthest_from_rest() const {
   return field_ ? tree_->largest_reach() * (field_->norm() + field_->last_change()) : 0;
 }
 
+// The second part exceeds what the places were rounded by.
+bool DeformedSurface::may_hold(Vec3 low, Vec3 high, double margin) const {
+  margin += farthest_from_rest() + 1e-3 * tree_->mean_edge();
+  for (int i = 0; i < 3; ++i)
+    if (low[i] > tree_->high()[i] + margin || high[i] < tree_->low()[i] - margin) return false;
+  return true;
+}
+
 double DeformedSurface::largest_move_without(std::int32_t tool, std::int32_t point) const {
   return field_ ? tree_->largest_reach() * field_->last_change_without(tool, point) : 0;
 }

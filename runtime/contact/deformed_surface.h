@@ -58,6 +58,8 @@ class DeformedSurface {
   double largest_move() const;
   // m: how far any point of the surface is from where it rests, now or before the last solve.
   double farthest_from_rest() const;
+  // Whether a point lies in the box around the surface as it is and was before the last solve. margin: m, more.
+  bool may_hold(Vec3 low, Vec3 high, double margin = 0) const;
   double largest_move_without(std::int32_t tool, std::int32_t point) const;
   // sqrt(J): grows with every change of the surface (NearestPoint::per_path).
   double path() const { return field_ ? field_->path() : 0; }

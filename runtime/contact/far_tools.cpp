@@ -55,12 +55,7 @@ bool is_far(const ToolInWorld& tool, const DeformedSurface& surface, const Organ
     for (int i = 0; i < 3; ++i)
       swept.low[i] = std::min(swept.low[i], before.low[i]), swept.high[i] = std::max(swept.high[i], before.high[i]);
   }
-  // The second and third part exceed what the places above were rounded by.
-  const SurfaceTree& tree = surface.tree();
-  const double margin = surface.farthest_from_rest() + 1e-3 * tree.mean_edge() + 1e-14 * size;
-  for (int i = 0; i < 3; ++i)
-    if (swept.low[i] > tree.high()[i] + margin || swept.high[i] < tree.low()[i] - margin) return true;
-  return false;
+  return !surface.may_hold(swept.low, swept.high, 1e-14 * size);
 }
 
 }  // namespace palpate

@@ -60,7 +60,9 @@ class SecondDisc : public testing::Test {
       tools[t].disc_radius = t == 0 ? first_.radius : radius_;
     }
     if (node_ >= 0) tools[0].point_count = 0, tools[0].grips = &grip, tools[0].grip_count = 1;
-    EXPECT_EQ(palpate_scene_touch(scene_.get(), tools, 2, 1e-3, contacts_->get(), contacts_->bytes()), 0u);
+    // A disc that slides into the dent of one node, which no mesh resolves, may not meet its law in the step in which it comes.
+    const palpate_step_flags may_raise = node_ >= 0 ? PALPATE_STEP_SOLVE_INEXACT : 0;
+    EXPECT_EQ(palpate_scene_touch(scene_.get(), tools, 2, 1e-3, contacts_->get(), contacts_->bytes()) & ~may_raise, 0u);
     first_force = palpate_contacts_tool(*contacts_, 0)->force_raw[2];
     return palpate_contacts_tool(*contacts_, 1)->force_raw[2];
   }
