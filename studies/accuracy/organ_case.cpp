@@ -84,6 +84,17 @@ OrganCase::OrganCase(StudyOptions options) : options_(std::move(options)) {
   choose_resolutions();
 }
 
+// As the pipeline's rules find it: in the folder of the variable ORGANS_DIR first.
+std::filesystem::path OrganCase::folder() const {
+  const std::string variable = "ORGANS_DIR=";
+  for (const std::string& given : options_.make_variables)
+    if (given.rfind(variable, 0) == 0)
+      if (const auto own = std::filesystem::absolute(given.substr(variable.size())) / options_.organ;
+          std::filesystem::exists(own))
+        return own;
+  return options_.source / "pipelines" / options_.organ;
+}
+
 // target at a resolution, "" for the default.
 std::vector<std::string> OrganCase::make(const std::string& resolution, const std::string& target) const {
   std::vector<std::string> command = {"make",

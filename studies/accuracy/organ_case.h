@@ -16,7 +16,7 @@ namespace palpate::accuracy {
 inline constexpr const char* kAxes[] = {"mesh", "scenes", "storage", "tolerance", "poisson", "depth"};
 
 struct StudyOptions {
-  std::string organ, boundary;              // pipelines/ORGAN, its boundary/BC.toml
+  std::string organ, boundary;              // a folder of ORGANS_DIR or of pipelines, its boundary/BC.toml
   std::filesystem::path source, bin, data;  // the repository; the programs; where results go
   std::filesystem::path python;             // with matplotlib, for the report
   std::filesystem::path output;             // of the study; default: DATA/ORGAN/accuracy/BC
@@ -65,7 +65,7 @@ class OrganCase {
   ElasticBody body(const std::string& resolution) const;
 
  private:
-  std::filesystem::path folder() const { return options_.source / "pipelines" / options_.organ; }
+  std::filesystem::path folder() const;
   std::vector<std::string> make(const std::string& resolution, const std::string& target) const;
   void choose_resolutions();
 
