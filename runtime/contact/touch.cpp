@@ -84,7 +84,7 @@ class Touch {
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
       if (touch_state_.input.tool(t).id >= 0) had_tool |= 1u << t;
     take_input(tools, tool_count, dt);
-    touch_state_.work.begin(points_to_look_at());
+    touch_state_.work.begin(points_to_look_at(), far_tests_);
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t) {
       const Tool& tool = touch_state_.input.tool(t);
       if (tool.is_new || (tool.index < 0 && had_tool >> t & 1u)) forget_tool(context_.def, touch_state_, t);
@@ -109,7 +109,7 @@ class Touch {
     const bool links = has_links(context_.def);
     touch_state_.rows.begin(
         contacts_to_request() +
-        (links ? touch_state_.links.begin(touch_state_.organ, context_.tensors, touch_state_.solver) : 0));
+        (links ? touch_state_.links.begin(touch_state_.organ, context_.tensors, touch_state_.solver, &unasked_) : 0));
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       if (context_.def.collision != PALPATE_COLLISION_OFF && !is_far(t)) request_point_contacts(t);
       request_grip_contacts(t);
@@ -140,7 +140,7 @@ class Touch {
       touch_state_.work.add(touch_state_.links.operations_to_end(touch_state_.rows.set().node_count));
       flags_ |=
           touch_state_.links.end(context_.tensors, touch_state_.rows.set(), touch_state_.force, touch_state_.modified,
-                                 touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED), touch_state_.step + 1);
+                                 touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED), touch_state_.step + 1, &unasked_);
       context_.watch.ended(Pass::links);
     }
     if (context_.def.force != PALPATE_FORCE_OFF) {
@@ -193,6 +193,7 @@ class Touch {
       const std::int32_t t = touch_state_.input.place_of(tools[i].id);
       const bool held =
           (t >= 0 && touch_state_.far.held[t] > 0) || tools[i].grip_count > 0 || tools[i].grasp || tools[i].needle;
+      far_tests_ += !held;
       far[i] = !held && palpate::is_far(world_->tool[i], touch_state_.deformed, touch_state_.organ, touch_state_.far,
                                         context_.def.max_tool_speed * dt);
     }
@@ -205,10 +206,12 @@ class Touch {
     }
   }
   bool is_far(std::int32_t t) const { return far_[t]; }
+  // A tool that becomes far forgets its points.
   std::int32_t points_to_look_at() const {
     std::int32_t count = 0;
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
-      if (const Tool& tool = touch_state_.input.tool(t); !is_far(t)) count += tool.point_count + tool.grip_count;
+      if (const Tool& tool = touch_state_.input.tool(t); !is_far(t) || !touch_state_.far.far[t])
+        count += tool.point_count + tool.grip_count;
     return count;
   }
 
@@ -350,7 +353,7 @@ class Touch {
     Vec3 sum;
     QueryWork work;
     work.limit(touch_state_.work.left());
-    if (!touch_state_.deformed.may_sink(wish.tool, wish.point) || !work.take(DeformedSurface::kToPress)) return sum;
+    if (!touch_state_.deformed.may_sink(wish.tool, wish.point) || !work.take(ContactPatch::kToPress)) return sum;
     Vec3 slope[ContactPatch::kMaxNodes];
     DiscPlace place;
     ContactPatch& patch = touch_state_.patch;
@@ -366,7 +369,9 @@ class Touch {
     state.begins = false;
     const ContactConstraints& set = touch_state_.rows.set();
     const std::int32_t p = set.constraint_count - 1;
-    if (!wish.slide || set.constraints[p].tool != wish.tool || !set.place[p].known) return;
+    if (!wish.slide || p < 0 || set.constraints[p].tool != wish.tool || set.constraints[p].point != wish.point ||
+        !set.place[p].known)
+      return;
     state.lift = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
   }
   bool discs_slide() const { return kHasEffects && touch_state_.rows.discs_slide(); }
@@ -563,10 +568,21 @@ class Touch {
   bool request_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool paid) {
     bool made = false;
     const std::int32_t first = touch_state_.rows.set().constraint_count;
+    if (!may_press(wish, surface_point, paid)) {
+      raise(wish.tool, PALPATE_STEP_WORK_DEFERRED);
+      if (touch_state_.rows.add_contact_as_before(wish) && admit(wish.tool, first, false))
+        count_contact(wish.tool, wish.displacement - moved(surface_point));
+      return true;
+    }
     const std::uint32_t flags = touch_state_.rows.add_contact(wish, surface_point, &made);
     if (flags) raise(wish.tool, flags);
     if (made && admit(wish.tool, first, paid)) count_contact(wish.tool, wish.displacement - moved(surface_point));
     return made;
+  }
+  // Whether the step has room for a disc that is to be computed anew. Under large deformation body.operations_to_renew() counts it.
+  bool may_press(const ContactWish& wish, const SurfacePoint& surface_point, bool paid) {
+    return paid || deforms_largely(context_.def) || !touch_state_.rows.presses(wish, surface_point) ||
+           touch_state_.admission.press();
   }
   // Whether the constraints from `first` on are solved in this step.
   bool admit(std::int32_t t, std::int32_t first, bool paid) {
@@ -787,7 +803,7 @@ class Touch {
            ++end)
         sticks = !gives_way(end) || sticks;
       if (first.law != ContactLaw::coulomb || sticks) continue;
-      if (!touch_state_.slides.take(first.tool, first.point, may_owe())) {
+      if (!touch_state_.slides.take(first.tool, first.point, may_owe(first))) {
         raise(first.tool, PALPATE_STEP_WORK_DEFERRED);
         continue;
       }
@@ -795,16 +811,18 @@ class Touch {
       Vec3 along;
       for (std::int32_t part = p; part < end; ++part) along += left_behind(part);
       touch_state_.collision.slide(state, state.anchor_at_rest + along);
-      owe_change(state);
+      owe_change(first, state);
     }
   }
-  bool may_owe() const { return deforms_largely(context_.def) || touch_state_.admission.may_owe(); }
-  void owe_change(PointState& state) {
+  bool may_owe(const ContactConstraint& slipped) const {
+    return deforms_largely(context_.def) || touch_state_.admission.may_owe(slipped.disc_radius > 0);
+  }
+  void owe_change(const ContactConstraint& slipped, PointState& state) {
     state.owed = true;
     if (deforms_largely(context_.def))
       touch_state_.work.owe(touch_state_.body.operations_to_renew());
     else
-      touch_state_.admission.owe();
+      touch_state_.admission.owe(slipped.disc_radius > 0);
   }
   bool gives_way(std::int32_t p) {
     const ContactConstraint& constraint = touch_state_.rows.set().constraints[p];
@@ -1136,6 +1154,7 @@ class Touch {
   const ToolsInWorld* world_;
   palpate_contacts& out_;
   bool far_[PALPATE_MAX_TOOLS] = {};  // by place
+  std::int32_t far_tests_ = 0;
   std::uint32_t flags_ = 0;
   // Of the places in use, which begin() resets: a step with one tool does not write those of all others.
   union {
