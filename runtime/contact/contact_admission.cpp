@@ -40,8 +40,7 @@ bool ContactAdmission::change(bool begins) {
   ++next.contacts;
   if (begins) begin_point(&next);
   const Operations cost = cost_of(next), least = begins ? solver_->operations_to_solve(next) : 0;
-  const Operations left =
-      work_->paid_changes() == 0 ? work_->first_change_left(least) : work_->changes_left(least);
+  const Operations left = work_->paid_changes() == 0 ? work_->first_change_left(least) : work_->changes_left(least);
   if (press_ + cost > left) return false;
   pay(next, cost);
   work_->add(press_);

@@ -166,9 +166,7 @@ class ContactRows {
   std::uint32_t hold_node(const ContactWish& wish, std::int32_t node, bool* made);
   std::uint32_t hold_surface_point(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
   std::uint32_t add_patch(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
-  bool is_disc(const ContactWish& wish) const {
-    return source_.model == PALPATE_CONTACT_PATCH && wish.disc_radius > 0;
-  }
+  bool is_disc(const ContactWish& wish) const { return source_.model == PALPATE_CONTACT_PATCH && wish.disc_radius > 0; }
   const ContactConstraint* patch_of_last_step(const ContactWish& wish);
   bool stays(const ContactConstraint& old, const ContactWish& wish, const SurfacePoint& surface_point) const;
   void add_patch_of_last_step(const ContactWish& wish);

@@ -138,9 +138,9 @@ class Touch {
     context_.watch.ended(Pass::contact);
     if (links) {
       touch_state_.work.add(touch_state_.links.operations_to_end(touch_state_.rows.set().node_count));
-      flags_ |=
-          touch_state_.links.end(context_.tensors, touch_state_.rows.set(), touch_state_.force, touch_state_.modified,
-                                 touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED), touch_state_.step + 1, &unasked_);
+      flags_ |= touch_state_.links.end(context_.tensors, touch_state_.rows.set(), touch_state_.force,
+                                       touch_state_.modified, touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED),
+                                       touch_state_.step + 1, &unasked_);
       context_.watch.ended(Pass::links);
     }
     if (context_.def.force != PALPATE_FORCE_OFF) {
@@ -210,7 +210,7 @@ class Touch {
   std::int32_t points_to_look_at() const {
     std::int32_t count = 0;
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
-      if (const Tool& tool = touch_state_.input.tool(t); !is_far(t) || !touch_state_.far.far[t])
+      if (const Tool& tool = touch_state_.input.tool(t); !is_far(t) || !(touch_state_.far.far[t] || tool.is_new))
         count += tool.point_count + tool.grip_count;
     return count;
   }
@@ -1163,7 +1163,7 @@ class Touch {
   DeformingBody::Outcome deformed_;
   const ContactConstraints* acting_ = nullptr;  // as the solver held them
   Operations unasked_ =
-      0;  // of needles and of grasps that close, which nothing puts off: counted when all else is done
+      0;  // of needles, links and grasps that close, which nothing puts off: counted when all else is done
 };
 
 }  // namespace
