@@ -1,6 +1,7 @@
 // A world of organs: the bits of its scenes, tools that are far, sums over organs, states, refusals.
 #include <thread>
 
+#include "runtime/base/step_work.h"
 #include "tests/runtime/world/played_world.h"
 #include "tests/support/bundle_forms.h"
 
