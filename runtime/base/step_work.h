@@ -49,14 +49,12 @@ class StepWork {
   // Of one tool point or grip in a step that finds it far from the surface: it is checked, copied, taken into the organ's frame and compared
   // with the bounds on its way and the surface's. Where there are so many that they leave the caches (docs/speed.md).
   static constexpr Operations kOfPoint = 25;
-  // Of one tool in an organ of a world: the box test that tells whether it is far from the organ.
-  static constexpr Operations kOfFarTest = 60;
 
   void create(Operations most) { limit_ = most_ = smaller(most, kUnlimitedOperations), kept_ = most_ / 8; }
 
-  // points: tool points and grips of the step; far_tests: tools.
-  void begin(Operations points = 0, Operations far_tests = 0) {
-    looked_ = points * kOfPoint + far_tests * kOfFarTest, most_ = limit_ - looked_;
+  // points: tool points and grips of the step.
+  void begin(Operations points = 0) {
+    looked_ = points * kOfPoint, most_ = limit_ - looked_;
     done_ = smaller(owed_, most_ / 4 + most_ / 16), owed_ = 0, deferred_ = 0, kept_ = most_ / 8;
     paid_changes_ = owed_changes_, owed_changes_ = 0;
   }

@@ -84,7 +84,7 @@ class Touch {
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t)
       if (touch_state_.input.tool(t).id >= 0) had_tool |= 1u << t;
     take_input(tools, tool_count, dt);
-    touch_state_.work.begin(points_to_look_at(), far_tests_);
+    touch_state_.work.begin(points_to_look_at());
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t) {
       const Tool& tool = touch_state_.input.tool(t);
       if (tool.is_new || (tool.index < 0 && had_tool >> t & 1u)) forget_tool(context_.def, touch_state_, t);
@@ -193,7 +193,6 @@ class Touch {
       const std::int32_t t = touch_state_.input.place_of(tools[i].id);
       const bool held =
           (t >= 0 && touch_state_.far.held[t] > 0) || tools[i].grip_count > 0 || tools[i].grasp || tools[i].needle;
-      far_tests_ += !held;
       far[i] = !held && palpate::is_far(world_->tool[i], touch_state_.deformed, touch_state_.organ, touch_state_.far,
                                         context_.def.max_tool_speed * dt);
     }
@@ -206,12 +205,10 @@ class Touch {
     }
   }
   bool is_far(std::int32_t t) const { return far_[t]; }
-  // A tool that becomes far forgets its points.
   std::int32_t points_to_look_at() const {
     std::int32_t count = 0;
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t)
-      if (const Tool& tool = touch_state_.input.tool(t); !is_far(t) || !(touch_state_.far.far[t] || tool.is_new))
-        count += tool.point_count + tool.grip_count;
+      if (const Tool& tool = touch_state_.input.tool(t); !is_far(t)) count += tool.point_count + tool.grip_count;
     return count;
   }
 
@@ -1154,7 +1151,6 @@ class Touch {
   const ToolsInWorld* world_;
   palpate_contacts& out_;
   bool far_[PALPATE_MAX_TOOLS] = {};  // by place
-  std::int32_t far_tests_ = 0;
   std::uint32_t flags_ = 0;
   // Of the places in use, which begin() resets: a step with one tool does not write those of all others.
   union {

@@ -45,16 +45,12 @@ class WorkBounds {
     constexpr double tests = 24, linear = 10'000;
     const double test =
         def_.collision == PALPATE_COLLISION_OFF ? 0 : tests * static_cast<double>(touch_.collision.overshoot());
-    return std::max(deforms_largely(def_) ? 1 : linear, test) + points() + far_tests();
+    return std::max(deforms_largely(def_) ? 1 : linear, test) + points();
   }
 
  private:
   double most() const { return static_cast<double>(def_.max_operations); }
   double points() const { return static_cast<double>(StepWork::kOfPoint) * def_.max_points; }
-  // As an organ of a world.
-  double far_tests() const {
-    return def_.collision == PALPATE_COLLISION_OFF ? 0 : static_cast<double>(StepWork::kOfFarTest) * def_.max_tools;
-  }
   double nodes() const { return def_.max_contact_nodes; }
   std::int32_t contacts() const {
     return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1) + def_.max_links +
