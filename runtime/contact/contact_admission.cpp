@@ -26,7 +26,7 @@ ContactAdmission::Cost ContactAdmission::next() const {
   ++moved.contacts;
   ++begun.contacts;
   begin_point(&begun);
-  return {std::max(cost_of(moved), cost_of(begun)), solver_->operations_to_solve(begun)};
+  return {press_ + std::max(cost_of(moved), cost_of(begun)), solver_->operations_to_solve(begun)};
 }
 
 void ContactAdmission::pay(const ContactSolver::Changes& next, Operations cost) {
@@ -40,9 +40,20 @@ bool ContactAdmission::change(bool begins) {
   ++next.contacts;
   if (begins) begin_point(&next);
   const Operations cost = cost_of(next), least = begins ? solver_->operations_to_solve(next) : 0;
-  if (cost > (work_->paid_changes() == 0 ? work_->first_change_left(least) : work_->changes_left(least))) return false;
+  const Operations left = work_->paid_changes() == 0 ? work_->first_change_left(least) : work_->changes_left(least);
+  if (press_ + cost > left) return false;
   pay(next, cost);
+  work_->add(press_);
   return true;
+}
+
+bool ContactAdmission::press() {
+  const bool fits = ContactPatch::kToPress <= work_->first_change_left(0);
+  if (fits)
+    work_->add(ContactPatch::kToPress);
+  else
+    work_->defer();
+  return fits;
 }
 
 void ContactAdmission::pay() {
@@ -85,18 +96,19 @@ bool ContactAdmission::admit(std::int32_t first, bool paid, bool* deferred) {
   return false;
 }
 
-Operations ContactAdmission::next_debt() const {
+Operations ContactAdmission::next_debt(bool disc) const {
   ContactSolver::Changes next = debts_;
   ++next.contacts;
-  return std::max<Operations>(0, solver_->operations_to_renew(next) - solver_->operations_to_renew(debts_));
+  return to_press(disc) +
+         std::max<Operations>(0, solver_->operations_to_renew(next) - solver_->operations_to_renew(debts_));
 }
 
-bool ContactAdmission::may_owe() const {
-  return next_debt() <= (debts_.contacts == 0 ? work_->first_debt_left() : work_->debts_left());
+bool ContactAdmission::may_owe(bool disc) const {
+  return next_debt(disc) <= (debts_.contacts == 0 ? work_->first_debt_left() : work_->debts_left());
 }
 
-void ContactAdmission::owe() {
-  work_->owe_change(next_debt());
+void ContactAdmission::owe(bool disc) {
+  work_->owe_change(next_debt(disc));
   ++debts_.contacts;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "runtime/base/step_work.h"
+#include "runtime/contact/contact_patch.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
 
@@ -29,6 +30,7 @@ class ContactAdmission {
   void expect_disc(bool disc) {
     nodes_ = disc ? point_.disc_nodes : point_.nodes;
     discs_ = disc ? point_.constraints : 0;
+    press_ = to_press(disc);
   }
   // What the next contact of a tool point costs; least: of the solution, if it begins (StepWork::keep_for_solution()).
   struct Cost {
@@ -43,23 +45,27 @@ class ContactAdmission {
   bool admit(std::int32_t first, bool paid, bool* deferred);
   // Pays for a contact whose rows change, whatever it costs.
   void pay();
+  // Pays for a disc that is computed anew though no change() has paid for it. False where it does not fit.
+  bool press();
 
   // After the solve: the next step's change of a contact. False where the debts of this step have no room for it.
   void begin_debts() { debts_ = {}; }
-  bool may_owe() const;
-  void owe();
+  bool may_owe(bool disc) const;
+  void owe(bool disc);
 
  private:
   Operations cost_of(const ContactSolver::Changes& next) const;
   void begin_point(ContactSolver::Changes* next) const;
   void pay(const ContactSolver::Changes& next, Operations cost);
-  Operations next_debt() const;
+  Operations next_debt(bool disc) const;
+  static Operations to_press(bool disc) { return disc ? ContactPatch::kToPress : 0; }
 
   const ContactSolver* solver_ = nullptr;
   ContactRows* rows_ = nullptr;
   StepWork* work_ = nullptr;
   PointContact point_ = {};
   std::int32_t nodes_ = 0, discs_ = 0;  // of a contact that begins
+  Operations press_ = 0;                // of a contact whose disc is computed anew, beside its rows
   bool beside_ = false;
   ContactSolver::Changes changes_, debts_;
   Operations paid_ = 0;  // for changes_

@@ -30,6 +30,9 @@ class ContactPatch {
   bool create(SceneMemory& memory, SurfaceIndex* surface, const SurfaceMeasure* measure, const std::int32_t* triangles,
               std::int32_t nodes);
 
+  // Of press() and measure_slopes() together.
+  static constexpr Operations kToPress = 2000;
+
   // m: a smaller disc is computed as one of this radius, so that 1 / a stays finite.
   static constexpr double kLeastRadius = 1e-9;
 

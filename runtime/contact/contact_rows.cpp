@@ -142,9 +142,8 @@ int ContactRows::nearest_vertex(const SurfacePoint& surface_point, const std::in
 
 std::uint32_t ContactRows::add_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool* made) {
   *made = false;
-  const bool disc = source_.model == PALPATE_CONTACT_PATCH && wish.disc_radius > 0;
   const std::uint32_t flags =
-      disc ? add_patch(wish, surface_point, made) : hold_surface_point(wish, surface_point, made);
+      is_disc(wish) ? add_patch(wish, surface_point, made) : hold_surface_point(wish, surface_point, made);
   --to_come_;
   return flags;
 }
@@ -352,22 +351,45 @@ ContactWish ContactRows::along_own_normal(const ContactWish& wish, const DiscPla
   return own;
 }
 
-// Takes over the patch of the last step where its surface point, radius and law are the same.
-bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfacePoint& surface_point) {
+// The patch of the contact in the last step, or nullptr.
+const ContactConstraint* ContactRows::patch_of_last_step(const ContactWish& wish) {
   const auto before = [&](const ContactConstraint& constraint) {
     return constraint.tool != wish.tool ? constraint.tool < wish.tool : constraint.point < wish.point;
   };
   while (next_in_last_ < last_.constraint_count && before(last_.constraints[next_in_last_])) ++next_in_last_;
-  if (next_in_last_ == last_.constraint_count || wish.moved) return false;
+  if (next_in_last_ == last_.constraint_count) return nullptr;
   const ContactConstraint& old = last_.constraints[next_in_last_];
-  if (old.tool != wish.tool || old.point != wish.point || old.disc_radius != wish.disc_radius || old.law != wish.law ||
-      old.surface_point.triangle != surface_point.triangle ||
+  const bool same = old.tool == wish.tool && old.point == wish.point && old.disc_radius > 0 && old.law == wish.law;
+  return same ? &old : nullptr;
+}
+
+// Whether the patch of the last step is that of this one: its surface point and radius are the same, and so is the number of its nodes,
+// unless both are all of them.
+bool ContactRows::stays(const ContactConstraint& old, const ContactWish& wish,
+                        const SurfacePoint& surface_point) const {
+  if (wish.moved || old.disc_radius != wish.disc_radius || old.surface_point.triangle != surface_point.triangle ||
       !std::equal(surface_point.barycentric, surface_point.barycentric + 3, old.surface_point.barycentric))
     return false;
-  // The same number of nodes, unless both are all of them.
   const std::int32_t most = nodes_for_one();
-  if (old.thinned_to > 0 ? old.thinned_to != most : old.node_count > most) return false;
-  if (!has_room(1, old.node_count)) return false;
+  return old.thinned_to > 0 ? old.thinned_to == most : old.node_count <= most;
+}
+
+bool ContactRows::presses(const ContactWish& wish, const SurfacePoint& surface_point) {
+  if (!is_disc(wish)) return false;
+  const ContactConstraint* const old = patch_of_last_step(wish);
+  return !old || !stays(*old, wish, surface_point) || !has_room(1, old->node_count);
+}
+
+bool ContactRows::add_contact_as_before(const ContactWish& wish) {
+  const ContactConstraint* const old = patch_of_last_step(wish);
+  const bool made = old && has_room(1, old->node_count);
+  if (made) add_patch_of_last_step(wish);
+  --to_come_;
+  return made;
+}
+
+void ContactRows::add_patch_of_last_step(const ContactWish& wish) {
+  const ContactConstraint& old = last_.constraints[next_in_last_];
   ContactWish same = wish;
   if (old.framed) same.tangent = Vec3{old.frame.m[1][0], old.frame.m[1][1], old.frame.m[1][2]};
   const DiscPlace* const place = wish.slide && last_.place[next_in_last_].known ? &last_.place[next_in_last_] : nullptr;
@@ -389,11 +411,11 @@ bool ContactRows::add_patch_of_last_step(const ContactWish& wish, const SurfaceP
     const ContactNode& held = last_.nodes[old.first_node + v];
     add_held_node(same, constraint, held.node, held.weight);
   }
-  return true;
 }
 
 std::uint32_t ContactRows::add_patch(const ContactWish& wish, const SurfacePoint& surface_point, bool* made) {
-  if (add_patch_of_last_step(wish, surface_point)) {
+  if (!presses(wish, surface_point)) {
+    add_patch_of_last_step(wish);
     *made = true;
     return set_.constraints[set_.constraint_count - 1].flags;
   }

@@ -126,6 +126,10 @@ class ContactRows {
   // force stays bounded near a fixed border.
   // A disc or an interpolated point gets no more nodes than leave as many to each contact that is still to come (thin_nodes).
   std::uint32_t add_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
+  // Whether add_contact() would compute a disc anew (ContactPatch::kToPress). If the wish may not have it, add_contact_as_before() gives it
+  // the disc of the last step, wherever that was; false: there was none.
+  bool presses(const ContactWish& wish, const SurfacePoint& surface_point);
+  bool add_contact_as_before(const ContactWish& wish);
 
   // The rows of a grasp's patch, after the grips of its tool. Returns the first of its constraints; -1: there is no room.
   std::int32_t add_grasp(const GraspWish& wish);
@@ -162,7 +166,10 @@ class ContactRows {
   std::uint32_t hold_node(const ContactWish& wish, std::int32_t node, bool* made);
   std::uint32_t hold_surface_point(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
   std::uint32_t add_patch(const ContactWish& wish, const SurfacePoint& surface_point, bool* made);
-  bool add_patch_of_last_step(const ContactWish& wish, const SurfacePoint& surface_point);
+  bool is_disc(const ContactWish& wish) const { return source_.model == PALPATE_CONTACT_PATCH && wish.disc_radius > 0; }
+  const ContactConstraint* patch_of_last_step(const ContactWish& wish);
+  bool stays(const ContactConstraint& old, const ContactWish& wish, const SurfacePoint& surface_point) const;
+  void add_patch_of_last_step(const ContactWish& wish);
   bool has_room(std::int32_t constraints, std::int32_t nodes) const;
   void make_link(const LinkWish& link, std::int32_t tool);
   std::int32_t nodes_for_one() const;

@@ -181,7 +181,7 @@ Vec3 DeformedSurface::displacement(const AskedSurface& asked, const SurfacePoint
 
 Vec3 DeformedSurface::below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius) {
   Vec3 sum;
-  if (!moves() || !work_.take(kToPress + kOfTwoDiscs * field_->discs())) return sum;
+  if (!moves() || !work_.take(ContactPatch::kToPress + kOfTwoDiscs * field_->discs())) return sum;
   TouchableDisc disc;
   press_disc(discs_, fine_ ? fine_->beneath(surface_point) : surface_point, radius, ContactPatch::kMaxNodes, &disc);
   if (disc.count == 0) return sum;

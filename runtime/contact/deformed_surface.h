@@ -29,8 +29,6 @@ struct AskedSurface {
 class DeformedSurface {
  public:
   static constexpr int kMaxCrossings = 32;
-  // Of below_disc(), beside the nodes and other discs.
-  static constexpr Operations kToPress = 2000;
 
   // field: nullptr for the surface at rest. fine: the surface of the tree, where that is not the mesh's, else nullptr. All are
   // borrowed. False where there is no memory.

@@ -12,7 +12,12 @@ namespace {
 
 // The factor covers that stored columns, rounded to half precision or packed, differ from the compliance that the energy is of; the
 // length, m, that sums round.
+constexpr Operations kOfLink = 20;
 constexpr double kBoundFactor = 1.1, kLeastSlack = 1e-6;
+
+Operations to_move(const LinkEnd& end, std::int32_t contact_nodes) {
+  return 3 * Operations{end.count} * contact_nodes;
+}
 
 }  // namespace
 
@@ -130,8 +135,10 @@ void Links::drive(Link& link) const {
     link.ends[e].driven = driven_by(*source_.motions, source_.surface, link.given.ends[e], link.ends[e]);
 }
 
-std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver) {
+std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver,
+                          Operations* work) {
   std::int32_t act = 0;
+  *work += kOfLink * count_;
   for (std::int32_t i = 0; i < count_; ++i) {
     Link& link = links_[i];
     link.row_of = -1, link.before = link.state.condition;
@@ -141,7 +148,10 @@ std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const 
     drive(link);
     // A shorter rest length or an end that moved in the world may have used up what the bound left.
     if (!link.fresh && !(longest(link) + kLeastSlack < link.rest_length)) {
-      for (LinkEnd& end : link.ends) end.moved = last_move(end, tensors, solver);
+      for (LinkEnd& end : link.ends) {
+        end.moved = last_move(end, tensors, solver);
+        *work += to_move(end, solver.contact_nodes());
+      }
       link.fresh = 1, link.path = path_;
     }
   }
@@ -194,11 +204,11 @@ Operations Links::operations_to_end(std::int32_t contact_nodes) const {
     nodes += of_thread;
     if (thread.parts() > 1) turning += 9 * of_thread * of_thread / kDense;
   });
-  return 20 * act + 3 * nodes * contact_nodes + turning;
+  return kOfLink * act + 3 * nodes * contact_nodes + turning;
 }
 
 std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-                         const ContactSolver& solver, bool solved, std::uint64_t step) {
+                         const ContactSolver& solver, bool solved, std::uint64_t step, Operations* work) {
   std::uint32_t flags = 0;
   const bool known = walk(set, solver, solved);
   for_threads([&](const auto& thread) {
@@ -216,6 +226,7 @@ std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, 
       for (LinkEnd& end : link.ends) {
         end.moved = moved_by({tensors, set, force, modified, solver}, end, first);
         if (first >= 0) first += end.count;
+        if (link.row_of < 0) *work += to_move(end, set.node_count);
       }
       if (link.row_of >= 0) link.own = compliance_between(set, solver, i, i);
       link.path = path_;

@@ -29,15 +29,17 @@ class Links {
   void forget();
 
   // A step, in order: how many links will ask for rows; their rows; what became of them.
-  std::int32_t begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver);
+  // begin() adds what it counts, which nothing puts off.
+  std::int32_t begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver, Operations* work);
   std::uint32_t request(ContactRows& rows, ContactAdmission& admission);
-  // What end() takes for the links that act, with so many contact nodes. Slack ones do not count: they change nothing of a step.
+  // What end() takes for the links that act, with so many contact nodes. It adds itself what slack ones take, which the step before cannot
+  // tell.
   Operations operations_to_end(std::int32_t contact_nodes) const;
   // Returns step flags. Cost: for each node of a link 9 multiply-adds for each contact node, at distant addresses where it is slack. A
   // slack thread costs a length while a bound on the motion of its ends shows that it stays slack; all of them together then cost rows^2
   // multiply-adds.
   std::uint32_t end(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-                    const ContactSolver& solver, bool solved, std::uint64_t step);
+                    const ContactSolver& solver, bool solved, std::uint64_t step, Operations* work);
 
   std::int32_t count() const { return count_; }
   // Finds the ends of a link that a bound has spared, which changes no later step.

@@ -109,7 +109,7 @@ class Touch {
     const bool links = has_links(context_.def);
     touch_state_.rows.begin(
         contacts_to_request() +
-        (links ? touch_state_.links.begin(touch_state_.organ, context_.tensors, touch_state_.solver) : 0));
+        (links ? touch_state_.links.begin(touch_state_.organ, context_.tensors, touch_state_.solver, &unasked_) : 0));
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       if (context_.def.collision != PALPATE_COLLISION_OFF && !is_far(t)) request_point_contacts(t);
       request_grip_contacts(t);
@@ -138,9 +138,9 @@ class Touch {
     context_.watch.ended(Pass::contact);
     if (links) {
       touch_state_.work.add(touch_state_.links.operations_to_end(touch_state_.rows.set().node_count));
-      flags_ |=
-          touch_state_.links.end(context_.tensors, touch_state_.rows.set(), touch_state_.force, touch_state_.modified,
-                                 touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED), touch_state_.step + 1);
+      flags_ |= touch_state_.links.end(context_.tensors, touch_state_.rows.set(), touch_state_.force,
+                                       touch_state_.modified, touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED),
+                                       touch_state_.step + 1, &unasked_);
       context_.watch.ended(Pass::links);
     }
     if (context_.def.force != PALPATE_FORCE_OFF) {
@@ -350,7 +350,7 @@ class Touch {
     Vec3 sum;
     QueryWork work;
     work.limit(touch_state_.work.left());
-    if (!touch_state_.deformed.may_sink(wish.tool, wish.point) || !work.take(DeformedSurface::kToPress)) return sum;
+    if (!touch_state_.deformed.may_sink(wish.tool, wish.point) || !work.take(ContactPatch::kToPress)) return sum;
     Vec3 slope[ContactPatch::kMaxNodes];
     DiscPlace place;
     ContactPatch& patch = touch_state_.patch;
@@ -366,7 +366,9 @@ class Touch {
     state.begins = false;
     const ContactConstraints& set = touch_state_.rows.set();
     const std::int32_t p = set.constraint_count - 1;
-    if (!wish.slide || set.constraints[p].tool != wish.tool || !set.place[p].known) return;
+    if (!wish.slide || p < 0 || set.constraints[p].tool != wish.tool || set.constraints[p].point != wish.point ||
+        !set.place[p].known)
+      return;
     state.lift = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
   }
   bool discs_slide() const { return kHasEffects && touch_state_.rows.discs_slide(); }
@@ -563,10 +565,21 @@ class Touch {
   bool request_contact(const ContactWish& wish, const SurfacePoint& surface_point, bool paid) {
     bool made = false;
     const std::int32_t first = touch_state_.rows.set().constraint_count;
+    if (!may_press(wish, surface_point, paid)) {
+      raise(wish.tool, PALPATE_STEP_WORK_DEFERRED);
+      if (touch_state_.rows.add_contact_as_before(wish) && admit(wish.tool, first, false))
+        count_contact(wish.tool, wish.displacement - moved(surface_point));
+      return true;
+    }
     const std::uint32_t flags = touch_state_.rows.add_contact(wish, surface_point, &made);
     if (flags) raise(wish.tool, flags);
     if (made && admit(wish.tool, first, paid)) count_contact(wish.tool, wish.displacement - moved(surface_point));
     return made;
+  }
+  // Whether the step has room for a disc that is to be computed anew. Under large deformation body.operations_to_renew() counts it.
+  bool may_press(const ContactWish& wish, const SurfacePoint& surface_point, bool paid) {
+    return paid || deforms_largely(context_.def) || !touch_state_.rows.presses(wish, surface_point) ||
+           touch_state_.admission.press();
   }
   // Whether the constraints from `first` on are solved in this step.
   bool admit(std::int32_t t, std::int32_t first, bool paid) {
@@ -787,7 +800,7 @@ class Touch {
            ++end)
         sticks = !gives_way(end) || sticks;
       if (first.law != ContactLaw::coulomb || sticks) continue;
-      if (!touch_state_.slides.take(first.tool, first.point, may_owe())) {
+      if (!touch_state_.slides.take(first.tool, first.point, may_owe(first))) {
         raise(first.tool, PALPATE_STEP_WORK_DEFERRED);
         continue;
       }
@@ -795,16 +808,18 @@ class Touch {
       Vec3 along;
       for (std::int32_t part = p; part < end; ++part) along += left_behind(part);
       touch_state_.collision.slide(state, state.anchor_at_rest + along);
-      owe_change(state);
+      owe_change(first, state);
     }
   }
-  bool may_owe() const { return deforms_largely(context_.def) || touch_state_.admission.may_owe(); }
-  void owe_change(PointState& state) {
+  bool may_owe(const ContactConstraint& slipped) const {
+    return deforms_largely(context_.def) || touch_state_.admission.may_owe(slipped.disc_radius > 0);
+  }
+  void owe_change(const ContactConstraint& slipped, PointState& state) {
     state.owed = true;
     if (deforms_largely(context_.def))
       touch_state_.work.owe(touch_state_.body.operations_to_renew());
     else
-      touch_state_.admission.owe();
+      touch_state_.admission.owe(slipped.disc_radius > 0);
   }
   bool gives_way(std::int32_t p) {
     const ContactConstraint& constraint = touch_state_.rows.set().constraints[p];
@@ -1144,7 +1159,7 @@ class Touch {
   DeformingBody::Outcome deformed_;
   const ContactConstraints* acting_ = nullptr;  // as the solver held them
   Operations unasked_ =
-      0;  // of needles and of grasps that close, which nothing puts off: counted when all else is done
+      0;  // of needles, links and grasps that close, which nothing puts off: counted when all else is done
 };
 
 }  // namespace

@@ -29,7 +29,7 @@ class WorkBounds {
   }
   double links() const {
     const double ends = def_.contact == PALPATE_CONTACT_PATCH ? 2.0 * LinkEnd::kMostNodes : 6;
-    return def_.max_links * (20 + 3 * ends * nodes());
+    return def_.max_links * (40 + 8 * ends * nodes());
   }
   double report() const {
     return reports_contacts(def_) ? static_cast<double>(ContactReport::operations(def_.max_points, contacts(),

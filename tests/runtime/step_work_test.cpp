@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -383,6 +384,72 @@ TEST(StepWork, OfPointsFarAwayIsCountedAndASceneOfMoreThanFitIsRefused) {
       EXPECT_GE(contacts->operations, StepWork::kOfPoint * def.max_points);
       EXPECT_LE(contacts->operations, palpate_scene_most_operations(scene.get()));
     }
+  }
+}
+
+// Grips along one direction, each with a disc so small that it has few nodes: what they take is the discs.
+class DiscCrowd {
+ public:
+  static constexpr int kGrips = 20;
+  explicit DiscCrowd(std::int64_t most_operations) {
+    palpate_scene_def def = palpate_default_scene_def();
+    def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_PATCH, def.max_operations = most_operations;
+    scene_ = SlidingCrowd::box().scene(def);
+    contacts_ = std::make_unique<Contacts>(scene_.get());
+  }
+  // shift: where in its triangle each grip is.
+  palpate_step_flags step(int count, double shift, double radius = 1e-3) {
+    grips_.clear();
+    for (int g = 0; g < count; ++g)
+      grips_.push_back(
+          grip_at_place(SlidingCrowd::box().far_triangle(g), {0.3 + shift, 0.3, 0.4 - shift}, {-1e-4, 0, 0}, 1));
+    palpate_tool tool = tool_of(grips_);
+    tool.disc_radius = radius;
+    return palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts_->get(), contacts_->bytes());
+  }
+  std::int64_t operations() const { return contacts_->get()->operations; }
+  // Grips whose discs are where they were asked for.
+  int at(double shift) const {
+    const ContactConstraints& set = scene_->touch.rows.set();
+    return static_cast<int>(
+        std::count_if(set.constraints, set.constraints + set.constraint_count,
+                      [&](const ContactConstraint& c) { return c.surface_point.barycentric[0] == 0.3 + shift; }));
+  }
+
+ private:
+  ScenePointer scene_;
+  std::unique_ptr<Contacts> contacts_;
+  std::vector<palpate_grip> grips_;
+};
+
+TEST(StepWork, CountsEachDiscThatIsComputedAnew) {
+  constexpr int discs = 4;
+  DiscCrowd crowd(INT64_MAX);
+  crowd.step(discs, 0);
+  crowd.step(discs, 0);
+  const std::int64_t standing = crowd.operations();
+  EXPECT_LT(standing, discs * ContactPatch::kToPress);
+  crowd.step(discs, 0.05);
+  EXPECT_GT(crowd.operations(), standing + discs * ContactPatch::kToPress) << "at other places";
+  crowd.step(discs, 0.05, 1.5e-3);
+  EXPECT_GT(crowd.operations(), standing + discs * ContactPatch::kToPress) << "of another radius";
+}
+
+TEST(StepWork, LetsDiscsMoveInTheStepsThatHaveRoomToComputeThem) {
+  constexpr std::int64_t most = 100'000;  // the rows of all discs take 82,000 in a step, and the discs 40,000
+  DiscCrowd crowd(most);
+  for (const double shift : {0.0, 0.05, 0.1}) {
+    int there = 0, steps = 0;
+    for (; there < DiscCrowd::kGrips && steps < 20; ++steps) {
+      const bool told = (crowd.step(DiscCrowd::kGrips, shift) & PALPATE_STEP_WORK_DEFERRED) != 0;
+      const int before = there;
+      there = crowd.at(shift);
+      EXPECT_LE((there - before) * ContactPatch::kToPress, most);
+      EXPECT_LE(crowd.operations(), most);
+      EXPECT_EQ(told, there < DiscCrowd::kGrips) << shift << " " << steps;
+    }
+    EXPECT_EQ(there, DiscCrowd::kGrips) << shift;
+    EXPECT_GT(steps, 1) << shift;
   }
 }
 
