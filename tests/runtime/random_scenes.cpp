@@ -73,6 +73,15 @@ bool QuickTruth::looks_away(const Eigen::Vector3d& p, double reach, const Eigen:
   return false;
 }
 
+double QuickTruth::displaced_within(const Eigen::Vector3d& p, double reach) const {
+  double most = 0;
+  for (std::size_t n = 0; n < place_.size(); ++n) {
+    const Eigen::Vector3d rest(body_->mesh.nodes[n].data());
+    if (std::min((place_[n] - p).norm(), (rest - p).norm()) < reach) most = std::max(most, (place_[n] - rest).norm());
+  }
+  return most;
+}
+
 double QuickTruth::largest_move(const QuickTruth& other) const {
   double most = 0;
   for (std::size_t n = 0; n < place_.size(); ++n) most = std::max(most, (place_[n] - other.place_[n]).squaredNorm());
@@ -259,8 +268,15 @@ RandomScene::Seen RandomScene::see(const RandomPoint& p, const std::vector<bool>
     others_ended = others_ended || (points_[k].touches && !touches[k] && &points_[k] != &p);
   // What is tested behind a contact that ends meets the surface without it.
   const double moved = p.moved + surface_moved + (others_ended ? next().largest_move(now()) : 0);
-  const bool touches_now = touches[static_cast<std::size_t>(&p - points_.data())];
-  return {now().signed_distance(p.organ), moved + p.unseen + kStored, touches_now, others_ended,
+  const std::size_t own = static_cast<std::size_t>(&p - points_.data());
+  // A disc meets the surface where its row has no force. What others press near it moves that place by less than half of what they have
+  // displaced the surface there (docs/method.md, section 9: 1.7 mm of 4 mm).
+  bool is_beside = !grip_list_.empty();
+  for (std::size_t k = 0; k < points_.size(); ++k)
+    is_beside = is_beside || (k != own && (touches[k] || points_[k].touches));
+  const double sunk = radius_ > 0 && is_beside ? 0.5 * now().displaced_within(p.organ, 0.02) : 0;
+  const bool touches_now = touches[own];
+  return {now().signed_distance(p.organ), moved + p.unseen + kStored + sunk, touches_now, others_ended,
           palpate_contacts_tool(contacts_, p.tool)->flags};
 }
 

@@ -41,7 +41,15 @@ TEST_P(LargeSurface, ASecondToolMeetsTheSurfaceWhereItIs) {
     play.move({deep - 0.012 * kOut, Vector3d(x, y, z)});
     if (play.touching(1) > 0) break;
   }
-  EXPECT_NEAR(x, front, 5e-5 + 1e-6);
+  if (GetParam() == PALPATE_DEFORMATION_LARGE) {
+    EXPECT_NEAR(x, front, 5e-5 + 1e-6);
+    return;
+  }
+  // Beside the touch a disc meets the surface where its row has no force, in the dent of the first one (docs/method.md, section 9).
+  EXPECT_LE(x, front + 5e-5 + 1e-6);
+  EXPECT_GT(x, front - 0.0015);
+  EXPECT_GE(play.force(1)[0], 0);
+  EXPECT_LT(play.force(1)[0], 0.02 * play.force(0)[0]);
 }
 
 TEST_P(LargeSurface, AContactHoldsWhileItIsPressedAndEndsWhereThePointIsOut) {

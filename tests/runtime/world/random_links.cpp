@@ -220,11 +220,16 @@ double RandomLinks::softness_of(const palpate_world_link& link, int e) const {
   return link.radius > 0 ? least / 4 : least;
 }
 
+// A thread through several places is one row: it is too short by the sum of its parts' ways.
 double RandomLinks::bound() const {
   double most = 0;
-  for (const palpate_world_link& link : links_)
+  int parts = 1, most_parts = 1;
+  for (const palpate_world_link& link : links_) {
     if (const double soft = softness_of(link, 0) + softness_of(link, 1); soft > 0) most = std::max(most, 1 / soft);
-  return std::sqrt(3.0) * 1024 * 0.3 * most;
+    most_parts = std::max(most_parts, parts);
+    parts = link.runs_on ? parts + 1 : 1;
+  }
+  return std::sqrt(3.0) * 1024 * 0.3 * most_parts * most;
 }
 
 void RandomLinks::look(palpate_step_flags flags) {
