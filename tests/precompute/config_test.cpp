@@ -224,7 +224,7 @@ TEST(BoundaryConfig, ReadsMotions) {
   EXPECT_EQ(boundary.motions[3].kind, Kind::pressure);
   EXPECT_EQ(boundary.motions[4].kind, Kind::gravity);
   EXPECT_THAT(files_of({}, boundary), ElementsAre(testing::Key("label_image_sha256 painted.nrrd"),
-                                              testing::Key("motion_file_sha256 breath.csv")));
+                                                  testing::Key("motion_file_sha256 breath.csv")));
 }
 
 TEST(BoundaryConfig, RefusesEachFaultOfAMotionInOneSentenceWithItsLine) {
