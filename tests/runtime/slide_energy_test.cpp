@@ -263,6 +263,7 @@ class LimitedRow {
     }
     constraint_[0].law = ContactLaw::sliding, constraint_[1].limit = 0.01;
   }
+  ~LimitedRow() { memory_.release_all(); }
   // m, of both targets. Returns whether the node that slides is told to give way in the next step.
   bool is_short_of_energy(double slides, double limited) {
     target_[0].x = slides, target_[1].x = limited;
