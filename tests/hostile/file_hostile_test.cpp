@@ -373,6 +373,7 @@ void fault_with_the_host_between_two_openings() {
   host_hears_its_fault();
 }
 TEST(HostileFile, EndsAFaultOfNobodyThatTheHostsHandlerHandsBack) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // a process of its own, without the handlers of other tests
   EXPECT_EXIT(fault_with_the_host_between_two_openings(), testing::KilledBySignal(SIGBUS), "");
 }
 
