@@ -1,7 +1,6 @@
 #include "runtime/contact/body_energy.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace palpate {
@@ -10,16 +9,6 @@ namespace {
 // As in slide_energy.cpp, of what is stored in the contacts that slide: what is given beyond the first is taken back down to half of it; beyond
 // the second it is told.
 constexpr double kTolerance = 0.01, kTold = 0.02;
-
-// Ascends through the constraints of a step.
-template <class Constraint>
-std::array<std::int32_t, 3> number_of(const Constraint& of) {
-  return {of.tool, of.point, of.part};
-}
-
-bool is_of_one_contact(const ContactConstraint& a, const ContactConstraint& b) {
-  return a.tool == b.tool && a.point == b.point;
-}
 
 }  // namespace
 

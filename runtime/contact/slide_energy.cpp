@@ -1,7 +1,6 @@
 #include "runtime/contact/slide_energy.h"
 
 #include <algorithm>
-#include <array>
 
 namespace palpate {
 namespace {
@@ -29,16 +28,6 @@ double energy_of(const ContactSolver& solver, const ContactConstraints& acting, 
   const Vec3 target = acting.target[p];
   const bool exact = met && !(constraint.limit > 0);
   return product_of(constraint, 0.5 * solver.reaction(p), exact ? target : target + solver.missed(acting, p));
-}
-
-// Ascends through the constraints of a step.
-template <class Constraint>
-std::array<std::int32_t, 3> number_of(const Constraint& of) {
-  return {of.tool, of.point, of.part};
-}
-
-bool is_of_one_contact(const ContactConstraint& a, const ContactConstraint& b) {
-  return a.tool == b.tool && a.point == b.point;
 }
 
 }  // namespace

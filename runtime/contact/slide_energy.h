@@ -7,6 +7,7 @@
 // tip that moves on do the same: they are then held aside of the axis.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
@@ -14,6 +15,16 @@
 #include "runtime/contact/contact_solver.h"
 
 namespace palpate {
+
+// Ascends through the constraints of a step.
+template <class Constraint>
+std::array<std::int32_t, 3> number_of(const Constraint& of) {
+  return {of.tool, of.point, of.part};
+}
+
+inline bool is_of_one_contact(const ContactConstraint& a, const ContactConstraint& b) {
+  return a.tool == b.tool && a.point == b.point;
+}
 
 class SlideEnergy {
  public:
