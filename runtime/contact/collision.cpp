@@ -20,7 +20,7 @@ constexpr double kStill = 1e-8;
 constexpr int kMostSlides = 8;
 
 // Whether the point, or the surface, may have moved by the point's whole distance to the surface since it was tested.
-// sunk: m, what a disc meets may have moved by that against the surface.
+// sunk: m, how far the place where a disc meets the surface may have moved against the surface since the clearance was measured.
 bool may_have_reached(const Clearance& clear, Vec3 p, double path, double sunk) {
   return !(length(p - clear.at) + clear.per_path * (path - clear.path) + sunk < clear.distance);
 }
@@ -39,7 +39,8 @@ double Collision::reach(double moved) const {
   return std::max(kReach * surface_->tree().mean_edge(), 2 * moved);
 }
 
-// m: as the disc moves by its radius, others move it by as much as they do.
+// m, an estimate of how far other contacts may have moved the place where this point's disc meets the surface: while the disc moves by its
+// radius, that place moves by no more than the longest way on which another contact holds the surface.
 double Collision::may_have_sunk(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) const {
   if (state.radius == 0 || (!surface_->may_sink(tool, point) && is_zero(state.sunk))) return 0;
   const double deepest = surface_->deepest_but(tool, point);
@@ -120,9 +121,9 @@ Collision::Test Collision::see_first(PointState& state, Vec3 p) {
 // its last motion, and the side at the end decides whether there is a contact.
 Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   double moved = length(p - state.last) + surface_->largest_move() + state.unseen;
-  // What others have moved the disc by counts as a motion of the surface: both ends of the point's way are seen from where the disc is met
-  // in this step. That is asked twice, at the place nearest to the point and at the one nearest to the disc, and not at that of an
-  // earlier step: whether the last step tested the point decides nothing.
+  // How far other contacts have sunk the disc counts as a motion of the surface: both ends of the point's way are taken less the `sunk` of
+  // this step. `sunk` is computed twice, at the place nearest to the point and then at the place nearest to the disc. It does not begin with
+  // the `sunk` of an earlier step, so that forces do not depend on whether the last step tested the point.
   // Not beyond the box around the surface: in a world such a tool is far, and its points are not looked at (far_tools.h).
   NearestPoint nearest = surface_->nearest({}, p, reach(moved + length(state.sunk)));
   Vec3 sunk;

@@ -156,7 +156,8 @@ std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const 
     }
   }
   for_threads([&](const auto& thread) {
-    for (std::int32_t i = thread.first; thread.acts() && i < thread.end; ++i) act += has_nodes(links_[i]);
+    if (!thread.acts()) return;
+    for (std::int32_t i = thread.first; i < thread.end; ++i) act += has_nodes(links_[i]);
   });
   return act;
 }
