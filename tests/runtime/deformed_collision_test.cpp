@@ -18,21 +18,21 @@ std::vector<std::int32_t> touchable_where(const TouchedBody& body,
   return nodes;
 }
 
-// The rim of the slot's wall at x = 30 mm, drawn back by 10 mm. A point then comes down everywhere in the opened slot.
+// The rim of the slot's wall at x = 30 mm, drawn back by `by` (m). A point then comes down everywhere in the opened slot.
 struct Approaches {
   int steps_in_the_air = 0, false_contacts = 0, missed = 0, touched = 0;
 };
 
-Approaches come_down_into_the_gap(const TouchedBody& block, const std::vector<std::int32_t>& rim) {
+Approaches come_down_into_the_gap(const TouchedBody& block, const std::vector<std::int32_t>& rim, double by) {
   Approaches all;
   for (double x = .0215; x < .033; x += .0011)
     for (const double y : {.004, .0151, .0262}) {
       Watched watched(block);
       Eigen::Vector3d p(x, y, .070);
-      for (int ms = 0; ms <= 50; ++ms) watched.step(p, draw(rim, {-2e-4 * ms, 0, 0}));
+      for (int ms = 0; ms <= 50; ++ms) watched.step(p, draw(rim, {-by * ms / 50, 0, 0}));
       for (int ms = 0; ms < 110 && !watched.touches(); ++ms) {
         p[2] -= 5e-4;
-        watched.step(p, draw(rim, {-.01, 0, 0}));
+        watched.step(p, draw(rim, {-by, 0, 0}));
         const double tolerance = watched.moved() + kStored;
         all.steps_in_the_air += watched.height() > tolerance;
         all.false_contacts += watched.touches() && watched.height() > tolerance;
@@ -48,13 +48,14 @@ TEST(DeformedCollision, AnOpenedGapIsAir) {
   const auto rim = touchable_where(
       block, [](const Eigen::Vector3d& p) { return std::abs(p[0] - .030) < 1e-9 && std::abs(p[2] - .050) < 1e-9; });
   ASSERT_EQ(rim.size(), 4u);
-  for (const auto& nodes : {std::vector<std::int32_t>{rim[1]}, rim}) {
-    const Approaches all = come_down_into_the_gap(block, nodes);
-    EXPECT_GT(all.steps_in_the_air, 1500);
-    EXPECT_EQ(all.false_contacts, 0);
-    EXPECT_EQ(all.missed, 0);
-    EXPECT_EQ(all.touched, 33);  // on the bottom of the slot or on a wall
-  }
+  for (const double by : {.010, .030})
+    for (const auto& nodes : {std::vector<std::int32_t>{rim[1]}, rim}) {
+      const Approaches all = come_down_into_the_gap(block, nodes, by);
+      EXPECT_GT(all.steps_in_the_air, 1500);
+      EXPECT_EQ(all.false_contacts, 0);
+      EXPECT_EQ(all.missed, 0);
+      EXPECT_EQ(all.touched, 33);  // on the bottom of the slot or on a wall
+    }
 }
 
 TEST(DeformedCollision, ALeverIsMet) {
@@ -89,40 +90,41 @@ TEST(DeformedCollision, ALeverIsMet) {
 
 TEST(DeformedCollision, AJumpIsLostTrackingAndNoContact) {
   const TouchedBox box;
-  for (const auto contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
-    palpate_scene_def def = palpate_default_scene_def();
-    def.contact = contact, def.collision = PALPATE_COLLISION_DEFORMED;
-    Watched watched(box, def);
-    const auto lost = [&] { return (watched.flags() & PALPATE_STEP_TRACKING_LOST) != 0; };
-    // From above to below in one step of 1 ms: 80 m/s.
-    watched.step({.031, .022, .060}, {});
-    watched.step({.031, .022, -.020}, {});
-    EXPECT_TRUE(lost());
-    EXPECT_FALSE(watched.touches());
-    EXPECT_EQ(watched.force().norm(), 0);
-    watched.step({.031, .022, -.020}, {});
-    EXPECT_FALSE(lost());
-    EXPECT_FALSE(watched.touches());
-    // It comes in from below at a speed that can be followed, and then jumps a metre aside.
-    for (int ms = 0; ms <= 25; ++ms) watched.step({.031, .022, -.020 + .001 * ms}, {});
-    EXPECT_TRUE(watched.touches());
-    EXPECT_FALSE(lost());
-    watched.step({1.031, .022, .005}, {});
-    EXPECT_TRUE(lost());
-    EXPECT_FALSE(watched.touches());
-    EXPECT_EQ(watched.force().norm(), 0);
-    // Far from the organ it jumps aside, and then into the organ: 170 and 25 m/s.
-    watched.step({.200, .022, .060}, {});
-    watched.step({.200, .022, .060}, {});
-    EXPECT_FALSE(lost());
-    watched.step({.031, .022, .060}, {});
-    EXPECT_TRUE(lost());
-    watched.step({.031, .022, .060}, {});
-    EXPECT_FALSE(lost());
-    watched.step({.031, .022, .035}, {});
-    EXPECT_TRUE(lost());
-    EXPECT_FALSE(watched.touches());
-  }
+  for (const auto contact : {PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
+    for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
+      palpate_scene_def def = palpate_default_scene_def();
+      def.contact = contact, def.law = law, def.collision = PALPATE_COLLISION_DEFORMED;
+      Watched watched(box, def);
+      const auto lost = [&] { return (watched.flags() & PALPATE_STEP_TRACKING_LOST) != 0; };
+      // From above to below in one step of 1 ms: 80 m/s.
+      watched.step({.031, .022, .060}, {});
+      watched.step({.031, .022, -.020}, {});
+      EXPECT_TRUE(lost());
+      EXPECT_FALSE(watched.touches());
+      EXPECT_EQ(watched.force().norm(), 0);
+      watched.step({.031, .022, -.020}, {});
+      EXPECT_FALSE(lost());
+      EXPECT_FALSE(watched.touches());
+      // It comes in from below at a speed that can be followed, and then jumps a metre aside.
+      for (int ms = 0; ms <= 25; ++ms) watched.step({.031, .022, -.020 + .001 * ms}, {});
+      EXPECT_TRUE(watched.touches());
+      EXPECT_FALSE(lost());
+      watched.step({1.031, .022, .005}, {});
+      EXPECT_TRUE(lost());
+      EXPECT_FALSE(watched.touches());
+      EXPECT_EQ(watched.force().norm(), 0);
+      // Far from the organ it jumps aside, and then into the organ: 170 and 25 m/s.
+      watched.step({.200, .022, .060}, {});
+      watched.step({.200, .022, .060}, {});
+      EXPECT_FALSE(lost());
+      watched.step({.031, .022, .060}, {});
+      EXPECT_TRUE(lost());
+      watched.step({.031, .022, .060}, {});
+      EXPECT_FALSE(lost());
+      watched.step({.031, .022, .035}, {});
+      EXPECT_TRUE(lost());
+      EXPECT_FALSE(watched.touches());
+    }
 }
 
 TEST(DeformedCollision, APointThatSlowlyPassesAThinPartIsHeldAndThenReleased) {
@@ -154,6 +156,36 @@ TEST(DeformedCollision, APointThatSlowlyPassesAThinPartIsHeldAndThenReleased) {
   EXPECT_TRUE(lost);
 }
 
+// A tool that holds its place touches by 1 mm and draws the body back the way it came.
+TEST(DeformedCollision, AContactThatHoldsEndsAtTheReleaseDistanceAndDoesNotBeginAgain) {
+  const TouchedBox box;
+  for (const double given : {0.0, .002, .010})
+    for (const auto contact : {PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
+      palpate_scene_def def = palpate_default_scene_def();
+      def.collision = PALPATE_COLLISION_DEFORMED, def.contact = contact, def.release_distance = given;
+      const double release =
+          given > 0 ? given : std::sqrt(.06 * .06 + .05 * .05 + .04 * .04) / 5;  // of the body's diagonal
+      const ScenePointer scene = box.scene(def);
+      Contacts contacts(scene.get());
+      double farthest = 0;
+      int began = 0, lost = 0;
+      bool touches = false;
+      for (int s = 0; s < 300; ++s) {
+        const double height = 1e-4 * (s < 60 ? 50 - s : s - 70);
+        const double point[3] = {.031, .022, .04 + height};
+        const palpate_tool tool = point_tool(point, 1, .004, .3, true);
+        lost += (palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()) &
+                 PALPATE_STEP_TRACKING_LOST) != 0;
+        began += !touches && palpate_contacts_tool(contacts, 0)->contact_count > 0;
+        touches = palpate_contacts_tool(contacts, 0)->contact_count > 0;
+        if (touches) farthest = std::max(farthest, height);
+      }
+      EXPECT_EQ(began, 1) << given << " " << contact;
+      EXPECT_EQ(lost, 1) << given << " " << contact;
+      EXPECT_EQ(Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).norm(), 0);
+      EXPECT_NEAR(farthest, release, 1.001e-4) << given << " " << contact;  // the motion of a step
+    }
+}
 TEST(DeformedCollision, QuickReferenceAgreesWithTheSlowOne) {
   const TouchedBody block(slotted_block());
   Dice dice(1);
