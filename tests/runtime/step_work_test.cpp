@@ -80,6 +80,17 @@ TEST(Shares, LeaveTestsSomethingAndStayWithinTheStep) {
     }
 }
 
+// The fewest operations that the sentence of a refusal names; 0: the definition is not refused.
+std::int64_t fewest_of(const TouchedBox& box, const palpate_scene_def& def) {
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  const palpate_status status = palpate_scene_create(box.bundle(), &def, &scene, &error);
+  palpate_scene_destroy(scene);
+  EXPECT_EQ(status, scene ? PALPATE_OK : PALPATE_ERROR_ARGUMENT);
+  const char* const number = std::strstr(error.text, "expected ");
+  return scene || !number ? 0 : std::strtoll(number + std::strlen("expected "), nullptr, 10);
+}
+
 // About as few as a scene on the box below may have (IsRefusedWhereItIsLessThanAStepNeeds), and one on that of SlidingCrowd.
 constexpr std::int64_t kFewest = 35'000, kFew = 60'000;
 
@@ -227,10 +238,11 @@ std::int64_t most_counted(int steps, Step step) {
 
 TEST(StepWork, OfSixtyFourPointsThatHoverPressSlideAndJumpStaysWithinTheBound) {
   for (const palpate_contact_law law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB})
-    for (const palpate_contact_model contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_TRIANGLE})
+    for (const palpate_contact_model contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_PATCH})
       for (const std::int64_t most : {kFew, std::int64_t{300'000}}) {
         SlidingCrowd crowd(contact, law, most);
-        for (palpate_tool& tool : crowd.tools) tool.friction = 0.3;
+        for (palpate_tool& tool : crowd.tools)
+          tool.friction = 0.3, tool.disc_radius = contact == PALPATE_CONTACT_PATCH ? 0.005 : 0;
         EXPECT_EQ(palpate_scene_most_operations(crowd.scene.get()), most);
         const std::int64_t counted = most_counted(600, [&](int) {
           crowd.step();
@@ -245,10 +257,13 @@ TEST(StepWork, OfSixtyFourPointsThatHoverPressSlideAndJumpStaysWithinTheBound) {
 class GripCrowd {
  public:
   static constexpr int kGrips = 350;
-  explicit GripCrowd(std::int64_t most_operations) {
+  // most_operations: 0 for the fewest.
+  explicit GripCrowd(std::int64_t most_operations, palpate_contact_model contact = PALPATE_CONTACT_POINT) {
     palpate_scene_def def = palpate_default_scene_def();
-    def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT;
-    def.max_points = kGrips, def.max_contact_nodes = 3 * kGrips, def.max_operations = most_operations;
+    def.collision = PALPATE_COLLISION_OFF, def.contact = contact;
+    def.max_points = kGrips, def.max_contact_nodes = 3 * kGrips,
+    def.max_operations = std::max<std::int64_t>(most_operations, 1);
+    if (most_operations == 0) def.max_operations = fewest_of(SlidingCrowd::box(), def);
     scene = SlidingCrowd::box().scene(def);
     contacts = std::make_unique<Contacts>(scene.get());
   }
@@ -274,16 +289,20 @@ class GripCrowd {
 };
 
 TEST(StepWork, OfHundredsOfGripsInOneTriangleStaysWithinTheBound) {
-  for (const std::int64_t most : {kFew, std::int64_t{300'000}}) {
-    GripCrowd crowd(most);
-    EXPECT_EQ(palpate_scene_most_operations(crowd.scene.get()), most);
-    const std::int64_t counted = most_counted(300, [&](int s) {
-      crowd.step(s % 100 > 90 ? 0 : GripCrowd::kGrips, s % 10 == 9);
-      return crowd.contacts->get();
-    });
-    EXPECT_GT(counted, most / 2);
-    EXPECT_LE(counted, most);
-  }
+  for (const auto contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_PATCH})
+    for (const std::int64_t wanted : {0, 300'000}) {
+      GripCrowd crowd(wanted, contact);
+      const std::int64_t most = palpate_scene_most_operations(crowd.scene.get());
+      EXPECT_EQ(wanted > 0 ? wanted : most, most);
+      const std::int64_t counted = most_counted(200, [&](int s) {
+        const int count = s % 100 > 90 ? 0 : GripCrowd::kGrips;
+        const palpate_step_flags flags = crowd.step(count, s % 10 == 9);
+        EXPECT_TRUE(crowd.held() >= count || (flags & (PALPATE_STEP_WORK_DEFERRED | PALPATE_STEP_CONTACTS_DROPPED)));
+        return crowd.contacts->get();
+      });
+      EXPECT_GT(counted, most / 2) << contact;
+      EXPECT_LE(counted, most) << contact;
+    }
 }
 
 // A step has room for some of them. The others come as the next steps have room, and those that fit into no step stay told.
@@ -337,33 +356,17 @@ TEST(StepWork, OfPointsThatHoverOverADentedSurfaceStaysWithinTheBound) {
 TEST(StepWork, IsRefusedWhereItIsLessThanAStepNeeds) {
   palpate_scene_def def = palpate_default_scene_def();
   const TouchedBox box;
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  for (const std::int64_t most : {std::int64_t{0}, std::int64_t{-1}, std::int64_t{9'999}}) {
+  for (const std::int64_t most : {-1, 0, 1, 9'999}) {
     def.max_operations = most;
-    EXPECT_EQ(palpate_scene_create(box.bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
-    EXPECT_NE(std::string(error.text).find("max_operations"), std::string::npos) << error.text;
+    EXPECT_THROW(box.scene(def), std::runtime_error) << most;
   }
-  // The sentence names the fewest, and they suffice.
-  const char* const number = std::strstr(error.text, "expected ");
-  ASSERT_NE(number, nullptr) << error.text;
-  def.max_operations = std::strtoll(number + std::strlen("expected "), nullptr, 10);
-  EXPECT_LT(def.max_operations, kFewest);
-  ASSERT_EQ(palpate_scene_create(box.bundle(), &def, &scene, &error), PALPATE_OK) << error.text;
-  EXPECT_EQ(palpate_scene_most_operations(scene), def.max_operations);
-  palpate_scene_destroy(scene);
-  --def.max_operations;
-  EXPECT_EQ(palpate_scene_create(box.bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
-}
-
-// The fewest operations that the sentence of a refusal names; 0: the definition is not refused.
-std::int64_t fewest_of(const TouchedBox& box, const palpate_scene_def& def) {
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  const palpate_status status = palpate_scene_create(box.bundle(), &def, &scene, &error);
-  palpate_scene_destroy(scene);
-  const char* const number = std::strstr(error.text, "expected ");
-  return status == PALPATE_OK || !number ? 0 : std::strtoll(number + std::strlen("expected "), nullptr, 10);
+  const std::int64_t fewest = fewest_of(box, def);
+  EXPECT_GT(fewest, 9'999);
+  EXPECT_LT(fewest, kFewest);
+  def.max_operations = fewest;  // which suffice
+  EXPECT_EQ(palpate_scene_most_operations(box.scene(def).get()), fewest);
+  def.max_operations = fewest - 1;
+  EXPECT_EQ(fewest_of(box, def), fewest);
 }
 
 // A step takes its input and looks at each point, however far they are: a scene has the operations for all that it may get.
