@@ -1,9 +1,5 @@
-// Bundles as files and as bytes: cut anywhere, changed anywhere, shortened under the map.
-#include <fcntl.h>
-#include <signal.h>
-#include <sys/mman.h>
+// Bundles as files and as bytes. What is cut, changed or written over under the map: tests/hostile.
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <set>
 #include <sstream>
@@ -27,41 +23,6 @@ palpate_status status_of(const std::string& bytes, palpate_error* error = nullpt
   EXPECT_EQ(bundle == nullptr, status != PALPATE_OK);
   palpate_bundle_close(bundle);
   return status;
-}
-
-TEST(BundleBytes, CutAtAnyByteAreRefused) {
-  const std::string whole = bundle_bytes(small_box());
-  EXPECT_EQ(status_of(whole), PALPATE_OK);
-  AlignedBytes copy(whole);
-  for (std::size_t n = 0; n < whole.size(); ++n) {
-    palpate_bundle* bundle = nullptr;
-    palpate_error error = {};
-    ASSERT_NE(palpate_bundle_open(copy.data(), n, nullptr, &bundle, &error), PALPATE_OK) << n;
-    ASSERT_EQ(bundle, nullptr);
-    ASSERT_STRNE(error.text, "");
-  }
-  EXPECT_NE(status_of(whole + '\0'), PALPATE_OK);
-}
-
-TEST(BundleBytes, WithAnyIndexByteChangedAreRefused) {
-  const std::string whole = bundle_bytes(small_box());
-  for (std::size_t n = 0; n < formats::kUserBlockBytes; ++n) {
-    std::string changed = whole;
-    changed[n] = static_cast<char>(changed[n] ^ 0x40);
-    ASSERT_NE(status_of(changed), PALPATE_OK) << n;
-  }
-}
-
-TEST(BundleBytes, WithAnIndexOutOfRangeAreRefused) {
-  for (const auto id : {formats::SectionId::tetrahedra, formats::SectionId::triangles, formats::SectionId::touchable,
-                        formats::SectionId::region})
-    for (const std::int32_t bad : {-1, 1 << 30}) {
-      BundleParts parts = small_box();
-      auto numbers = parts.get<std::int32_t>(id);
-      numbers.back() = bad;
-      parts.set(id, parts.sections[id].shape, numbers);
-      EXPECT_EQ(status_of(bundle_bytes(parts)), PALPATE_ERROR_CONTENT);
-    }
 }
 
 TEST(BundleBytes, WithACorridorAreOpenedWhereItsNodesAscendInside) {
@@ -110,25 +71,6 @@ TEST(BundleBytes, ThatAreNotAlignedOrNotThereAreRefused) {
   palpate_bundle_close(nullptr);
 }
 
-TEST(BundleBytes, AreComparedWithTheirChecksumsOnRequest) {
-  const std::string whole = bundle_bytes(small_box());
-  std::string changed = whole;
-  formats::BundleIndex index;
-  ASSERT_EQ(formats::read_bundle_index(whole.data(), whole.size(), &index, nullptr), formats::BundleStatus::ok);
-  changed[formats::find_section(index, formats::SectionId::displacement_surface)->offset + 100] ^= 1;
-  for (const auto& [bytes, expected] : {std::pair(whole, PALPATE_OK), std::pair(changed, PALPATE_ERROR_CHECKSUM)}) {
-    AlignedBytes copy(bytes);
-    palpate_bundle* opened = nullptr;
-    ASSERT_EQ(palpate_bundle_open(copy.data(), copy.size(), nullptr, &opened, nullptr), PALPATE_OK);
-    const BundlePointer bundle(opened);
-    palpate_error error = {};
-    EXPECT_EQ(palpate_bundle_check(bundle.get(), &error), expected) << error.text;
-  }
-}
-
-// ---- files
-// --------------------------------------------------------------------------------------------------------------
-
 TEST(BundleFile, ThatCannotBeOpenedSaysWhy) {
   const auto text = [](const std::string& path, palpate_status expected) {
     palpate_bundle* bundle = nullptr;
@@ -147,65 +89,6 @@ TEST(BundleFile, ThatCannotBeOpenedSaysWhy) {
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_THAT(text(pipe, PALPATE_ERROR_FILE), testing::HasSubstr("regular file"));  // and it does not wait for a writer
   std::filesystem::remove(pipe);
-}
-
-int other_faults = 0;
-void count_other_fault(int, siginfo_t* info, void*) {
-  ++other_faults;
-  // Maps the page again; otherwise the faulting instruction would repeat for ever.
-  void* page = reinterpret_cast<void*>(reinterpret_cast<std::uintptr_t>(info->si_addr) / 4096 * 4096);
-  mmap(page, 4096, PROT_READ, MAP_PRIVATE | MAP_FIXED | MAP_ANONYMOUS, -1, 0);
-}
-
-TEST(BundleFile, ThatShrinksUnderTheMapRaisesAFlagAndNothingElse) {
-  // The host has its own handler, which must still get the faults of other maps.
-  struct sigaction host = {}, before = {};
-  host.sa_sigaction = count_other_fault, host.sa_flags = SA_SIGINFO;
-  sigaction(SIGBUS, &host, &before);
-
-  const auto file = scratch_file("shrinks.h5");
-  write_bundle(file, tiny_bundle());
-  palpate_bundle* opened = nullptr;
-  palpate_error error = {};
-  const palpate_bundle_options options = options_for(PALPATE_FILE_MAP_GUARDED);
-  ASSERT_EQ(palpate_bundle_open_file(file.c_str(), &options, &opened, &error), PALPATE_OK) << error.text;
-  const BundlePointer bundle(opened);
-  const palpate_scene_def def = palpate_default_scene_def();
-  palpate_scene* created = nullptr;
-  ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &created, &error), PALPATE_OK) << error.text;
-  const ScenePointer scene(created);
-  Contacts contacts(scene.get());
-  const auto step = [&] {
-    const std::vector<palpate_grip> grips = {grip_at_node(palpate_bundle_touchable(bundle.get())[9], {0, 0, .001}),
-                                             grip_at_node(palpate_bundle_touchable(bundle.get())[2], {0, 0, .002})};
-    const palpate_tool tool = tool_of(grips);
-    palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    palpate_step_flags shape_flags = 0;
-    displacements(scene.get(), contacts.get(), palpate_bundle_describe(bundle.get()).surface_node_count, &shape_flags);
-    return flags | shape_flags;
-  };
-  EXPECT_EQ(step(), 0u);
-  ASSERT_EQ(truncate(file.c_str(), formats::kUserBlockBytes), 0);
-  palpate_scene_reset(scene.get());
-  EXPECT_TRUE(step() & PALPATE_STEP_BUNDLE_LOST);
-  EXPECT_TRUE(step() & PALPATE_STEP_BUNDLE_LOST);
-  EXPECT_TRUE(std::isfinite(palpate_contacts_tool(contacts, 0)->force[0]));
-  EXPECT_EQ(palpate_bundle_check(bundle.get(), &error), PALPATE_ERROR_TRUNCATED);
-  EXPECT_EQ(other_faults, 0);
-
-  // A fault in the host's own map reaches the host's handler.
-  const auto theirs = scratch_file("theirs");
-  std::ofstream(theirs) << std::string(8192, 'x');
-  const int descriptor = open(theirs.c_str(), O_RDONLY);
-  const auto* map = static_cast<const volatile char*>(mmap(nullptr, 8192, PROT_READ, MAP_SHARED, descriptor, 0));
-  ASSERT_EQ(truncate(theirs.c_str(), 0), 0);
-  EXPECT_EQ(map[5000], 0);
-  EXPECT_EQ(other_faults, 1);
-  munmap(const_cast<char*>(map), 8192);
-  close(descriptor);
-  sigaction(SIGBUS, &before, nullptr);
-  std::filesystem::remove(file);
-  std::filesystem::remove(theirs);
 }
 
 TEST(BundleFile, GivesTheSameStepsAsItsBytesHoweverItIsOpened) {

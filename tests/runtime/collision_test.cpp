@@ -2,6 +2,7 @@
 #include <random>
 
 #include "tests/runtime/two_discs.h"
+#include "tests/support/closed_surfaces.h"
 #include "tests/support/rest_surface.h"
 
 namespace palpate::tests {
@@ -11,176 +12,33 @@ Vec3 vec(const Eigen::Vector3d& v) {
   return {v[0], v[1], v[2]};
 }
 
-// A surface that the test makes.
-struct Surface {
-  Surface(std::vector<std::array<double, 3>> nodes, std::vector<std::array<std::int32_t, 3>> faces)
-      : position(std::move(nodes)),
-        triangles(std::move(faces)),
-        rest(position[0].data(), static_cast<std::int32_t>(position.size()), triangles[0].data(),
-             static_cast<std::int32_t>(triangles.size())) {}
-  int crossings(Vec3 a, Vec3 b) { return rest.crossings(a, b); }
-  std::vector<std::array<double, 3>> position;
-  std::vector<std::array<std::int32_t, 3>> triangles;
-  RestSurface rest;
-};
-
 // An icosphere of radius 1 with bumps, so that segments cross it up to many times.
-std::unique_ptr<Surface> bumpy_sphere(int subdivisions, double bumps) {
-  const double g = (1 + std::sqrt(5.0)) / 2;
-  std::vector<std::array<double, 3>> nodes = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0},
-                                              {0, -1, g}, {0, 1, g}, {0, -1, -g}, {0, 1, -g},
-                                              {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  std::vector<std::array<std::int32_t, 3>> faces = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                                                    {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                                                    {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                                                    {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
-  for (int s = 0; s < subdivisions; ++s) {
-    std::map<std::pair<int, int>, int> middle;
-    const auto mid = [&](int a, int b) {
-      const auto key = std::minmax(a, b);
-      const auto [at, fresh] = middle.try_emplace(key, static_cast<int>(nodes.size()));
-      if (fresh) {
-        const std::array<double, 3> m = {(nodes[a][0] + nodes[b][0]) / 2, (nodes[a][1] + nodes[b][1]) / 2,
-                                         (nodes[a][2] + nodes[b][2]) / 2};
-        nodes.push_back(m);
-      }
-      return at->second;
-    };
-    std::vector<std::array<std::int32_t, 3>> finer;
-    for (const auto& [a, b, c] : faces) {
-      const int ab = mid(a, b), bc = mid(b, c), ca = mid(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
-    }
-    faces = finer;
-  }
-  for (auto& p : nodes) {
-    const Eigen::Vector3d unit = Eigen::Vector3d(p.data()).normalized();
-    const Eigen::Vector3d q = unit * (1 + bumps * std::sin(7 * unit[0]) * std::cos(6 * unit[1] + unit[2]));
-    p = {q[0], q[1], q[2]};
-  }
-  return std::make_unique<Surface>(nodes, faces);
-}
-
-// A box with two triangles per face. Its faces are axis-parallel, so many tests are ties.
-std::unique_ptr<Surface> unit_box() {
-  return std::make_unique<Surface>(
-      std::vector<std::array<double, 3>>{
-          {0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}},
-      std::vector<std::array<std::int32_t, 3>>{{0, 2, 1},
-                                               {0, 3, 2},
-                                               {4, 5, 6},
-                                               {4, 6, 7},
-                                               {0, 1, 5},
-                                               {0, 5, 4},
-                                               {2, 3, 7},
-                                               {2, 7, 6},
-                                               {1, 2, 6},
-                                               {1, 6, 5},
-                                               {0, 4, 7},
-                                               {0, 7, 3}});
-}
-
-TEST(Collision, FindsEveryCrossingOfAMillionRandomSegmentsOnce) {
-  const auto surface = bumpy_sphere(3, 0.3);
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> at(-1.6, 1.6);
-  std::uniform_int_distribution<int> short_step(0, 1);
-  SurfaceCrossing found[DeformedSurface::kMaxCrossings];
-  long total = 0, inside = 0;
-  for (int i = 0; i < 1000000; ++i) {
-    const Vec3 a{at(random), at(random), at(random)};
-    Vec3 b{at(random), at(random), at(random)};
-    if (short_step(random)) b = a + 0.02 * b;  // as a haptic step
-    const int count = surface->rest.crossings(a, b, found);
-    const bool a_inside = surface->rest.inside(a), b_inside = surface->rest.inside(b);
-    ASSERT_EQ(a_inside != b_inside, count % 2 == 1) << "segment " << i;
-    // Crossings alternate between in and out, beginning with the side on which the segment starts.
-    for (int c = 0; c < std::min(count, DeformedSurface::kMaxCrossings); ++c)
-      ASSERT_EQ(found[c].entering, (c % 2 == 0) != a_inside) << "segment " << i;
-    total += count, inside += a_inside;
-  }
-  EXPECT_GT(total, 200000);
-  EXPECT_GT(inside, 100000);
+TriangleSurface bumpy_sphere() {
+  TriangleSurface surface = sphere_surface(2, 1);
+  for (Point& p : surface.points) p = (1 + 0.3 * std::sin(7 * p[0]) * std::cos(6 * p[1] + p[2])) * p;
+  return surface;
 }
 
 TEST(Collision, AgreesWithTestingEveryTriangle) {
-  const auto surface = bumpy_sphere(2, 0.3);
+  const TriangleSurface surface = bumpy_sphere();
+  RestSurface rest(surface.points[0].data(), static_cast<std::int32_t>(surface.points.size()),
+                   surface.triangles[0].data(), static_cast<std::int32_t>(surface.triangles.size()));
   std::mt19937 random(11);
   std::uniform_real_distribution<double> at(-1.6, 1.6);
   for (int i = 0; i < 2000; ++i) {
     const Eigen::Vector3d a(at(random), at(random), at(random)), b(at(random), at(random), at(random));
     int expected = 0;
-    for (const auto& t : surface->triangles) {
-      const Eigen::Vector3d p(surface->position[t[0]].data()), q(surface->position[t[1]].data()),
-          r(surface->position[t[2]].data());
+    for (const auto& t : surface.triangles) {
+      const Eigen::Vector3d p(surface.points[t[0]].data()), q(surface.points[t[1]].data()),
+          r(surface.points[t[2]].data());
       Eigen::Matrix3d system;
       system << q - p, r - p, a - b;
       const Eigen::Vector3d x = system.partialPivLu().solve(a - p);
       expected += x[0] >= 0 && x[1] >= 0 && x[0] + x[1] <= 1 && x[2] >= 0 && x[2] <= 1;
     }
-    ASSERT_EQ(surface->crossings(vec(a), vec(b)), expected);
+    ASSERT_EQ(rest.crossings(vec(a), vec(b)), expected);
   }
 }
-
-TEST(Collision, CountsVerticesAndEdgesOnce) {
-  const auto sphere = bumpy_sphere(2, 0);
-  for (const auto& p : sphere->position) {  // through every vertex, from the middle
-    const Vec3 out{1.5 * p[0], 1.5 * p[1], 1.5 * p[2]};
-    EXPECT_EQ(sphere->crossings({}, out), 1);
-    EXPECT_EQ(sphere->crossings(out, {}), 1);
-    EXPECT_EQ(sphere->crossings(out, {-out.x, -out.y, -out.z}), 2);
-  }
-  for (const auto& t : sphere->triangles)
-    for (int v = 0; v < 3; ++v) {
-      const auto &p = sphere->position[t[v]], &q = sphere->position[t[(v + 1) % 3]];
-      const Vec3 out{0.75 * (p[0] + q[0]), 0.75 * (p[1] + q[1]), 0.75 * (p[2] + q[2])};
-      EXPECT_EQ(sphere->crossings({}, out), 1);
-    }
-}
-
-TEST(Collision, HoldsParityInTheDegenerateCasesOfABox) {
-  const auto box = unit_box();
-  // Every pair of points of a lattice that lines up with the box: through corners, along edges, in faces, along
-  // diagonals. Points on the surface itself have no side; what a tool does there is held by the scene's state, below.
-  std::vector<Vec3> lattice;
-  const auto on_surface = [](Vec3 p) {
-    bool on = false, near = true;
-    for (int d = 0; d < 3; ++d) on = on || p[d] == 0 || p[d] == 1, near = near && p[d] >= 0 && p[d] <= 1;
-    return on && near;
-  };
-  for (double x = -0.5; x <= 1.5; x += 0.25)
-    for (double y = -0.5; y <= 1.5; y += 0.25)
-      for (double z = -0.5; z <= 1.5; z += 0.25)
-        if (!on_surface({x, y, z})) lattice.push_back({x, y, z});
-  for (const Vec3& a : lattice)
-    for (const Vec3& b : lattice) {
-      const bool changes = box->rest.inside(a) != box->rest.inside(b);
-      ASSERT_EQ(box->crossings(a, b) % 2 == 1, changes)
-          << a.x << ' ' << a.y << ' ' << a.z << " to " << b.x << ' ' << b.y << ' ' << b.z;
-    }
-  EXPECT_TRUE(box->rest.inside({.5, .5, .5}));
-  EXPECT_EQ(box->crossings({.5, .5, 2}, {.5, .5, .5}), 1);  // on the diagonal of the top
-  EXPECT_EQ(box->crossings({.5, .5, 2}, {.5, .5, -1}), 2);
-  EXPECT_EQ(box->crossings({-1, .5, 1.0001}, {2, .5, 1.0001}), 0);  // grazing
-}
-
-TEST(Collision, FindsTrianglesThatAreLargeAmongFineOnes) {
-  // The fine triangles of a sphere beside a face that is a thousand times larger.
-  const auto sphere = bumpy_sphere(3, 0);
-  auto nodes = sphere->position;
-  auto faces = sphere->triangles;
-  const auto first = static_cast<std::int32_t>(nodes.size());
-  nodes.insert(nodes.end(), {{-40, -40, -90}, {40, -40, -90}, {0, 50, -90}, {0, 0, -5}});
-  for (const auto& [a, b, c] : std::vector<std::array<std::int32_t, 3>>{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}})
-    faces.push_back({first + a, first + b, first + c});
-  Surface both(nodes, faces);
-  EXPECT_EQ(both.crossings({0, 0, 10}, {0, 0, -100}), 4);
-  EXPECT_TRUE(both.rest.inside({3, 2, -60}));
-  EXPECT_EQ(both.crossings({3, 2, -95}, {3, 2, -60}), 1);
-}
-
-// ---- tools on the scene
-// -------------------------------------------------------------------------------------------------
 
 // One tool of points, moved step by step.
 struct Hand {
