@@ -1,5 +1,4 @@
 // Contacts against the dense solve of the same mesh: displacements, forces, alpha_v, conflicting and repeated rows.
-#include "runtime/contact/contact_solver.h"
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -212,59 +211,6 @@ TEST(Contact, HoldsTheNearestVertexUnderNode) {
 // ---- near-dependent and conflicting rows
 // --------------------------------------------------------------------------------
 
-TEST(Contact, ForceOfAConflictingPairGrowsAndStaysFiniteAsTheGapCloses) {
-  const TouchedBox box;
-  for (const auto model : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_TRIANGLE}) {
-    palpate_scene_def def = unlimited_def();
-    def.contact = model;
-    const std::int32_t triangle = box.far_triangle();
-    double before = 0, compliance = 0;
-    for (double gap = 0.3; gap >= 0.9e-12; gap = gap > 0.2 ? 0.1 : gap / 10) {
-      const ScenePointer scene = box.scene(def);
-      const std::vector<palpate_grip> first = {grip_at_place(triangle, {.3, .3, .4}, {0.001, 0, 0})};
-      const std::vector<palpate_grip> second = {grip_at_place(triangle, {.3 + gap, .3 - gap, .4}, {-0.001, 0, 0})};
-      const palpate_tool tools[2] = {tool_of(first), tool_of(second)};
-      Contacts contacts(scene.get());
-      palpate_step_flags flags = palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
-      const double force = Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).norm();
-      if (compliance == 0) {
-        Contacts alone(scene.get());
-        palpate_scene_touch(scene.get(), tools, 1, 1e-3, alone.get(), alone.bytes());
-        compliance = 0.001 / Eigen::Vector3d(palpate_contacts_tool(alone, 0)->force_raw).norm();
-      }
-      ASSERT_TRUE(std::isfinite(force));
-      // Grows up to its limit, which falls from 1,024 / 10 at a gap of 1 / 10, where the shape would move by 10 targets, to 64.
-      EXPECT_GE(force, before * 0.6) << "gap " << gap;
-      // The stated bound on each of the contact's rows (three, or nine under TRIANGLE), with their own compliance, here within a factor
-      // 2 of its mean.
-      EXPECT_LE(force, 2 * std::sqrt(model == PALPATE_CONTACT_POINT ? 3.0 : 9.0) * ContactSolver::kMostForceNear *
-                           0.001 / compliance);
-      EXPECT_EQ((flags & PALPATE_STEP_REGULARISED) != 0, gap < 0.2 || model == PALPATE_CONTACT_TRIANGLE) << gap;
-      before = force;
-      const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
-      EXPECT_TRUE(std::all_of(u.begin(), u.end(), [](float x) { return std::isfinite(x); }));
-    }
-  }
-}
-
-TEST(Contact, HeldTwiceInTheSameNodeActsAsHeldOnceAtTheMean) {
-  const TouchedBox box;
-  const ScenePointer scene = box.scene(unlimited_def());
-  const std::int32_t n = box.touchable[5];
-  const Eigen::Vector3d d(0.001, -0.002, 0.0005), e(0.003, 0, 0.0001);
-  const std::vector<palpate_grip> twice = {grip_at_node(n, d), grip_at_node(n, e)},
-                                  once = {grip_at_node(n, 0.5 * (d + e))};
-  const palpate_tool both = tool_of(twice), single = tool_of(once);
-  Contacts contacts(scene.get()), reference(scene.get());
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &both, 1, 1e-3, contacts.get(), contacts.bytes()),
-            PALPATE_STEP_REGULARISED);
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &single, 1, 1e-3, reference.get(), reference.bytes()), 0u);
-  // The shift of 1e-6 on the diagonal explains the whole difference in the mean.
-  const Eigen::Vector3d ours(palpate_contacts_tool(contacts, 0)->force_raw),
-      expected(palpate_contacts_tool(reference, 0)->force_raw);
-  EXPECT_LT((ours - expected).norm(), 2e-6 * expected.norm());
-}
-
 TEST(Contact, AcceptsMoreThanThreePlacesInATriangle) {
   const TouchedBox box;
   const ScenePointer scene = box.scene(unlimited_def());
@@ -282,23 +228,6 @@ TEST(Contact, AcceptsMoreThanThreePlacesInATriangle) {
   for (const std::int32_t n : box.body.triangles[box.far_triangle()])
     for (int i = 0; i < 3; ++i)
       EXPECT_NEAR(u[3 * n + i], d[i], 1e-5 * d.norm());  // all agree: the triangle moves as one
-}
-
-TEST(Contact, DoesNotDependOnTheOrderOfTheTools) {
-  const TouchedBox box;
-  const ScenePointer scene = box.scene(unlimited_def());
-  std::vector<palpate_grip> grips;
-  for (int i = 0; i < 12; ++i) grips.push_back(grip_at_node(box.touchable[3 * i], wave(i)));
-  std::vector<palpate_grip> reversed(grips.rbegin(), grips.rend());
-  const palpate_tool one = tool_of(grips), other = tool_of(reversed);
-  Contacts a(scene.get()), b(scene.get());
-  ASSERT_EQ(palpate_scene_touch(scene.get(), &one, 1, 1e-3, a.get(), a.bytes()), 0u);
-  ASSERT_EQ(palpate_scene_touch(scene.get(), &other, 1, 1e-3, b.get(), b.bytes()), 0u);
-  ASSERT_EQ(a->node_count, 12);
-  for (int i = 0; i < 12; ++i)
-    for (int d = 0; d < 3; ++d)  // rounding times the condition of 36 rows
-      EXPECT_NEAR(a.nodes()[i].force[d], b.nodes()[11 - i].force[d],
-                  1e-12 * std::abs(palpate_contacts_tool(a, 0)->force_raw[0]) + 1e-13);
 }
 
 TEST(Contact, GivesAnUntouchableVertexsWeightToTheOthersAndSaysSo) {

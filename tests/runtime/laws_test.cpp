@@ -119,8 +119,8 @@ TEST(Coulomb, DragsAtFrictionTimesThePushAndTurnsRoundThroughSticking) {
 }
 
 TEST(Coulomb, ComesToRestInTheTriangleThatTheToolHasSlippedTo) {
-  // Pressed obliquely and kept there. The three vertices of a TRIANGLE have friction of their own. When each vertex moved the anchor
-  // by its whole slip, 30 of the 40 tools never came to rest and swung by up to 1.8 times their force.
+  // Pressed obliquely and kept there. The three vertices of a TRIANGLE have friction of their own: an
+  // anchor that each of them moved by its whole slip would swing for ever.
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   for (int press = 0; press < 40; ++press) {
@@ -142,8 +142,8 @@ TEST(Coulomb, DragsATriangleWithoutOvershooting) {
   const double friction = 0.25, depth = 0.002;
   Probe probe(PALPATE_LAW_COULOMB, friction, 0, PALPATE_CONTACT_TRIANGLE);
   probe.move(kPlace + 1e-4 * kOut);
-  // Moves by half a millimetre in every fourth step: a contact that has slipped still holds by most of its friction. When the anchor
-  // moved by the sum of three vertices' slips, a sixth of that force was left.
+  // Moves by half a millimetre in every fourth step: a contact that has slipped still holds by most of its friction, which an
+  // anchor that moved by the sum of three vertices' slips would not leave.
   for (int s = 0; s < 80; ++s) {
     const Vector3d f = -probe.move(kPlace + Vector3d(-depth, 5e-4 * (s / 4), 0));
     const double used = f[1] / (friction * -f[0]);
@@ -461,17 +461,20 @@ TEST(Laws, HoldForManyContactsAtOnce) {
 }
 
 // Rows of contacts that slip do not join and leave the factor: their anchors move as long as the tool is dragged, at the default limit.
-TEST(Laws, DeferNothingWhileManyContactsSlip) {
+TEST(Laws, DeferNothingAndAreSeldomMissedWhileManyContactsSlip) {
   RoughIndenter indenter(box(), kPlace, 0.3, PALPATE_LAW_COULOMB, PALPATE_CONTACT_TRIANGLE,
                          palpate_default_scene_def().max_operations);
-  int slipping = 0, deferred = 0;
+  int slipping = 0, deferred = 0, decided = 0, missed = 0;
   for (int s = 0; s < RoughIndenter::kSteps; ++s) {
     const palpate_step_flags flags = indenter.step(s);
     slipping += palpate_contacts_tool(indenter.contacts->get(), 0)->slip_count > 0;
     deferred += (flags & PALPATE_STEP_WORK_DEFERRED) != 0;
+    decided += (*indenter.contacts)->sweeps > 0, missed += (flags & PALPATE_STEP_SOLVE_INEXACT) != 0;
   }
   EXPECT_GT(slipping, 100);
   EXPECT_EQ(deferred, 0);
+  EXPECT_GT(decided, 200);
+  EXPECT_LE(missed, decided / 5);  // 72 constraints on about 10 nodes
 }
 
 // The factor that is left alone while contacts slip serves again when the tool goes back and all of them hold.
@@ -497,55 +500,6 @@ TEST(Laws, LeaveStepsToTheFactorAgainOnceAllContactsHold) {
   EXPECT_LE(decided, 2);
 }
 
-TEST(Laws, TellWhereTheyAreMissed) {
-  for (const double friction : {0.3, 20.0}) {
-    RoughIndenter indenter(box(), kPlace, friction);
-    int decided = 0, told = 0;
-    for (int s = 0; s < RoughIndenter::kSteps; ++s) {
-      const palpate_step_flags flags = indenter.step(s);
-      const palpate_contacts* contacts = indenter.contacts->get();
-      EXPECT_EQ(flags, palpate_contacts_tool(contacts, 0)->flags);
-      decided += contacts->sweeps > 0;
-      told += (flags & PALPATE_STEP_SOLVE_INEXACT) != 0;
-      if (flags == 0) {
-        EXPECT_LE(contacts->residual_displacement, RoughIndenter::trusted()) << friction << " " << s;
-      }
-    }
-    EXPECT_GT(decided, 200);
-    // Gauss-Seidel alone missed the laws in 23 of 297 steps with friction 0.3, and in 294 with friction 20. The solver misses them
-    // in 5 and in 112: there many states of sticking and slipping nearly fit, and the search for one that fits ends at its limit.
-    EXPECT_LE(told, friction < 1 ? decided / 30 : decided / 2) << friction;
-  }
-}
-
-TEST(Laws, AreSeldomMissedUnderTheDefaultLimitOfWork) {
-  RoughIndenter indenter(box(), kPlace, 0.3, PALPATE_LAW_COULOMB, PALPATE_CONTACT_TRIANGLE,
-                         palpate_default_scene_def().max_operations);
-  int decided = 0, told = 0;
-  for (int s = 0; s < RoughIndenter::kSteps; ++s) {
-    told += (indenter.step(s) & PALPATE_STEP_SOLVE_INEXACT) != 0;
-    decided += (*indenter.contacts)->sweeps > 0;
-  }
-  EXPECT_GT(decided, 200);
-  // 72 constraints on about 10 nodes. Was 162 of 297 steps, when Newton's factor had a row for each force.
-  EXPECT_LE(told, decided / 5);
-}
-
-TEST(Laws, LimitForcesWhereverTheSolverEnds) {
-  // Friction 20 wedges the points. Where the limit of work fell, decided the force of a row: 3.5 times the limit with 500,000
-  // operations, 10 times with 3 million.
-  for (const std::int64_t most : {200'000, 500'000, 700'000}) {
-    RoughIndenter indenter(box(), kPlace, 20, PALPATE_LAW_COULOMB, PALPATE_CONTACT_TRIANGLE, most);
-    for (int s = 0; s < RoughIndenter::kSteps; ++s) {
-      indenter.step(s);
-      const RoughIndenter::Forces forces = indenter.forces();
-      ASSERT_LE(forces.pull, 0) << most << " " << s;
-      ASSERT_LE(forces.beyond_friction, 1e-12) << most << " " << s;
-      ASSERT_LE(forces.over_limit, 1 + 2e-6) << most << " " << s;
-    }
-  }
-}
-
 TEST(Conflict, OfPointsThatSlideAndJumpLeavesTheShapeNearTheirTargets) {
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING})
     for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
@@ -561,28 +515,12 @@ TEST(Conflict, OfPointsThatSlideAndJumpLeavesTheShapeNearTheirTargets) {
         beyond = std::max(beyond, force / ContactSolver::kMostForceNear);
         limited += force > ContactSolver::kMostForce && (crowd.flags & PALPATE_STEP_REGULARISED);
       }
-      // Was up to 570 under POINT. A pair of points g edges apart that contradict each other moves the vertices around them by 1/g of
+      // A pair of points g edges apart that contradict each other moves the vertices around them by 1/g of
       // their targets; its force grows by 1/g^2 up to the limit of 64, so to 8 targets. Four such pairs around one vertex: twice that.
       EXPECT_LE(over, 16) << law << " " << contact;
       EXPECT_LE(beyond, 1 + 2e-6) << law << " " << contact;
       EXPECT_GT(limited, 0) << law << " " << contact;
     }
-}
-
-// Where a step has no room for the factor of the second solution, LawSolver ends before it has it. Measured: 24 targets.
-TEST(Conflict, OfPointsThatSlideAndJumpLeavesTheShapeWithinSomeTensOfTargetsWithoutRoom) {
-  SlidingCrowd crowd(PALPATE_CONTACT_TRIANGLE, PALPATE_LAW_STICKING);
-  double over = 0;
-  int limited = 0;
-  for (int s = 0; s < 400; ++s) {
-    crowd.step();
-    if (crowd.largest_target == 0) continue;
-    over = std::max(over, crowd.largest_displacement / crowd.largest_target);
-    EXPECT_LE(crowd.largest_force, (1 + 2e-6) * ContactSolver::kMostForceNear * crowd.largest_target);
-    limited += (crowd.flags & PALPATE_STEP_REGULARISED) != 0;
-  }
-  EXPECT_LE(over, 64);
-  EXPECT_GT(limited, 50);
 }
 
 // Two grips a gap apart in one triangle, one held 1 mm deep and one 2 mm, beside tool points that slip and release: the laws decide the step.
@@ -621,7 +559,7 @@ TEST(Conflict, OfGripsBesideContactsThatSlipHasTheLimitOfSticking) {
           EXPECT_GE(r.x, 0);
           EXPECT_LE(std::hypot(r.y, r.z), 0.3 * r.x * (1 + 1e-9));
         }
-        // Was 1e6. A pair g edges apart: the force grows by 1/g^2 up to its limit.
+        // A pair g edges apart: the force grows by 1/g^2 up to its limit.
         EXPECT_LE(share, ContactSolver::kMostForceNear * (1 + 2e-6)) << law << " " << contact << " " << gap;
         limited += (flags & PALPATE_STEP_REGULARISED) != 0;
         // The surface between the grips is still held, between the two.

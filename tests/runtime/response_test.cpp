@@ -1,8 +1,6 @@
 // The quasi-non-linear corrections P and Q: the paper's rule for one tool, ours for several, and the ends of the range.
 #include "runtime/tissue/response_curve.h"
 
-#include <random>
-
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -351,41 +349,6 @@ std::vector<palpate_grip> pinch(const Eigen::Vector3d& first, const Eigen::Vecto
     if (high < 0 || box().node(n)[2] > box().node(high)[2]) high = n;
   }
   return {grip_at_node(low, first), grip_at_node(high, second)};
-}
-
-// With G the largest abs(P' - 1), and A how much the linear field exceeds what is imposed: the corrected part of the field is
-// share * (P(r) / r - 1) * (field across the direction). Its change per sum of the inputs' changes is at most 3 G A through the
-// share (3 t (1 - t / 1) <= 1.5 over kAgreed = 0.5), 4.5 G A through the direction (share / length of the sum <= 9 / 8 over 0.5,
-// times 2 for what turns), and G A through the field itself.
-TEST(Radial, OfAPinchChangesByNoMoreThanAMultipleOfItsInput) {
-  const double g = kP.slope(kP.range) - 1, a = 1.5, linear = a, bound = linear + 8.5 * g * a;
-  const ScenePointer scene = box().scene(corrected_def());
-  Contacts contacts(scene.get());
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> any(-1, 1);
-  // From noise alone to a sum of half the lengths' sum, where the correction acts fully.
-  for (const double noise : {1e-7, 1e-5, 1e-3}) {
-    std::vector<float> before;
-    Eigen::Vector3d first_before = Eigen::Vector3d::Zero(), second_before = Eigen::Vector3d::Zero();
-    for (int s = 0; s < 200; ++s) {
-      const Eigen::Vector3d first = Eigen::Vector3d(0, 0, 0.005) +
-                                    noise * Eigen::Vector3d::NullaryExpr([&](auto) { return any(random); }),
-                            second = Eigen::Vector3d(0, 0, -0.005) +
-                                     noise * Eigen::Vector3d::NullaryExpr([&](auto) { return any(random); });
-      const std::vector<palpate_grip> grips = pinch(first, second);
-      const palpate_tool tool = tool_of(grips);
-      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-      const auto u = displacements(scene.get(), contacts.get(), box().body.surface_nodes);
-      if (s > 0) {
-        const double input = (first - first_before).norm() + (second - second_before).norm();
-        double moved = 0;
-        for (int n = 0; n < box().body.surface_nodes; ++n) moved = std::max(moved, (at(u, n) - at(before, n)).norm());
-        // 6e-8 of 5 mm, for each of a few float operations.
-        ASSERT_LE(moved, bound * input + 3e-9) << noise << " " << s;
-      }
-      before = u, first_before = first, second_before = second;
-    }
-  }
 }
 
 TEST(Response, FadesWithTheDirectionAsAToolsMotionsCancel) {

@@ -134,7 +134,10 @@ TEST(StabilityCorrection, APinchUnderTheNoiseOfADevice) {
       "Two opposed grips of one tool: the direction of the sum of their displacements is that of the noise, and P "
       "along "
       "a direction of noise moves the drawn surface by millimetres from frame to frame.");
-  // response_test.cpp derives the bound: G = P' - 1 at most, A = 1.5 by which the linear field exceeds what is imposed.
+  // With G the largest abs(P' - 1), and A how much the linear field exceeds what is imposed: the corrected part of the field is
+  // share * (P(r) / r - 1) * (field across the direction). Its change per sum of the inputs' changes is at most 3 G A through the
+  // share (3 t (1 - t / 1) <= 1.5 over kAgreed = 0.5), 4.5 G A through the direction (share / length of the sum <= 9 / 8 over 0.5,
+  // times 2 for what turns), and G A through the field itself.
   const double g = 2 * 0.002 / 0.004 + 3 * 0.25, a = 1.5, bound = a + 8.5 * g * a;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);

@@ -9,7 +9,6 @@
 #include "tests/stability/stability_case.h"
 #include "tests/support/bundle_forms.h"
 #include "tests/support/hostile_play.h"
-#include "tests/support/packed_bundle.h"
 #include "tests/support/program_run.h"
 
 namespace palpate::tests {
@@ -432,49 +431,6 @@ TEST(StabilityNumbers, HostBuiltWithFastMath) {
   std::filesystem::remove_all(folder);
   std::filesystem::remove(file);
   attack.hold("lines of the run that differ", static_cast<double>(differing), 0, "the same calls, the same bits");
-}
-
-TEST(StabilityNumbers, HalfPrecisionUnderManyContacts) {
-  StabilityCase attack(
-      "Half precision stores a column to 5e-4; the contact system multiplies that by its condition, so that with many "
-      "contacts W could lose its definiteness and the force explode.");
-  const TinyBox form = {.cells = {4, 4, 4}};
-  const KnownBox single(form), half(form, store_as_f16);
-  for (const int count : {1, 4, 12, 30, 100}) {
-    std::vector<palpate_grip> grips;
-    std::vector<std::int32_t> columns;
-    const auto all = static_cast<int>(single.box.touchable.size());
-    for (int c = 0; c < std::min(count, all); ++c) {
-      columns.push_back(c * all / std::min(count, all));
-      const std::int32_t node = single.box.touchable[static_cast<std::size_t>(columns.back())];
-      grips.push_back(grip_at_node(node, wave(node)));
-    }
-    const auto force = [&](const KnownBox& known) {
-      palpate_scene_def def = unlimited_def();
-      def.max_points = def.max_contact_nodes = 100;
-      const ScenePointer scene = known.box.scene(def);
-      Contacts contacts(scene.get());
-      const palpate_tool tool = tool_of(grips);
-      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-      Eigen::VectorXd f(3 * contacts->node_count);
-      for (int e = 0; e < contacts->node_count; ++e) f.segment<3>(3 * e) = Vector3d(contacts.nodes()[e].force);
-      return f;
-    };
-    const Eigen::MatrixXd w = single.compliance(columns);
-    const Eigen::VectorXd d = w.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::VectorXd modes =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d.asDiagonal() * w * d.asDiagonal()).eigenvalues();
-    // Rounding to f16 changes each entry by at most 2^-11 of it, and twice as much where a row has a scale of its own. The bound
-    // on |dA| uses the Frobenius norm.
-    const double error = 2 * 4.9e-4 * modes.norm() / modes.minCoeff();
-    const Eigen::VectorXd expected = force(single), found = force(half);
-    const double off =
-        (d.cwiseInverse().asDiagonal() * (found - expected)).norm() / (d.cwiseInverse().asDiagonal() * expected).norm();
-    attack.hold(
-        "force of " + std::to_string(columns.size()) + " contacts, f16 against f32, relative", off,
-        error < 0.5 ? error / (1 - error) : 1,
-        error < 0.5 ? "|dA| |A^-1| / (1 - |dA| |A^-1|) of the scaled system" : "the condition gives no bound: 1");
-  }
 }
 
 }  // namespace
