@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "runtime/base/arcsine.h"
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 #include "tests/support/fine_body.h"
 
@@ -402,10 +403,7 @@ TEST(Dent, NeedsARenderMeshAReportAndDiscs) {
     palpate_scene_def def = dent_def();
     def.render_mesh = &mesh;
     lack(def);
-    palpate_scene* scene = nullptr;
-    palpate_error error = {};
-    EXPECT_EQ(palpate_scene_create(box().bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
-    EXPECT_NE(std::string(error.text), "");
+    EXPECT_EQ(refusal_of(box(), def).status, PALPATE_ERROR_ARGUMENT);
   }
 }
 

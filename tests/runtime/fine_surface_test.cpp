@@ -1,6 +1,7 @@
 // Tools that meet a finer surface than the mesh's: contact begins on it, its normals count, and it is the one that is drawn.
 #include <random>
 
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/random_scenes.h"
 #include "tests/support/fine_body.h"
 
@@ -349,12 +350,8 @@ std::string refusal_of(const FineHost& host, const std::function<void(palpate_sc
   const palpate_fine_surface fine = host.view();
   palpate_scene_def def = ball_def(&fine);
   if (change) change(def);
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  const palpate_status status = palpate_scene_create(ball().bundle(), &def, &scene, &error);
-  EXPECT_EQ(status == PALPATE_OK, scene != nullptr);
-  if (scene) palpate_scene_destroy(scene);
-  EXPECT_TRUE(status == PALPATE_OK || status == PALPATE_ERROR_ARGUMENT);
+  const palpate_error error = refusal_of(ball(), def);
+  EXPECT_TRUE(error.status == PALPATE_OK || error.status == PALPATE_ERROR_ARGUMENT);
   return error.text;
 }
 

@@ -1,4 +1,5 @@
 // Structs of a host that was compiled with an earlier or a later header, and the size of the buffer that a touch fills.
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 
 namespace palpate::tests {
@@ -28,13 +29,7 @@ Struct earlier(Struct from, std::size_t bytes) {
 }
 
 palpate_error refusal_of(const palpate_scene_def& def) {
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  const palpate_status status = palpate_scene_create(box().bundle(), &def, &scene, &error);
-  EXPECT_EQ(status, error.status);
-  EXPECT_EQ(scene == nullptr, status != PALPATE_OK);
-  palpate_scene_destroy(scene);
-  return error;
+  return refusal_of(box(), def);
 }
 
 TEST(HostStruct, SceneDefOfAnEarlierHeaderGetsTheDefaultsOfTheFieldsItLacks) {

@@ -3,7 +3,6 @@
 #include <Eigen/Dense>
 #include <Eigen/Sparse>
 #include <atomic>
-#include <map>
 #include <thread>
 
 #include "precompute/elements/discretisation.h"
@@ -12,6 +11,7 @@
 #include "studies/hyperelastic/large_body.h"
 #include "studies/hyperelastic/large_reference.h"
 #include "studies/validation/shapes.h"
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/large/large_scene.h"
 
 namespace palpate::tests {
@@ -30,12 +30,8 @@ palpate_scene_def inside_def() {
   return def;
 }
 
-Matrix3d matrix_of(const float* t) {
-  Matrix3d m;
-  m << t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2];
-  return m;
-}
-Matrix3d matrix_of(const double* t) {
+template <class Number>
+Matrix3d matrix_of(const Number* t) {
   Matrix3d m;
   m << t[0], t[3], t[5], t[3], t[1], t[4], t[5], t[4], t[2];
   return m;
@@ -553,10 +549,8 @@ TEST(Inside, BadInputIsFlaggedAndAnsweredWithNumbers) {
 }
 
 std::string refusal(const TouchedBody& on, palpate_scene_def def, palpate_status status) {
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  EXPECT_EQ(palpate_scene_create(on.bundle(), &def, &scene, &error), status) << error.text;
-  EXPECT_EQ(scene, nullptr);
+  const palpate_error error = refusal_of(on, def);
+  EXPECT_EQ(error.status, status) << error.text;
   return error.text;
 }
 
@@ -623,47 +617,23 @@ TEST(Inside, IsRefusedWhereItCannotBeRight) {
               HasSubstr("mesh/region: expected indices from 0"));
 }
 
-std::size_t bytes_of(palpate_scene_def def) {
-  static std::map<void*, std::size_t> held;
-  held.clear();
-  def.allocator.allocate = [](void*, std::size_t count, std::size_t alignment) -> void* {
-    void* memory = std::aligned_alloc(alignment, (count + alignment - 1) / alignment * alignment);
-    held[memory] = count;
-    return memory;
-  };
-  def.allocator.release = [](void*, void* memory) {
-    held.erase(memory);
-    std::free(memory);
-  };
-  const ScenePointer scene = box().scene(def);
-  std::size_t sum = 0;
-  for (const auto& [memory, count] : held) sum += count;
-  return sum;
-}
-
 TEST(Inside, OffTakesNoMemoryMapsNoTetrahedraAndHasNoPass) {
   palpate_scene_def on = inside_def(), off = on;
   off.inside = PALPATE_INSIDE_OFF;
-  const auto text = [](const palpate_scene_def& def) {
-    const ScenePointer scene = box().scene(def);
-    std::string all;
-    for (std::int32_t p = 0; const palpate_plan_pass* pass = palpate_scene_plan(scene.get(), p); ++p)
-      all += std::string(pass->half) + " " + pass->name + " [" + pass->sections + "]\n";
-    return all;
-  };
+  const auto text = [](const palpate_scene_def& def) { return plan_text(box().scene(def).get()); };
   EXPECT_EQ(text(off).find("mesh/tetrahedra"), std::string::npos);
   EXPECT_EQ(text(off).find("inside"), std::string::npos);
   EXPECT_THAT(text(on), HasSubstr("create tetrahedra of the inside [mesh/nodes mesh/tetrahedra mesh/region "
                                   "material/young material/poisson provenance]\n"));
   EXPECT_THAT(text(on), HasSubstr("shape inside: strain and stress []\n"));
   const std::size_t tetrahedra = box().body.mesh.tetrahedra.size(), nodes = box().body.mesh.nodes.size();
-  const std::size_t taken = bytes_of(on) - bytes_of(off);
+  const std::size_t taken = bytes_of(on, box()) - bytes_of(off, box());
   EXPECT_LT(taken, 220 * tetrahedra + 320 * nodes);  // as inside_field.h states
   // The plan states it.
   const ScenePointer scene = box().scene(on);
   std::uint64_t planned = 0;
-  for (std::int32_t p = 0; const palpate_plan_pass* pass = palpate_scene_plan(scene.get(), p); ++p)
-    if (std::string(pass->name) == "tetrahedra of the inside") planned = pass->memory_bytes;
+  for (const palpate_plan_pass& pass : plan_of(scene.get()))
+    if (std::string(pass.name) == "tetrahedra of the inside") planned = pass.memory_bytes;
   EXPECT_EQ(planned, taken);
 }
 

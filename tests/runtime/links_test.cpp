@@ -4,6 +4,7 @@
 #include <random>
 #include <utility>
 
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 
 namespace palpate::tests {
@@ -382,28 +383,6 @@ TEST(Links, TellTheReportWhenTheyBecomeTautAndSlackAndBreak) {
   EXPECT_TRUE(kinds().empty());
 }
 
-TEST(Links, BecomeTautWhereAToolStretchesThemAndSlackAgain) {
-  Linked linked;
-  palpate_link link = thread_of(0);
-  link.rest_length = 1.05 * apart_at_rest(link);
-  linked.set({link});
-  double most = 0;
-  for (int s = 0; s <= 200; ++s) {
-    const double way = 0.008 * std::sin(M_PI * s / 200);
-    const palpate_grip grip = grip_at_place(link.ends[0].triangle, kMiddle, {0, 0, 0});
-    const palpate_grip pulled = grip_at_place(link.ends[1].triangle, {.1, .1, .8}, {0, way, way});
-    const palpate_tool tools[2] = {grip_tool(&grip), grip_tool(&pulled)};
-    EXPECT_EQ(linked.step({tools[0], tools[1]}) & ~palpate_step_flags{PALPATE_STEP_REGULARISED}, 0u);
-    const palpate_link_state& state = linked.state();
-    if (state.condition == PALPATE_LINK_TAUT) most = std::max(most, state.tension);
-    EXPECT_GE(state.tension, 0);
-    // A thread becomes taut one step after it was stretched: one step of the tool, 0.13 mm.
-    EXPECT_LT(state.length, link.rest_length + 0.2e-3);
-  }
-  EXPECT_GT(most, 0.05);
-  EXPECT_EQ(linked.state().condition, PALPATE_LINK_SLACK);
-}
-
 TEST(Links, BreakBeyondTheirForceAndStayBroken) {
   Linked linked;
   palpate_link link = thread_of(0.02);
@@ -630,48 +609,6 @@ TEST(Links, WithARadiusHaveAForceThatDoesNotFollowTheMesh) {
   EXPECT_NEAR(tension[1][1], tension[1][0], 0.12 * tension[1][0]) << "as two discs on these meshes agree";
 }
 
-// Threads that would draw the whole face into one place and others that hold it back, given anew and crossed at random.
-TEST(Links, ThatCannotCloseOrContradictEachOtherStayFiniteAndBounded) {
-  palpate_scene_def def = linked_def();
-  def.contact = PALPATE_CONTACT_PATCH;
-  Linked linked(def);
-  std::uint32_t random = 7;
-  const auto draw = [&](double most) {
-    return most * ((random = random * 1664525u + 1013904223u) >> 8) / double(1 << 24);
-  };
-  const auto triangles = static_cast<std::int32_t>(box().body.triangles.size());
-  // The stiffest single place of the box, times the farthest that a link can ask for, is a bound of each force; kMostForce on top.
-  double stiffest = 0;
-  for (const std::int32_t n : box().touchable)
-    stiffest = std::max(stiffest, compliance().block<3, 3>(3 * n, 3 * n).inverse().norm());
-  for (int round = 0; round < 60; ++round) {
-    std::vector<palpate_link> links;
-    for (int i = 0; i < 16; ++i) {
-      const auto place = [&] {
-        const double a = draw(1), b = draw(1 - a);
-        return on_surface(static_cast<std::int32_t>(draw(triangles - 1)), {a, b, 1 - a - b});
-      };
-      palpate_link link =
-          link_of(static_cast<palpate_link_kind>(1 + i % 3), place(), i % 5 ? place() : in_world({0, draw(0.1), 0}), 0,
-                  i % 4 ? draw(1000) + 1 : double(INFINITY));
-      if (link.kind != PALPATE_LINK_CLIP) link.rest_length = draw(0.05);
-      link.radius = i % 2 ? 0 : draw(0.01);
-      if (i == 15) link = links[2];
-      links.push_back(link);
-    }
-    linked.set(links);
-    for (int s = 0; s < 5; ++s) {
-      const palpate_step_flags flags = linked.step();
-      EXPECT_EQ(flags & ~palpate_step_flags(PALPATE_STEP_REGULARISED | PALPATE_STEP_SOLVE_INEXACT), 0u);
-      for (int i = 0; i < 16; ++i) {
-        const palpate_link_state& state = linked.state(i);
-        ASSERT_TRUE(std::isfinite(state.tension) && std::isfinite(state.length));
-        ASSERT_LT(std::fabs(state.tension), 1024 * stiffest * 0.15);
-      }
-    }
-  }
-}
-
 TEST(Links, GoOnFromASavedStateWithTheSameBits) {
   const auto links = [] {
     palpate_link link = thread_of(0.012, 500), next = link;
@@ -682,10 +619,7 @@ TEST(Links, GoOnFromASavedStateWithTheSameBits) {
   Linked one, other;
   one.set(links);
   one.steps(7);
-  std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8);
-  ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
-  palpate_error error = {};
-  ASSERT_EQ(palpate_scene_restore(other.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  restore_from(one.scene.get(), other.scene.get());
   for (int s = 0; s < 20; ++s) {
     one.step(), other.step();
     for (int i = 0; i < 3; ++i) ASSERT_EQ(std::memcmp(&one.state(i), &other.state(i), sizeof(palpate_link_state)), 0);
@@ -749,11 +683,9 @@ TEST(Links, BadOnesAreRefusedWithASentenceAndChangeNothing) {
   linked.step();
   EXPECT_EQ(linked.contacts->node_count, 0);
 
-  palpate_scene* scene = nullptr;
   palpate_scene_def def = linked_def();
   def.deformation = PALPATE_DEFORMATION_LARGE;
-  EXPECT_EQ(palpate_scene_create(box().bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_NE(std::string(error.text).find("deformation LINEAR"), std::string::npos) << error.text;
+  EXPECT_THAT(refusal_of(box(), def).text, testing::HasSubstr("deformation LINEAR"));
 }
 
 TEST(Links, OnFixedTissueStandWhereItStands) {

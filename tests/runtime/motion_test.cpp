@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/moved_box.h"
 
 namespace palpate::tests {
@@ -347,11 +348,7 @@ TEST(Motions, ScenesThatCannotMoveAreRefusedWithOneSentence) {
   const auto refusal = [&](const TouchedBody& of, auto change) {
     palpate_scene_def def = moved_def();
     change(def);
-    palpate_scene* scene = nullptr;
-    palpate_error error = {};
-    EXPECT_NE(palpate_scene_create(of.bundle(), &def, &scene, &error), PALPATE_OK);
-    palpate_scene_destroy(scene);
-    return std::string(error.text);
+    return std::string(refusal_of(of, def).text);
   };
   EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.collision = PALPATE_COLLISION_REST; }),
               HasSubstr("take collision DEFORMED, or OFF"));
@@ -436,9 +433,7 @@ TEST(Motions, ARestoredStateGoesOnWithTheSameBits) {
   palpate_error error = {};
   ASSERT_EQ(palpate_scene_hold_volume(one.scene.get(), kFilling, 1, 1e-7, &error), PALPATE_OK);
   for (int s = 0; s < 60; ++s) play(one, s);
-  std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8 + 1);
-  ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
-  ASSERT_EQ(palpate_scene_restore(two.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  restore_from(one.scene.get(), two.scene.get());
   for (int s = 60; s < 120; ++s) {
     play(one, s), play(two, s);
     ASSERT_EQ(one.contacts->used_bytes, two.contacts->used_bytes);

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <numbers>
 
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/moved_box.h"
 
 namespace palpate::tests {
@@ -216,9 +217,7 @@ TEST(MovedLinks, GoOnFromASavedStateWithTheSameBits) {
     played.steps(1);
   };
   for (int s = 0; s < 40; ++s) breathe(saved, s);
-  std::vector<std::uint64_t> state(palpate_scene_state_bytes(saved.scene.get()) / 8);
-  ASSERT_EQ(palpate_scene_save(saved.scene.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
-  ASSERT_EQ(palpate_scene_restore(restored.scene.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
+  restore_from(saved.scene.get(), restored.scene.get());
   for (int s = 40; s < 120; ++s) {
     breathe(saved, s), breathe(restored, s);
     ASSERT_EQ(std::memcmp(saved.contacts.get(), restored.contacts.get(), saved.contacts->used_bytes), 0) << s;

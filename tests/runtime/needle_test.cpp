@@ -6,6 +6,7 @@
 
 #include "runtime/tissue/relaxation.h"
 #include "studies/coupled/coupled_rows.h"
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 #include "tests/runtime/world/played_world.h"
 #include "tests/support/box_corridor.h"
@@ -400,42 +401,6 @@ TEST(Needle, BesideAToolPointOnTheDeformedSurfaceStaysWithinTheMemoryOfTheScene)
   EXPECT_EQ(memory.written_outside(), 0);
 }
 
-// ---- hard cases ------------------------------------------------------------------------------------------------------
-
-bool are_finite(const std::vector<float>& u) {
-  return std::all_of(u.begin(), u.end(), [](float x) { return std::isfinite(x) && std::fabs(x) < 1; });
-}
-
-// Bent by 45 degrees, drawn 1 m aside, and driven 1 m ahead in one step: forces stay finite and within the limit that the device gets.
-TEST(Needle, BentAndDrawnByAnyWayItsForcesStayFinite) {
-  palpate_scene_def def = piercing_def();
-  def.force_limit = 10;
-  Piercing piercing(def);
-  palpate_needle needle = needle_at(kEntry);
-  needle.friction = 5, needle.cutting_force = 0.05, needle.puncture_force = 0.1;
-  piercing.drive(needle, 0.03);
-  const auto nodes = static_cast<std::int32_t>(box().body.mesh.nodes.size());
-  const Vector3d ways[] = {{0, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0.02, 0.01, -0.01}};
-  for (const double angle : {0.25, 0.5, 0.75, 1.0}) {
-    const Vector3d direction(-std::cos(angle * std::numbers::pi / 4), std::sin(angle * std::numbers::pi / 4), 0);
-    for (const Vector3d& way : ways) {
-      palpate_needle bent = piercing.last;
-      Eigen::Map<Vector3d>(bent.direction) = direction;
-      Eigen::Map<Vector3d>(bent.tip) += way;
-      for (int hold = 0; hold < 3; ++hold) {
-        piercing.step(&bent);
-        EXPECT_TRUE(piercing.force().allFinite() && piercing.torque().allFinite());
-        EXPECT_LE(Vector3d(palpate_contacts_tool(piercing.contacts, 0)->force).norm(), 10 * (1 + 1e-9));
-        EXPECT_LE(piercing.state().tip_force, 0.05 * (1 + 1e-6));
-        EXPECT_LE(std::fabs(piercing.state().shaft_force), 5 * 0.06);
-        if (way.norm() < 0.1) {
-          EXPECT_TRUE(are_finite(displacements(piercing.scene.get(), piercing.contacts, nodes)));
-        }
-      }
-    }
-  }
-}
-
 TEST(Needle, WhereTheTipMayNotGoItStaysAndTheStepIsFlagged) {
   Piercing piercing;
   palpate_needle needle = needle_at(kEntry);
@@ -501,9 +466,8 @@ TEST(Needle, ASceneWithoutNeedlesMapsNoCorridorAndABundleWithoutACorridorIsRefus
   const auto with = plan_of(box().scene(def).get());
   EXPECT_EQ(std::count_if(with.begin(), with.end(), names_corridor), 1);
   const TouchedBox without;
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  EXPECT_EQ(palpate_scene_create(without.bundle(), &def, &scene, &error), PALPATE_ERROR_EFFECT);
+  const palpate_error error = refusal_of(without, def);
+  EXPECT_EQ(error.status, PALPATE_ERROR_EFFECT);
   EXPECT_THAT(error.text, ::testing::HasSubstr("add a [[corridor]] to the boundary file"));
   def.needles = 0;
   const auto off = plan_of(box().scene(def).get());
@@ -515,10 +479,7 @@ TEST(Needle, ASavedStateGoesOnWithTheSameBits) {
   palpate_needle needle = needle_at(kEntry);
   needle.friction = 2, needle.cutting_force = 0.01;
   one.drive(needle, 0.017);
-  std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8 + 1);
-  palpate_error error = {};
-  ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
-  ASSERT_EQ(palpate_scene_restore(two.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  restore_from(one.scene.get(), two.scene.get());
   two.depth = one.depth;
   for (Piercing* piercing : {&one, &two}) piercing->drive(needle, 0.024), piercing->drive(needle, 0.02);
   EXPECT_EQ(std::memcmp(&one.state(), &two.state(), sizeof(palpate_needle_state)), 0);

@@ -2,6 +2,7 @@
 #include <random>
 #include <thread>
 
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 #include "tests/support/deformed_truth.h"
 #include "tests/support/grid_body.h"
@@ -325,17 +326,9 @@ TEST(Query, ChangesNoBitOfAStep) {
 TEST(Query, TakesMemoryOnlyWhereASceneAsks) {
   const TouchedBox box;
   const auto bytes = [&](palpate_query_model queries) {
-    std::size_t taken = 0;
     palpate_scene_def def = palpate_default_scene_def();
     def.queries = queries, def.max_contact_nodes = 192;
-    def.allocator.user = &taken;
-    def.allocator.allocate = [](void* user, std::size_t count, std::size_t alignment) -> void* {
-      *static_cast<std::size_t*>(user) += count;
-      return std::aligned_alloc(alignment, (count + alignment - 1) / alignment * alignment);
-    };
-    def.allocator.release = [](void*, void* memory) { std::free(memory); };
-    box.scene(def);
-    return taken;
+    return bytes_of(def, box);
   };
   // A tree of 200 bytes for each triangle at most, and 28 bytes for each node.
   const std::size_t triangles = box.body.triangles.size(), nodes = static_cast<std::size_t>(box.body.surface_nodes);

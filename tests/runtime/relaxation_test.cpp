@@ -5,7 +5,7 @@
 #include <random>
 
 #include "runtime/base/exponential.h"
-#include "tests/runtime/touched_box.h"
+#include "tests/runtime/asked_scene.h"
 
 namespace palpate::tests {
 namespace {
@@ -75,24 +75,6 @@ double ramp(double seconds, int steps, const std::function<double(double)>& elas
 // The ramp test: 30 % of 13 mm at the three rates at which swine brain was compressed.
 constexpr double kCompressed = 3.9;                            // mm
 constexpr double kRates[] = {500. / 60, 5. / 60, 0.005 / 60};  // mm/s
-
-TEST(Relaxation, IsSofterUnderSlowLoadingAsTheClosedFormOfTheRampSays) {
-  double before = 1;
-  for (const double rate : kRates)
-    for (const int steps : {1, 7, 1000}) {
-      const double seconds = kCompressed / rate;
-      // R averaged over the ramp: 1 - sum g (1 - tau / t (1 - exp(-t / tau))): 0.840, 0.427, 0.185.
-      double expected = 1;
-      for (int i = 0; i < 2; ++i) {
-        const double tau = brain().time[i];
-        expected -= brain().share[i] * (1 + tau / seconds * std::expm1(-seconds / tau));
-      }
-      EXPECT_NEAR(ramp(seconds, steps, [](double part) { return part; }), expected, 1e-12) << rate << " mm/s";
-      EXPECT_LE(expected, before);
-      before = expected;
-    }
-  EXPECT_NEAR(before, 1 - 0.45 - 0.365, 1e-3);
-}
 
 // Miller and Chinzei's instantaneous stress: J1 = l^2 + 2/l, J2 = 2 l + 1/l^2, C100 = C010 = 263 Pa, C200 = C020 = 491 Pa.
 double brain_stress_at_once(double strain) {
@@ -175,11 +157,7 @@ TEST(Relaxation, RefusesNumbersThatAreNone) {
     palpate_scene_def def = palpate_default_scene_def();
     def.relaxation = brain();
     change(def);
-    palpate_scene* scene = nullptr;
-    palpate_error error = {};
-    const palpate_status result = palpate_scene_create(box.bundle(), &def, &scene, &error);
-    palpate_scene_destroy(scene);
-    return result;
+    return refusal_of(box, def).status;
   };
   EXPECT_EQ(status([](auto&) {}), PALPATE_OK);
   EXPECT_EQ(status([](auto& d) { d.relaxation.terms = 0; }), PALPATE_ERROR_ARGUMENT);

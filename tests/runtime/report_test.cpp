@@ -3,6 +3,7 @@
 #include <random>
 #include <set>
 
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 
 namespace palpate::tests {
@@ -424,17 +425,9 @@ TEST(Report, ChangesNoBitOfAStepAndTakesNothingWhereItIsOff) {
   }
   EXPECT_EQ(palpate_scene_report(nullptr), nullptr);
   const auto bytes = [&](palpate_report_model report) {
-    std::size_t taken = 0;
     palpate_scene_def def = palpate_default_scene_def();
     def.report = report;
-    def.allocator.user = &taken;
-    def.allocator.allocate = [](void* user, std::size_t count, std::size_t alignment) -> void* {
-      *static_cast<std::size_t*>(user) += count;
-      return std::aligned_alloc(alignment, (count + alignment - 1) / alignment * alignment);
-    };
-    def.allocator.release = [](void*, void* memory) { std::free(memory); };
-    box().scene(def);
-    return taken;
+    return bytes_of(def, box());
   };
   // 64 contacts, twice as many events, 4 tools with 64 points each.
   const std::size_t more = bytes(PALPATE_REPORT_CONTACTS) - bytes(PALPATE_REPORT_OFF);

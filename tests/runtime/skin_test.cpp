@@ -4,6 +4,7 @@
 
 #include "runtime/shape/skin.h"
 #include "runtime/surface/surface_index.h"
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 
 namespace palpate::tests {
@@ -238,11 +239,9 @@ TEST(Skin, RefusesAMeshThatIsNoneWithASentence) {
                            palpate_shape_model shape = PALPATE_SHAPE_SURFACE) {
     palpate_scene_def def = palpate_default_scene_def();
     def.render_mesh = &mesh, def.shape = shape;
-    palpate_scene* scene = nullptr;
-    palpate_error error = {};
-    EXPECT_EQ(palpate_scene_create(box().bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT) << word;
-    EXPECT_EQ(scene, nullptr);
-    EXPECT_NE(std::string(error.text).find(word), std::string::npos) << error.text;
+    const palpate_error error = refusal_of(box(), def);
+    EXPECT_EQ(error.status, PALPATE_ERROR_ARGUMENT) << word;
+    EXPECT_THAT(error.text, testing::HasSubstr(word));
   };
   refused(render_mesh(nullptr, nullptr, 1), "NULL");
   refused(render_mesh(misaligned, nullptr, 1), "aligned");

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "runtime/base/step_work.h"
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/sliding_crowd.h"
-#include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
 namespace {
@@ -82,13 +82,9 @@ TEST(Shares, LeaveTestsSomethingAndStayWithinTheStep) {
 
 // The fewest operations that the sentence of a refusal names; 0: the definition is not refused.
 std::int64_t fewest_of(const TouchedBox& box, const palpate_scene_def& def) {
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  const palpate_status status = palpate_scene_create(box.bundle(), &def, &scene, &error);
-  palpate_scene_destroy(scene);
-  EXPECT_EQ(status, scene ? PALPATE_OK : PALPATE_ERROR_ARGUMENT);
+  const palpate_error error = refusal_of(box, def);
   const char* const number = std::strstr(error.text, "expected ");
-  return scene || !number ? 0 : std::strtoll(number + std::strlen("expected "), nullptr, 10);
+  return number ? std::strtoll(number + std::strlen("expected "), nullptr, 10) : 0;
 }
 
 // About as few as a scene on the box below may have (IsRefusedWhereItIsLessThanAStepNeeds), and one on that of SlidingCrowd.

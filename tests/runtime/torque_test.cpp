@@ -1,6 +1,7 @@
 // The torque on a tool about its reference point, by statics.
 #include <Eigen/Geometry>
 
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 
 namespace palpate::tests {
@@ -249,10 +250,7 @@ TEST(Torque, AndThePoseAreInASavedState) {
   ASSERT_EQ(palpate_scene_set_pose(saved.get(), &pose, nullptr), PALPATE_OK);
   const Instrument instrument;
   for (int s = 0; s < 4; ++s) touch(saved.get(), a, instrument.tool());
-  std::vector<std::uint64_t> state(palpate_scene_state_bytes(saved.get()) / 8 + 1);
-  palpate_error error = {};
-  ASSERT_EQ(palpate_scene_save(saved.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
-  ASSERT_EQ(palpate_scene_restore(restored.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  restore_from(saved.get(), restored.get());
   for (int s = 0; s < 4; ++s) {
     const Result one = touch(saved.get(), a, instrument.tool());
     touch(restored.get(), b, instrument.tool());
