@@ -372,6 +372,7 @@ class Step(unittest.TestCase):
             palpate.Scene(palpate.Bundle(BUNDLE), max_points=1500, max_contact_nodes=1500)
         self.assertTrue(any("max_contact_nodes (now 1500)" in line for line in logged.output), logged.output)
         self.assertTrue(all(record.levelname in ("DEBUG", "WARNING") for record in logged.records))
+
     def test_a_shape_becomes_points_and_has_a_torque(self):
         shape = palpate.ToolShape("sphere", radius=0.01, spacing=0.006)
         np.testing.assert_allclose(np.linalg.norm(shape.points, axis=1), 0.01, atol=1e-15)
@@ -671,31 +672,19 @@ class Queries(unittest.TestCase):
 
 
 class DeviceHelp(unittest.TestCase):
-    def test_coupling_keeps_a_loop_still_that_buzzes_without_it(self):
-        varies = {}
-        for coupled in (False, True):
-            device = palpate.Device(mass=0.1, damping=0.5)
-            coupling, passivity = palpate.Coupling(device), palpate.Passivity(device)
-            position, velocity, late, organ_force = 0.0, 0.0, 0.0, np.zeros(3)
-            forces, flags = [], palpate.DeviceFlags(0)
-            for k in range(1500):
-                at = np.array([position, 0, 0])
-                if coupled:
-                    flags |= coupling.step(at, organ_force)
-                    at = coupling.tool_position
-                organ_force = np.array([-9000 * max(0, at[0]), 0, 0])
-                sent = coupling.device_force if coupled else organ_force
-                flags |= passivity.step([position, 0, 0], sent, coupling.energy if coupled else 0)
-                forces.append(passivity.device_force[0])
-                for _ in range(20):  # 0.1 kg, 200 N/m and 2 N s/m of hand, a tick of delay
-                    velocity += 5e-5 / 0.1 * (late + 200 * (0.005 * min(1, k / 100) - position) - 2.5 * velocity)
-                    position += 5e-5 * velocity
-                late = forces[-1]
-            varies[coupled] = np.ptp(forces[-300:])
-            self.assertEqual(bool(flags & palpate.DeviceFlags.ACTIVE), not coupled)
-            self.assertEqual(passivity.generated > 1e-3, not coupled)
-        self.assertGreater(varies[False], 1)
-        self.assertLess(varies[True], 1e-3)
+    def test_steps_give_what_their_fields_show(self):
+        device = palpate.Device(mass=0.1, damping=0.5)
+        coupling, passivity = palpate.Coupling(device), palpate.Passivity(device)
+        for k in range(10):  # the handle goes 1 mm along z; the organ pushes back with 1 N
+            at = [0, 0, -1e-4 * k]
+            self.assertEqual(coupling.step(at, [0, 0, 1]), palpate.DeviceFlags(0))
+        self.assertGreater(coupling.tool_position[2], at[2])
+        self.assertGreater(coupling.device_force[2], 0)
+        for k in range(50):  # a force that pulls its own motion generates energy
+            flags = passivity.step([0, 0, 1e-3 * k], [0, 0, 1], coupling.energy)
+            np.testing.assert_array_equal(passivity.device_force, [0, 0, 1])
+        self.assertIn(palpate.DeviceFlags.ACTIVE, flags)
+        self.assertGreater(passivity.generated, 1e-3)
 
     def test_coupling_that_needs_more_damping_is_refused(self):
         device = palpate.Device(mass=0.1, damping=0.5, delay_ticks=0)
@@ -808,17 +797,9 @@ class Links(unittest.TestCase):
         np.testing.assert_allclose(np.linalg.norm(states["ends"][0][1] - states["ends"][0][0]), states["length"][0], rtol=1e-9)
         self.assertTrue((contacts.nodes["tool"] == -1).all())
 
-    def test_a_number_changes_at_run_time_and_the_state_stays(self):
-        scene, before, contacts = self.played([palpate.Link("spring", (self.first, (0, 0, 0.3)), rest_length=0.1, stiffness=1)])
-        link = palpate.Link("spring", (self.first, (0, 0, 0.3)), rest_length=0.1, stiffness=1)
-        link.stiffness = 5
-        scene.set_links([link])
-        for _ in range(30):
-            scene.touch([], 0.001, contacts)
-        self.assertGreater(scene.link_states()["tension"][0], 2 * before["tension"][0])
-
     def test_a_broken_link_says_so(self):
-        link = palpate.Link("clip", (self.first, self.second), breaking_force=1e-6)
+        link = palpate.Link("clip", (self.first, self.second), breaking_force=1)
+        link.breaking_force = 1e-6
         scene = self.scene()
         scene.set_links([link])
         contacts = scene.make_contacts()
@@ -963,21 +944,6 @@ class Worlds(unittest.TestCase):
     def down_on(self, top, depth):
         """Points of a tool that comes from 2 mm above and goes `depth` deep."""
         return [np.asarray(top) + (0, 0, 0.002 - (0.002 + depth) * step / 20) for step in range(21)]
-
-    def test_a_world_of_one_organ_gives_the_bits_of_its_scene(self):
-        scene, world = palpate.Scene(self.bundle), palpate.World([palpate.Organ(self.bundle)])
-        alone, contacts, u = scene.make_contacts(), world.make_contacts(), np.zeros((2, self.bundle.surface_node_count, 3), np.float32)
-        for point in self.down_on(self.top, 0.004):
-            tool = palpate.Tool([point], disc_radius=0.003, torque_about=(0, 0, 0))
-            self.assertEqual(world.touch([tool], 0.001, contacts), scene.touch([tool], 0.001, alone))
-            np.testing.assert_array_equal(contacts.force, alone.force)
-            np.testing.assert_array_equal(contacts.tools["torque_raw"], alone.tools["torque_raw"])
-        self.assertGreater(np.linalg.norm(contacts.force[0]), 0.01)
-        self.assertEqual(contacts.step, 21)
-        scene.shape(alone, displacements=u[0])
-        self.assertEqual(world.scenes[0].shape(contacts.organs[0], displacements=u[1]), 0)
-        np.testing.assert_array_equal(u[0], u[1])
-        self.assertGreater(np.abs(u).max(), 1e-4)
 
     def test_a_tool_touches_the_organ_that_it_is_near(self):
         organs = [palpate.Organ(self.bundle), palpate.Organ(self.bundle, law="unilateral")]
