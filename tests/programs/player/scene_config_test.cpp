@@ -10,6 +10,7 @@
 namespace palpate {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -33,14 +34,24 @@ class SceneFile : public testing::Test {
         write("scene.toml", "name = \"s\"\nunit = \"mm\"\n" + head + "[[tool]]\nname = \"t\"\n" + tool));
   }
 
-  void expect_refused(const std::string& tool, const std::string& head, const std::string& part_of_sentence) {
+  // The sentence with which a file is refused; empty where it is taken.
+  template <class Read>
+  static std::string refusal(Read read) {
     try {
-      read(tool, head);
-      ADD_FAILURE() << "expected an error with \"" << part_of_sentence << '"';
+      read();
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("scene.toml:"));
-      EXPECT_THAT(error.what(), HasSubstr(part_of_sentence));
+      return error.what();
     }
+    return "";
+  }
+  std::string refusal_of(const std::string& tool) {
+    return refusal([&] { read(tool); });
+  }
+  void expect_refused(const std::string& tool, const std::string& head, const std::string& part_of_sentence) {
+    EXPECT_THAT(refusal([&] { read(tool, head); }), AllOf(HasSubstr("scene.toml:"), HasSubstr(part_of_sentence)));
+  }
+  void expect_file_refused(const std::string& text, const std::string& part_of_sentence) {
+    EXPECT_THAT(refusal([&] { read_scene_config(write("scene.toml", text)); }), HasSubstr(part_of_sentence));
   }
 
   std::filesystem::path folder_;
@@ -229,22 +240,17 @@ TEST_F(SceneFile, RefusesAMotionThatCannotBeWithLineAndKey) {
   refused(sine, "deformation = \"linear\"", "[effects]\ndeformation = \"large\"\n");
   refused(sine + "[[motion]]\nname = \"diaphragm\"\n" + sine,
           "a name that no other [[motion]] has, found \"diaphragm\" again");
-  const auto refusal = [&](const std::string& csv) {
-    try {
-      read(kPoint + kPath + "[[motion]]\nname = \"a\"\namounts_csv = \"" + csv + "\"\n");
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+  const auto of_csv = [&](const std::string& csv) {
+    return refusal_of(kPoint + kPath + "[[motion]]\nname = \"a\"\namounts_csv = \"" + csv + "\"\n");
   };
-  EXPECT_THAT(refusal("none.csv"), HasSubstr("none.csv: expected a CSV file with a motion's amounts"));
+  EXPECT_THAT(of_csv("none.csv"), HasSubstr("none.csv: expected a CSV file with a motion's amounts"));
   for (const char* rows : {"0,a\n1,2\n", "0\n1,2\n", "nan,nan\n1,2\n", "a,b\nc,d\n", "0,1\n0,2\n", "0,1,2\n3,4,5\n",
                            "0;1\n1;2\n", "-1,0\n"}) {
     write("bad.csv", rows);
-    EXPECT_THAT(refusal("bad.csv"), HasSubstr("bad.csv:")) << rows;
+    EXPECT_THAT(of_csv("bad.csv"), HasSubstr("bad.csv:")) << rows;
   }
   write("bad.csv", "# none\n");
-  EXPECT_THAT(refusal("bad.csv"), HasSubstr("bad.csv: expected rows of time,amount, found none"));
+  EXPECT_THAT(of_csv("bad.csv"), HasSubstr("bad.csv: expected rows of time,amount, found none"));
 }
 
 TEST_F(SceneFile, RefusesALinkThatCannotBeWithLineAndKey) {
@@ -304,12 +310,7 @@ TEST_F(SceneFile, TakesAPathFromCsvWithCommentsAndAHeader) {
 TEST_F(SceneFile, NamesTheLineOfABadCsvRow) {
   const auto refused = [&](const std::string& csv, const std::string& sentence) {
     write("p.csv", csv);
-    try {
-      read(kPoint + "path_csv = \"p.csv\"\n");
-      ADD_FAILURE() << "expected an error for " << csv;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(sentence));
-    }
+    EXPECT_THAT(refusal_of(kPoint + "path_csv = \"p.csv\"\n"), HasSubstr(sentence)) << csv;
   };
   refused("0,1,2,3\n1,2,3\n", "p.csv:2: expected four numbers");
   refused("0,1,2,3\n1,2,3,nan\n", "p.csv:2: expected four numbers");
@@ -344,8 +345,8 @@ TEST_F(SceneFile, ReadsFilesThatBeginWithAByteOrderMark) {
 }
 
 TEST_F(SceneFile, RefusesAMissingCsv) {
-  EXPECT_THROW(read(kPoint + "path_csv = \"none.csv\"\n"), InputError);
-  EXPECT_THROW(read(kPoint + "path_csv = \".\"\n"), InputError);
+  for (const char* file : {"none.csv", "."})
+    EXPECT_NE(refusal_of(kPoint + "path_csv = \"" + file + "\"\n"), "") << file;
 }
 
 TEST_F(SceneFile, RefusesWhatItDoesNotKnowWithLineAndKey) {
@@ -372,13 +373,8 @@ TEST_F(SceneFile, NamesTheLineOfTheKeyAndDumpsNoTable) {
                  "scene.toml:4: limits: force: expected a finite number, found 3 N");
   expect_refused(kPoint + kPath, "[[effects]]\nshape = \"off\"\n",
                  "scene.toml:3: effects: expected a table, headed [effects], found [[effects]]");
-  try {
-    read_scene_config(write("scene.toml", "name = \"s\"\nunit = \"mm\"\n[tool]\nname = \"t\"\n" + kPoint + kPath));
-    ADD_FAILURE() << "expected an error";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(),
-                HasSubstr("scene.toml:3: tool: expected tables, each headed [[tool]], not empty, found a table"));
-  }
+  expect_file_refused("name = \"s\"\nunit = \"mm\"\n[tool]\nname = \"t\"\n" + kPoint + kPath,
+                      "scene.toml:3: tool: expected tables, each headed [[tool]], not empty, found a table");
 }
 
 TEST_F(SceneFile, ShowsALineThatWouldDoForAMissingKeyOrAValueOfAnotherType) {
@@ -389,13 +385,8 @@ TEST_F(SceneFile, ShowsALineThatWouldDoForAMissingKeyOrAValueOfAnotherType) {
                  "capsule: expected a table, for example capsule = { radius = 4, length = 60, samples = 40 }, found 4");
   expect_refused(kPoint + kPath, "[relaxation]\nsource = \"a\"\n",
                  "scene.toml:3: relaxation: the key \"terms\" is missing; add it, for example: terms = [[0.45, 0.5]]");
-  try {
-    read_scene_config(write("scene.toml", "name = \"s\"\n"));
-    ADD_FAILURE() << "expected an error";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(),
-                HasSubstr("scene.toml:1: the key \"unit\" is missing; add it, for example: unit = \"mm\""));
-  }
+  expect_file_refused("name = \"s\"\n",
+                      "scene.toml:1: the key \"unit\" is missing; add it, for example: unit = \"mm\"");
 }
 
 TEST_F(SceneFile, RefusesValuesOutOfRange) {
