@@ -268,9 +268,6 @@ TEST(Collision, OfTwoToolsThatPressAThinPartAwayFromEachOtherDoesNotEndAndBeginI
     for (const bool pinched : {false, true}) {
       const Unrest unrest = unrest_on_a_bar(law, pinched);
       // A disc that slides off an edge meets the next face again, so some beginnings are right: at most 12, 21 and 631 are found.
-      // With earlier rules: sliding contacts that ended by the others' forces had 296, 1780 and 5945; anchors that followed the
-      // tool by the whole way 24; sticking contacts without predict_without 280; slipping ones predicted without their law 16; discs without friction that took their whole
-      // way and turn in a step, and had another law over a rim, 22, 58 and 1858.
       EXPECT_LE(unrest.worst, 14) << law << pinched;
       EXPECT_LE(unrest.again, 30) << law << pinched;
       EXPECT_LE(unrest.jumps, 800) << law << pinched;

@@ -1,4 +1,4 @@
-// Contacts against the dense solve of the same mesh: displacements, forces, alpha_v, conflicting and repeated rows.
+// Contacts against the dense solve of the same mesh: displacements, forces, alpha_v, rows that come and go.
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -34,6 +34,22 @@ double relative_difference(const std::vector<float>& u, const Eigen::VectorXd& r
   return (ours - reference).norm() / reference.norm();
 }
 
+// A scene in which one tool holds grips.
+struct Held {
+  Held(const TouchedBox& box, const palpate_scene_def& def, const std::vector<palpate_grip>& grips)
+      : scene(box.scene(def)),
+        contacts(scene.get()),
+        nodes(def.shape == PALPATE_SHAPE_VOLUME ? static_cast<std::int32_t>(box.dofs() / 3) : box.body.surface_nodes) {
+    const palpate_tool tool = tool_of(grips);
+    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+  }
+  std::vector<float> shape() { return displacements(scene.get(), contacts.get(), nodes); }
+  ScenePointer scene;
+  Contacts contacts;
+  std::int32_t nodes;
+  palpate_step_flags flags = 0;
+};
+
 class Superposition : public testing::TestWithParam<int> {};
 
 // The bound: columns are stored to 6e-8 of their largest entry; the contact system amplifies that by its condition,
@@ -44,7 +60,6 @@ TEST_P(Superposition, OfNodeContactsEqualsAFullDirichletSolve) {
   palpate_scene_def def = unlimited_def();
   def.shape = PALPATE_SHAPE_VOLUME;
   def.max_points = def.max_contact_nodes = 200;
-  const ScenePointer scene = box.scene(def);
   const int count = std::min<int>(GetParam(), static_cast<int>(box.touchable.size()));
   std::vector<palpate_grip> grips;
   std::vector<std::pair<Eigen::Index, double>> imposed;
@@ -53,12 +68,11 @@ TEST_P(Superposition, OfNodeContactsEqualsAFullDirichletSolve) {
     grips.push_back(grip_at_node(n, wave(n)));
     for (int d = 0; d < 3; ++d) imposed.emplace_back(3 * n + d, wave(n)[d]);
   }
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+  Held held(box, def, grips);
+  Contacts& contacts = held.contacts;
+  EXPECT_EQ(held.flags, 0u);
   const Reference reference = dirichlet(box, imposed);
-  const auto u = displacements(scene.get(), contacts.get(), static_cast<std::int32_t>(box.dofs() / 3));
-  EXPECT_LT(relative_difference(u, reference.u), 1e-5);
+  EXPECT_LT(relative_difference(held.shape(), reference.u), 1e-5);
 
   // The contact forces are the reactions K u, and the tool feels their sum reversed.
   ASSERT_EQ(contacts->node_count, count);
@@ -79,33 +93,27 @@ TEST(Contact, WithSingleFixedDofsEqualsAFullDirichletSolve) {
   TinyBox form;
   form.single_dof = true;
   const TouchedBox box(form);
-  const ScenePointer scene = box.scene(unlimited_def());
   // The last surface node is fixed along x alone: its imposed x is ignored, its imposed y and z are held.
   const std::int32_t held = box.body.surface_nodes - 1, other = box.touchable[3];
   const std::vector<palpate_grip> grips = {grip_at_node(held, wave(held)), grip_at_node(other, wave(other))};
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
   std::vector<std::pair<Eigen::Index, double>> imposed;
   for (int d = 0; d < 3; ++d) {
     if (d > 0) imposed.emplace_back(3 * held + d, wave(held)[d]);
     imposed.emplace_back(3 * other + d, wave(other)[d]);
   }
   const Reference reference = dirichlet(box, imposed);
-  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  const auto u = Held(box, unlimited_def(), grips).shape();
   EXPECT_LT(relative_difference(u, reference.u.head(u.size())), 1e-6);  // two contacts: a few roundings of f32
 }
 
 TEST(Contact, LeavesTheAxesThatAGripDoesNotImposeForceFree) {
   const TouchedBox box;
-  const ScenePointer scene = box.scene(unlimited_def());
   const std::int32_t n = box.body.triangles[box.far_triangle()][0];
-  const std::vector<palpate_grip> grips = {grip_at_node(n, {9, 9, -0.003}, 4)};
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+  Held held(box, unlimited_def(), {grip_at_node(n, {9, 9, -0.003}, 4)});
+  Contacts& contacts = held.contacts;
+  EXPECT_EQ(held.flags, 0u);
   const Reference reference = dirichlet(box, {{3 * n + 2, -0.003}});
-  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  const auto u = held.shape();
   EXPECT_LT(relative_difference(u, reference.u.head(u.size())), 1e-6);
   EXPECT_EQ(contacts.nodes()[0].force[0], 0);
   EXPECT_EQ(contacts.nodes()[0].force[1], 0);
@@ -115,20 +123,15 @@ TEST(Contact, LeavesTheAxesThatAGripDoesNotImposeForceFree) {
 // Moves one point of a triangle by d under a contact model; returns the point's motion and the work d.F.
 struct PlaceMotion {
   Eigen::Vector3d motion, force;
-  std::int32_t contact_nodes;
 };
 PlaceMotion move_place(const TouchedBox& box, palpate_contact_model model, Eigen::Vector3d k, Eigen::Vector3d d) {
   palpate_scene_def def = unlimited_def();
   def.contact = model;
-  const ScenePointer scene = box.scene(def);
   const std::int32_t triangle = box.far_triangle();
-  const std::vector<palpate_grip> grips = {grip_at_place(triangle, k, d)};
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
-  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
-  PlaceMotion result{Eigen::Vector3d::Zero(), -Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw),
-                     contacts->node_count};
+  Held held(box, def, {grip_at_place(triangle, k, d)});
+  EXPECT_EQ(held.flags, 0u);
+  const auto u = held.shape();
+  PlaceMotion result{Eigen::Vector3d::Zero(), -Eigen::Vector3d(palpate_contacts_tool(held.contacts, 0)->force_raw)};
   for (int v = 0; v < 3; ++v)
     for (int i = 0; i < 3; ++i) result.motion[i] += k[v] * u[3 * box.body.triangles[triangle][v] + i];
   return result;
@@ -138,12 +141,7 @@ PlaceMotion move_place(const TouchedBox& box, palpate_contact_model model, Eigen
 double energy_of(const TouchedBox& box, palpate_contact_model model, Eigen::Vector3d k, Eigen::Vector3d d) {
   palpate_scene_def def = unlimited_def();
   def.contact = model, def.shape = PALPATE_SHAPE_VOLUME;
-  const ScenePointer scene = box.scene(def);
-  const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), k, d)};
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-  const auto u = displacements(scene.get(), contacts.get(), static_cast<std::int32_t>(box.dofs() / 3));
+  const auto u = Held(box, def, {grip_at_place(box.far_triangle(), k, d)}).shape();
   const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXf>(u.data(), box.dofs()).cast<double>();
   return v.dot(box.stiffness() * v);
 }
@@ -176,14 +174,9 @@ TEST(Contact, ImposesThePapersAlphaOnTheThreeVertices) {
   const TouchedBox box;
   palpate_scene_def def = unlimited_def();
   def.contact = PALPATE_CONTACT_TRIANGLE;
-  const ScenePointer scene = box.scene(def);
   const Eigen::Vector3d k(.2, .3, .5), d(-0.003, 0.001, 0.0005);
   const std::int32_t triangle = box.far_triangle();
-  const std::vector<palpate_grip> grips = {grip_at_place(triangle, k, d)};
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  const auto u = Held(box, def, {grip_at_place(triangle, k, d)}).shape();
   double interpolated = 0;
   for (int v = 0; v < 3; ++v) {
     const double alpha = k[v] + 1 - k.squaredNorm();
@@ -199,32 +192,24 @@ TEST(Contact, HoldsTheNearestVertexUnderNode) {
   const Eigen::Vector3d d(-0.003, 0.001, 0.0005);
   palpate_scene_def def = unlimited_def();
   def.contact = PALPATE_CONTACT_NODE;
-  const ScenePointer scene = box.scene(def);
-  const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), {.2, .7, .1}, d)};
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-  ASSERT_EQ(contacts->node_count, 1);
-  EXPECT_EQ(contacts.nodes()[0].node, box.body.triangles[box.far_triangle()][1]);
+  Held held(box, def, {grip_at_place(box.far_triangle(), {.2, .7, .1}, d)});
+  ASSERT_EQ(held.contacts->node_count, 1);
+  EXPECT_EQ(held.contacts.nodes()[0].node, box.body.triangles[box.far_triangle()][1]);
 }
 
-// ---- near-dependent and conflicting rows
-// --------------------------------------------------------------------------------
+// ---- near-dependent rows -----------------------------------------------------------------------------------------
 
 TEST(Contact, AcceptsMoreThanThreePlacesInATriangle) {
   const TouchedBox box;
-  const ScenePointer scene = box.scene(unlimited_def());
   const Eigen::Vector3d d(-0.002, 0.001, 0);
   std::vector<palpate_grip> grips;
   for (const Eigen::Vector3d& k :
        {Eigen::Vector3d(.6, .2, .2), Eigen::Vector3d(.2, .6, .2), Eigen::Vector3d(.2, .2, .6),
         Eigen::Vector3d(.3, .3, .4), Eigen::Vector3d(.4, .4, .2)})
     grips.push_back(grip_at_place(box.far_triangle(), k, d));
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  // The targets do not conflict, so no flag is raised.
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
-  const auto u = displacements(scene.get(), contacts.get(), box.body.surface_nodes);
+  Held held(box, unlimited_def(), grips);
+  EXPECT_EQ(held.flags, 0u);  // the targets do not conflict
+  const auto u = held.shape();
   for (const std::int32_t n : box.body.triangles[box.far_triangle()])
     for (int i = 0; i < 3; ++i)
       EXPECT_NEAR(u[3 * n + i], d[i], 1e-5 * d.norm());  // all agree: the triangle moves as one
@@ -232,17 +217,14 @@ TEST(Contact, AcceptsMoreThanThreePlacesInATriangle) {
 
 TEST(Contact, GivesAnUntouchableVertexsWeightToTheOthersAndSaysSo) {
   const TouchedBox box;
-  const ScenePointer scene = box.scene(unlimited_def());
   const Eigen::Vector3d d(0, 0, 0.002);
   for (std::size_t t = 0; t < box.body.triangles.size(); ++t) {
     int fixed_vertices = 0;
     for (const std::int32_t n : box.body.triangles[t]) fixed_vertices += box.fixed[3 * n];
     if (fixed_vertices == 0) continue;
-    const std::vector<palpate_grip> grips = {grip_at_place(static_cast<std::int32_t>(t), {.3, .3, .4}, d)};
-    const palpate_tool tool = tool_of(grips);
-    Contacts contacts(scene.get());
-    EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()),
-              PALPATE_STEP_NOT_TOUCHABLE);
+    Held held(box, unlimited_def(), {grip_at_place(static_cast<std::int32_t>(t), {.3, .3, .4}, d)});
+    Contacts& contacts = held.contacts;
+    EXPECT_EQ(held.flags, PALPATE_STEP_NOT_TOUCHABLE);
     EXPECT_EQ(contacts->node_count, 3 - fixed_vertices);
     EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, fixed_vertices < 3 ? 1 : 0);
     if (fixed_vertices == 3) {
@@ -255,15 +237,12 @@ TEST(Contact, KeepsTheFirstOnesWhenThereAreTooMany) {
   const TouchedBox box;
   palpate_scene_def def = unlimited_def();
   def.max_points = def.max_contact_nodes = 4;
-  const ScenePointer scene = box.scene(def);
   std::vector<palpate_grip> grips;
   for (int i = 0; i < 9; ++i) grips.push_back(grip_at_node(box.touchable[4 * i], wave(i)));
-  const palpate_tool tool = tool_of(grips);
-  Contacts contacts(scene.get());
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()),
-            PALPATE_STEP_CONTACTS_DROPPED);
-  ASSERT_EQ(contacts->node_count, 4);
-  for (int i = 0; i < 4; ++i) EXPECT_EQ(contacts.nodes()[i].node, grips[i].node);
+  Held held(box, def, grips);
+  EXPECT_EQ(held.flags, PALPATE_STEP_CONTACTS_DROPPED);
+  ASSERT_EQ(held.contacts->node_count, 4);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(held.contacts.nodes()[i].node, grips[i].node);
 }
 
 // ---- contacts that come and go ----------------------------------------------------------------------------------
@@ -285,9 +264,9 @@ TEST(Contact, ThatComesAndGoesLeavesTheAnswerOfAFreshScene) {
     }
     const palpate_tool tool = tool_of(grips);
     const palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    const ScenePointer fresh = box.scene(def);
-    Contacts expected(fresh.get());
-    EXPECT_EQ(palpate_scene_touch(fresh.get(), &tool, 1, 1e-3, expected.get(), expected.bytes()), flags);
+    Held fresh(box, def, grips);
+    Contacts& expected = fresh.contacts;
+    EXPECT_EQ(fresh.flags, flags);
     ASSERT_EQ(contacts->node_count, expected->node_count);
     double largest = 0, off = 0;
     for (int e = 0; e < expected->node_count; ++e)

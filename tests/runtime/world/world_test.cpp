@@ -64,6 +64,11 @@ class Hands {
   std::vector<palpate_tool> tools_;
 };
 
+palpate_step_flags touch(palpate_world* world, WorldContacts& contacts, const std::vector<palpate_tool>& tools) {
+  return palpate_world_touch(world, tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
+                             contacts.bytes());
+}
+
 // Whether the bytes are the same, but for the counted operations.
 void expect_same(const palpate_contacts& one, const palpate_contacts& other, const palpate_scene* scene, int s) {
   ASSERT_EQ(one.used_bytes, other.used_bytes) << s;
@@ -186,7 +191,7 @@ TEST(World, SumsForcesAndTorquesOverOrgansThatAToolTouches) {
     const double x = 0.0605 - 1e-4 * s, points[6] = {x, 0.025, 0.02, x, 0.08, 0.02};
     palpate_tool tool = point_tool(points, 2, 0.003);
     tool.has_torque = 1;
-    palpate_world_touch(world.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    touch(world.get(), contacts, {tool});
   }
   const palpate_world_tool_state& tool = contacts.tool(0);
   EXPECT_EQ(tool.organ_count, 2);
@@ -224,7 +229,7 @@ TEST(World, LimitsTheForceOfAllOrgansTogether) {
   for (int s = 0; s < 40; ++s) {
     const double x = 0.0605 - 1e-4 * s, points[6] = {x, 0.025, 0.02, x, 0.08, 0.02};
     const palpate_tool tool = point_tool(points, 2, 0.003);
-    palpate_world_touch(world.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    touch(world.get(), contacts, {tool});
     const double size = Vector3d(contacts.tool(0).force).norm();
     EXPECT_LE(size, 0.01 * (1 + 1e-12));
     EXPECT_LE(std::fabs(size - last), 1e-3 * (1 + 1e-9));
@@ -244,12 +249,12 @@ TEST(World, GripsHoldTheOrganThatTheirToolNames) {
   const palpate_grip grip = grip_at_node(box().touchable[3], {0, 0, 1e-3});
   palpate_tool tool = grip_tool(&grip);
   tool.organ = 1;
-  EXPECT_EQ(palpate_world_touch(world.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+  EXPECT_EQ(touch(world.get(), contacts, {tool}), 0u);
   EXPECT_EQ(contacts.organ(0).node_count, 0);
   EXPECT_EQ(contacts.organ(1).node_count, 1);
   EXPECT_GT(Vector3d(contacts.state(1).force).z(), 0);
   tool.organ = 2;
-  EXPECT_EQ(palpate_world_touch(world.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(touch(world.get(), contacts, {tool}), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(contacts.organ(1).node_count, 1);  // it keeps its last good input
 }
 
@@ -304,11 +309,7 @@ TEST(World, ResetMakesItNew) {
   const WorldPointer used = world_of(organs), fresh = world_of(organs);
   WorldContacts one(used.get()), two(fresh.get());
   Hands hands({{0, 0, 0}, {0.25, 0.02, -0.01}});
-  const auto step = [&](palpate_world* world, WorldContacts& contacts, int s) {
-    const auto& tools = hands.at(s);
-    palpate_world_touch(world, tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
-                        contacts.bytes());
-  };
+  const auto step = [&](palpate_world* world, WorldContacts& contacts, int s) { touch(world, contacts, hands.at(s)); };
   for (int s = 0; s < 250; ++s) step(used.get(), one, s);
   palpate_world_reset(used.get());
   for (int s = 0; s < 250; ++s) {
@@ -326,11 +327,7 @@ TEST(World, ShapesRunInThreadsOfTheirOwn) {
       world_of({organ_of(box().bundle(), &def, nullptr), organ_of(box().bundle(), &def, &apart)});
   WorldContacts contacts(world.get());
   Hands hands({{0, 0, 0}});
-  for (int s = 0; s < 90; ++s) {
-    const auto& tools = hands.at(s);
-    palpate_world_touch(world.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
-                        contacts.bytes());
-  }
+  for (int s = 0; s < 90; ++s) touch(world.get(), contacts, hands.at(s));
   WorldContacts copy(world.get());
   copy.memory = contacts.memory;
   const auto nodes = box().body.surface_nodes;
@@ -338,11 +335,7 @@ TEST(World, ShapesRunInThreadsOfTheirOwn) {
   std::thread shape([&] {
     for (int i = 0; i < 50; ++i) u = displacements(palpate_world_scene(world.get(), 0), &copy.organ(0), nodes);
   });
-  for (int s = 90; s < 200; ++s) {
-    const auto& tools = hands.at(s);
-    palpate_world_touch(world.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
-                        contacts.bytes());
-  }
+  for (int s = 90; s < 200; ++s) touch(world.get(), contacts, hands.at(s));
   shape.join();
   EXPECT_GT(*std::max_element(u.begin(), u.end()), 1e-5f);
   // The organ that nobody touches is at rest, with the contacts of its own.
