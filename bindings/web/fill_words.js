@@ -6,8 +6,8 @@ export function fillWords(folder) {
   return {
     name: "fill-words",
     transformIndexHtml(html) {
-      const words = JSON.parse(readFileSync(`${folder}/en.json`, "utf8"));
-      const word = (key) => words[key] ?? `no word ${key}`;
+      const words = JSON.parse(readFileSync(`${folder}/words.json`, "utf8"));
+      const word = (key) => words[key]?.[0] ?? `no word ${key}`;
       return html.replace(/ data-words="([^"]+)"([^>]*)><\//g, (_, key, rest) => ` data-words="${key}"${rest}>${marked(word(key))}</`)
         .replace(/ data-words-(aria-label)="([^"]+)"/g, (all, name, key) => `${all} ${name}="${marked(word(key))}"`);
     },
