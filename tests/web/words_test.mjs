@@ -6,8 +6,9 @@ import { dirname, resolve } from "node:path";
 import { test } from "node:test";
 
 const viewer = process.argv[2];
+const { withParts } = await import(`${resolve(viewer)}/../fill_words.js`);
 const words = JSON.parse(readFileSync(`${viewer}/words/words.json`, "utf8"));
-const pages = Object.fromEntries(["index", "world", "compare", "gallery", "accuracy"].map((page) => [page, readFileSync(`${viewer}/${page}.html`, "utf8").replace(/<!--[^]*?-->/g, "")]));
+const pages = Object.fromEntries(["index", "world", "compare", "gallery", "accuracy"].map((page) => [page, withParts(readFileSync(`${viewer}/${page}.html`, "utf8"), viewer)]));
 const html = pages.index;
 const SAME_EVERYWHERE = /^(Palpate|[AB]|p1|p1-anp|p2-p0|\d*(\.\d+)?|–|\d* ?(N|mm|µs|ms|Hz))$/;
 
