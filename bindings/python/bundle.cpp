@@ -114,10 +114,8 @@ py::list motions(const HeldBundle& held) {
 void add_bundle(py::module_& module) {
   py::class_<HeldBundle, std::shared_ptr<HeldBundle>> type(
       module, "Bundle",
-      "A tensor bundle: the precomputed elastic response of an organ. Threads may share it. It stays open while a "
-      "scene "
-      "or\n"
-      "an array of it is in use. Its arrays are read-only views, not copies.");
+      "A tensor bundle: the precomputed elastic response of an organ. Threads may share it. It stays open while a\n"
+      "scene or an array of it is in use. Its arrays are read-only views, not copies.");
   type.def(
       py::init(&open_file), py::arg("path"), py::kw_only(), py::arg("access") = "map",
       "Opens and checks a file. Takes only the sections that are used. access: \"map\" maps them: if somebody cuts\n"

@@ -88,9 +88,8 @@ void add_device(py::module_& module) {
                                "tool.")
       .def(py::init(&make_coupling), py::arg("device"), py::kw_only(), py::arg("stiffness") = py::none(),
            py::arg("damping") = py::none(), py::arg("tool_mass") = py::none(),
-           "stiffness: N/m; damping: N s/m; tool_mass: kg; None: the stiffest coupling that the device's damping "
-           "allows,\n"
-           "less a tenth. Raises Error where the coupling needs more damping than the device has.")
+           "stiffness: N/m; damping: N s/m; tool_mass: kg; None: the stiffest coupling that the device's damping\n"
+           "allows, less a tenth. Raises Error where the coupling needs more damping than the device has.")
       .def(
           "step",
           [](palpate_coupling& self, const Numbers& device_position, const Numbers& organ_force) {
@@ -124,9 +123,8 @@ void add_device(py::module_& module) {
                             "Keeps the account of the energy that the device gets back beyond what it gave.")
       .def(py::init(&make_passivity), py::arg("device"), py::kw_only(), py::arg("rest_force") = account.rest_force,
            py::arg("tolerance") = account.tolerance, py::arg("controller") = account.controller,
-           "rest_force: N, no longer force is at rest; tolerance: J, more raises ACTIVE; controller: N s/m, the most "
-           "damping\n"
-           "that is injected to balance the account; 0: none")
+           "rest_force: N, no longer force is at rest; tolerance: J, more raises ACTIVE; controller: N s/m, the most\n"
+           "damping that is injected to balance the account; 0: none")
       .def(
           "step",
           [](HeldPassivity& self, const Numbers& device_position, const Numbers& force, double stored_energy) {

@@ -124,11 +124,10 @@ void add_needle(py::module_& module) {
            py::kw_only(), py::arg("friction") = start.friction, py::arg("cutting_force") = start.cutting_force,
            py::arg("puncture_force") = start.puncture_force, py::arg("spacing") = start.spacing, py::arg("id") = 0,
            "place: (triangle, weights), where it enters; radius: m, of the shaft.\n"
-           "tip, direction: in the world, m and a vector of length 1 from the handle to the tip; move them between "
+           "tip, direction: in the world, m and a vector of length 1 from the handle to the tip; move them between\n"
            "touches.\n"
-           "friction: N/m, along the shaft for its length in the tissue; puncture_force, cutting_force: N, at which "
-           "the\n"
-           "tip pierces the surface and cuts its way; spacing: m, of the places of tissue that it holds.\n"
+           "friction: N/m, along the shaft for its length in the tissue; puncture_force, cutting_force: N, at which\n"
+           "the tip pierces the surface and cuts its way; spacing: m, of the places of tissue that it holds.\n"
            "id: of this piercing; the needle enters anew where it changes.")
       .def_property(
           "tip", [](const py::object& self) { return numbers_of(self, &palpate_needle::tip); },

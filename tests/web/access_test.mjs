@@ -2,7 +2,7 @@
 // screen, and under axe-core (https://github.com/dequelabs/axe-core).
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { frame, inState, noTools, open, picture, pressedTo, ready, steady } from "./page.mjs";
+import { closed, frame, inState, noTools, open, picture, pressedTo, ready, steady } from "./page.mjs";
 import { violations } from "./axe.mjs";
 
 for (const colorScheme of ["light", "dark"])
@@ -94,8 +94,7 @@ test("a pen presses as deep as its pressure says; a pen that does not measure pr
   await pen("mouseMoved", 0.5, 40);
   await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0].depth > 0.002);
   await pen("mouseReleased", 0);
-  assert.deepEqual(page.failures, []);
-  await page.close();
+  await closed(page);
 });
 
 test("on the empty page the first Tab comes to its button", async () => {
