@@ -80,20 +80,14 @@ py::array section_view(const py::object& self, const T* (Bundle::*section)() con
   return width == 1 ? view_of(self, data, {rows}) : view_of(self, data, {rows, width});
 }
 
-void throw_unless_ok(palpate_status status, const palpate_error& error) {
-  if (status != PALPATE_OK) throw Error(error);
-}
-
 void check(HeldBundle& held) {
-  palpate_error error = {};
   const py::gil_scoped_release released;
-  throw_unless_ok(palpate_bundle_check(held.bundle.get(), &error), error);
+  throw_unless_ok([&](palpate_error* error) { return palpate_bundle_check(held.bundle.get(), error); });
 }
 
 void prefault(HeldBundle& held, bool lock) {
-  palpate_error error = {};
   const py::gil_scoped_release released;
-  throw_unless_ok(palpate_bundle_prefault(held.bundle.get(), lock, &error), error);
+  throw_unless_ok([&](palpate_error* error) { return palpate_bundle_prefault(held.bundle.get(), lock, error); });
 }
 
 // Name and kind of each.
@@ -102,8 +96,8 @@ py::list motions(const HeldBundle& held) {
   py::list all;
   for (std::int32_t m = 0; m < held.bundle.describe().motion_count; ++m) {
     palpate_motion_info info = {};
-    palpate_error error = {};
-    throw_unless_ok(palpate_bundle_motion(held.bundle.get(), m, &info, sizeof info, &error), error);
+    throw_unless_ok(
+        [&](palpate_error* error) { return palpate_bundle_motion(held.bundle.get(), m, &info, sizeof info, error); });
     all.append(py::make_tuple(info.name, kinds[info.kind - PALPATE_MOTION_PISTON]));
   }
   return all;

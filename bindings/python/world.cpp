@@ -78,8 +78,8 @@ class HeldWorld : public std::enable_shared_from_this<HeldWorld> {
   void set_links(const py::iterable& links) {
     const InUse use(touching_, kTouching);
     link_copies_.take(links);
-    palpate_error error = {};
-    if (world_.set_links(link_copies_.data(), link_copies_.count(), &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok(
+        [&](palpate_error* error) { return world_.set_links(link_copies_.data(), link_copies_.count(), error); });
   }
   py::array link_states() {
     const InUse use(touching_, kTouching);
@@ -97,16 +97,14 @@ class HeldWorld : public std::enable_shared_from_this<HeldWorld> {
   py::bytes save() {
     const InUse use(touching_, kTouching);
     State state;
-    palpate_error error = {};
-    if (world_.save(state, &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok([&](palpate_error* error) { return world_.save(state, error); });
     return py::bytes(static_cast<const char*>(state.get()), state.bytes());
   }
   void restore(const py::buffer& data) {
     const HeldBuffer bytes(data);
     const InUse use(touching_, kTouching);
     const State state = state_of(bytes);
-    palpate_error error = {};
-    if (world_.restore(state, &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok([&](palpate_error* error) { return world_.restore(state, error); });
   }
 
  private:

@@ -181,7 +181,7 @@ def check_block(page, remark, language, content):
 def check_examples():
     """The programs of tests/embed that a reader sees first stand on a page, whole; pages link to the longer ones."""
     blocks = [content for text in pages.values() for _, _, content in FENCE.findall(text)]
-    for name in ("example.c", "example.cpp", "example.py"):
+    for name in ("example.c", "example.py"):
         file = root / "tests/embed" / name
         if file.exists() and file.read_text() not in blocks:
             fail("tests/embed/" + name, "no code block of a page equals it; copy its text into the page that explains it")
