@@ -1,11 +1,11 @@
 // node browser_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): tests the built viewer in headless Chromium.
-// Compares its forces and shapes with palpate-run on the same paths; tests mouse, keys and the states of the page; writes pictures and
+// Compares its forces and shapes with palpate-run on the same paths; tests the mouse and the states of the page; writes pictures and
 // frame times to FOLDER.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
-import { bundle, closed, csv, folder, frame, inState, middle, newtons, ofFine, open, palpateRun, pathRows, picture, ready, renderMesh, replays, saved, settled } from "./page.mjs";
+import { bundle, closed, csv, folder, frame, inState, middle, ofFine, open, palpateRun, pathRows, picture, ready, renderMesh, replays, saved, settled } from "./page.mjs";
 import { playNatively, readForces, relativeDifference } from "./reference.mjs";
 
 const TOLERANCE = 1e-5;  // both sum doubles in the same order; shapes are floats
@@ -169,22 +169,6 @@ test("one tool stays while another pulls; reset takes both away", async () => {
   await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) === 0);
   assert.equal(await held(), 0);
   await closed(page);
-});
-
-test("by keyboard alone: the organ turns, space pushes, escape resets", async () => {
-  const page = await ready();
-  await page.focus("#organ");
-  const before = await page.evaluate(() => globalThis.palpateViewer.view.camera.camera.position.toArray());
-  await page.keyboard.press("ArrowLeft");
-  await frame(page);
-  assert.notDeepEqual(await page.evaluate(() => globalThis.palpateViewer.view.camera.camera.position.toArray()), before);
-  await page.keyboard.down("Space");
-  await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.1);
-  await page.keyboard.up("Space");
-  await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) === 0);
-  await page.keyboard.press("Escape");
-  assert.equal(await newtons(page), 0);
-  await page.close();
 });
 
 test("on a phone: a finger pushes, details open and close", async () => {

@@ -1,6 +1,6 @@
 // palpate_contact_report and palpate_surface_hit in the module's memory -> plain objects.
 import { reader } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @import { Runtime } from "./palpate.js" */
 /** @typedef {"sticks" | "slips" | "frictionless" | "released"} ContactState */
 /** @typedef {"begin" | "end" | "slip-start" | "stick-start" | "link-taut" | "link-slack" | "link-broke" |
  *   "grasp-closed" | "grasp-slips" | "grasp-holds" | "grasp-let-go" | "grasp-opened"} ContactEventKind */

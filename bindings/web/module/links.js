@@ -1,7 +1,7 @@
 // Links and grasps as objects -> palpate_link and palpate_grasp in the module's memory, and their states back.
 import { ARGUMENT, PalpateError } from "./heap.js";
 import { reader, writer } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @import { Runtime } from "./palpate.js" */
 /** @typedef {{triangle: number, barycentric: ArrayLike<number>}} SurfacePoint
  *  A point of a triangle, by the weights of its vertices, as a SurfaceHit has it. */
 /** @typedef {SurfacePoint | {world: ArrayLike<number>}} LinkEnd

@@ -1,7 +1,7 @@
 // Needles as objects -> palpate_needle in the module's memory, and their state back.
 import { reader, writer } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
-/** @typedef {import("./links.js").SurfacePoint} SurfacePoint */
+/** @import { Runtime } from "./palpate.js" */
+/** @import { SurfacePoint } from "./links.js" */
 /** @typedef {{place: SurfacePoint, tip: ArrayLike<number>, direction: ArrayLike<number>, radius: number, friction?: number,
  *   cuttingForce?: number, punctureForce?: number, spacing?: number, id?: number}} Needle
  *  A straight, stiff needle, as palpate_needle. place: where it enters; tip: m, in the world; direction: of length 1, from the handle to the

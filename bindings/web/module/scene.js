@@ -9,17 +9,11 @@ import { fillPose } from "./scene_def.js";
 import { reader } from "./struct.js";
 import { ToolMemory } from "./tool_memory.js";
 import { ToolStates } from "./tool_states.js";
-/** @typedef {import("./palpate.js").Bundle} Bundle */
-/** @typedef {import("./palpate.js").Tool} Tool */
-/** @typedef {import("./palpate.js").Pose} Pose */
-/** @typedef {import("./palpate.js").PlanPass} PlanPass */
-/** @typedef {import("./links.js").Link} Link */
-/** @typedef {import("./links.js").LinkState} LinkState */
-/** @typedef {import("./links.js").GraspState} GraspState */
-/** @typedef {import("./needles.js").NeedleState} NeedleState */
-/** @typedef {import("./contact_report.js").ContactReport} ContactReport */
-/** @typedef {import("./contact_report.js").SurfaceHit} SurfaceHit */
-/** @typedef {import("./scene_def.js").SceneDef} SceneDef */
+/** @import { Bundle, Tool, Pose, PlanPass } from "./palpate.js" */
+/** @import { Link, LinkState, GraspState } from "./links.js" */
+/** @import { NeedleState } from "./needles.js" */
+/** @import { ContactReport, SurfaceHit } from "./contact_report.js" */
+/** @import { SceneDef } from "./scene_def.js" */
 /** @typedef {{at: number, touched: boolean}} TouchedContacts  Where the contacts of the last touch are, and whether there was one. */
 /** @typedef {{amount: number, volume: number}} MotionState  A motion after a touch, as palpate_motion_state. */
 

@@ -1,11 +1,7 @@
 // Effects as words and numbers -> palpate_scene_def in the module's memory; a pose as numbers -> palpate_pose.
 import { ARGUMENT, PalpateError } from "./heap.js";
 import { reader, writer } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
-/** @typedef {import("./palpate.js").Effects} Effects */
-/** @typedef {import("./palpate.js").RenderMesh} RenderMesh */
-/** @typedef {import("./palpate.js").FineSurface} FineSurface */
-/** @typedef {import("./palpate.js").Pose} Pose */
+/** @import { Runtime, Effects, RenderMesh, FineSurface, Pose } from "./palpate.js" */
 
 // The words of palpate.h's enums, in their order.
 const WORDS = /** @type {const} */ ({

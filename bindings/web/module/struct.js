@@ -1,6 +1,6 @@
 // Reads and writes the fields of a struct in the module's memory, by their names in palpate.h.
 import { ARGUMENT, PalpateError } from "./heap.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @import { Runtime } from "./palpate.js" */
 /** @typedef {{integer?: string[], unsigned?: string[], whole?: string[], number?: string[], vector?: string[]}} Fields  Names of fields by their kind. */
 
 /** @type {Map<string, string>} */

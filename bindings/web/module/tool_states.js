@@ -1,6 +1,6 @@
 // What a touch found of each tool: palpate_tool_state, or palpate_world_tool_state of a world.
 import { reader } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @import { Runtime } from "./palpate.js" */
 
 export class ToolStates {
   #struct;

@@ -5,14 +5,9 @@ import { fillPose, SceneDef } from "./scene_def.js";
 import { reader, writer } from "./struct.js";
 import { ToolMemory } from "./tool_memory.js";
 import { ToolStates } from "./tool_states.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
-/** @typedef {import("./palpate.js").Bundle} Bundle */
-/** @typedef {import("./palpate.js").Effects} Effects */
-/** @typedef {import("./palpate.js").Pose} Pose */
-/** @typedef {import("./palpate.js").Tool} Tool */
-/** @typedef {import("./scene.js").TouchedContacts} TouchedContacts */
-/** @typedef {import("./links.js").WorldLink} WorldLink */
-/** @typedef {import("./links.js").LinkState} LinkState */
+/** @import { Runtime, Bundle, Effects, Pose, Tool } from "./palpate.js" */
+/** @import { TouchedContacts } from "./scene.js" */
+/** @import { WorldLink, LinkState } from "./links.js" */
 /** @typedef {{bundle: Bundle, effects?: Effects, pose?: Pose}} Organ
  *  Several organs may have one bundle. maxTools and maxPoints of all organs of a world must be the same. */
 /** @typedef {{maxPairs?: number, maxLinks?: number, friction?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number}} WorldOptions
