@@ -5,10 +5,10 @@ import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
 import { bundle, camera, closed, csv, drag, folder, give, inState, middle, noTools, notice, palpateRun, pathRows, picture, ready, replays, same, saved, shown, steady } from "./page.mjs";
-import { piercingNeedle, playScene, pressingProbe, readForces, relativeDifference } from "./reference.mjs";
+import { largestOf, piercingNeedle, playScene, pressingProbe, readForces, relativeDifference } from "./reference.mjs";
 
 const rowsOf = (text) => text.trim().split("\n").slice(1).map((row) => row.split(",").map(Number));
-const largest = (text) => Math.max(...readForces(text, 1).flat(2).map(Math.abs));
+const largest = (text) => largestOf(readForces(text, 1).flat(2));
 
 // ---- recordings ------------------------------------------------------------------------------------------------------
 
