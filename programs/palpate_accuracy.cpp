@@ -88,8 +88,7 @@ CLI::App* define_choose(CLI::App& app, ChooseOptions& options) {
       ->add_option_function<std::string>(
           "--depth", [&options](const std::string& text) { options.depth_mm = length_in_mm("--depth", text); },
           "the deepest push: also chooses the deformation (linear, response, large) whose errors there are within "
-          "limits, "
-          "5% where none is given")
+          "limits, 5% where none is given")
       ->option_text("LENGTH");
   choose->add_option("--least", options.least, "the figure to minimise among the settings within the limits")
       ->check(CLI::IsMember({"precompute_s", "bundle_MB", "touch_us", "shape_us", "force_error", "field_error"}))

@@ -77,8 +77,7 @@ void run(const Options& options) {
 void define(CLI::App& app, Options& options) {
   app.add_option("FILES", options.inputs,
                  "a bundle, or several of one mesh with other Poisson's ratios or another ratio of two regions' "
-                 "moduli; then the "
-                 "measured forces")
+                 "moduli; then the measured forces")
       ->required()
       ->expected(2, 100)
       ->option_text("BUNDLE.h5... MEASUREMENTS.csv REQUIRED");

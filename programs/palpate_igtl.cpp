@@ -65,8 +65,7 @@ int main(int argc, char** argv) {
   return palpate::run_program(
       argc, argv, "palpate-igtl",
       "Serves a scene over OpenIGTLink: TRANSFORM messages move its tools; POLYDATA, SENSOR and STRING tell its "
-      "surface "
-      "and the tools' forces.",
+      "surface and the tools' forces.",
       [&](CLI::App& app) {
         palpate::add_scene_options(app, options, "the scene; the device of a tool's name moves the tool");
         app.add_option("--listen", options.listen, "PORT on this machine alone, or ADDRESS:PORT; default: 18944");

@@ -211,9 +211,8 @@ void tell_wrapped_volume(double wrapped_mm3, double input_mm3, const std::string
   if (input_mm3 > 0 && std::abs(wrapped_mm3 / input_mm3 - 1) <= kAlike) return;
   warn(fmt::format(
       "{}: the wrapped surface encloses {:.4g} mm3, and the input {:.4g} mm3: expected the same within {:g} %; a wrap "
-      "fills "
-      "the space inside of thin walls and between parts closer than the ball; --wrap-mm takes a smaller ball, and a "
-      "hollow organ needs a closed file of its own for the space inside",
+      "fills the space inside of thin walls and between parts closer than the ball; --wrap-mm takes a smaller ball, "
+      "and a hollow organ needs a closed file of its own for the space inside",
       name, wrapped_mm3, input_mm3, 100 * kAlike));
 }
 

@@ -82,9 +82,8 @@ void define(CLI::App& app, Options& o) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--time-limit", o.time_limit,
-                 "Surfaces: seconds of processor time in all (default: 20, more for over 100,000 triangles or a "
-                 "small --size); "
-                 "others: seconds for each run of the mesher (default: 3600)")
+                 "Surfaces: seconds of processor time in all (default: 20, more for over 100,000 triangles or a small "
+                 "--size); others: seconds for each run of the mesher (default: 3600)")
       ->check(positive_number());
   app.add_option("--region", o.regions, "NAME: name the regions in order; NAME=FILE: name all of a file's shells")
       ->allow_extra_args(false)

@@ -26,8 +26,7 @@ void define_options(CLI::App& app, palpate::validation::StudyOptions& options) {
                "only the two coarsest meshes of each case; checks that errors fall and that exact answers are exact");
   app.footer(
       "Resumes: FOLDER/points keeps every measurement of the same program. Exit code 3: an error exceeds its bound, or "
-      "its order "
-      "of convergence is not that of theory.");
+      "its order of convergence is not that of theory.");
 }
 
 }  // namespace

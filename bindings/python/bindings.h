@@ -28,6 +28,13 @@ using AlignedMemory = std::unique_ptr<void, FreeMemory>;
 // At least `bytes` bytes, 64-byte aligned. Throws std::bad_alloc.
 AlignedMemory aligned_memory(std::size_t bytes);
 
+// Makes a call that returns a status and fills an error. Throws Error where it failed.
+template <class Call>
+void throw_unless_ok(Call call) {
+  palpate_error error = {};
+  if (call(&error) != PALPATE_OK) throw Error(error);
+}
+
 // The bytes of a Python object; they stay valid as long as this object lives.
 class HeldBuffer {
  public:

@@ -80,20 +80,14 @@ py::array section_view(const py::object& self, const T* (Bundle::*section)() con
   return width == 1 ? view_of(self, data, {rows}) : view_of(self, data, {rows, width});
 }
 
-void throw_unless_ok(palpate_status status, const palpate_error& error) {
-  if (status != PALPATE_OK) throw Error(error);
-}
-
 void check(HeldBundle& held) {
-  palpate_error error = {};
   const py::gil_scoped_release released;
-  throw_unless_ok(palpate_bundle_check(held.bundle.get(), &error), error);
+  throw_unless_ok([&](palpate_error* error) { return palpate_bundle_check(held.bundle.get(), error); });
 }
 
 void prefault(HeldBundle& held, bool lock) {
-  palpate_error error = {};
   const py::gil_scoped_release released;
-  throw_unless_ok(palpate_bundle_prefault(held.bundle.get(), lock, &error), error);
+  throw_unless_ok([&](palpate_error* error) { return palpate_bundle_prefault(held.bundle.get(), lock, error); });
 }
 
 // Name and kind of each.
@@ -102,8 +96,8 @@ py::list motions(const HeldBundle& held) {
   py::list all;
   for (std::int32_t m = 0; m < held.bundle.describe().motion_count; ++m) {
     palpate_motion_info info = {};
-    palpate_error error = {};
-    throw_unless_ok(palpate_bundle_motion(held.bundle.get(), m, &info, sizeof info, &error), error);
+    throw_unless_ok(
+        [&](palpate_error* error) { return palpate_bundle_motion(held.bundle.get(), m, &info, sizeof info, error); });
     all.append(py::make_tuple(info.name, kinds[info.kind - PALPATE_MOTION_PISTON]));
   }
   return all;
@@ -114,10 +108,8 @@ py::list motions(const HeldBundle& held) {
 void add_bundle(py::module_& module) {
   py::class_<HeldBundle, std::shared_ptr<HeldBundle>> type(
       module, "Bundle",
-      "A tensor bundle: the precomputed elastic response of an organ. Threads may share it. It stays open while a "
-      "scene "
-      "or\n"
-      "an array of it is in use. Its arrays are read-only views, not copies.");
+      "A tensor bundle: the precomputed elastic response of an organ. Threads may share it. It stays open while a\n"
+      "scene or an array of it is in use. Its arrays are read-only views, not copies.");
   type.def(
       py::init(&open_file), py::arg("path"), py::kw_only(), py::arg("access") = "map",
       "Opens and checks a file. Takes only the sections that are used. access: \"map\" maps them: if somebody cuts\n"

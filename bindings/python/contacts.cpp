@@ -107,9 +107,8 @@ void add_contacts(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_contact_node, node, column, tool, point, modified_displacement, force);
   py::class_<HeldContacts, std::shared_ptr<HeldContacts>> type(
       module, "Contacts",
-      "The result of touch and the input of shape. Scene.make_contacts makes it; arrays are read-only views "
-      "of\n"
-      "the last step, whose lengths are those at the time they were asked for.");
+      "The result of touch and the input of shape. Scene.make_contacts makes it; arrays are read-only views of the\n"
+      "last step, whose lengths are those at the time they were asked for.");
   type.def_property_readonly("force", &tool_forces,
                              "float64 [tools, 3], N, on each tool, within the scene's limits: send it to a device");
   type.def_property_readonly("tools", &tool_states,

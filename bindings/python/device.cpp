@@ -22,12 +22,6 @@ palpate_device make_device(double mass, double damping, double tick, std::int32_
   return device;
 }
 
-template <class Init>
-void check(Init init) {
-  palpate_error error = {};
-  if (init(&error) != PALPATE_OK) throw Error(error);
-}
-
 palpate_coupling make_coupling(const palpate_device& device, std::optional<double> stiffness,
                                std::optional<double> damping, std::optional<double> tool_mass) {
   palpate_coupling_def def = palpate_default_coupling_def(&device);
@@ -35,7 +29,7 @@ palpate_coupling make_coupling(const palpate_device& device, std::optional<doubl
   if (damping) def.damping = *damping;
   if (tool_mass) def.tool_mass = *tool_mass;
   palpate_coupling coupling;
-  check([&](palpate_error* error) { return palpate_coupling_init(&coupling, &device, &def, error); });
+  throw_unless_ok([&](palpate_error* error) { return palpate_coupling_init(&coupling, &device, &def, error); });
   return coupling;
 }
 
@@ -49,7 +43,7 @@ HeldPassivity make_passivity(const palpate_device& device, double rest_force, do
   palpate_passivity_def def = palpate_default_passivity_def();
   def.rest_force = rest_force, def.tolerance = tolerance, def.controller = controller;
   HeldPassivity held;
-  check([&](palpate_error* error) { return palpate_passivity_init(&held.passivity, &device, &def, error); });
+  throw_unless_ok([&](palpate_error* error) { return palpate_passivity_init(&held.passivity, &device, &def, error); });
   return held;
 }
 
@@ -57,7 +51,7 @@ palpate_watchdog make_watchdog(double timeout, double fade, double slew) {
   palpate_watchdog_def def = palpate_default_watchdog_def();
   def.timeout = timeout, def.fade = fade, def.slew = slew;
   palpate_watchdog watchdog;
-  check([&](palpate_error* error) { return palpate_watchdog_init(&watchdog, &def, error); });
+  throw_unless_ok([&](palpate_error* error) { return palpate_watchdog_init(&watchdog, &def, error); });
   return watchdog;
 }
 
@@ -88,9 +82,8 @@ void add_device(py::module_& module) {
                                "tool.")
       .def(py::init(&make_coupling), py::arg("device"), py::kw_only(), py::arg("stiffness") = py::none(),
            py::arg("damping") = py::none(), py::arg("tool_mass") = py::none(),
-           "stiffness: N/m; damping: N s/m; tool_mass: kg; None: the stiffest coupling that the device's damping "
-           "allows,\n"
-           "less a tenth. Raises Error where the coupling needs more damping than the device has.")
+           "stiffness: N/m; damping: N s/m; tool_mass: kg; None: the stiffest coupling that the device's damping\n"
+           "allows, less a tenth. Raises Error where the coupling needs more damping than the device has.")
       .def(
           "step",
           [](palpate_coupling& self, const Numbers& device_position, const Numbers& organ_force) {
@@ -124,9 +117,8 @@ void add_device(py::module_& module) {
                             "Keeps the account of the energy that the device gets back beyond what it gave.")
       .def(py::init(&make_passivity), py::arg("device"), py::kw_only(), py::arg("rest_force") = account.rest_force,
            py::arg("tolerance") = account.tolerance, py::arg("controller") = account.controller,
-           "rest_force: N, no longer force is at rest; tolerance: J, more raises ACTIVE; controller: N s/m, the most "
-           "damping\n"
-           "that is injected to balance the account; 0: none")
+           "rest_force: N, no longer force is at rest; tolerance: J, more raises ACTIVE; controller: N s/m, the most\n"
+           "damping that is injected to balance the account; 0: none")
       .def(
           "step",
           [](HeldPassivity& self, const Numbers& device_position, const Numbers& force, double stored_energy) {

@@ -148,9 +148,9 @@ inline Effects effects_of(const std::string& collision, const std::string& conta
 }
 
 inline constexpr const char* kAboutEffects =
-    "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n\n"
-    "collision: off, rest, deformed        contact: node, triangle, point, patch (a disc of the tool's "
-    "disc_radius)\n"
+    "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n"
+    "\n"
+    "collision: off, rest, deformed        contact: node, triangle, point, patch (a disc of the tool's disc_radius)\n"
     "law: sticking, sliding, unilateral, coulomb          force: off, linear, response\n"
     "shape: off, surface, volume           radial: off, response           preload: off, on\n"
     "queries: off, on (cast_ray, closest_point, signed_distance)          report: off, contacts\n"
@@ -158,27 +158,22 @@ inline constexpr const char* kAboutEffects =
     "deformation: linear; large (a hyperelastic body, solved in the touch; the bundle must have been made for it);\n"
     "large-beside, large-renewed (the same, solved by deform)\n"
     "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"
-    "render_mesh: None, or a finer mesh that skin moves with the surface: positions [vertices, 3], m, or a "
-    "tuple of\n"
+    "render_mesh: None, or a finer mesh that skin moves with the surface: positions [vertices, 3], m, or a tuple of\n"
     "positions and normals; read now and no longer\n"
-    "fine_surface: None, or a closed surface that tools meet in place of the bundle's triangles: a tuple of "
-    "positions\n"
+    "fine_surface: None, or a closed surface that tools meet in place of the bundle's triangles: a tuple of positions\n"
     "[vertices, 3], m, and triangles [triangles, 3], counter-clockwise from outside; read now and no longer\n"
     "max_tools, max_points, max_contact_nodes: limits that memory is taken for\n"
-    "force_limit, N; force_slew, N/s: on each tool's force, for a device; torque_limit, N m; torque_slew, N "
-    "m/s: on its\n"
-    "torque\n"
+    "force_limit, N; force_slew, N/s: on each tool's force, for a device; torque_limit, N m; torque_slew, N m/s: on\n"
+    "its torque\n"
     "max_tool_speed, m/s; release_distance, m (0: from the organ's size): beyond them a point is TRACKING_LOST\n"
     "max_operations: counted operations of a touch; what does not fit is put off (WORK_DEFERRED)\n"
-    "max_links: links that set_links may give; grasps: whether tools may have a Grasp (contact=\"patch\", "
+    "max_links: links that set_links may give; grasps: whether tools may have a Grasp (contact=\"patch\",\n"
     "deformation=\"linear\")\n"
     "motions: whether the bundle's motions move the organ (set_motions; collision=\"deformed\" or \"off\")\n"
-    "inside: whether inside and inside_at tell strain and stress, and carry moves points of the tissue "
+    "inside: whether inside and inside_at tell strain and stress, and carry moves points of the tissue\n"
     "(shape=\"volume\")\n"
-    "needles: whether tools may have a Needle (deformation=\"linear\"; a bundle with a corridor); needle_places: of "
-    "the "
-    "tissue\n"
-    "that each of them holds at most, 2 .. 64";
+    "needles: whether tools may have a Needle (deformation=\"linear\"; a bundle with a corridor); needle_places: of\n"
+    "the tissue that each of them holds at most, 2 .. 64";
 
 // Gives a class of Python its constructor Class(bundle, *, ...): the bundle, and the keywords of effects_of.
 template <class Held, class... Choices>

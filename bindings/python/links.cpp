@@ -111,39 +111,28 @@ palpate_needle make_needle(const py::object& place, double radius, const Numbers
   return needle;
 }
 
-// A view of the numbers of a grasp or a needle, which the caller may write to.
-template <class Held, std::size_t count>
-py::array numbers_of(const py::object& self, double (Held::*member)[count]) {
-  return py::array_t<double>({count}, {sizeof(double)}, self.cast<Held&>().*member, self);
-}
-
 void add_needle(py::module_& module) {
   const palpate_needle start = palpate_default_needle();
-  py::class_<palpate_needle>(module, "Needle", "A straight, stiff needle that pierces the organ.")
+  py::class_<palpate_needle> needle(module, "Needle", "A straight, stiff needle that pierces the organ.");
+  needle
       .def(py::init(&make_needle), py::arg("place"), py::arg("radius"), py::arg("tip"), py::arg("direction"),
            py::kw_only(), py::arg("friction") = start.friction, py::arg("cutting_force") = start.cutting_force,
            py::arg("puncture_force") = start.puncture_force, py::arg("spacing") = start.spacing, py::arg("id") = 0,
            "place: (triangle, weights), where it enters; radius: m, of the shaft.\n"
-           "tip, direction: in the world, m and a vector of length 1 from the handle to the tip; move them between "
+           "tip, direction: in the world, m and a vector of length 1 from the handle to the tip; move them between\n"
            "touches.\n"
-           "friction: N/m, along the shaft for its length in the tissue; puncture_force, cutting_force: N, at which "
-           "the\n"
-           "tip pierces the surface and cuts its way; spacing: m, of the places of tissue that it holds.\n"
+           "friction: N/m, along the shaft for its length in the tissue; puncture_force, cutting_force: N, at which\n"
+           "the tip pierces the surface and cuts its way; spacing: m, of the places of tissue that it holds.\n"
            "id: of this piercing; the needle enters anew where it changes.")
-      .def_property(
-          "tip", [](const py::object& self) { return numbers_of(self, &palpate_needle::tip); },
-          [](palpate_needle& self, const Numbers& to) { set_numbers(self.tip, to, "tip"); },
-          "float64 [3], m, a view that you may write to")
-      .def_property(
-          "direction", [](const py::object& self) { return numbers_of(self, &palpate_needle::direction); },
-          [](palpate_needle& self, const Numbers& to) { set_numbers(self.direction, to, "direction"); },
-          "float64 [3], of length 1, a view that you may write to")
       .def_readwrite("radius", &palpate_needle::radius, "m, above 0 .. 0.01")
       .def_readwrite("friction", &palpate_needle::friction, "N/m")
       .def_readwrite("cutting_force", &palpate_needle::cutting_force, "N")
       .def_readwrite("puncture_force", &palpate_needle::puncture_force, "N")
       .def_readwrite("spacing", &palpate_needle::spacing, "m")
       .def_readwrite("id", &palpate_needle::id, "of this piercing");
+  add_numbers_of(needle, "tip", &palpate_needle::tip, "float64 [3], m, a view that you may write to");
+  add_numbers_of(needle, "direction", &palpate_needle::direction,
+                 "float64 [3], of length 1, a view that you may write to");
 }
 
 }  // namespace
@@ -171,7 +160,9 @@ void add_links(py::module_& module) {
                  "organs: two indices, of the organ of each end; that of an end in the world is not read.\n"
                  "The others: as those of Link.");
   add_numbers(&world_link);
-  py::class_<palpate_grasp>(module, "Grasp", "Jaws that hold tissue, which follows them in six degrees of freedom.")
+  py::class_<palpate_grasp> grasp(module, "Grasp",
+                                  "Jaws that hold tissue, which follows them in six degrees of freedom.");
+  grasp
       .def(
           py::init(&make_grasp), py::arg("place"), py::arg("radius"), py::arg("position"), py::kw_only(),
           py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0), py::arg("opposite") = py::none(),
@@ -182,18 +173,13 @@ void add_links(py::module_& module) {
           "closing: m, by how much two discs have come nearer; friction, clamp_force (N, of one disc): beyond them it "
           "slips.\n"
           "id: of this closing; the jaws close anew where it changes.")
-      .def_property(
-          "position", [](const py::object& self) { return numbers_of(self, &palpate_grasp::position); },
-          [](palpate_grasp& self, const Numbers& to) { set_numbers(self.position, to, "position"); },
-          "float64 [3], m, a view that you may write to")
-      .def_property(
-          "orientation", [](const py::object& self) { return numbers_of(self, &palpate_grasp::orientation); },
-          [](palpate_grasp& self, const Numbers& to) { set_numbers(self.orientation, to, "orientation"); },
-          "float64 [4], w, x, y, z, a view that you may write to")
       .def_readwrite("closing", &palpate_grasp::closing, "m")
       .def_readwrite("friction", &palpate_grasp::friction, "0 or more")
       .def_readwrite("clamp_force", &palpate_grasp::clamp_force, "N")
       .def_readwrite("id", &palpate_grasp::id, "of this closing");
+  add_numbers_of(grasp, "position", &palpate_grasp::position, "float64 [3], m, a view that you may write to");
+  add_numbers_of(grasp, "orientation", &palpate_grasp::orientation,
+                 "float64 [4], w, x, y, z, a view that you may write to");
   add_needle(module);
 }
 

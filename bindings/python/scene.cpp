@@ -63,11 +63,9 @@ void add_scene(py::module_& module) {
            "The haptic half: collision, contacts, forces. tools: of Tool, known by their id; dt: s since the last\n"
            "touch. Fills contacts and returns StepFlags; 0 is full trust. Microseconds.")
       .def("deform", &HeldScene::deform,
-           "With deformation=\"large-beside\" or \"large-renewed\": solves the body under the contacts of the newest "
-           "touch, a little "
-           "further in\n"
-           "each call, in a thread of its own. Returns the evaluations of the energy that it took; 0: nothing to do.\n"
-           "Neither save nor restore the scene meanwhile.")
+           "With deformation=\"large-beside\" or \"large-renewed\": solves the body under the contacts of the newest\n"
+           "touch, a little further in each call, in a thread of its own. Returns the evaluations of the energy that\n"
+           "it took; 0: nothing to do. Neither save nor restore the scene meanwhile.")
       .def(
           "shape", &HeldScene::shape, py::arg("contacts"), py::arg("positions") = py::none(),
           py::arg("displacements") = py::none(),
@@ -78,20 +76,17 @@ void add_scene(py::module_& module) {
            py::arg("normals") = py::none(), py::arg("report") = py::none(), py::arg("disc_normals") = py::none(),
            "The render mesh under a shape: displacements as shape wrote them. Fills the caller's arrays, float32\n"
            "[vertex_count, 3] or more rows, contiguous; m. Returns StepFlags; 0 is full trust.\n"
-           "report: report_bytes of the touch that made the shape; a scene with dent=\"discs\" then sinks the mesh to "
-           "its\n"
-           "discs. disc_normals: float32 [contacts of the report, 3]; filled with the unit normal of the plane that "
-           "each "
-           "disc is\n"
-           "drawn in, through the contact's tool_point; zero: no disc. Rows beyond the contacts keep what they held.")
+           "report: report_bytes of the touch that made the shape; a scene with dent=\"discs\" then sinks the mesh to\n"
+           "its discs. disc_normals: float32 [contacts of the report, 3]; filled with the unit normal of the plane\n"
+           "that each disc is drawn in, through the contact's tool_point; zero: no disc. Rows beyond the contacts\n"
+           "keep what they held.")
       .def("normals", &HeldScene::normals, py::arg("positions"), py::arg("normals"),
            "Normals of the surface's vertices, the mean of the triangles around each, weighted by their angles:\n"
            "positions as shape wrote them. Fills the caller's array, float32 [surface_node_count, 3]. Returns "
            "StepFlags.")
       .def("locate", &HeldScene::locate, py::arg("points"), py::arg("farthest") = 0.0,
-           "With inside=True: the place of each point [points, 3], m, of the organ as it was meshed: a structured "
-           "array of\n"
-           "tetrahedron (-1: none within farthest, m), weight and distance. Once; any thread may call it.")
+           "With inside=True: the place of each point [points, 3], m, of the organ as it was meshed: a structured\n"
+           "array of tetrahedron (-1: none within farthest, m), weight and distance. Once; any thread may call it.")
       .def("inside", &HeldScene::inside, py::arg("displacements"), py::arg("strains") = py::none(),
            py::arg("stresses") = py::none(), py::arg("pressures") = py::none(), py::arg("von_mises") = py::none(),
            py::arg("principal") = py::none(),
@@ -104,9 +99,8 @@ void add_scene(py::module_& module) {
            py::arg("von_mises") = py::none(), py::arg("principal") = py::none(),
            "The same at places of locate, of the shape of the last inside, with a row for each place.")
       .def("carry", &HeldScene::carry, py::arg("positions"), py::arg("places"), py::arg("moved"),
-           "Where the places of locate are in a shape: positions of all nodes as shape wrote them. Fills moved, "
-           "float32\n"
-           "[places, 3], m. Returns StepFlags.")
+           "Where the places of locate are in a shape: positions of all nodes as shape wrote them. Fills moved,\n"
+           "float32 [places, 3], m. Returns StepFlags.")
       .def("cast_ray", &HeldScene::cast_ray, py::arg("origin"), py::arg("direction"), py::arg("contacts") = py::none(),
            py::arg("longest") = INFINITY,
            "The first Hit of a ray with the surface as the contacts deform it, from outside or inside, or None.\n"
@@ -117,53 +111,41 @@ void add_scene(py::module_& module) {
       .def("signed_distance", &HeldScene::signed_distance, py::arg("point"), py::arg("contacts") = py::none(),
            "The distance of a point from that surface, m, below zero inside.")
       .def("report", &HeldScene::report,
-           "Contacts and events of the last touch: two structured arrays, copies, with the fields of palpate_contact "
-           "and\n"
-           "palpate_contact_event. state: 0 sticks, 1 slips, 2 frictionless, 3 released. kind: 1 begin, 2 end, 3 slip "
-           "start,\n"
-           "4 stick start; of links 5 taut, 6 slack, 7 broke; of grasps 8 closed, 9 slips, 10 holds, 11 let go, 12 "
-           "opened. "
-           "Read it after every touch.")
+           "Contacts and events of the last touch: two structured arrays, copies, with the fields of palpate_contact\n"
+           "and palpate_contact_event. state: 0 sticks, 1 slips, 2 frictionless, 3 released. kind: 1 begin, 2 end, 3\n"
+           "slip start, 4 stick start; of links 5 taut, 6 slack, 7 broke; of grasps 8 closed, 9 slips, 10 holds, 11\n"
+           "let go, 12 opened. Read it after every touch.")
       .def("report_bytes", &HeldScene::report_bytes, "The same report as bytes, a copy, for skin.")
       .def("set_pose", &HeldScene::set_pose, py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
            py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0), py::kw_only(),
            py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0),
            py::arg("angular_velocity") = py::make_tuple(0.0, 0.0, 0.0),
-           "Where the organ is in the world at the next touch: m; a quaternion w, x, y, z; m/s and rad/s, with which "
-           "each\n"
-           "later touch moves it on. Points of tools and forces on tools are in the world. Raises Error.")
-      .def(
-          "set_motions", &HeldScene::set_motions, py::arg("amounts"),
-          "By how much each of Bundle.motions moves the organ from the next touch on: float64 [motions], m, rad, 1, Pa "
-          "or m/s^2.\n"
-          "Call it before each touch of an organ that breathes. Raises Error.")
+           "Where the organ is in the world at the next touch: m; a quaternion w, x, y, z; m/s and rad/s, with which\n"
+           "each later touch moves it on. Points of tools and forces on tools are in the world. Raises Error.")
+      .def("set_motions", &HeldScene::set_motions, py::arg("amounts"),
+           "By how much each of Bundle.motions moves the organ from the next touch on: float64 [motions], m, rad, 1,\n"
+           "Pa or m/s^2. Call it before each touch of an organ that breathes. Raises Error.")
       .def("hold_volume", &HeldScene::hold_volume, py::arg("motion"), py::arg("volume"),
-           "For a motion of kind \"pressure\": holds what its surface has swept, m^3, in place of its pressure; None: "
-           "the "
-           "pressure is\n"
-           "given again. Raises Error.")
+           "For a motion of kind \"pressure\": holds what its surface has swept, m^3, in place of its pressure; None:\n"
+           "the pressure is given again. Raises Error.")
       .def("motion_states", &HeldScene::motion_states,
            "After a touch: structured [motions], a copy: amount (of a held volume the pressure, Pa), volume (m^3, of a "
            "pressure).")
       .def("set_links", &HeldScene::set_links, py::arg("links"),
-           "Gives the scene its links, of Link, in place of those that it had; each later touch holds them. One that "
-           "was "
-           "there\n"
-           "before with its id, kind and ends keeps its state, and takes its new numbers. Raises Error.")
+           "Gives the scene its links, of Link, in place of those that it had; each later touch holds them. One that\n"
+           "was there before with its id, kind and ends keeps its state, and takes its new numbers. Raises Error.")
       .def("link_states", &HeldScene::link_states,
-           "After a touch: structured [links], a copy: id, condition (0 slack, 1 taut, 2 broken), broken (the touch), "
-           "rest_length,\n"
-           "length, tension (N), force ([3], N, on the first end), ends ([2, 3], m).")
+           "After a touch: structured [links], a copy: id, condition (0 slack, 1 taut, 2 broken), broken (the touch),\n"
+           "rest_length, length, tension (N), force ([3], N, on the first end), ends ([2, 3], m).")
       .def("grasp_state", &HeldScene::grasp_state, py::arg("id"),
            "After a touch, of the tool with that id: a record, a copy: condition (0 open, 1 holds, 2 slips, 3 let go), "
            "force (N)\n"
            "and torque (N m) on the tool, place (m), slipped (m), friction_limit (N); None where no tool has it.")
       .def("needle_state", &HeldScene::needle_state, py::arg("id"),
-           "After a touch, of the tool with that id: a record, a copy: condition (0 none, 1 outside, 2 presses, 3 "
-           "inside, "
-           "4 cuts,\n"
-           "5 stuck), places that it holds, slipping (of these), force (N) and torque (N m) on the tool, tip_force,\n"
-           "shaft_force (N), depth (m), tip_at_rest (m); None where no tool has the id, or no tool may have a needle.")
+           "After a touch, of the tool with that id: a record, a copy: condition (0 none, 1 outside, 2 presses, 3\n"
+           "inside, 4 cuts, 5 stuck), places that it holds, slipping (of these), force (N) and torque (N m) on the\n"
+           "tool, tip_force, shaft_force (N), depth (m), tip_at_rest (m); None where no tool has the id, or no tool\n"
+           "may have a needle.")
       .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces; the pose stays.")
       .def("save", &HeldScene::save,
            "bytes: what the touches have left in the scene. Restored, the next touches give the same bits.")

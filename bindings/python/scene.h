@@ -188,15 +188,13 @@ class HeldScene {
 
   py::object report() {
     const InUse use(touching_, kTouching);
-    const palpate_contact_report* report = palpate_scene_report(scene_);
-    if (!report) throw py::value_error("the scene reports no contacts; make it with report=\"contacts\"");
+    const palpate_contact_report* report = reported();
     return py::make_tuple(py::array_t<palpate_contact>(report->contact_count, palpate_report_contact(report, 0)),
                           py::array_t<palpate_contact_event>(report->event_count, palpate_report_event(report, 0)));
   }
   py::bytes report_bytes() {
     const InUse use(touching_, kTouching);
-    const palpate_contact_report* report = palpate_scene_report(scene_);
-    if (!report) throw py::value_error("the scene reports no contacts; make it with report=\"contacts\"");
+    const palpate_contact_report* report = reported();
     return py::bytes(reinterpret_cast<const char*>(report), report->used_bytes);
   }
   void set_pose(const Numbers& position, const Numbers& orientation, const Numbers& velocity,
@@ -207,30 +205,28 @@ class HeldScene {
     set_numbers(pose.orientation, orientation, "orientation");
     set_numbers(pose.velocity, velocity, "velocity");
     set_numbers(pose.angular_velocity, angular_velocity, "angular_velocity");
-    palpate_error error = {};
-    if (palpate_scene_set_pose(scene_, &pose, &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok([&](palpate_error* error) { return palpate_scene_set_pose(scene_, &pose, error); });
   }
 
   void set_links(const py::iterable& links) {
     const InUse use(touching_, kTouching);
     link_copies_.take(links);
-    palpate_error error = {};
-    if (palpate_scene_set_links(scene_, link_copies_.data(), link_copies_.count(), &error) != PALPATE_OK)
-      throw Error(error);
+    throw_unless_ok([&](palpate_error* error) {
+      return palpate_scene_set_links(scene_, link_copies_.data(), link_copies_.count(), error);
+    });
   }
   void set_motions(const Numbers& amounts) {
     const InUse use(touching_, kTouching);
     if (amounts.ndim() != 1) throw py::value_error("amounts: expected one number for each motion of the bundle");
-    palpate_error error = {};
-    if (palpate_scene_set_motions(scene_, amounts.data(), static_cast<std::int32_t>(amounts.size()), &error) !=
-        PALPATE_OK)
-      throw Error(error);
+    throw_unless_ok([&](palpate_error* error) {
+      return palpate_scene_set_motions(scene_, amounts.data(), static_cast<std::int32_t>(amounts.size()), error);
+    });
   }
   void hold_volume(std::int32_t motion, std::optional<double> volume) {
     const InUse use(touching_, kTouching);
-    palpate_error error = {};
-    if (palpate_scene_hold_volume(scene_, motion, volume.has_value(), volume.value_or(0), &error) != PALPATE_OK)
-      throw Error(error);
+    throw_unless_ok([&](palpate_error* error) {
+      return palpate_scene_hold_volume(scene_, motion, volume.has_value(), volume.value_or(0), error);
+    });
   }
   py::array motion_states() {
     const InUse use(touching_, kTouching);
@@ -240,18 +236,8 @@ class HeldScene {
     const InUse use(touching_, kTouching);
     return states_of(palpate_scene_link_state, scene_);
   }
-  py::object grasp_state(std::int32_t id) {
-    const InUse use(touching_, kTouching);
-    const palpate_grasp_state* state = palpate_scene_grasp_state(scene_, id);
-    if (!state) return py::none();
-    return py::array_t<palpate_grasp_state>(1, state)[py::int_(0)];
-  }
-  py::object needle_state(std::int32_t id) {
-    const InUse use(touching_, kTouching);
-    const palpate_needle_state* state = palpate_scene_needle_state(scene_, id);
-    if (!state) return py::none();
-    return py::array_t<palpate_needle_state>(1, state)[py::int_(0)];
-  }
+  py::object grasp_state(std::int32_t id) { return record_of(palpate_scene_grasp_state, id); }
+  py::object needle_state(std::int32_t id) { return record_of(palpate_scene_needle_state, id); }
 
   void reset() {
     const InUse use(touching_, kTouching);
@@ -260,16 +246,16 @@ class HeldScene {
   py::bytes save() {
     const InUse use(touching_, kTouching), deform_use(deforming_, kDeforming);
     State state(palpate_scene_state_bytes(scene_));
-    palpate_error error = {};
-    if (palpate_scene_save(scene_, state.get(), state.bytes(), &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok(
+        [&](palpate_error* error) { return palpate_scene_save(scene_, state.get(), state.bytes(), error); });
     return py::bytes(static_cast<const char*>(state.get()), state.bytes());
   }
   void restore(const py::buffer& data) {
     const HeldBuffer bytes(data);
     const InUse use(touching_, kTouching), deform_use(deforming_, kDeforming);
     const State state = state_of(bytes);
-    palpate_error error = {};
-    if (palpate_scene_restore(scene_, state.get(), state.bytes(), &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok(
+        [&](palpate_error* error) { return palpate_scene_restore(scene_, state.get(), state.bytes(), error); });
   }
   void reset_tool(std::int32_t id) {
     const InUse use(touching_, kTouching);
@@ -289,6 +275,19 @@ class HeldScene {
   static constexpr const char* kShaping = "shape already runs on another thread";
   static constexpr const char *kTouching = "touch already runs on another thread",
                               *kDeforming = "deform already runs on another thread";
+
+  const palpate_contact_report* reported() {
+    if (const palpate_contact_report* report = palpate_scene_report(scene_)) return report;
+    throw py::value_error("the scene reports no contacts; make it with report=\"contacts\"");
+  }
+  // A copy of what a tool's grasp or needle does, or None.
+  template <class State>
+  py::object record_of(const State* (*state_of_tool)(const palpate_scene*, std::int32_t), std::int32_t id) {
+    const InUse use(touching_, kTouching);
+    const State* state = state_of_tool(scene_, id);
+    if (!state) return py::none();
+    return py::array_t<State>(1, state)[py::int_(0)];
+  }
 
   static Scene create(const Bundle& bundle, const palpate_scene_def& def) {
     const py::gil_scoped_release released;

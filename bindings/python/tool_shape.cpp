@@ -16,9 +16,8 @@ struct DestroyShape {
 class HeldShape {
  public:
   explicit HeldShape(const palpate_tool_shape_def& def) {
-    palpate_error error = {};
     palpate_tool_shape* created = nullptr;
-    if (palpate_tool_shape_create(&def, &created, &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok([&](palpate_error* error) { return palpate_tool_shape_create(&def, &created, error); });
     shape_.reset(created);
   }
   std::int32_t count() const { return palpate_tool_shape_point_count(shape_.get()); }

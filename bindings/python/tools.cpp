@@ -55,11 +55,6 @@ void check_number(const char* name, double value, double most, const char* unit,
                           ", without which the scene takes no account of it, or 0");
 }
 
-// A view of a grip's three numbers, which the caller may write to.
-py::array three_of(const py::object& self, double (palpate_grip::*member)[3]) {
-  return py::array_t<double>({3}, {sizeof(double)}, self.cast<palpate_grip&>().*member, self);
-}
-
 }  // namespace
 
 void set_numbers(double* to, py::ssize_t count, const Numbers& from, const char* name) {
@@ -114,9 +109,9 @@ void ToolCopies::take(const py::iterable& tools, const Obeyed& obeyed) {
 
 void add_tools(py::module_& module) {
   const auto zero = [] { return py::make_tuple(0.0, 0.0, 0.0); };
-  py::class_<palpate_grip>(module, "Grip",
-                           "Holds the organ at a displacement: at a touchable node or at a point of a triangle.")
-      .def(py::init(&make_grip), py::kw_only(), py::arg("node") = py::none(), py::arg("displacement") = zero(),
+  py::class_<palpate_grip> grip(module, "Grip",
+                                "Holds the organ at a displacement: at a touchable node or at a point of a triangle.");
+  grip.def(py::init(&make_grip), py::kw_only(), py::arg("node") = py::none(), py::arg("displacement") = zero(),
            py::arg("triangle") = py::none(), py::arg("barycentric") = py::make_tuple(1.0 / 3, 1.0 / 3, 1.0 / 3),
            py::arg("axes") = 7,
            "node or triangle: what the grip holds; give one of them.\n"
@@ -127,15 +122,9 @@ void add_tools(py::module_& module) {
           "\"node\" or \"surface_point\"")
       .def_readwrite("node", &palpate_grip::node, "a touchable node, of the kind \"node\"")
       .def_readwrite("triangle", &palpate_grip::triangle, "0 .. F-1, of the kind \"surface_point\"")
-      .def_readwrite("axes", &palpate_grip::axes, "bits 1, 2, 4 impose x, y, z")
-      .def_property(
-          "displacement", [](const py::object& self) { return three_of(self, &palpate_grip::displacement); },
-          [](palpate_grip& self, const Numbers& to) { set_numbers(self.displacement, to, "displacement"); },
-          "float64 [3], m, a view that you may write to")
-      .def_property(
-          "barycentric", [](const py::object& self) { return three_of(self, &palpate_grip::barycentric); },
-          [](palpate_grip& self, const Numbers& to) { set_numbers(self.barycentric, to, "barycentric"); },
-          "float64 [3], a view that you may write to");
+      .def_readwrite("axes", &palpate_grip::axes, "bits 1, 2, 4 impose x, y, z");
+  add_numbers_of(grip, "displacement", &palpate_grip::displacement, "float64 [3], m, a view that you may write to");
+  add_numbers_of(grip, "barycentric", &palpate_grip::barycentric, "float64 [3], a view that you may write to");
   py::class_<HeldTool>(module, "Tool", "An instrument: points that are tested against the surface, and grips.")
       .def(py::init(&make_tool), py::arg("points") = py::tuple(), py::kw_only(), py::arg("grips") = py::tuple(),
            py::arg("hold") = false, py::arg("disc_radius") = 0.0, py::arg("friction") = 0.0, py::arg("id") = -1,

@@ -17,6 +17,17 @@ void set_numbers(double (&to)[count], const Numbers& from, const char* name) {
   set_numbers(to, count, from, name);
 }
 
+// A property of some numbers of a struct: a view that the caller may write to.
+template <class Held, std::size_t count>
+void add_numbers_of(py::class_<Held>& type, const char* name, double (Held::*member)[count], const char* about) {
+  type.def_property(
+      name,
+      [member](const py::object& self) {
+        return py::array_t<double>({count}, {sizeof(double)}, self.cast<Held&>().*member, self);
+      },
+      [member, name](Held& self, const Numbers& to) { set_numbers(self.*member, to, name); }, about);
+}
+
 // The points are a numpy array that the caller may write to between touches.
 struct HeldTool {
   py::array points;  // float64 [P, 3]

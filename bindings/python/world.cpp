@@ -78,8 +78,8 @@ class HeldWorld : public std::enable_shared_from_this<HeldWorld> {
   void set_links(const py::iterable& links) {
     const InUse use(touching_, kTouching);
     link_copies_.take(links);
-    palpate_error error = {};
-    if (world_.set_links(link_copies_.data(), link_copies_.count(), &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok(
+        [&](palpate_error* error) { return world_.set_links(link_copies_.data(), link_copies_.count(), error); });
   }
   py::array link_states() {
     const InUse use(touching_, kTouching);
@@ -97,16 +97,14 @@ class HeldWorld : public std::enable_shared_from_this<HeldWorld> {
   py::bytes save() {
     const InUse use(touching_, kTouching);
     State state;
-    palpate_error error = {};
-    if (world_.save(state, &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok([&](palpate_error* error) { return world_.save(state, error); });
     return py::bytes(static_cast<const char*>(state.get()), state.bytes());
   }
   void restore(const py::buffer& data) {
     const HeldBuffer bytes(data);
     const InUse use(touching_, kTouching);
     const State state = state_of(bytes);
-    palpate_error error = {};
-    if (world_.restore(state, &error) != PALPATE_OK) throw Error(error);
+    throw_unless_ok([&](palpate_error* error) { return world_.restore(state, error); });
   }
 
  private:
@@ -158,9 +156,8 @@ void add_world_contacts(py::module_& module) {
   };
   py::class_<HeldWorldContacts, std::shared_ptr<HeldWorldContacts>>(
       module, "WorldContacts",
-      "What a touch of a World found. World.make_contacts makes it; arrays are read-only views of the last step, "
-      "whose\n"
-      "lengths are those at the time they were asked for.")
+      "What a touch of a World found. World.make_contacts makes it; arrays are read-only views of the last step,\n"
+      "whose lengths are those at the time they were asked for.")
       .def_property_readonly(
           "force",
           [of](const py::object& self) {
@@ -174,32 +171,23 @@ void add_world_contacts(py::module_& module) {
           [of](const py::object& self) {
             return view_of(self, &of(self).tool(0), {of(self)->tool_count}, {sizeof(palpate_world_tool_state)});
           },
-          "structured [tools]: force, force_raw, torque, torque_raw ([3] each), id, organ_count (organs that the tool "
-          "is "
-          "in\n"
-          "contact with), contact_count, slip_count, release_count, flags")
+          "structured [tools]: force, force_raw, torque, torque_raw ([3] each), id, organ_count (organs that the tool\n"
+          "is in contact with), contact_count, slip_count, release_count, flags")
       .def_property_readonly(
           "organ_states",
           [of](const py::object& self) {
             return view_of(self, &of(self).state(0), {of(self)->organ_count}, {sizeof(palpate_world_organ_state)});
           },
-          "structured [organs]: flags, near_tools, force (N, in the world, on the organ, by all tools), torque (N m, "
-          "about the "
-          "origin of "
-          "the\n"
-          "organ's frame), pressed (N, by all other organs, without links)")
+          "structured [organs]: flags, near_tools, force (N, in the world, on the organ, by all tools), torque (N m,\n"
+          "about the origin of the organ's frame), pressed (N, by all other organs, without links)")
       .def_property_readonly(
           "pairs",
           [of](const py::object& self) {
             return view_of(self, &of(self).pair(0), {of(self)->pair_count}, {sizeof(palpate_world_pair)});
           },
-          "structured [pairs], the places where two organs touch or may touch: organ ([2]: of the vertex, of the "
-          "place), "
-          "node,\n"
-          "triangle, barycentric, place (m, in the world), normal (outward from organ[1]), force (N, on organ[0]), "
-          "pressure "
-          "(Pa),\n"
-          "gap (m), overlap (m, at rest)")
+          "structured [pairs], the places where two organs touch or may touch: organ ([2]: of the vertex, of the\n"
+          "place), node, triangle, barycentric, place (m, in the world), normal (outward from organ[1]), force (N, on\n"
+          "organ[0]), pressure (Pa), gap (m), overlap (m, at rest)")
       .def_readonly(
           "organs", &HeldWorldContacts::organs,
           "list of Contacts, one of each organ, for shape and the queries of World.scenes; a touch fills them")
@@ -231,18 +219,16 @@ void add_world(py::module_& module) {
            "max_links: links that set_links may give. Above 0 it needs deformation=\"linear\" of all organs\n"
            "force_limit, N; force_slew, N/s; torque_limit, N m; torque_slew, N m/s: of each tool, all organs together")
       .def_property_readonly("scenes", &HeldWorld::scenes,
-                             "list of Scene, one of each organ: for shape, skin, queries, report, links and set_pose. "
-                             "Their touch, save\n"
-                             "and restore are the world's.")
+                             "list of Scene, one of each organ: for shape, skin, queries, report, links and set_pose.\n"
+                             "Their touch, save and restore are the world's.")
       .def("make_contacts", &HeldWorld::make_contacts, "WorldContacts of this world's size.")
       .def("touch", &HeldWorld::touch, py::arg("tools"), py::arg("dt"), py::arg("contacts"),
            "The haptic half of all organs. tools: of Tool, in the world; the grips and the grasp of a tool hold organ "
            "Tool.organ.\n"
            "dt: s since the last touch. Fills contacts and returns StepFlags of all organs together; 0 is full trust.")
       .def("set_links", &HeldWorld::set_links, py::arg("links"),
-           "The world's links, of WorldLink, in place of those before; one with an id, kind, organs and ends as before "
-           "keeps its\n"
-           "state. Raises Error, and the world keeps its links.")
+           "The world's links, of WorldLink, in place of those before; one with an id, kind, organs and ends as\n"
+           "before keeps its state. Raises Error, and the world keeps its links.")
       .def("link_states", &HeldWorld::link_states,
            "structured [links] as Scene.link_states, a copy of the last touch; ends and forces in the world's frame")
       .def("reset", &HeldWorld::reset, "Scene.reset of all organs.")

@@ -57,5 +57,5 @@ export default defineConfig({
     rollupOptions: { input: ["index", "world", "compare", "gallery", "accuracy"].map((page) => `${here}/viewer/${page}.html`) } },
   worker: { format: "es" },
   preview: { headers, host: "127.0.0.1", port: 5173 },
-  plugins: [serveFiles, fillWords(`${here}/viewer/words`)],
+  plugins: [serveFiles, fillWords(`${here}/viewer`)],
 });

@@ -3,16 +3,13 @@
 import re
 
 import h5py
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-import mesh  # noqa: E402
-import offscreen  # noqa: E402
-import picture_file  # noqa: E402
-from mesh import BEHIND, FRONT, HELD, SIDES, STRIPES, TISSUE, triangles_actor, triangles_data  # noqa: E402
+import mesh
+import offscreen
+import picture_file
+from picture_file import plt
+from mesh import BEHIND, FRONT, HELD, SIDES, STRIPES, TISSUE, triangles_actor
 
 NEITHER, SUPPORTED, SPRING = (0.80, 0.80, 0.80), (0.72, 0.62, 0.66), (0.25, 0.35, 0.65)
 PLACE = r"\(([^,()]+), ([^,()]+), ([^,()]+)\) mm"
@@ -64,7 +61,7 @@ def main():
     actors = [triangles_actor(nodes, triangles[which], colour) for which, colour in groups if which.any()]
     size = np.linalg.norm(np.ptp(nodes, axis=0))
     if held.any():
-        actors.append(offscreen.hatch(triangles_data(nodes, triangles[held]), size, STRIPES))
+        actors.append(offscreen.hatch(offscreen.poly_data(nodes, triangles[held]), size, STRIPES))
     actors += [offscreen.coil(start, end, size / 40, SPRING) for _, _, start, end in springs]
 
     sides = list(zip((FRONT, BEHIND), SIDES.get(frame, SIDES["none"])))

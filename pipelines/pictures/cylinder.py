@@ -11,14 +11,11 @@ import argparse
 import os
 import sys
 
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-import offscreen  # noqa: E402
-import picture_file  # noqa: E402
+import offscreen
+import picture_file
+from picture_file import plt
 
 HEIGHT = 13.0  # mm
 FORCE_BOUND, RADIAL_BOUND = 0.001, 0.005
@@ -58,17 +55,6 @@ def worst_distance(played, curve_x, curve_y):
     return np.abs(y - np.interp(x, curve_x, curve_y)).max() / curve_y.max()
 
 
-def finish(panel, ylabel):
-    panel.set_xlabel("compression (mm)", fontsize=15)
-    panel.set_ylabel(ylabel, fontsize=15)
-    panel.tick_params(labelsize=13)
-    panel.set_xlim(left=0)
-    panel.set_ylim(bottom=0)
-    panel.grid(color="0.9")
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", nargs=3, action="append", required=True, metavar=("RATE", "FOLDER", "CURVE.csv"))
@@ -105,8 +91,8 @@ def main():
     radial_panel.plot(*played_radius(os.path.join(arguments.case[0][1], "scenes", "compress")), color=COLOURS[0],
                       linewidth=1.6)
     radial_panel.plot(*played_radius(linear), color="0.45", linestyle="--", linewidth=1.6)
-    finish(force_panel, "force (N)")
-    finish(radial_panel, "radial displacement at mid-height (mm)")
+    picture_file.finish_plot(force_panel, "compression (mm)", "force (N)")
+    picture_file.finish_plot(radial_panel, "compression (mm)", "radial displacement at mid-height (mm)")
     force_panel.legend(fontsize=13, frameon=False, title="thin: simulated; wide: measured (model)", title_fontsize=13)
     figure.suptitle("Swine brain cylinder, 30 mm wide, 13 mm high: at most %.2f %% from Miller and Chinzei's curves "
                     "(their model of the measurements)" % (100 * max(worst_force, worst_radial)), fontsize=14)

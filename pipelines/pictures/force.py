@@ -1,30 +1,25 @@
 #!/usr/bin/env python3
 """force.py LINEAR_SCENE RESPONSE_SCENE -o PNG: force against indentation of one tool, linear and corrected."""
 import argparse
-import csv
 import os
 
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-import picture_file  # noqa: E402
+import picture_file
+from picture_file import plt
 
 
 def force_against_indentation(scene):
     """(indentation mm, force N) of the first tool while it goes in: from the touch before its first contact to its deepest; one
     point at zero for a tool that never touched."""
-    with open(os.path.join(scene, "forces.csv"), newline="") as stream:
-        rows = list(csv.DictReader(stream))
+    rows = picture_file.read_csv(os.path.join(scene, "forces.csv"))
     rows = [row for row in rows if row["tool"] == rows[0]["tool"]]
     first = next((i for i, row in enumerate(rows) if int(row["contacts"]) > 0), None)
     if first is None:
         return np.zeros(1), np.zeros(1)
     place = np.array([[float(row[a + "_m"]) for a in "xyz"] for row in rows]) * 1e3
     depth = np.linalg.norm(place - place[max(first - 1, 0)], axis=1)
-    force = np.array([np.hypot(np.hypot(float(r["force_x_N"]), float(r["force_y_N"])), float(r["force_z_N"])) for r in rows])
+    force = np.array([np.linalg.norm(picture_file.vector(row, "force", "N")) for row in rows])
     deepest = first + int(np.argmax(depth[first:] * (force[first:] > 0)))
     return depth[first:deepest + 1], force[first:deepest + 1]
 
@@ -39,15 +34,8 @@ def main():
     for scene, label, style in ((arguments.linear, "linear", dict(color="0.45", linestyle="--")),
                                 (arguments.response, "corrected by the response curve", dict(color="#b2182b"))):
         panel.plot(*force_against_indentation(scene), label=label, linewidth=2.5, **style)
-    panel.set_xlabel("indentation (mm)", fontsize=15)
-    panel.set_ylabel("force on the tool (N)", fontsize=15)
-    panel.tick_params(labelsize=13)
-    panel.set_xlim(left=0)
-    panel.set_ylim(bottom=0)
-    panel.grid(color="0.9")
+    picture_file.finish_plot(panel, "indentation (mm)", "force on the tool (N)")
     panel.legend(fontsize=14, frameon=False)
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
     figure.tight_layout()
     picture_file.save(figure, arguments.output, [arguments.linear, arguments.response])
 

@@ -1,16 +1,11 @@
 #!/usr/bin/env python3
 """mesh.py BUNDLE -o PNG: the organ's surface, and a cut that shows its tetrahedra."""
-
 import h5py
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-import offscreen  # noqa: E402
-import picture_file  # noqa: E402
-from offscreen import vtk  # noqa: E402
+import offscreen
+import picture_file
+from picture_file import plt
 
 TISSUE, EDGE, HELD, STRIPES = (0.82, 0.45, 0.38), (0.35, 0.18, 0.15), (0.35, 0.50, 0.78), (0.12, 0.20, 0.42)
 SOFT, STIFF = (0.88, 0.90, 0.92), (0.22, 0.28, 0.36)  # soft supports, by their stiffness
@@ -68,7 +63,7 @@ def view_of_all(nodes, triangles, parts):
     shades = {part: (0.2 + 0.6 * i / len(numbers)) for i, part in enumerate(numbers)}  # grey, without light
     actors = []
     for part in numbers:
-        actors.append(offscreen.plain_actor(triangles_data(nodes, triangles[parts == part]), (shades[part],) * 3))
+        actors.append(offscreen.plain_actor(offscreen.poly_data(nodes, triangles[parts == part]), (shades[part],) * 3))
         actors[-1].GetProperty().LightingOff()
     seen = []
     for camera in cameras:
@@ -78,23 +73,13 @@ def view_of_all(nodes, triangles, parts):
     return tuple(cameras[np.argmax(seen.min(axis=1))])
 
 
-def triangles_data(nodes, triangles):
-    data = vtk.vtkPolyData()
-    offscreen.set_points(data, nodes)
-    cells = np.hstack([np.full((len(triangles), 1), 3), triangles]).astype(np.int64).ravel()
-    array = vtk.vtkCellArray()
-    array.ImportLegacyFormat(offscreen.numpy_to_vtk(cells, deep=1, array_type=vtk.VTK_ID_TYPE))
-    data.SetPolys(array)
-    return data
-
-
 def triangles_actor(nodes, triangles, colour):
-    return offscreen.plain_actor(triangles_data(nodes, triangles), colour, edges=EDGE)
+    return offscreen.plain_actor(offscreen.poly_data(nodes, triangles), colour, edges=EDGE)
 
 
 def held_actors(nodes, triangles):
     """The held part: blue and striped."""
-    data = triangles_data(nodes, triangles)
+    data = offscreen.poly_data(nodes, triangles)
     return [offscreen.plain_actor(data, HELD, edges=EDGE), offscreen.hatch(data, np.linalg.norm(np.ptp(nodes, axis=0)), STRIPES)]
 
 

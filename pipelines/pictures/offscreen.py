@@ -3,7 +3,6 @@
 Debian's python3-vtk9 renders through X only (it aborts without one), so a virtual X server is started for the process.
 """
 import atexit
-import csv
 import ctypes
 import json
 import os
@@ -14,6 +13,7 @@ import xml.etree.ElementTree
 import numpy as np
 
 import views
+from picture_file import read_csv, vector
 
 MILLIMETRE = 1e-3
 
@@ -44,15 +44,6 @@ from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy  # noqa: E402
 
 
 # ---- what a played scene wrote -------------------------------------------------------------------------------------
-
-
-def read_csv(file):
-    with open(file, newline="") as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
-
-
-def vector(row, name, unit):
-    return np.array([float(row["%s_%s_%s" % (name, axis, unit)]) for axis in "xyz"])
 
 
 def read_summary(scene):
@@ -118,6 +109,17 @@ def frame_of_peak(scene):
 
 
 # ---- actors --------------------------------------------------------------------------------------------------------
+
+
+def poly_data(points, cells, kind="Polys"):
+    """VTK data of cells, [n, k] point indices. points: VTK points or [m, 3] mm. kind: or "Lines"."""
+    cells = np.asarray(cells)
+    data, array = vtk.vtkPolyData(), vtk.vtkCellArray()
+    data.SetPoints(points) if isinstance(points, vtk.vtkPoints) else set_points(data, points)
+    array.ImportLegacyFormat(numpy_to_vtk(np.hstack([np.full((len(cells), 1), cells.shape[1]), cells]).astype(np.int64).ravel(), deep=1,
+                                          array_type=vtk.VTK_ID_TYPE))
+    getattr(data, "Set" + kind)(array)
+    return data
 
 
 def set_points(grid, points):
@@ -256,28 +258,13 @@ def line_actor(data, colour, width=3):
 def cells_where(data, chosen):
     """The triangles of VTK data whose points are all chosen ([points] of bool), as VTK data."""
     ids = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    part = vtk.vtkPolyData()
-    part.SetPoints(data.GetPoints())
-    kept = ids[chosen[ids].all(axis=1)]
-    cells = vtk.vtkCellArray()
-    cells.ImportLegacyFormat(numpy_to_vtk(np.hstack([np.full((len(kept), 1), 3), kept]).astype(np.int64).ravel(), deep=1,
-                                          array_type=vtk.VTK_ID_TYPE))
-    part.SetPolys(cells)
-    return part
+    return poly_data(data.GetPoints(), ids[chosen[ids].all(axis=1)])
 
 
 def path_line(points, radius, colour):
     """A thin tube along places that a tool was at, mm."""
-    line, places = vtk.vtkPolyData(), vtk.vtkPoints()
-    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=float), deep=1))
-    cells = vtk.vtkCellArray()
-    cells.InsertNextCell(len(points))
-    for i in range(len(points)):
-        cells.InsertCellPoint(i)
-    line.SetPoints(places)
-    line.SetLines(cells)
     tube = vtk.vtkTubeFilter()
-    tube.SetInputData(line)
+    tube.SetInputData(poly_data(np.asarray(points, dtype=float), [range(len(points))], "Lines"))
     tube.SetRadius(radius)
     tube.SetNumberOfSides(12)
     tube.Update()

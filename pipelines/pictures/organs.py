@@ -1,16 +1,12 @@
 #!/usr/bin/env python3
 """organs.py BUNDLE ... -o PNG: several bundles of one image together, each in a colour of its own, from the front and from behind."""
-
 import h5py
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-import mesh  # noqa: E402
-import offscreen  # noqa: E402
-import picture_file  # noqa: E402
+import mesh
+import offscreen
+import picture_file
+from picture_file import plt
 
 
 def read(bundle):

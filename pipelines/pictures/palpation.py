@@ -9,15 +9,12 @@ import os
 import sys
 
 import h5py
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-import offscreen  # noqa: E402
-import picture_file  # noqa: E402
-from mesh import boundary_faces, triangles_actor  # noqa: E402
+import offscreen
+import picture_file
+from picture_file import plt
+from mesh import boundary_faces, triangles_actor
 
 TISSUE, REGION, PRESS = (0.82, 0.45, 0.38), (0.35, 0.13, 0.40), (0.85, 0.10, 0.10)
 REGION_HEX, PRESS_HEX = "#592166", "#d91a1a"

@@ -1,8 +1,16 @@
-"""Writes a picture, with the warnings of the scenes that it shows above its title."""
+"""What the scripts that draw a picture share: the command line, what a played scene wrote, axes, and the file, with the warnings of the
+scenes that it shows above its title."""
 import argparse
+import csv
 import json
 import os
 import textwrap
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402, F401
 
 WARNING = "#b2182b"
 FONT, LINE = 11, 0.21  # points, inches from line to line
@@ -15,6 +23,27 @@ def arguments(description, shown, **more):
     parser.add_argument(shown, **more)
     parser.add_argument("-o", "--output", required=True)
     return parser.parse_args()
+
+
+def read_csv(file):
+    with open(file, newline="") as stream:
+        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+
+
+def vector(row, name, unit):
+    return np.array([float(row["%s_%s_%s" % (name, axis, unit)]) for axis in "xyz"])
+
+
+def finish_plot(panel, xlabel, ylabel):
+    """Of curves that begin at zero."""
+    panel.set_xlabel(xlabel, fontsize=15)
+    panel.set_ylabel(ylabel, fontsize=15)
+    panel.tick_params(labelsize=13)
+    panel.set_xlim(left=0)
+    panel.set_ylim(bottom=0)
+    panel.grid(color="0.9")
+    for side in ("top", "right"):
+        panel.spines[side].set_visible(False)
 
 
 def warnings_of(scenes):

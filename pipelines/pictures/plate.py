@@ -2,14 +2,11 @@
 """plate.py SCENE_FOLDER ... -o PNG: the plate at each scene's last frame, a panel each, as in the paper's figure 5."""
 import os
 
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-import offscreen  # noqa: E402
-import picture_file  # noqa: E402
+import offscreen
+import picture_file
+from picture_file import plt
 
 COLOURS = plt.get_cmap("coolwarm")
 EDGE, FORCE, ARROW = (0.25, 0.25, 0.25), "#111111", (0.07, 0.07, 0.07)

@@ -4,17 +4,14 @@ their paths and the forces that they feel, the links, the discs of grasps and th
 import os
 
 import h5py
-import matplotlib
+import numpy as np
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-
-import mesh  # noqa: E402
-import offscreen  # noqa: E402
-import picture_file  # noqa: E402
-import views  # noqa: E402
-from offscreen import vtk  # noqa: E402
+import mesh
+import offscreen
+import picture_file
+from picture_file import plt
+import views
+from offscreen import vtk
 
 COLOURS = plt.get_cmap("viridis")
 STEEL, FORCE, EDGE, PATH, HATCH = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15, 0.15, 0.15), (0.95, 0.55, 0.1), (0.9, 0.9, 0.95)
@@ -38,13 +35,7 @@ def region_lines(bundle, points):
     order = np.lexsort(edges.T)
     edges, owners = edges[order].reshape(-1, 2, 2)[:, 0], np.repeat(of_triangle, 3)[order].reshape(-1, 2)
     between = edges[owners[:, 0] != owners[:, 1]]
-    lines = vtk.vtkPolyData()
-    offscreen.set_points(lines, points)
-    cells = vtk.vtkCellArray()
-    cells.ImportLegacyFormat(offscreen.numpy_to_vtk(np.hstack([np.full((len(between), 1), 2), between]).astype(np.int64).ravel(),
-                                                    deep=1, array_type=vtk.VTK_ID_TYPE))
-    lines.SetLines(cells)
-    return [offscreen.line_actor(lines, BORDER, width=7)]
+    return [offscreen.line_actor(offscreen.poly_data(points, between, "Lines"), BORDER, width=7)]
 
 
 def contact_centres(scene, time, points, first):

@@ -168,9 +168,8 @@ void check_deformation(const SceneConfig& scene) {
   for (const SceneConfig::Tool& tool : scene.tools)
     if (tool.needle)
       throw InputError(fmt::format(
-          "{}: tool \"{}\": expected a tool without [tool.needle], since a datagram holds contacts at "
-          "touchable nodes and a needle also holds nodes inside, found one; play the scene with palpate-run "
-          "or palpate-igtl",
+          "{}: tool \"{}\": expected a tool without [tool.needle], since a datagram holds contacts at touchable nodes "
+          "and a needle also holds nodes inside, found one; play the scene with palpate-run or palpate-igtl",
           scene.file.string(), tool.name));
   if (scene.deformation == SceneConfig::Deformation::linear) return;
   static const char* const words[] = {"linear", "large", "large-beside", "large-renewed"};

@@ -152,8 +152,7 @@ class SeveralOrgans {
     return sentence +
            fmt::format(
                "with {} pairs, {} rows of organs that touch, {} pairs that slip or carry no force, {} sweeps and {} "
-               "steps of "
-               "Newton's method; ",
+               "steps of Newton's method; ",
                world.contacts, world.contacts > 0 ? world.rows : 0, world.slips, world.sweeps, world.newton_steps);
   }
   std::string operations_sentence(std::int64_t counted) const {

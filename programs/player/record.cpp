@@ -301,8 +301,7 @@ Record read_record(const fs::path& record) {
                      hash == hash_of(head_lines(said.bundle, said.output), text.substr(scene));
   if (!whole)
     throw InputError(
-        fmt::format("{}: expected a whole record, found {} bytes that differ from its own hash; copy it "
-                    "again",
+        fmt::format("{}: expected a whole record, found {} bytes that differ from its own hash; copy it again",
                     record.string(), text.size()));
   return said;
 }

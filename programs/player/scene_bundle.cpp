@@ -45,8 +45,7 @@ std::vector<std::filesystem::path> bundles_of(const SceneConfig& scene, const st
   for (std::size_t k = 0; k < bundles.size(); ++k)
     if (bundles[k].empty())
       throw InputError(
-          fmt::format("{}:{}: organ \"{}\" names no bundle; add bundle = \"FILE.h5\" or give --bundle "
-                      "{}=FILE.h5",
+          fmt::format("{}:{}: organ \"{}\" names no bundle; add bundle = \"FILE.h5\" or give --bundle {}=FILE.h5",
                       scene.file.string(), scene.organs[k].line, scene.organs[k].name, scene.organs[k].name));
   return bundles;
 }

@@ -174,8 +174,7 @@ std::string never_touched(const SceneConfig::Tool& tool, const Place& nearest, c
   if (nearest.distance <= 0)
     return begin +
            fmt::format(
-               "its point {} was up to {:.3g} mm inside{}, at {:.4g} s and {}, and had no contact; its flags say "
-               "why",
+               "its point {} was up to {:.3g} mm inside{}, at {:.4g} s and {}, and had no contact; its flags say why",
                nearest.point, -1e3 * nearest.distance, surfaces.size() == 1 ? "" : " " + nearest.surface->name(),
                nearest.time, millimetres(nearest.at));
   return begin +
@@ -189,8 +188,7 @@ std::string never_touched(const SceneConfig::Tool& tool, const Place& nearest, c
 
 std::string began_inside(const SceneConfig::Tool& tool, const Place& start, bool touched) {
   return fmt::format(
-      "tool \"{}\" began inside {}: its point {} begins {:.3g} mm deep, at {}; a point touches nothing until it "
-      "has "
+      "tool \"{}\" began inside {}: its point {} begins {:.3g} mm deep, at {}; a point touches nothing until it has "
       "been outside{}; begin its path outside",
       tool.name, start.surface->name(), start.point, -1e3 * start.distance, millimetres(start.at),
       touched ? "" : ", and none of this tool's did");
@@ -220,8 +218,7 @@ void add_far_grips(const PlayedOrgan& organ, const SceneConfig::Tool& tool, std:
     if (distance(held, *grip.nearest) <= edge) continue;
     sentences.push_back(
         fmt::format("{}:{}: the grip of tool \"{}\" is {:.4g} mm from {}: the nearest touchable node is at {}, farther "
-                    "than its longest "
-                    "edge of {:.3g} mm; give a place on the touchable surface, in the scene's `unit`",
+                    "than its longest edge of {:.3g} mm; give a place on the touchable surface, in the scene's `unit`",
                     organ.scene().file.string(), grip.line, tool.name, 1e3 * distance(held, *grip.nearest),
                     millimetres(*grip.nearest), millimetres(held), 1e3 * edge));
   }

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "formats/atomic_file.h"
@@ -132,65 +133,61 @@ std::vector<std::array<double, 3>> rim_of(const palpate_bundle* bundle, const fl
   return rim;
 }
 
-// The render mesh. The grid is built once; for each shape its points move and its cells stay.
-struct Skin {
+// The grid is built once; for each shape its points move and its cells stay.
+struct MovedGrid {
   vtkNew<vtkUnstructuredGrid> grid;
-  vtkNew<vtkFloatArray> positions, displacement, normals;
-  const RenderMesh& mesh;
+  vtkNew<vtkFloatArray> positions, displacement;
 
-  explicit Skin(const RenderMesh& of) : mesh(of) {
-    const auto rows = static_cast<vtkIdType>(mesh.positions.size() / 3);
+  void begin(vtkIdType rows) {
     positions->SetNumberOfComponents(3);
     positions->SetNumberOfTuples(rows);
     vtkNew<vtkPoints> points;
     points->SetData(positions);
     grid->SetPoints(points);
-    add_cells(grid, VTK_TRIANGLE, 3, mesh.indices.data(), static_cast<int>(mesh.indices.size() / 3));
     add_point_data(grid, displacement, "displacement", 3, rows);
-    add_point_data(grid, normals, "normal", 3, rows);
   }
-
-  void move_to(const ShapeRecord& shape) {
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-      positions->GetPointer(0)[i] = shape.skin_positions[i];
-      displacement->GetPointer(0)[i] = shape.skin_positions[i] - mesh.positions[i];
-      normals->GetPointer(0)[i] = shape.skin_normals[i];
-    }
+  void begin(const RenderMesh& mesh) {
+    add_cells(grid, VTK_TRIANGLE, 3, mesh.indices.data(), static_cast<int>(mesh.indices.size() / 3));
+    begin(static_cast<vtkIdType>(mesh.positions.size() / 3));
+  }
+  // count: of numbers.
+  void move(const float* now, const float* rest, std::size_t count) {
+    std::copy_n(now, count, positions->GetPointer(0));
+    std::transform(now, now + count, rest, displacement->GetPointer(0), std::minus<>());
+  }
+  void moved() {
     positions->Modified();
     grid->GetPoints()->Modified();
   }
 };
 
-void put_grid(vtkUnstructuredGrid* grid, vtkFloatArray* positions) {
-  vtkNew<vtkPoints> points;
-  points->SetData(positions);
-  grid->SetPoints(points);
-}
+// The render mesh.
+struct Skin : MovedGrid {
+  vtkNew<vtkFloatArray> normals;
+  const RenderMesh& mesh;
+
+  explicit Skin(const RenderMesh& of) : mesh(of) {
+    begin(mesh);
+    add_point_data(grid, normals, "normal", 3, positions->GetNumberOfTuples());
+  }
+  void move_to(const ShapeRecord& shape) {
+    move(shape.skin_positions, mesh.positions.data(), mesh.positions.size());
+    std::copy_n(shape.skin_normals, mesh.positions.size(), normals->GetPointer(0));
+    moved();
+  }
+};
 
 // A carried surface.
-struct CarriedGrid {
-  vtkNew<vtkUnstructuredGrid> grid;
-  vtkNew<vtkFloatArray> positions, displacement;
+struct CarriedGrid : MovedGrid {
   const OrganInside::Carried& carried;
 
-  explicit CarriedGrid(const OrganInside::Carried& of) : carried(of) {
-    const auto rows = static_cast<vtkIdType>(carried.mesh.positions.size() / 3);
-    positions->SetNumberOfComponents(3);
-    positions->SetNumberOfTuples(rows);
-    put_grid(grid, positions);
-    add_cells(grid, VTK_TRIANGLE, 3, carried.mesh.indices.data(), static_cast<int>(carried.mesh.indices.size() / 3));
-    add_point_data(grid, displacement, "displacement", 3, rows);
-  }
+  explicit CarriedGrid(const OrganInside::Carried& of) : carried(of) { begin(of.mesh); }
   template <typename Frame>
-  void move(const Frame& frame) {
+  void move_in(const Frame& frame) {
     const std::size_t rows = carried.mesh.positions.size() / 3;
-    for (std::size_t i = 0; i < 3 * rows; ++i) {
-      positions->GetPointer(0)[i] = carried.positions[i];
-      displacement->GetPointer(0)[i] = carried.positions[i] - carried.rest[i];
-    }
+    move(carried.positions.data(), carried.rest.data(), 3 * rows);
     frame.put_points(positions->GetPointer(0), rows), frame.put_vectors(displacement->GetPointer(0), rows);
-    positions->Modified();
-    grid->GetPoints()->Modified();
+    moved();
   }
 };
 
@@ -321,10 +318,7 @@ void write_held(const PlayedOrgan& organ, const Frame& frame, const float* posit
 
 }  // namespace
 
-// The grid is built once; for each shape its points move and its cells stay.
-struct ShapeFiles::Organ {
-  vtkNew<vtkUnstructuredGrid> grid;
-  vtkNew<vtkFloatArray> positions, displacement;
+struct ShapeFiles::Organ : MovedGrid {
   vtkNew<vtkDoubleArray> contact_force;
   vtkNew<vtkUnsignedCharArray> fixed;
   vtkNew<vtkIntArray> region;
@@ -343,16 +337,11 @@ struct ShapeFiles::Organ {
     const palpate_bundle_info info = palpate_bundle_describe(of.bundle());
     const bool volume = of.scene().shape == SceneConfig::Shape::volume;
     const vtkIdType rows = volume ? info.node_count : info.surface_node_count;
-    positions->SetNumberOfComponents(3);
-    positions->SetNumberOfTuples(rows);
-    vtkNew<vtkPoints> points;
-    points->SetData(positions);
-    grid->SetPoints(points);
     if (volume)
       add_cells(grid, VTK_TETRA, 4, palpate_bundle_tetrahedra(of.bundle()), info.tetrahedron_count);
     else
       add_cells(grid, VTK_TRIANGLE, 3, palpate_bundle_triangles(of.bundle()), info.triangle_count);
-    add_point_data(grid, displacement, "displacement", 3, rows);
+    begin(rows);
     add_point_data(grid, contact_force, "contact_force", 3, rows);
     add_point_data(grid, fixed, "fixed", 1, rows);
     for (vtkIdType n = 0; n < rows; ++n) {
@@ -387,10 +376,9 @@ struct ShapeFiles::Organ {
     frame.put_vectors(contact_force->GetPointer(0), rows);
     if (shape.inside) {
       inside->take(shape.inside->field(), frame);
-      for (const auto& surface : carried) surface->move(frame);
+      for (const auto& surface : carried) surface->move_in(frame);
     }
-    positions->Modified();
-    grid->GetPoints()->Modified();
+    moved();
   }
 };
 

@@ -213,8 +213,7 @@ SurfacePlace PlaceFinder::nearest(const Vector& near, const std::string& who) co
   const Surface& surface = searched_->surface;
   if (surface.triangles.empty())
     throw InputError(
-        fmt::format("{}: expected a {} to find a place on, found no triangle{}; compare with "
-                    "\"palpate-bundle info\"",
+        fmt::format("{}: expected a {} to find a place on, found no triangle{}; compare with \"palpate-bundle info\"",
                     who, searched_->where == Where::surface ? "surface" : "touchable surface",
                     searched_->where == Where::surface ? "" : " of three touchable nodes"));
   double distance = 0;
@@ -223,8 +222,7 @@ SurfacePlace PlaceFinder::nearest(const Vector& near, const std::string& who) co
   if (!(distance <= std::sqrt(dot(diagonal, diagonal))))
     throw InputError(
         fmt::format("{}: expected a point near the organ, whose box is x {:.4g} .. {:.4g}, y {:.4g} .. {:.4g}, z "
-                    "{:.4g} .. {:.4g} mm, "
-                    "found one {:.4g} mm away; check the numbers and unit",
+                    "{:.4g} .. {:.4g} mm, found one {:.4g} mm away; check the numbers and unit",
                     who, 1e3 * surface.low[0], 1e3 * surface.high[0], 1e3 * surface.low[1], 1e3 * surface.high[1],
                     1e3 * surface.low[2], 1e3 * surface.high[2], 1e3 * distance));
   if (searched_->whole) searched_->refuse_another_part(near, place, who);

@@ -1092,7 +1092,9 @@ class Stub(unittest.TestCase):
 
     def test_names_arguments_and_values_are_the_modules(self):
         stub = ast.parse((SOURCE / "bindings/python/palpate/__init__.pyi").read_text())
-        classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+        fields_of = lambda node: [a.target.id for a in node.body if isinstance(a, ast.AnnAssign)]
+        effects = next(fields_of(node) for node in stub.body if getattr(node, "name", "") == "_Effects")
+        classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")}
         plain = {node.target.id for node in stub.body if isinstance(node, ast.AnnAssign)}
         self.assertEqual(set(classes) | plain, set(palpate.__all__))
         for name, node in classes.items():
@@ -1102,14 +1104,13 @@ class Stub(unittest.TestCase):
                 self.assertEqual(written, {member: int(value) for member, value in real.__members__.items()})
                 continue
             functions = {f.name: f for f in node.body if isinstance(f, ast.FunctionDef)}
-            fields = {a.target.id for a in node.body if isinstance(a, ast.AnnAssign)}
             if real is not palpate.Error:
                 public = {member for member in vars(real) if not member.startswith("_")}
-                self.assertEqual(public, {f for f in functions if f != "__init__"} | fields, name)
+                self.assertEqual(public, {f for f in functions if f != "__init__"} | set(fields_of(node)), name)
             for function, written in functions.items():
                 doc = inspect.getdoc(getattr(real, function)) or ""
                 found = re.findall(r"(\w+): ", doc.split("\n")[0].split(" -> ")[0])
-                asked = [a.arg for a in (*written.args.args, *written.args.kwonlyargs)]
+                asked = [a.arg for a in (*written.args.args, *written.args.kwonlyargs)] + (effects if written.args.kwarg else [])
                 if not isinstance(getattr(real, function), property):
                     self.assertEqual([a for a in found if a != "self"], [a for a in asked if a != "self"], f"{name}.{function}")
 

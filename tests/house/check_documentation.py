@@ -8,7 +8,7 @@
   compile or run; ```sh, ```toml, ```make belong to a page that a test follows (tests/house/run_page.py) or reads (READ
   below), or stand behind <!-- not run: WHY -->; ```text and ```mermaid are shown only.
 - The organs in pipelines/README.md have the resolutions and boundary sets that it lists.
-- The example programs of tests/embed stand whole on some page.
+- The smallest example programs of tests/embed stand whole on some page.
 - Every variable of organ.mk that pipelines/rules.mk uses is in docs/files.md, and the other way round.
 - docs/troubleshooting.md has each PALPATE_STEP_ flag and each PALPATE_ERROR_ status of palpate.h, and no others; and each
   sentence that it quotes from the sources is there (see quoted_sentences)."""
@@ -179,9 +179,9 @@ def check_block(page, remark, language, content):
 
 
 def check_examples():
-    """The programs of tests/embed that hosts start from stand on a page, whole."""
+    """The programs of tests/embed that a reader sees first stand on a page, whole; pages link to the longer ones."""
     blocks = [content for text in pages.values() for _, _, content in FENCE.findall(text)]
-    for name in ("example.c", "example.cpp", "example.py", "two_loops.c", "game_loop.cpp", "frames.h"):
+    for name in ("example.c", "example.py"):
         file = root / "tests/embed" / name
         if file.exists() and file.read_text() not in blocks:
             fail("tests/embed/" + name, "no code block of a page equals it; copy its text into the page that explains it")

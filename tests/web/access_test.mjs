@@ -2,7 +2,7 @@
 // screen, and under axe-core (https://github.com/dequelabs/axe-core).
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { frame, inState, noTools, open, picture, pressedTo, ready, steady } from "./page.mjs";
+import { closed, frame, inState, noTools, open, picture, pressedTo, ready, steady } from "./page.mjs";
 import { violations } from "./axe.mjs";
 
 for (const colorScheme of ["light", "dark"])
@@ -29,7 +29,7 @@ for (const colorScheme of ["light", "dark"])
     await empty.close();
   });
 
-test("keys work wherever the focus is; the cross moves, and space pushes there", async () => {
+test("keys work wherever the focus is; the cross moves, space pushes there, and escape takes a kept tool away", async () => {
   const page = await ready();
   const direction = () => page.evaluate(() => globalThis.palpateViewer.view.camera.camera.position.toArray());
   const before = await direction();
@@ -59,6 +59,15 @@ test("keys work wherever the focus is; the cross moves, and space pushes there",
   await page.focus("#show-mesh");
   await page.keyboard.press("Space");
   assert.equal(await page.isChecked("#show-mesh"), true, "a switch keeps its own key");
+  await page.check("#keep", { force: true });
+  await page.focus("#organ");
+  await page.keyboard.down("Space");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0]?.depth > 0.002);
+  await page.keyboard.up("Space");
+  await steady(page);
+  assert.ok(await page.evaluate(() => globalThis.palpateViewer.shown.tools[0].depth > 0.002), "it stays");
+  await page.keyboard.press("Escape");
+  await noTools(page);
   await page.close();
 });
 
@@ -94,8 +103,7 @@ test("a pen presses as deep as its pressure says; a pen that does not measure pr
   await pen("mouseMoved", 0.5, 40);
   await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0].depth > 0.002);
   await pen("mouseReleased", 0);
-  assert.deepEqual(page.failures, []);
-  await page.close();
+  await closed(page);
 });
 
 test("on the empty page the first Tab comes to its button", async () => {

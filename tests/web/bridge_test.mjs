@@ -5,7 +5,7 @@ import { execFile } from "node:child_process";
 import { connect } from "node:net";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { closed, inState, middle, noTools, open, packageFolder, require, steady } from "./page.mjs";
+import { closed, inState, middle, noTools, open, packageFolder, require } from "./page.mjs";
 
 const { startBridge, REPLACED } = await import(pathToFileURL(`${packageFolder}/bridge/bridge.mjs`));
 const { crc64, forceMessages, IgtlStream, message } = await import(pathToFileURL(`${packageFolder}/bridge/igtl.mjs`));

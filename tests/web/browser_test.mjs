@@ -1,12 +1,12 @@
 // node browser_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): tests the built viewer in headless Chromium.
-// Compares its forces and shapes with palpate-run on the same paths; tests mouse, keys and the states of the page; writes pictures and
+// Compares its forces and shapes with palpate-run on the same paths; tests the mouse and the states of the page; writes pictures and
 // frame times to FOLDER.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
-import { boxSurface, bundle, csv, folder, frame, inState, middle, newtons, ofFine, open, palpateRun, pathRows, picture, ready, renderMesh, saved, settled } from "./page.mjs";
-import { playNatively, readForces, relativeDifference } from "./reference.mjs";
+import { bundle, closed, csv, folder, frame, inState, middle, ofFine, open, palpateRun, pathRows, picture, ready, renderMesh, replays, saved, settled } from "./page.mjs";
+import { largestOf, playNatively, readForces, relativeDifference } from "./reference.mjs";
 
 const TOLERANCE = 1e-5;  // both sum doubles in the same order; shapes are floats
 const RADIUS = 0.006;  // m: the disc that the page starts with
@@ -29,7 +29,7 @@ async function replayed(page) {
 
 function assertSame(found, expected) {
   assert.equal(found.forces.length, expected.forces.length);
-  assert.ok(Math.max(...expected.forces.flat(2).map(Math.abs)) > 0.05, "the tool presses");
+  assert.ok(largestOf(expected.forces.flat(2)) > 0.05, "the tool presses");
   const forces = relativeDifference(found.forces.flat(2), expected.forces.flat(2));
   assert.ok(forces < TOLERANCE, `forces differ by ${forces}`);
   if (!expected.shapes) return;
@@ -69,8 +69,7 @@ test("a path gives palpate-run's forces and shape, under each effect that is swi
     await page.waitForFunction(() => globalThis.palpateViewer.shown.inside > 0);
     await picture(page, "interior");
   }
-  assert.deepEqual(page.failures, []);
-  await page.close();
+  await closed(page);
 });
 
 test("the finer surface is drawn where there is one, its cost is told, and it can be switched off", ofFine, async () => {
@@ -92,8 +91,7 @@ test("the finer surface is drawn where there is one, its cost is told, and it ca
   await picture(page, "mesh");
   await page.check('[data-effect="fine"]');
   await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
-  assert.deepEqual(page.failures, []);
-  await page.close();
+  await closed(page);
 });
 
 test("a finer surface is dropped beside a bundle or on an open organ; one that is none is named", ofFine, async () => {
@@ -115,8 +113,7 @@ test("a finer surface is dropped beside a bundle or on an open organ; one that i
   }, good.toString("base64"));
   await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
   assert.equal(await page.isChecked('[data-effect="fine"]'), true);
-  assert.deepEqual(page.failures, []);
-  await page.close();
+  await closed(page);
 });
 
 test("the mouse pushes: newtons, depth, plot; its saved scene gives the same forces in palpate-run", async () => {
@@ -142,8 +139,7 @@ test("the mouse pushes: newtons, depth, plot; its saved scene gives the same for
   execFileSync(palpateRun, [`${folder}/recorded.toml`, "--bundle", bundle, "--quiet", "-o", `${folder}/recorded`]);
   const expected = readForces(readFileSync(`${folder}/recorded/forces.csv`, "utf8"), 1);
   assertSame({ forces: found.forces }, { forces: expected });
-  assert.deepEqual(page.failures, []);
-  await page.close();
+  await closed(page);
 });
 
 test("one tool stays while another pulls; reset takes both away", async () => {
@@ -172,24 +168,7 @@ test("one tool stays while another pulls; reset takes both away", async () => {
   await page.click("#reset");
   await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) === 0);
   assert.equal(await held(), 0);
-  assert.deepEqual(page.failures, []);
-  await page.close();
-});
-
-test("by keyboard alone: the organ turns, space pushes, escape resets", async () => {
-  const page = await ready();
-  await page.focus("#organ");
-  const before = await page.evaluate(() => globalThis.palpateViewer.view.camera.camera.position.toArray());
-  await page.keyboard.press("ArrowLeft");
-  await frame(page);
-  assert.notDeepEqual(await page.evaluate(() => globalThis.palpateViewer.view.camera.camera.position.toArray()), before);
-  await page.keyboard.down("Space");
-  await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.1);
-  await page.keyboard.up("Space");
-  await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) === 0);
-  await page.keyboard.press("Escape");
-  assert.equal(await newtons(page), 0);
-  await page.close();
+  await closed(page);
 });
 
 test("on a phone: a finger pushes, details open and close", async () => {
@@ -210,8 +189,7 @@ test("on a phone: a finger pushes, details open and close", async () => {
   assert.ok(organ.y + organ.height < panel.y + 0.1 * panel.height, "the organ is above its details");
   await page.click("#more");
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), true);
-  assert.deepEqual(page.failures, []);
-  await page.close();
+  await closed(page);
 });
 
 test("no bundle: the page says what to do, and takes one that is opened; a damaged one is refused with its reason", async () => {
@@ -234,8 +212,7 @@ test("no bundle: the page says what to do, and takes one that is opened; a damag
   rmSync(damaged);
   await page.click("#error-back");
   await inState(page, "ready");
-  assert.deepEqual(page.failures, []);
-  await page.close();
+  await closed(page);
 });
 
 test("while the bundle comes: progress", async () => {
@@ -281,9 +258,7 @@ test("a picture of a press, seen from the side", async () => {
 
 // Frame times of a replayed press with the surface that is drawn now.
 async function timed(page) {
-  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
-  await page.click("#replay");
-  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+  await replays(page, () => page.click("#replay"));
   return page.evaluate(() => {
     const { info, shown, frames, times, fine } = globalThis.palpateViewer;
     return { vertices: info.nodeCount, surface: info.surfaceNodeCount, drawnTriangles: shown.fine ? fine.triangles.length / 3 : info.triangleCount,

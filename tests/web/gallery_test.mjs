@@ -5,8 +5,8 @@ import { execFileSync } from "node:child_process";
 import { cpSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { get } from "node:http";
 import { test } from "node:test";
-import { violations } from "./axe.mjs";
-import { bundle, closed, drag, folder, frame, inState, notice, noTools, open, ready, renderMesh } from "./page.mjs";
+import { looksRight } from "./axe.mjs";
+import { bundle, closed, drag, folder, inState, notice, noTools, open, ready, renderMesh } from "./page.mjs";
 
 const data = `${folder}/data`, PICTURE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
 rmSync(data, { recursive: true, force: true });
@@ -109,25 +109,18 @@ test("the task scores the place of the last press in millimetres, reveals the no
 
 for (const [colorScheme, language, heading] of [["light", "en", "Organs"], ["dark", "de", "Organe"]])
   test(`axe-core finds nothing in the gallery and in the task, ${colorScheme}, ${language}, at 1440, 820 and 390 px`, async () => {
-    const page = await gallery({ colorScheme }, data, language), widths = [1440, 820, 390], at = (width) => page.setViewportSize({ width, height: 900 });
-    const fits = async (name, fullPage) => {
-      await frame(page);
-      assert.deepEqual(await violations(page), []);
-      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "nothing is wider than the page");
-      await frame(page);
-      await page.screenshot({ path: `${folder}/${name}.png`, fullPage });
-    };
+    const page = await gallery({ colorScheme }, data, language), wide = () => page.setViewportSize({ width: 1440, height: 900 });
     assert.equal(await page.textContent("h1"), heading);
     assert.equal(await page.textContent("#organs dt"), language === "de" ? "Gehalten" : "Held");
-    for (const width of widths) await at(width), await fits(`gallery-${colorScheme}-${width}`, true);
-    await at(1440);
+    await looksRight(page, `gallery-${colorScheme}`);
+    await wide();
     await page.click("#task-start a");
     await inState(page, "ready");
-    for (const width of widths) await at(width), await fits(`task-${colorScheme}-${width}`, false);
-    await at(1440);
+    await looksRight(page, `task-${colorScheme}`, { fullPage: false });
+    await wide();
     await drag(page, [0, 0], [60, -40]);
     await page.click('[data-do="here"]');
-    for (const width of widths) await at(width), await fits(`found-${colorScheme}-${width}`, false);
+    await looksRight(page, `found-${colorScheme}`, { fullPage: false });
     await closed(page);
   });
 test("a bundle that the server was started with has no task where nothing is hidden", async () => {

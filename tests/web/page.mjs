@@ -92,6 +92,13 @@ export async function saved(page, button) {
   return readFileSync(await file.path(), "utf8");
 }
 
+// Until the page has replayed what `start` makes it play.
+export async function replays(page, start) {
+  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
+  await start();
+  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+}
+
 // Presses with the mouse at a point beside the middle of the view and drags; px. release: false keeps the button down.
 export async function drag(page, [fromX, fromY], [toX, toY], { release = true, button = "left" } = {}) {
   const box = await page.locator("#organ").boundingBox(), x = box.x + box.width / 2, y = box.y + box.height / 2;

@@ -4,11 +4,11 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
-import { bundle, camera, closed, csv, drag, folder, give, inState, middle, noTools, notice, palpateRun, pathRows, picture, ready, same, saved, shown, steady } from "./page.mjs";
-import { piercingNeedle, playScene, pressingProbe, readForces, relativeDifference } from "./reference.mjs";
+import { bundle, camera, closed, csv, drag, folder, give, inState, middle, noTools, notice, palpateRun, pathRows, picture, ready, replays, same, saved, shown, steady } from "./page.mjs";
+import { largestOf, piercingNeedle, playScene, pressingProbe, readForces, relativeDifference } from "./reference.mjs";
 
 const rowsOf = (text) => text.trim().split("\n").slice(1).map((row) => row.split(",").map(Number));
-const largest = (text) => Math.max(...readForces(text, 1).flat(2).map(Math.abs));
+const largest = (text) => largestOf(readForces(text, 1).flat(2));
 
 // ---- recordings ------------------------------------------------------------------------------------------------------
 
@@ -22,9 +22,7 @@ test("the last touch is saved as it was felt, without a replay; before any, the 
   assert.match(await page.textContent("#recorded"), /^The last touch: [\d.]+ s/);
   // A path is played, then the organ is touched elsewhere: the files hold the touch.
   const from = await middle(page), played = csv(pathRows(from, [[0, 0.002], [0.2, -0.004]]));
-  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
-  await give(page, "path.csv", played, "#path-file");
-  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+  await replays(page, () => give(page, "path.csv", played, "#path-file"));
   const start = (text) => (text.startsWith("#") ? JSON.parse(text.match(/path = \[\s*(\[.*?\])/)[1]) : rowsOf(text)[0]).slice(1);
   const distance = (a, b) => Math.hypot(...a.map((x, d) => x - b[d]));
   assert.ok(distance(start(await saved(page, "save-scene")), start(played)) < 1e-9);
@@ -44,9 +42,7 @@ test("a touch with a tool that stays is saved and replayed, after Reset and afte
   await noTools(page);
   const felt = await saved(page, "save-forces");
   assert.ok(largest(felt) > 0.05);
-  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
-  await page.click("#replay");
-  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+  await replays(page, () => page.click("#replay"));
   assert.equal(await saved(page, "save-forces"), felt, "the replay gives the same forces to the last digit");
   await drag(page, [0, 0], [90, -60]);
   await page.selectOption('[data-effect="contact"]', "point");
@@ -93,9 +89,7 @@ test("large deformation is offered where the bundle has it, changes the force, a
   const path = csv(pathRows(await middle(page), [[0, 0.002], [0.2, -0.008], [0.3, -0.008]])), most = {};
   for (const [choice, deformation] of [["off", "linear"], ["on", "large"], ["beside", "large-beside"], ["renewed", "large-renewed"]]) {
     await page.selectOption('[data-effect="large"]', choice);
-    await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
-    await give(page, "path.csv", path, "#path-file");
-    await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+    await replays(page, () => give(page, "path.csv", path, "#path-file"));
     const scene = await saved(page, "save-scene"), forces = await saved(page, "save-forces");
     most[choice] = largest(forces);
     assert.match(scene, new RegExp(`deformation = "${deformation}"`));
@@ -210,9 +204,7 @@ test("the page plays the scene that it saved, with its effects and disc, to the 
   // A scene that was written by hand, in mm; its tool rests at a point beside its path.
   const { place, normal } = await middle(page), row = (time, height) => `[${[time, ...place.map((x, d) => 1000 * (x + height * normal[d]) - (d === 0 ? 1 : 0))].join(", ")}]`;
   const own = `name = "own"\nunit = "mm"\n[effects]\nlaw = "sliding"\n[[tool]]\nname = "probe"\npoints = [[1, 0, 0]]\ndisc_radius = 5\npath = [${row(0, 0.002)}, ${row(0.2, -0.004)}]\n`;
-  await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
-  await play(own, "own.toml");
-  await page.waitForFunction(() => globalThis.palpateViewer.replayed !== null);
+  await replays(page, () => play(own, "own.toml"));
   assert.equal(await page.textContent("#radius-mm"), "5 mm");
   writeFileSync(`${folder}/own.toml`, own);
   execFileSync(palpateRun, [`${folder}/own.toml`, "--bundle", bundle, "--quiet", "-o", `${folder}/own`], { stdio: "pipe" });

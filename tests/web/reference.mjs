@@ -74,6 +74,9 @@ export function smoothNormals(positions, faces) {
   return Float32Array.from(normals, (_, i) => normals[i] / Math.hypot(...normals.subarray(i - (i % 3), i - (i % 3) + 3)));
 }
 
+// Of numbers, which may be more than a call takes as arguments.
+export const largestOf = (numbers) => numbers.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
+
 // The largest difference of two arrays over the largest number in the second.
 export function relativeDifference(found, expected) {
   if (found.length !== expected.length) return Infinity;

@@ -1,6 +1,6 @@
 // palpate_contact_report and palpate_surface_hit in the module's memory -> plain objects.
 import { reader } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @import { Runtime } from "./palpate.js" */
 /** @typedef {"sticks" | "slips" | "frictionless" | "released"} ContactState */
 /** @typedef {"begin" | "end" | "slip-start" | "stick-start" | "link-taut" | "link-slack" | "link-broke" |
  *   "grasp-closed" | "grasp-slips" | "grasp-holds" | "grasp-let-go" | "grasp-opened"} ContactEventKind */
@@ -20,6 +20,12 @@ import { reader } from "./struct.js";
 const STATES = /** @type {const} */ (["sticks", "slips", "frictionless", "released"]);
 const EVENTS = /** @type {const} */ (["begin", "end", "slip-start", "stick-start", "link-taut", "link-slack", "link-broke",
   "grasp-closed", "grasp-slips", "grasp-holds", "grasp-let-go", "grasp-opened"]);
+const HIT = { integer: ["hit", "triangle"], vector: ["barycentric", "point", "normal"], number: ["distance"] };
+const CONTACT = {
+  integer: ["tool_id", "tool", "point", "triangle", "node", "state"], whole: ["begun"], number: ["depth", "gap", "disc_radius", "indentation"],
+  vector: ["barycentric", "place", "normal", "force", "velocity", "tool_point", "disc_normal"],
+};
+const EVENT = { integer: ["kind", "tool_id", "point", "contact", "triangle", "node"], vector: ["barycentric", "place"] };
 
 /** @param {Runtime} runtime @param {number} at @returns {ContactReport} */
 export function readReport(runtime, at) {
@@ -35,33 +41,18 @@ export function readReport(runtime, at) {
 
 /** @param {Runtime} runtime @param {number} at @returns {SurfaceHit | undefined} */
 export function readHit(runtime, at) {
-  const read = reader(runtime, "palpate_surface_hit", at);
-  if (!read.integer("hit")) return undefined;
-  return {
-    triangle: read.integer("triangle"), barycentric: read.vector("barycentric"), point: read.vector("point"),
-    normal: read.vector("normal"), distance: read.number("distance"),
-  };
+  const { hit, ...found } = reader(runtime, "palpate_surface_hit", at).all(HIT);
+  return hit ? found : undefined;
 }
 
 /** @param {Runtime} runtime @param {number} at @returns {Contact} */
 function readContact(runtime, at) {
-  const read = reader(runtime, "palpate_contact", at);
-  return {
-    toolId: read.integer("tool_id"), tool: read.integer("tool"), point: read.integer("point"),
-    triangle: read.integer("triangle"), node: read.integer("node"), state: STATES[read.integer("state")],
-    begun: read.whole("begun"), barycentric: read.vector("barycentric"),
-    place: read.vector("place"), normal: read.vector("normal"), depth: read.number("depth"), gap: read.number("gap"),
-    force: read.vector("force"), velocity: read.vector("velocity"), toolPoint: read.vector("tool_point"),
-    discRadius: read.number("disc_radius"), discNormal: read.vector("disc_normal"), indentation: read.number("indentation"),
-  };
+  const contact = reader(runtime, "palpate_contact", at).all(CONTACT);
+  return { ...contact, state: STATES[contact.state] };
 }
 
 /** @param {Runtime} runtime @param {number} at @returns {ContactEvent} */
 function readEvent(runtime, at) {
-  const read = reader(runtime, "palpate_contact_event", at);
-  return {
-    kind: EVENTS[read.integer("kind") - 1], toolId: read.integer("tool_id"), point: read.integer("point"),
-    contact: read.integer("contact"), triangle: read.integer("triangle"), node: read.integer("node"),
-    barycentric: read.vector("barycentric"), place: read.vector("place"),
-  };
+  const event = reader(runtime, "palpate_contact_event", at).all(EVENT);
+  return { ...event, kind: EVENTS[event.kind - 1] };
 }

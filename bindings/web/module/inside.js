@@ -1,6 +1,6 @@
 // Strain and stress inside an organ (palpate_inside_out) and places of its tissue (palpate_inside_place) in the module's memory.
 import { reader, writer } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @import { Runtime } from "./palpate.js" */
 /** @typedef {{tetrahedron: number, weight: number[], distance: number}} Place  A point of the tissue, as palpate_inside_place: its tetrahedron,
  *  -1 where none is as near as was asked; its weights of the four nodes; m, its distance from the tetrahedron. */
 

@@ -1,7 +1,7 @@
 // Links and grasps as objects -> palpate_link and palpate_grasp in the module's memory, and their states back.
 import { ARGUMENT, PalpateError } from "./heap.js";
 import { reader, writer } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
+/** @import { Runtime } from "./palpate.js" */
 /** @typedef {{triangle: number, barycentric: ArrayLike<number>}} SurfacePoint
  *  A point of a triangle, by the weights of its vertices, as a SurfaceHit has it. */
 /** @typedef {SurfacePoint | {world: ArrayLike<number>}} LinkEnd
@@ -26,6 +26,10 @@ const KINDS = ["thread", "spring", "clip"]; // from 1 on
 const LINK_CONDITIONS = /** @type {const} */ (["slack", "taut", "broken"]);
 const GRASP_CONDITIONS = /** @type {const} */ (["open", "holds", "slips", "let-go"]);
 const END_SURFACE_POINT = 1, END_WORLD = 2;
+const LINK = { integer: ["id", "runs_on"], number: ["rest_length", "stiffness", "breaking_force", "radius"] };
+const GRASP = { integer: ["id"], number: ["radius", "closing", "friction", "clamp_force"] };
+const LINK_STATE = { integer: ["id", "condition"], whole: ["broken"], number: ["rest_length", "length", "tension"], vector: ["force"] };
+const GRASP_STATE = { integer: ["condition"], vector: ["force", "torque", "place"], number: ["slipped", "friction_limit"] };
 
 /** @param {Runtime} runtime @param {number} at @param {Link} link */
 export function fillLink(runtime, at, link) {
@@ -47,12 +51,7 @@ function fill(runtime, struct, init, at, link) {
   init(at, runtime.field(struct));
   put.integer("kind", kind);
   link.ends.forEach((end, e) => fillEnd(runtime, at + runtime.field(`${struct}.ends`) + e * runtime.field("palpate_link_end"), end));
-  put.integer("id", link.id ?? -1);
-  put.integer("runs_on", link.runsOn ? 1 : 0);
-  put.number("rest_length", link.restLength);
-  put.number("stiffness", link.stiffness);
-  put.number("breaking_force", link.breakingForce);
-  put.number("radius", link.radius);
+  put.all(link, LINK);
 }
 
 /** @param {Runtime} runtime @param {number} at @param {LinkEnd} end */
@@ -72,7 +71,7 @@ function fillEnd(runtime, at, end) {
 export function fillGrasp(runtime, at, grasp) {
   const put = writer(runtime, "palpate_grasp", at);
   runtime.api.palpate_init_grasp(at, runtime.field("palpate_grasp"));
-  put.integer("id", grasp.id ?? 0);
+  put.all(grasp, GRASP);
   put.integer("triangle", grasp.place.triangle);
   put.numbers("barycentric", grasp.place.barycentric, 3);
   if (grasp.opposite) {
@@ -81,27 +80,16 @@ export function fillGrasp(runtime, at, grasp) {
   }
   put.numbers("position", grasp.position, 3);
   if (grasp.orientation) put.numbers("orientation", grasp.orientation, 4);
-  put.number("radius", grasp.radius);
-  put.number("closing", grasp.closing);
-  put.number("friction", grasp.friction);
-  put.number("clamp_force", grasp.clampForce);
 }
 
 /** @param {Runtime} runtime @param {number} at @returns {LinkState} */
 export function readLinkState(runtime, at) {
-  const read = reader(runtime, "palpate_link_state", at);
-  return {
-    id: read.integer("id"), condition: LINK_CONDITIONS[read.integer("condition")], broken: read.whole("broken"),
-    restLength: read.number("rest_length"), length: read.number("length"), tension: read.number("tension"),
-    force: read.vector("force"), ends: [read.vector("ends"), read.vector("ends", 3)],
-  };
+  const read = reader(runtime, "palpate_link_state", at), state = read.all(LINK_STATE);
+  return { ...state, condition: LINK_CONDITIONS[state.condition], ends: [read.vector("ends"), read.vector("ends", 3)] };
 }
 
 /** @param {Runtime} runtime @param {number} at @returns {GraspState} */
 export function readGraspState(runtime, at) {
-  const read = reader(runtime, "palpate_grasp_state", at);
-  return {
-    condition: GRASP_CONDITIONS[read.integer("condition")], force: read.vector("force"), torque: read.vector("torque"),
-    place: read.vector("place"), slipped: read.number("slipped"), frictionLimit: read.number("friction_limit"),
-  };
+  const state = reader(runtime, "palpate_grasp_state", at).all(GRASP_STATE);
+  return { ...state, condition: GRASP_CONDITIONS[state.condition] };
 }

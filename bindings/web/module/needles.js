@@ -1,7 +1,7 @@
 // Needles as objects -> palpate_needle in the module's memory, and their state back.
 import { reader, writer } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
-/** @typedef {import("./links.js").SurfacePoint} SurfacePoint */
+/** @import { Runtime } from "./palpate.js" */
+/** @import { SurfacePoint } from "./links.js" */
 /** @typedef {{place: SurfacePoint, tip: ArrayLike<number>, direction: ArrayLike<number>, radius: number, friction?: number,
  *   cuttingForce?: number, punctureForce?: number, spacing?: number, id?: number}} Needle
  *  A straight, stiff needle, as palpate_needle. place: where it enters; tip: m, in the world; direction: of length 1, from the handle to the
@@ -12,29 +12,24 @@ import { reader, writer } from "./struct.js";
 
 // The words of palpate.h's enum, in their order.
 const CONDITIONS = /** @type {const} */ (["none", "outside", "presses", "inside", "cuts", "stuck"]);
+const NEEDLE = { integer: ["id"], number: ["radius", "friction", "cutting_force", "puncture_force", "spacing"] };
+const STATE = {
+  integer: ["condition", "places", "slipping"], vector: ["force", "torque", "tip_at_rest"], number: ["tip_force", "shaft_force", "depth"],
+};
 
 /** @param {Runtime} runtime @param {number} at @param {Needle} needle */
 export function fillNeedle(runtime, at, needle) {
   const put = writer(runtime, "palpate_needle", at);
   runtime.api.palpate_init_needle(at, runtime.field("palpate_needle"));
-  put.integer("id", needle.id ?? 0);
+  put.all(needle, NEEDLE);
   put.integer("triangle", needle.place.triangle);
   put.numbers("barycentric", needle.place.barycentric, 3);
   put.numbers("tip", needle.tip, 3);
   put.numbers("direction", needle.direction, 3);
-  put.number("radius", needle.radius);
-  put.number("friction", needle.friction);
-  put.number("cutting_force", needle.cuttingForce);
-  put.number("puncture_force", needle.punctureForce);
-  put.number("spacing", needle.spacing);
 }
 
 /** @param {Runtime} runtime @param {number} at @returns {NeedleState} */
 export function readNeedleState(runtime, at) {
-  const read = reader(runtime, "palpate_needle_state", at);
-  return {
-    condition: CONDITIONS[read.integer("condition")], places: read.integer("places"), slipping: read.integer("slipping"),
-    force: read.vector("force"), torque: read.vector("torque"), tipForce: read.number("tip_force"),
-    shaftForce: read.number("shaft_force"), depth: read.number("depth"), tipAtRest: read.vector("tip_at_rest"),
-  };
+  const state = reader(runtime, "palpate_needle_state", at).all(STATE);
+  return { ...state, condition: CONDITIONS[state.condition] };
 }

@@ -63,6 +63,10 @@ export { PalpateError, Scene, World };
  *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean, hasLarge: boolean, motionCount: number}} BundleInfo */
 
 const MOTION_KINDS = /** @type {const} */ (["piston", "rotation", "field", "pressure", "gravity"]); // of palpate.h, from 1 on
+const INFO = {
+  integer: ["node_count", "surface_node_count", "triangle_count", "tetrahedron_count", "touchable_count", "has_interior", "has_radial", "has_force", "has_preload",
+    "has_large", "motion_count"],
+};
 const REGION = 12, FOUNDATION = 21, YOUNG = 30; // sections of the bundle (formats/BUNDLE.md)
 
 // A WebAssembly module with one function that uses a v128: valid where the engine has SIMD.
@@ -161,6 +165,14 @@ export class Runtime {
     }
   }
 
+  /** Reads the structs whose addresses `next` gives, up to a zero. @template Read @param {(index: number) => number} next
+   *  @param {(at: number) => Read} read @returns {Read[]} */
+  list(next, read) {
+    const found = [];
+    for (let at = 0; (at = next(found.length) >>> 0) !== 0;) found.push(read(at));
+    return found;
+  }
+
   /** Makes a call that returns a status and fills a palpate_error; throws where it failed. @param {(error: number) => number} call */
   check(call) {
     this.open((_, error) => call(error));
@@ -201,37 +213,37 @@ export class Bundle {
     const { api, heap } = this.runtime;
     const at = heap.take(this.runtime.field("palpate_bundle_info"));
     api.palpate_bundle_fill_info(this.pointer, at, this.runtime.field("palpate_bundle_info"));
-    const read = reader(this.runtime, "palpate_bundle_info", at), number = read.integer;
-    const info = {
-      identity: heap.data.getBigUint64(at + this.runtime.field("palpate_bundle_info.identity"), true), nodeCount: number("node_count"), surfaceNodeCount: number("surface_node_count"),
-      triangleCount: number("triangle_count"), tetrahedronCount: number("tetrahedron_count"),
-      touchableCount: number("touchable_count"), hasInterior: !!number("has_interior"), hasRadial: !!number("has_radial"),
-      hasForce: !!number("has_force"), hasPreload: !!number("has_preload"), hasLarge: !!number("has_large"),
-      motionCount: number("motion_count"),
-    };
+    const info = reader(this.runtime, "palpate_bundle_info", at).all(INFO);
+    for (const name of Object.keys(info)) if (name.startsWith("has")) info[name] = !!info[name];
+    info.identity = heap.data.getBigUint64(at + this.runtime.field("palpate_bundle_info.identity"), true);
     heap.release(at);
     return info;
   }
 
   /** view [N][3] m: positions as meshed, surface nodes first */
   get nodes() {
-    return new Float64Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_nodes(this.pointer) >>> 0, 3 * this.info.nodeCount);
+    return this.#view(Float64Array, "nodes", 3 * this.info.nodeCount);
   }
   /** view [F][3] */
   get triangles() {
-    return new Int32Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_triangles(this.pointer) >>> 0, 3 * this.info.triangleCount);
+    return this.#view(Int32Array, "triangles", 3 * this.info.triangleCount);
   }
   /** view [E][4] */
   get tetrahedra() {
-    return new Int32Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_tetrahedra(this.pointer) >>> 0, 4 * this.info.tetrahedronCount);
+    return this.#view(Int32Array, "tetrahedra", 4 * this.info.tetrahedronCount);
   }
   /** view [S]: node indices */
   get touchable() {
-    return new Int32Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_touchable(this.pointer) >>> 0, this.info.touchableCount);
+    return this.#view(Int32Array, "touchable", this.info.touchableCount);
   }
   /** view [N][3]: 1 where a node is fixed along x, y or z */
   get fixed() {
-    return new Uint8Array(this.runtime.heap.buffer, this.runtime.api.palpate_bundle_fixed(this.pointer) >>> 0, 3 * this.info.nodeCount);
+    return this.#view(Uint8Array, "fixed", 3 * this.info.nodeCount);
+  }
+  /** @template View @param {new (buffer: ArrayBuffer, at: number, count: number) => View} Kind @param {string} name @param {number} count */
+  #view(Kind, name, count) {
+    const { api, heap } = this.runtime, at = api[`palpate_bundle_${name}`](this.pointer) >>> 0;
+    return new Kind(heap.buffer, at, count);
   }
 
   /** view [F][2] N/m^3: the stiffness of the elastic foundation under each triangle, along its normal and along the surface; zeros where

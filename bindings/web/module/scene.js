@@ -8,21 +8,16 @@ import { readNeedleState } from "./needles.js";
 import { fillPose } from "./scene_def.js";
 import { reader } from "./struct.js";
 import { ToolMemory } from "./tool_memory.js";
-/** @typedef {import("./palpate.js").Bundle} Bundle */
-/** @typedef {import("./palpate.js").Tool} Tool */
-/** @typedef {import("./palpate.js").Pose} Pose */
-/** @typedef {import("./palpate.js").PlanPass} PlanPass */
-/** @typedef {import("./links.js").Link} Link */
-/** @typedef {import("./links.js").LinkState} LinkState */
-/** @typedef {import("./links.js").GraspState} GraspState */
-/** @typedef {import("./needles.js").NeedleState} NeedleState */
-/** @typedef {import("./contact_report.js").ContactReport} ContactReport */
-/** @typedef {import("./contact_report.js").SurfaceHit} SurfaceHit */
-/** @typedef {import("./scene_def.js").SceneDef} SceneDef */
+import { ToolStates } from "./tool_states.js";
+/** @import { Bundle, Tool, Pose, PlanPass } from "./palpate.js" */
+/** @import { Link, LinkState, GraspState } from "./links.js" */
+/** @import { NeedleState } from "./needles.js" */
+/** @import { ContactReport, SurfaceHit } from "./contact_report.js" */
+/** @import { SceneDef } from "./scene_def.js" */
 /** @typedef {{at: number, touched: boolean}} TouchedContacts  Where the contacts of the last touch are, and whether there was one. */
 /** @typedef {{amount: number, volume: number}} MotionState  A motion after a touch, as palpate_motion_state. */
 
-export class Scene {
+export class Scene extends ToolStates {
   // Addresses in the module's memory: contacts, the palpate_shape_out and its arrays.
   #memory = 0;
   /** @type {ToolMemory | undefined} of a world's organ: none */
@@ -50,8 +45,8 @@ export class Scene {
    *  @param {TouchedContacts} [ofWorld] of an organ of a world, which keeps it up to date */
   constructor(bundle, def, pointer, ofWorld) {
     const { runtime } = bundle, { effects } = def;
+    super(runtime, "palpate_tool_state", "palpate_contacts");
     this.bundle = bundle;
-    this.runtime = runtime;
     this.pointer = pointer;
     /** vertices of the render mesh, which skin() fills */
     this.vertexCount = (effects.renderMesh?.positions.length ?? 0) / 3;
@@ -108,14 +103,10 @@ export class Scene {
   /** The passes of a step, in order. @returns {PlanPass[]} */
   get plan() {
     const { runtime } = this, { api, heap } = runtime;
-    /** @type {PlanPass[]} */
-    const passes = [];
-    for (let at = 0; (at = api.palpate_scene_plan(this.pointer, passes.length) >>> 0) !== 0;) {
+    return runtime.list((pass) => api.palpate_scene_plan(this.pointer, pass), (at) => {
       const text = (/** @type {string} */ name) => heap.text(heap.u32(at + runtime.field(`palpate_plan_pass.${name}`)));
-      const mapped = heap.data.getBigUint64(at + runtime.field("palpate_plan_pass.mapped_bytes"), true);
-      passes.push({ name: text("name"), half: text("half"), sections: text("sections"), mappedBytes: Number(mapped) });
-    }
-    return passes;
+      return { name: text("name"), half: text("half"), sections: text("sections"), mappedBytes: reader(runtime, "palpate_plan_pass", at).whole("mapped_bytes") };
+    });
   }
 
   // Throws for an organ of a world. @param {string} call
@@ -139,10 +130,7 @@ export class Scene {
   }
   /** The links after the last touch(), in their order: copies. @returns {LinkState[]} */
   get links() {
-    const states = [];
-    for (let at = 0; (at = this.runtime.api.palpate_scene_link_state(this.pointer, states.length) >>> 0) !== 0;)
-      states.push(readLinkState(this.runtime, at));
-    return states;
+    return this.runtime.list((link) => this.runtime.api.palpate_scene_link_state(this.pointer, link), (at) => readLinkState(this.runtime, at));
   }
   /** The grasp of the tool with that id after the last touch(): a copy. @param {number} id
    *  @returns {GraspState | undefined} undefined: no tool has the id, or no tool of the scene may grasp */
@@ -176,14 +164,8 @@ export class Scene {
 
   /** The motions after the last touch(), in the bundle's order: copies. @returns {MotionState[]} */
   get motionStates() {
-    const { runtime } = this;
-    /** @type {MotionState[]} */
-    const states = [];
-    for (let at = 0; (at = runtime.api.palpate_scene_motion_state(this.pointer, states.length) >>> 0) !== 0;) {
-      const read = reader(runtime, "palpate_motion_state", at);
-      states.push({ amount: read.number("amount"), volume: read.number("volume") });
-    }
-    return states;
+    const { runtime } = this, fields = { number: ["amount", "volume"] };
+    return runtime.list((motion) => runtime.api.palpate_scene_motion_state(this.pointer, motion), (at) => reader(runtime, "palpate_motion_state", at).all(fields));
   }
 
   /** The touch half of a step: collision, contacts, forces. @param {number} dt s since the last touch
@@ -215,42 +197,9 @@ export class Scene {
     return this.runtime.api.palpate_scene_skin(this.pointer, this.#shapeAt, this.#skinAt) >>> 0;
   }
 
-  /** view [3] N: force on the tool, within the scene's limits. @param {number} tool */
-  force(tool) {
-    return this.#toolVector(tool, "force");
-  }
-  /** view [3] N: force on the tool before those limits. @param {number} tool */
-  forceRaw(tool) {
-    return this.#toolVector(tool, "force_raw");
-  }
-  /** view [3] N m: torque on the tool about its reference, within the scene's limits. @param {number} tool */
-  torque(tool) {
-    return this.#toolVector(tool, "torque");
-  }
-  /** view [3] N m: torque on the tool before those limits. @param {number} tool */
-  torqueRaw(tool) {
-    return this.#toolVector(tool, "torque_raw");
-  }
-  /** The address of a tool's state in the last touch's contacts. @param {number} tool */
-  #toolStateAt(tool) {
-    return this.#contacts.at + this.runtime.field("palpate_contacts") + tool * this.runtime.field("palpate_tool_state");
-  }
-  /** @param {number} tool @param {"force" | "force_raw" | "torque" | "torque_raw"} name */
-  #toolVector(tool, name) {
-    const { runtime } = this;
-    return new Float64Array(runtime.heap.buffer, this.#toolStateAt(tool) + runtime.field(`palpate_tool_state.${name}`), 3);
-  }
-
-  /** The number of a tool's contacts. @param {number} tool @returns {number} */
-  contactCount(tool) {
-    const { runtime } = this;
-    return runtime.heap.i32(this.#toolStateAt(tool) + runtime.field("palpate_tool_state.contact_count"));
-  }
-
-  /** The flag bits of a tool. @param {number} tool @returns {number} */
-  toolFlags(tool) {
-    const { runtime } = this;
-    return runtime.heap.u32(this.#toolStateAt(tool) + runtime.field("palpate_tool_state.flags"));
+  /** @protected */
+  contactsAddress() {
+    return this.#contacts.at;
   }
 
   /** view [nodeCount][3] m, of the last shape() */

@@ -1,11 +1,7 @@
 // Effects as words and numbers -> palpate_scene_def in the module's memory; a pose as numbers -> palpate_pose.
 import { ARGUMENT, PalpateError } from "./heap.js";
 import { reader, writer } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
-/** @typedef {import("./palpate.js").Effects} Effects */
-/** @typedef {import("./palpate.js").RenderMesh} RenderMesh */
-/** @typedef {import("./palpate.js").FineSurface} FineSurface */
-/** @typedef {import("./palpate.js").Pose} Pose */
+/** @import { Runtime, Effects, RenderMesh, FineSurface, Pose } from "./palpate.js" */
 
 // The words of palpate.h's enums, in their order.
 const WORDS = /** @type {const} */ ({
@@ -21,6 +17,10 @@ const WORDS = /** @type {const} */ ({
   dent: ["off", "discs"],
 });
 const MAX_RELAXATION_TERMS = 8;
+const PLAIN = {
+  integer: ["preload", "max_tools", "max_points", "max_contact_nodes", "max_links", "grasps", "motions", "inside", "needles", "needle_places"],
+  number: ["force_limit", "force_slew", "torque_limit", "torque_slew", "max_tool_speed", "release_distance"],
+};
 
 /** A palpate_scene_def in the module's memory, with the meshes that it lends. Release it when the scene is made. */
 export class SceneDef {
@@ -64,23 +64,7 @@ function fillSceneDef(runtime, def, effects) {
     put.integer(effect, value);
   }
   fillRelaxation(runtime, def, effects.relaxation ?? []);
-  const flag = (/** @type {boolean | undefined} */ on) => (on === undefined ? undefined : on ? 1 : 0);
-  put.integer("preload", flag(effects.preload));
-  put.integer("max_tools", effects.maxTools);
-  put.integer("max_points", effects.maxPoints);
-  put.integer("max_contact_nodes", effects.maxContactNodes);
-  put.number("force_limit", effects.forceLimit);
-  put.number("force_slew", effects.forceSlew);
-  put.number("torque_limit", effects.torqueLimit);
-  put.number("torque_slew", effects.torqueSlew);
-  put.number("max_tool_speed", effects.maxToolSpeed);
-  put.number("release_distance", effects.releaseDistance);
-  put.integer("max_links", effects.maxLinks);
-  put.integer("grasps", flag(effects.grasps));
-  put.integer("motions", flag(effects.motions));
-  put.integer("inside", flag(effects.inside));
-  put.integer("needles", flag(effects.needles));
-  put.integer("needle_places", effects.needlePlaces);
+  put.all(effects, PLAIN);
   if (effects.maxOperations !== undefined)
     runtime.heap.data.setBigInt64(def + runtime.field("palpate_scene_def.max_operations"), BigInt(effects.maxOperations), true);
 }
@@ -100,50 +84,41 @@ function fillRelaxation(runtime, def, terms) {
 }
 
 /** @param {Runtime} runtime @param {number} at @param {Pose} pose */
-export function fillPose(runtime, at, pose) {
+export function fillPose(runtime, at, { position, orientation, velocity, angularVelocity }) {
   const put = writer(runtime, "palpate_pose", at);
   runtime.api.palpate_init_pose(at, runtime.field("palpate_pose"));
-  if (pose.position) put.numbers("position", pose.position, 3);
-  if (pose.orientation) put.numbers("orientation", pose.orientation, 4);
-  if (pose.velocity) put.numbers("velocity", pose.velocity, 3);
-  if (pose.angularVelocity) put.numbers("angular_velocity", pose.angularVelocity, 3);
+  for (const [name, numbers, count] of /** @type {const} */ ([["position", position, 3], ["orientation", orientation, 4], ["velocity", velocity, 3], ["angular_velocity", angularVelocity, 3]]))
+    if (numbers) put.numbers(name, numbers, count);
 }
 
-// Copies the mesh into the module's memory for palpate_scene_create. Returns the memory, which the caller then releases.
+// Copies two arrays and a struct that names them into the module's memory, for palpate_scene_create. Returns the memory, which the caller
+// then releases.
+/** @param {Runtime} runtime @param {number} def @param {"render_mesh" | "fine_surface"} effect @param {Float32Array} positions
+ *  @param {string} name of the second array @param {Float32Array | Int32Array | undefined} second @param {Record<string, number>} counts */
+function lend(runtime, def, effect, positions, name, second, counts) {
+  const { heap } = runtime, struct = `palpate_${effect}`, size = runtime.field(struct);
+  const at = heap.take(size + 24 + 4 * (positions.length + (second?.length ?? 0))), first = (at + size + 15) & ~15, next = first + 4 * positions.length;
+  new Float32Array(heap.buffer, first, positions.length).set(positions);
+  if (second) new (second instanceof Int32Array ? Int32Array : Float32Array)(heap.buffer, next, second.length).set(second);
+  const put = writer(runtime, struct, at);
+  runtime.api[`palpate_init_${effect}`](at, size);
+  put.address("positions", first);
+  put.address(name, second ? next : 0);
+  for (const [count, value] of Object.entries(counts)) put.integer(count, value);
+  writer(runtime, "palpate_scene_def", def).address(effect, at);
+  return at;
+}
+
 /** @param {Runtime} runtime @param {number} def @param {RenderMesh} mesh @returns {number} */
 function lendRenderMesh(runtime, def, { positions, normals }) {
   if (positions.length % 3 || (normals && normals.length !== positions.length))
     throw new PalpateError(ARGUMENT, `renderMesh: expected three numbers a vertex and as many in normals, found ${positions.length} and ${normals?.length}`);
-  const { heap } = runtime, size = runtime.field("palpate_render_mesh"), at = heap.take(size + 24 + 8 * positions.length);
-  const first = (at + size + 15) & ~15, second = first + 4 * positions.length;
-  new Float32Array(heap.buffer, first, positions.length).set(positions);
-  if (normals) new Float32Array(heap.buffer, second, normals.length).set(normals);
-  const put = writer(runtime, "palpate_render_mesh", at);
-  runtime.api.palpate_init_render_mesh(at, size);
-  put.address("positions", first);
-  put.address("normals", normals ? second : 0);
-  put.integer("vertex_count", positions.length / 3);
-  writer(runtime, "palpate_scene_def", def).address("render_mesh", at);
-  return at;
+  return lend(runtime, def, "render_mesh", positions, "normals", normals, { vertex_count: positions.length / 3 });
 }
 
-// The same for the surface that tools meet.
 /** @param {Runtime} runtime @param {number} def @param {FineSurface} surface @returns {number} */
 function lendFineSurface(runtime, def, { positions, triangles }) {
   if (positions.length % 3 || triangles.length % 3)
     throw new PalpateError(ARGUMENT, `fineSurface: expected three numbers a vertex and three a triangle, found ${positions.length} and ${triangles.length}`);
-  const { heap } = runtime, size = runtime.field("palpate_fine_surface");
-  const at = heap.take(size + 24 + 4 * (positions.length + triangles.length));
-  const first = (at + size + 15) & ~15, second = first + 4 * positions.length;
-  new Float32Array(heap.buffer, first, positions.length).set(positions);
-  new Int32Array(heap.buffer, second, triangles.length).set(triangles);
-  const put = writer(runtime, "palpate_fine_surface", at);
-  runtime.api.palpate_init_fine_surface(at, size);
-  put.address("positions", first);
-  put.address("triangles", second);
-  put.integer("vertex_count", positions.length / 3);
-  put.integer("triangle_count", triangles.length / 3);
-  writer(runtime, "palpate_scene_def", def).address("fine_surface", at);
-  return at;
+  return lend(runtime, def, "fine_surface", positions, "triangles", Int32Array.from(triangles), { vertex_count: positions.length / 3, triangle_count: triangles.length / 3 });
 }
-

@@ -2,9 +2,7 @@
 import { fillGrasp } from "./links.js";
 import { fillNeedle } from "./needles.js";
 import { writer } from "./struct.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
-/** @typedef {import("./palpate.js").Tool} Tool */
-/** @typedef {import("./palpate.js").Grip} Grip */
+/** @import { Runtime, Tool, Grip } from "./palpate.js" */
 
 const GRIP_NODE = 1, GRIP_SURFACE_POINT = 2;
 

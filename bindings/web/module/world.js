@@ -4,14 +4,10 @@ import { Scene } from "./scene.js";
 import { fillPose, SceneDef } from "./scene_def.js";
 import { reader, writer } from "./struct.js";
 import { ToolMemory } from "./tool_memory.js";
-/** @typedef {import("./palpate.js").Runtime} Runtime */
-/** @typedef {import("./palpate.js").Bundle} Bundle */
-/** @typedef {import("./palpate.js").Effects} Effects */
-/** @typedef {import("./palpate.js").Pose} Pose */
-/** @typedef {import("./palpate.js").Tool} Tool */
-/** @typedef {import("./scene.js").TouchedContacts} TouchedContacts */
-/** @typedef {import("./links.js").WorldLink} WorldLink */
-/** @typedef {import("./links.js").LinkState} LinkState */
+import { ToolStates } from "./tool_states.js";
+/** @import { Runtime, Bundle, Effects, Pose, Tool } from "./palpate.js" */
+/** @import { TouchedContacts } from "./scene.js" */
+/** @import { WorldLink, LinkState } from "./links.js" */
 /** @typedef {{bundle: Bundle, effects?: Effects, pose?: Pose}} Organ
  *  Several organs may have one bundle. maxTools and maxPoints of all organs of a world must be the same. */
 /** @typedef {{maxPairs?: number, maxLinks?: number, friction?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number}} WorldOptions
@@ -24,7 +20,11 @@ import { ToolMemory } from "./tool_memory.js";
  *   pressure: number, gap: number, overlap: number}} Pair
  *  A place where two organs touch or may touch, as palpate_world_pair: a vertex of organs[0] and a place on organs[1]; in the world. */
 
-export class World {
+const ORGAN_STATE = { unsigned: ["flags"], integer: ["near_tools"], vector: ["force", "torque", "pressed"] };
+const PAIR = { integer: ["node", "triangle"], vector: ["barycentric", "place", "normal", "force"], number: ["pressure", "gap", "overlap"] };
+const OPTIONS = { integer: ["max_pairs", "max_links"], number: ["friction", "force_limit", "force_slew", "torque_limit", "torque_slew"] };
+
+export class World extends ToolStates {
   #tools;
   #contactsAt = 0;
   #contactsBytes = 0;
@@ -34,7 +34,7 @@ export class World {
 
   /** Runtime.createWorld makes worlds. @param {Runtime} runtime @param {Organ[]} organs @param {WorldOptions} options */
   constructor(runtime, organs, options) {
-    this.runtime = runtime;
+    super(runtime, "palpate_world_tool_state", "palpate_world_contacts");
     /** @type {SceneDef[]} */
     const defs = [];
     this.#contacts = organs.map(() => ({ at: 0, touched: false }));
@@ -70,10 +70,7 @@ export class World {
   }
   /** The links of the world after the last touch(), in their order: copies. @returns {LinkState[]} */
   get links() {
-    const states = [];
-    for (let at = 0; (at = this.runtime.api.palpate_world_link_state(this.pointer, states.length) >>> 0) !== 0;)
-      states.push(readLinkState(this.runtime, at));
-    return states;
+    return this.runtime.list((link) => this.runtime.api.palpate_world_link_state(this.pointer, link), (at) => readLinkState(this.runtime, at));
   }
 
   /** The touch step of all organs. @param {number} dt s since the last touch @returns {number} flag bits of all organs together, 0: full trust */
@@ -87,40 +84,14 @@ export class World {
     return flags;
   }
 
-  /** view [3] N: force on the tool, of all organs together, within the world's limits. @param {number} tool */
-  force(tool) {
-    return this.#toolVector(tool, "force");
-  }
-  /** view [3] N: force on the tool before those limits. @param {number} tool */
-  forceRaw(tool) {
-    return this.#toolVector(tool, "force_raw");
-  }
-  /** view [3] N m: torque on the tool about its reference, within the world's limits. @param {number} tool */
-  torque(tool) {
-    return this.#toolVector(tool, "torque");
-  }
-  /** view [3] N m: torque on the tool before those limits. @param {number} tool */
-  torqueRaw(tool) {
-    return this.#toolVector(tool, "torque_raw");
-  }
-  /** The number of a tool's contacts, of all organs. @param {number} tool @returns {number} */
-  contactCount(tool) {
-    return reader(this.runtime, "palpate_world_tool_state", this.#toolAt(tool)).integer("contact_count");
-  }
-  /** The flag bits of a tool, of all organs. @param {number} tool @returns {number} */
-  toolFlags(tool) {
-    return reader(this.runtime, "palpate_world_tool_state", this.#toolAt(tool)).unsigned("flags");
+  /** @protected */
+  contactsAddress() {
+    return this.#contactsAt;
   }
 
   /** The organs after the last touch(): copies. @returns {OrganState[]} */
   get organStates() {
-    return this.organs.map((_, k) => {
-      const read = reader(this.runtime, "palpate_world_organ_state", this.#stateAt(k));
-      return {
-        flags: read.unsigned("flags"), nearTools: read.integer("near_tools"), force: read.vector("force"),
-        torque: read.vector("torque"), pressed: read.vector("pressed"),
-      };
-    });
+    return this.organs.map((_, k) => reader(this.runtime, "palpate_world_organ_state", this.#stateAt(k)).all(ORGAN_STATE));
   }
 
   /** The places where organs touch or may touch after the last touch(): copies. @returns {Pair[]} */
@@ -128,11 +99,7 @@ export class World {
     const head = this.#head, first = this.#contactsAt + head.whole("pairs_offset"), size = head.integer("pair_bytes");
     return Array.from({ length: head.integer("pair_count") }, (_, i) => {
       const read = reader(this.runtime, "palpate_world_pair", first + i * size);
-      return {
-        organs: [read.integer("organ"), read.integer("organ", 1)], node: read.integer("node"), triangle: read.integer("triangle"),
-        barycentric: read.vector("barycentric"), place: read.vector("place"), normal: read.vector("normal"), force: read.vector("force"),
-        pressure: read.number("pressure"), gap: read.number("gap"), overlap: read.number("overlap"),
-      };
+      return { organs: [read.integer("organ"), read.integer("organ", 1)], ...read.all(PAIR) };
     });
   }
 
@@ -179,14 +146,6 @@ export class World {
   get #head() {
     return reader(this.runtime, "palpate_world_contacts", this.#contactsAt);
   }
-  /** @param {number} tool */
-  #toolAt(tool) {
-    return this.#contactsAt + this.runtime.field("palpate_world_contacts") + tool * this.runtime.field("palpate_world_tool_state");
-  }
-  /** @param {number} tool @param {"force" | "force_raw" | "torque" | "torque_raw"} name */
-  #toolVector(tool, name) {
-    return new Float64Array(this.runtime.heap.buffer, this.#toolAt(tool) + this.runtime.field(`palpate_world_tool_state.${name}`), 3);
-  }
   /** @param {number} organ */
   #stateAt(organ) {
     return this.#contactsAt + this.#head.integer("organs_offset") + organ * this.runtime.field("palpate_world_organ_state");
@@ -211,13 +170,7 @@ function createWorld(runtime, organs, defs, options) {
     api.palpate_init_world_def(def, runtime.field("palpate_world_def"));
     put.address("organs", first);
     put.integer("organ_count", organs.length);
-    put.integer("max_pairs", options.maxPairs);
-    put.integer("max_links", options.maxLinks);
-    put.number("friction", options.friction);
-    put.number("force_limit", options.forceLimit);
-    put.number("force_slew", options.forceSlew);
-    put.number("torque_limit", options.torqueLimit);
-    put.number("torque_slew", options.torqueSlew);
+    put.all(options, OPTIONS);
     return runtime.open((out, error) => api.palpate_world_create(def, out, error));
   } finally {
     heap.release(def);

@@ -94,7 +94,7 @@ class Compare {
 
   private setRadius() {
     const mm = this.showRadius();
-    for (const side of this.sides) side.setTool({ ...DEFAULT_TOOL, discRadius: mm / 1000 });
+    for (const side of this.sides) side.change(side.effects, { ...DEFAULT_TOOL, discRadius: mm / 1000 });
   }
 
   // The address holds both settings; opened again, it restores them.

@@ -1,11 +1,10 @@
 // One of the two sides of Compare: an organ under effects of its own, drawn as both sides' camera sees it.
-import type { BundleInfo } from "../../module/palpate.js";
 import { flagWords } from "./effects";
 import { EffectsPanel } from "./effects_panel";
 import { effectsOfWords } from "./links";
 import { LiveOrgan } from "./live_organ";
-import type { Frame, FromWorker, Mesh, PageEffects, Path, ToolFrame, ToolShape, ToolTarget, Trial } from "./messages";
-import type { OrganView, Shape } from "./organ_view";
+import type { FromWorker, PageEffects, Path, ToolFrame, ToolTarget, Trial } from "./messages";
+import type { Shape } from "./organ_view";
 import { megabytes } from "./served";
 import { forceLabels, TOOL_COLOURS } from "./tool_readout";
 import { count, decimal, fill, fixed, word } from "./words";
@@ -19,53 +18,33 @@ export interface SideEvents {
   leads: () => void; // this side's camera is the one that the user turns
 }
 
-export class CompareSide {
+export class CompareSide extends LiveOrgan {
   readonly canvas: HTMLCanvasElement;
   trial: { of: Trial; shape: Shape } | null = null; // shown when no tool is there
-  private organ: LiveOrgan;
   private panel: EffectsPanel;
   private provenance: Record<string, unknown> = {};
   private others: string[] = []; // addresses to try where the server does not have the bundle
 
   // words: of the effects that the page's address asks for. renderMesh: the bytes of the finer surface; null: there is none.
-  constructor(private root: HTMLElement, private letter: "A" | "B", words: string, renderMesh: Promise<ArrayBuffer | null>, private events: SideEvents) {
-    this.canvas = this.part("canvas");
-    this.part("h2").textContent = letter;
-    this.part("h2").className = letter.toLowerCase();
-    const pointer = { pulls: events.pulls, keeps: () => false, send: events.send, withdraw: events.withdraw, pressed: () => {} };
-    const start = (own: PageEffects) => effectsOfWords(new URLSearchParams(words), own, (effect) => this.organ.isAvailable(effect));
-    this.organ = new LiveOrgan(this.canvas, pointer, () => renderMesh, start, {
+  constructor(private root: HTMLElement, private letter: "A" | "B", words: string, renderMesh: Promise<ArrayBuffer | null>, private of: SideEvents) {
+    const canvas = root.querySelector("canvas")!;
+    const pointer = { pulls: of.pulls, keeps: () => false, send: of.send, withdraw: of.withdraw, pressed: () => {} };
+    super(canvas, pointer, () => renderMesh, (own: PageEffects) => effectsOfWords(new URLSearchParams(words), own, (effect) => this.isAvailable(effect)), {
       opening: () => (this.trial = null),
-      opened: (bundle) => this.opened(bundle), accepted: () => this.accepted(), refused: (why) => this.refused(why),
+      opened: (bundle) => this.wasOpened(bundle), accepted: () => this.wasAccepted(), refused: (why) => this.wasRefused(why),
       progress: (done, total) => this.say(word(total ? "loading.progress" : "loading.done", { done: decimal(megabytes(done)), total: decimal(megabytes(total)) })),
       framed: ({ tools, flags }) => tools.some(Boolean) && this.say(flagWords(flags).join("; ")),
     });
+    this.canvas = canvas;
+    this.part("h2").textContent = letter;
+    this.part("h2").className = letter.toLowerCase();
     this.translate();
     this.view.show({ colour: true, mesh: false, fixed: false, touchable: false, soft: false });
-    this.panel = new EffectsPanel(this.part(".effects"), (effects) => this.change(effects));
-    for (const type of ["pointerdown", "wheel", "focus"]) this.canvas.addEventListener(type, () => events.leads(), { capture: true, passive: true });
+    this.panel = new EffectsPanel(this.part(".effects"), (effects) => (this.change(effects), this.showEffects()));
+    for (const type of ["pointerdown", "wheel", "focus"]) this.canvas.addEventListener(type, () => of.leads(), { capture: true, passive: true });
     const input = this.part<HTMLInputElement>("input[type=file]");
     this.part(".open").addEventListener("click", () => input.click());
     input.addEventListener("change", () => void (input.files?.[0] && this.openFile(input.files[0])));
-  }
-
-  get view(): OrganView {
-    return this.organ.view;
-  }
-  get mesh(): Mesh | null {
-    return this.organ.mesh;
-  }
-  get info(): BundleInfo | null {
-    return this.organ.info;
-  }
-  get bytes(): number {
-    return this.organ.bytes;
-  }
-  get effects(): PageEffects {
-    return this.organ.effects;
-  }
-  get frame(): Frame | null {
-    return this.organ.frame;
   }
 
   // Both tools of a side have the side's colour.
@@ -85,60 +64,52 @@ export class CompareSide {
   fetch([url, ...others]: string[]) {
     this.others = others;
     this.say(word("compare.opening"));
-    this.organ.tell({ type: "fetch", url });
+    this.tell({ type: "fetch", url });
   }
 
   async openFile(file: File) {
     this.say(word("compare.opening-file", { name: file.name }));
     const bytes = await file.arrayBuffer().catch(() => null);
     if (!bytes) return this.say(word("error.unreadable.about", { name: file.name }));
-    this.organ.tell({ type: "open", name: file.name, bytes }, [bytes]);
-  }
-
-  setTool(tool: ToolShape) {
-    this.organ.change(this.effects, tool);
+    this.tell({ type: "open", name: file.name, bytes }, [bytes]);
   }
 
   place(index: number, target: ToolTarget) {
-    this.organ.tell({ type: "tool", index, target });
+    this.tell({ type: "tool", index, target });
   }
 
   withdraw(index: number) {
-    this.organ.tell({ type: "withdraw", index });
+    this.tell({ type: "withdraw", index });
   }
 
   // What the tools of the last touch, or of the present one, did.
   async lastPath(): Promise<Path | null> {
-    const answer = await this.organ.ask({ type: "path" }, "path");
+    const answer = await this.ask({ type: "path" }, "path");
     return answer.type === "path" ? answer.path : null;
   }
 
   async try(path: Path) {
-    const answer = await this.organ.ask({ type: "try", path }, "tried");
+    const answer = await this.ask({ type: "try", path }, "tried");
     if (answer.type !== "tried") return;
     const { buffer, inside, vertices } = answer.trial.shape;
-    this.trial = { of: answer.trial, shape: this.organ.shapeOf(buffer, inside, vertices) };
+    this.trial = { of: answer.trial, shape: this.shapeOf(buffer, inside, vertices) };
   }
 
   get touched(): boolean {
-    return this.organ.pointer.active || !!this.frame?.tools.some(Boolean);
+    return this.pointer.active || !!this.frame?.tools.some(Boolean);
   }
 
   // The shape and the tools to draw now.
   get shown(): { shape: Shape | null; tools: (ToolFrame | null)[] } {
     if (this.trial && !this.touched) return { shape: this.trial.shape, tools: this.trial.of.tools };
-    return { shape: this.organ.shape, tools: this.frame?.tools ?? [] };
-  }
-
-  askFrame() {
-    this.organ.askFrame();
+    return { shape: this.shape, tools: this.frame?.tools ?? [] };
   }
 
   // most: m, the palest colour of both sides.
   draw(most: number) {
     const { shape, tools } = this.shown;
     if (shape) this.view.move(shape, most);
-    const radius = this.effects.contact === "patch" ? this.organ.tool.discRadius : 0;
+    const radius = this.effects.contact === "patch" ? this.tool.discRadius : 0;
     forceLabels(this.part(".labels"), tools, this.view.moveTools(tools, radius), [this.letter, this.letter], this.colours);
     this.view.render();
     const tool = tools.find(Boolean);
@@ -163,27 +134,22 @@ export class CompareSide {
     this.showEffects();
   }
 
-  private opened({ provenance }: Extract<FromWorker, { type: "opened" }>) {
+  private wasOpened({ provenance }: Extract<FromWorker, { type: "opened" }>) {
     this.provenance = provenance;
     this.translate();
-    this.events.opened();
-  }
-
-  private change(effects: PageEffects) {
-    this.organ.change(effects);
-    this.showEffects();
+    this.of.opened();
   }
 
   private showEffects() {
-    this.panel.open(this.effects, (effect) => this.organ.isAvailable(effect));
+    this.panel.open(this.effects, (effect) => this.isAvailable(effect));
   }
 
-  private accepted() {
+  private wasAccepted() {
     this.trial = null;
-    this.events.changed();
+    this.of.changed();
   }
 
-  private refused({ what, message }: Extract<FromWorker, { type: "refused" }>) {
+  private wasRefused({ what, message }: Extract<FromWorker, { type: "refused" }>) {
     if (what === "absent") return this.others.length ? this.fetch(this.others) : this.say(word("compare.none"));
     this.say(message);
     if (what === "effects") this.showEffects();

@@ -1,5 +1,6 @@
 // The list of effects on the page: for each a switch or a list of values, and its cost.
 import { EFFECT_LINES } from "./effects";
+import { element } from "./elements";
 import type { Cost, PageEffects } from "./messages";
 import { decimal, word, type Key } from "./words";
 
@@ -14,18 +15,14 @@ export class EffectsPanel {
     this.effects = { ...effects };
     this.list.replaceChildren(...EFFECT_LINES.map((line) => {
       const available = isAvailable(line.effect);
-      const row = element("label", "line"), cost = element("span", "cost");
-      const about = element("p", "about"), sentence = word(`effect.${line.effect}.about`);
-      about.id = `about-${line.effect}`;
-      about.textContent = available ? sentence : `${sentence} ${word("effect.absent")}`;
-      if (!this.explains) row.title = about.textContent;
+      const row = element("label", { class: "line" }), cost = element("span", { class: "cost" }), sentence = word(`effect.${line.effect}.about`);
+      const about = element("p", { class: "about", id: `about-${line.effect}` }, available ? sentence : `${sentence} ${word("effect.absent")}`);
+      if (!this.explains) row.title = about.textContent!;
       row.classList.toggle("absent", !available);
       const dim = (value: string | boolean) => row.classList.toggle("off", value === line.cheapest);
       dim(line.value(effects));
-      const name = element("span", "name");
-      const term = element("small", "");
-      term.textContent = word(`effect.${line.effect}.term`);
-      name.append(word(`effect.${line.effect}`), " ", ...(this.explains ? [term] : []));
+      const term = this.explains ? [element("small", {}, word(`effect.${line.effect}.term`))] : [];
+      const name = element("span", { class: "name" }, word(`effect.${line.effect}`), " ", ...term);
       const control = line.choices ? choice(line.choices, String(line.value(effects))) : toggle(line.value(effects) === true);
       control.disabled = !available;
       control.dataset.effect = line.effect;
@@ -39,9 +36,7 @@ export class EffectsPanel {
       row.append(name, cost, control);
       if (!this.explains) return row;
       control.setAttribute("aria-describedby", about.id);
-      const whole = element("div", "control");
-      whole.append(row, about);
-      return whole;
+      return element("div", { class: "control" }, row, about);
     }));
   }
 
@@ -52,22 +47,8 @@ export class EffectsPanel {
 
 const brief = (us: number) => (us < 0.05 ? "0" : decimal(us.toFixed(us < 9.95 ? 1 : 0)));
 
-function element(tag: string, name: string): HTMLElement {
-  const made = document.createElement(tag);
-  made.className = name;
-  return made;
-}
-
-function toggle(on: boolean): HTMLInputElement {
-  const made = document.createElement("input");
-  made.type = "checkbox";
-  made.setAttribute("role", "switch");
-  made.checked = on;
-  return made;
-}
+const toggle = (on: boolean) => Object.assign(element("input", { type: "checkbox", role: "switch" }), { checked: on });
 
 function choice(choices: [string, Key][], chosen: string): HTMLSelectElement {
-  const made = document.createElement("select");
-  made.append(...choices.map(([value, label]) => new Option(word(label), value, false, value === chosen)));
-  return made;
+  return element("select", {}, ...choices.map(([value, label]) => new Option(word(label), value, false, value === chosen)));
 }

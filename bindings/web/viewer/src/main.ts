@@ -1,30 +1,26 @@
 // The page: draws the frames that the worker sends, and sends the user's input to the worker.
 import type { BundleInfo } from "../../module/palpate.js";
-import { FIELD_GRADIENT, GRADIENT, SIGNED_GRADIENT } from "./colours";
-import { Cross } from "./cross";
-import { DEFAULT_EFFECTS, DEFAULT_TOOL, EFFECT_LINES, flagWords, isAvailable } from "./effects";
+import { FIELD_GRADIENT, SIGNED_GRADIENT } from "./colours";
+import { DEFAULT_EFFECTS, DEFAULT_TOOL, EFFECT_LINES, isAvailable } from "./effects";
 import { EffectsPanel } from "./effects_panel";
-import { FrameClock, Spread, TouchRate } from "./clocks";
+import { FrameClock } from "./clocks";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
-import { Gamepads } from "./gamepad";
 import { Headset } from "./headset";
 import { playedWords } from "./holds";
-import { Keys } from "./keys";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
 import { type ColourBy, type FieldOf, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker } from "./messages";
 import { NoduleTask } from "./nodule_task";
-import { OrganView, type Hit, type Shape } from "./organ_view";
+import type { Hit, OrganView } from "./organ_view";
 import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
 import { bundleOfScene, readScene } from "./scene_reader";
 import { fetched, megabytes, servedFiles } from "./served";
-import { ToolPointer } from "./tool_pointer";
 import type { SectionAxis } from "./section";
-import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
+import { begin, brief, byId, input, isOn, isReady, mode, state, TouchPage } from "./touch_page";
 import { readOwn } from "./world_reader";
 import type { WorldScene } from "./world_scene";
-import { chosenLanguage, count, decimal, fill, fixed, keepInAddress, offerLanguages, speak, word, type Key } from "./words";
+import { count, decimal, fixed, keepInAddress, word, type Key } from "./words";
 
 const SERVED = servedFiles();
 const STARTS_TASK = new URLSearchParams(location.search).get("task") === "nodule";
@@ -32,40 +28,10 @@ const ELEMENTS = ["p1", "p1-anp", "p2-p0"];
 const BRIDGE = Number(new URLSearchParams(location.search).get("device") ?? 18945); // the port on which the bridge of devices waits for this page
 const QUIET = 400; // ms without a touch before effects are timed
 
-const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
-const isReady = () => document.body.dataset.state === "ready";
-const isOn = (id: string) => byId<HTMLInputElement>(id).checked;
-
 type Opened = Extract<FromWorker, { type: "opened" }>;
 
-type State = "loading" | "ready" | "empty" | "error" | "unable";
-function state(now: State) {
-  document.body.dataset.state = now;
-  document.querySelector("main")!.inert = now !== "ready"; // the keyboard reaches what is visible alone
-}
-
-function begin() {
-  speak(chosenLanguage());
-  if (typeof WebAssembly !== "object") return unable("unable.webassembly");
-  const canvas = byId<HTMLCanvasElement>("organ");
-  let view: OrganView;
-  try {
-    view = new OrganView(canvas);
-  } catch {
-    return unable("unable.webgl");
-  }
-  Object.assign(globalThis, { palpateViewer: new Viewer(canvas, view) }); // for scripts: see `shown`
-}
-
-function unable(why: Key) {
-  byId("unable-text").textContent = word(why);
-  state("unable");
-}
-
-class Viewer {
-  private worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
+class Viewer extends TouchPage<Frame, ToWorker> {
   private plot = new ForcePlot(byId<HTMLCanvasElement>("plot"));
-  private pointer: ToolPointer;
   private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects), true);
   effects: PageEffects = DEFAULT_EFFECTS;
   private opening: Opened | null = null; // what the worker told of the bundle
@@ -78,68 +44,57 @@ class Viewer {
     show: (nodules, answer) => this.view.showNodules(nodules, answer),
     ended: () => this.reset(),
   });
-  private readout = new ToolReadout(byId("readout"), byId("labels"));
   private info: BundleInfo | null = null;
   private opened = false;
   private pressed: Hit | null = null; // the point of the last press
   private recordedSteps = 0;
   private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
   private ownScene: WorldScene | null = null; // that Replay plays: a scene file that holds or pierces the organ
-  private played: Float64Array | null = null; // forces of its tools, when they were played
   private link = ""; // of the page's state
   private linked = 0; // ms, when the address was last compared
-  private flagged = false; // what the page says is a step's flags
   saved: Extract<FromWorker, { type: "saved" }> | null = null; // the last file
-  private waiting = false; // for a frame of the worker
-  private buffer: ArrayBuffer | null = null;
   private lastTouch = 0; // ms
   private measured = false;
   private frames = new FrameClock();
-  private times = { touchUs: new Spread(), shapeUs: new Spread() };
-  private rate = new TouchRate();
   private limit: LinearLimit | null = null;
   private field: FieldOf = "none"; // that the worker was asked for
-  private newest: { shape: Shape; frame: Frame } | null = null;
   private linkedTo: number | null = null; // the port of the bridge of devices
-  private cross: Cross;
-  private gamepads: Gamepads;
   private headset: Headset;
 
-  constructor(canvas: HTMLCanvasElement, private view: OrganView) {
-    this.pointer = new ToolPointer(canvas, view, {
-      pulls: () => isOnRadio("pull"),
+  constructor(canvas: HTMLCanvasElement, view: OrganView) {
+    const worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
+    super(canvas, view, worker, { push: "hint.push", pull: "hint.pull" });
+    this.headset = new Headset(view, byId("headset"), {
+      isOpen: isReady, tools: () => this.newest?.frame.tools ?? [], positions: () => this.newest?.shape.positions ?? null,
+      send: (index, target) => this.tell({ type: "tool", index, target }), begun: () => this.reset(),
+    });
+    worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
+    worker.addEventListener("error", (event) => this.refuse("error.stopped", event.message || word("error.stopped.about"), 0));
+    this.connectOwn();
+    this.connect(["colour-by", "show-mesh", "show-fixed", "show-soft", "show-touchable"]);
+    this.fineFile = fetched(SERVED.finer);
+    this.tell({ type: "fetch", url: SERVED.bundle });
+  }
+
+  protected pointing() {
+    return {
+      pulls: () => mode("pull").checked,
       keeps: () => isOn("keep"),
       followsDeformed: () => this.effects.collision === "deformed",
-      send: (index, target) => this.tell({ type: "tool", index, target }),
-      withdraw: (index) => this.tell({ type: "withdraw", index }),
-      pressed: (hit) => {
+      send: (index: number, target: ToolTarget) => this.tell({ type: "tool", index, target }),
+      withdraw: (index: number) => this.tell({ type: "withdraw", index }),
+      pressed: (hit: Hit) => {
         this.pressed = hit;
         this.ownScene = null;
         this.task.press(hit.place);
         byId("hint").classList.add("done");
         if (!this.newest?.frame.tools.some(Boolean)) this.plot.clear();
       },
-    });
-    this.cross = new Cross(canvas, byId("cross"));
-    this.gamepads = new Gamepads(this.cross, {
-      isOpen: isReady, turn: (right, up) => view.camera.turn(right, up), home: () => view.camera.home(), reset: () => this.reset(),
-      press: (share, x, y) => this.pointer.press(share, x, y), release: () => this.pointer.release(),
-    });
-    this.headset = new Headset(view, byId("headset"), {
-      isOpen: isReady, tools: () => this.newest?.frame.tools ?? [], positions: () => this.newest?.shape.positions ?? null,
-      send: (index, target) => this.tell({ type: "tool", index, target }), begun: () => this.reset(),
-    });
-    this.worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
-    this.worker.addEventListener("error", (event) => this.refuse("error.stopped", event.message || word("error.stopped.about"), 0));
-    this.connect(canvas);
-    this.dress();
-    this.fineFile = fetched(SERVED.finer);
-    this.tell({ type: "fetch", url: SERVED.bundle });
-    view.loop(() => this.draw());
+    };
   }
 
-  private tell(message: ToWorker, transfer: Transferable[] = []) {
-    this.worker.postMessage(message, transfer);
+  protected get isOpen() {
+    return this.opened;
   }
 
   private heard(message: FromWorker) {
@@ -160,15 +115,6 @@ class Viewer {
   }
 
   // ---- opening -------------------------------------------------------------------------------------------------------
-
-  private progress(done: number, total: number) {
-    state("loading");
-    const bar = byId<HTMLProgressElement>("progress");
-    if (total) bar.value = done / total;
-    else bar.removeAttribute("value");
-    const values = { done: decimal(megabytes(done)), total: decimal(megabytes(total)) };
-    byId("progress-text").textContent = word(total ? "loading.progress" : "loading.done", values);
-  }
 
   private absent(url: string) {
     state(this.opened ? "ready" : "empty");
@@ -195,7 +141,7 @@ class Viewer {
     this.showEffects();
     this.task.open(nodules);
     this.showFacts();
-    const softSwitch = byId<HTMLInputElement>("show-soft");
+    const softSwitch = input("show-soft");
     softSwitch.disabled = mesh.soft.length === 0;
     softSwitch.closest(".line")!.classList.toggle("absent", softSwitch.disabled);
     const section = byId<HTMLSelectElement>("section");
@@ -232,7 +178,7 @@ class Viewer {
     this.plot.clear();
     this.tell({ type: "reset" });
     if (!tools.some(Boolean)) return;
-    byId<HTMLInputElement>("keep").checked = true;
+    input("keep").checked = true;
     this.pointer.keep(tools);
   }
 
@@ -244,7 +190,7 @@ class Viewer {
     if (changed || linkOf({ ...now, tools }) !== linkOf(now)) this.restoreTools(tools);
     this.showEffects();
     byId<HTMLSelectElement>("colour-by").value = colour;
-    this.show();
+    this.showChoices();
     this.view.camera.view = view;
   }
 
@@ -272,7 +218,7 @@ class Viewer {
   }
 
   // What was not yet a step becomes one first.
-  private undo() {
+  protected undo() {
     this.keepLink(Infinity);
     if (history.state) history.back();
   }
@@ -306,7 +252,7 @@ class Viewer {
   }
 
   private showEffects() {
-    byId<HTMLInputElement>("radius").value = String(1000 * this.tool.discRadius);
+    input("radius").value = String(1000 * this.tool.discRadius);
     this.showRadius();
     this.effectsPanel.open(this.effects, (effect) => isAvailable(effect, this.info!, this.fine !== null));
   }
@@ -314,10 +260,7 @@ class Viewer {
   private refuse(title: Key, text: string, byteOffset: number) {
     byId("error-title").dataset.words = title;
     byId("error-title").textContent = word(title);
-    byId("error-text").textContent = text;
-    byId("error-place").textContent = byteOffset ? word("error.place", { byte: count(byteOffset) }) : "";
-    byId("error-back").hidden = !this.opened;
-    state("error");
+    this.showError(text, byteOffset);
   }
 
   private refuseEffects(why: string) {
@@ -334,13 +277,8 @@ class Viewer {
     this.showFacts();
   }
 
-  // Says something beside the organ; on the empty page, in its card.
-  private tellUser(text: string) {
-    byId("notice").textContent = byId("empty-note").textContent = text;
-  }
-
   // Files that the user drops: a bundle, perhaps with a finer surface; or a finer surface or a path for the open organ.
-  private async openFiles(files: Iterable<File>) {
+  protected async openFiles(files: Iterable<File>) {
     const all = [...files], ending = (ends: string) => all.find((file) => file.name.toLowerCase().endsWith(ends));
     const path = ending(".csv") ?? ending(".toml"), fine = ending(".ply"), bundle = all.find((file) => file !== path && file !== fine);
     const bytes = fine?.arrayBuffer().catch(() => new ArrayBuffer(0));
@@ -413,7 +351,7 @@ class Viewer {
     this.tell({ type: "scene", scene });
   }
 
-  private replay(path: Path | null) {
+  protected replay(path: Path | null = null) {
     if (!this.opened) return;
     if (!path && this.ownScene) return this.playOwn(this.ownScene);
     this.ownScene = null;
@@ -442,50 +380,30 @@ class Viewer {
     return this.view.front(this.mesh!.touchable);
   }
 
-  private reset() {
+  protected reset() {
     this.pointer.forget();
     this.plot.clear();
     this.tell({ type: "reset" });
     this.tellUser("");
   }
 
-  private connect(canvas: HTMLCanvasElement) {
-    const click = (id: string, act: () => void) => byId(id).addEventListener("click", act);
-    click("replay", () => this.replay(null));
-    click("reset", () => this.reset());
-    click("undo", () => this.undo());
-    click("device", () => this.connectDevices(this.linkedTo === null ? BRIDGE : null));
-    click("home", () => this.view.camera.home());
-    click("open", () => byId("file").click());
-    click("open-path", () => byId("path-file").click());
-    click("error-back", () => state("ready"));
-    click("save-scene", () => this.tell({ type: "save", as: "scene" }));
-    click("compare", () => (location.href = compareAddress(this.effects, this.tool)));
-    click("save-forces", () => this.tell({ type: "save", as: "forces" }));
-    click("more", () => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open"))));
-    for (const button of document.querySelectorAll("[data-open]")) button.addEventListener("click", () => byId("file").click());
-    for (const id of ["file", "path-file"])
-      byId(id).addEventListener("change", (event) => {
-        const input = event.target as HTMLInputElement;
-        void this.openFiles(input.files ?? []);
-        input.value = "";
-      });
-    for (const id of ["colour-by", "show-mesh", "show-fixed", "show-soft", "show-touchable"]) byId(id).addEventListener("change", () => this.show());
+  private connectOwn() {
+    this.click("replay", () => this.replay());
+    this.click("undo", () => this.undo());
+    this.click("device", () => this.connectDevices(this.linkedTo === null ? BRIDGE : null));
+    this.click("open", () => byId("file").click());
+    this.click("open-path", () => byId("path-file").click());
+    this.click("save-scene", () => this.tell({ type: "save", as: "scene" }));
+    this.click("compare", () => (location.href = compareAddress(this.effects, this.tool)));
+    this.click("save-forces", () => this.tell({ type: "save", as: "forces" }));
     for (const id of ["section", "section-field"]) byId(id).addEventListener("change", () => this.cut());
     byId("section-at").addEventListener("input", () => this.cut());
     byId("radius").addEventListener("input", () => this.showRadius());
     byId("radius").addEventListener("change", () => this.changeEffects(this.effects));
-    byId("keep").addEventListener("change", () => !isOn("keep") && this.letGo());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
     window.addEventListener("popstate", () => this.opened && this.followLink());
-    for (const mode of document.querySelectorAll('input[name="mode"]')) mode.addEventListener("change", () => this.showHint());
-    offerLanguages(() => this.translate());
-    this.connectKeys(canvas);
-    this.connectDrops();
   }
 
-  // What the page's words cannot fill by themselves, in a language that the user has just chosen.
-  private translate() {
+  protected translate() {
     this.tellUser("");
     this.showRecorded();
     if (!this.opened) return;
@@ -493,28 +411,12 @@ class Viewer {
     this.showEffects();
     this.measured = false;
     this.task.show();
-    this.show();
+    this.showChoices();
   }
 
-  private showHint() {
-    const hint = byId("hint");
-    hint.dataset.words = isOnRadio("pull") ? "hint.pull" : "hint.push";
-    hint.classList.remove("done");
-    fill(hint.parentElement!);
-  }
-
-  private letGo() {
+  protected letGo() {
     this.pointer.forget();
     this.tell({ type: "reset" });
-  }
-
-  private connectKeys(canvas: HTMLCanvasElement) {
-    const { camera } = this.view;
-    new Keys(canvas, this.cross, {
-      isOpen: isReady,
-      turn: (right, up) => camera.turn(right, up), nearer: (factor) => camera.nearer(factor), home: () => camera.home(),
-      push: (down, x, y) => this.pointer.key(down, x, y), undo: () => this.undo(), replay: () => this.replay(null), reset: () => this.reset(),
-    });
   }
 
   // port: of the bridge; null: lets the devices go.
@@ -531,34 +433,15 @@ class Viewer {
     byId("device").setAttribute("aria-pressed", String(now === "open"));
   }
 
-  private connectDrops() {
-    let over = 0;
-    const dragging = (on: boolean) => document.body.classList.toggle("dragging", on);
-    window.addEventListener("dragenter", (event) => (event.preventDefault(), dragging(++over > 0)));
-    window.addEventListener("dragleave", () => dragging(--over > 0));
-    window.addEventListener("dragover", (event) => event.preventDefault());
-    window.addEventListener("drop", (event) => {
-      event.preventDefault();
-      over = 0;
-      dragging(false);
-      void this.openFiles(event.dataTransfer?.files ?? []);
-    });
-  }
-
   // ---- showing -------------------------------------------------------------------------------------------------------
 
   private showRadius() {
-    this.tool = { ...this.tool, discRadius: Number(byId<HTMLInputElement>("radius").value) / 1000 };
+    this.tool = { ...this.tool, discRadius: Number(input("radius").value) / 1000 };
     byId("radius-mm").textContent = `${decimal(1000 * this.tool.discRadius)} mm`;
   }
 
-  private show() {
-    const by = byId<HTMLSelectElement>("colour-by").value as ColourBy;
-    this.tell({ type: "colour", by });
-    byId("legend-name").textContent = word(by === "dent" ? "legend.dent" : "legend.displacement");
-    this.view.show({ colour: by !== "nothing", mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), soft: isOn("show-soft"), touchable: isOn("show-touchable") });
-    if (this.newest) this.view.move(this.newest.shape);
-    byId("legend").hidden = by === "nothing";
+  protected showChoices() {
+    this.tell({ type: "colour", by: this.showDrawn(isOn("show-soft")) });
   }
 
   // A section needs the places of the inner nodes; a stress on it needs the effect `inside`, which is on only while it is shown.
@@ -574,30 +457,18 @@ class Viewer {
       if (kept.some(Boolean)) this.restoreTools(kept);
     }
     if (field !== this.field) this.tell({ type: "field", of: (this.field = field) });
-    this.view.cut(axis, Number(byId<HTMLInputElement>("section-at").value) / 100);
+    this.view.cut(axis, Number(input("section-at").value) / 100);
     if (this.newest) this.view.move(this.newest.shape);
   }
 
-  private dress() {
-    const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
-    this.view.dress(colour("--ink"), colour("--held"), colour("--soft-held"), colour("--touchable"), TOOL_COLOURS.map(colour));
-    byId("ramp").style.background = GRADIENT;
-    this.show();
+  protected askFrame(buffer: ArrayBuffer | null): ToWorker {
+    return { type: "frame", buffer };
   }
 
-  private draw() {
-    if (!this.opened) return;
+  protected draw() {
     const start = performance.now();
-    this.gamepads.tick(start);
     this.headset.tick();
-    this.pointer.tick((this.newest?.frame.tools ?? []).map((tool) => tool && tool.point));
-    if (!this.waiting) {
-      this.waiting = true;
-      this.tell({ type: "frame", buffer: this.buffer }, this.buffer ? [this.buffer] : []);
-      this.buffer = null;
-    }
-    if (this.newest) this.view.move(this.newest.shape);
-    this.showTools();
+    this.moveOn(start, this.effects.contact === "patch" ? this.tool.discRadius : 0);
     const drawn = this.view.render();
     this.plot.draw();
     if (drawn) this.frames.add(start, performance.now());
@@ -622,32 +493,14 @@ class Viewer {
     this.numbers(frame);
   }
 
-  private numbers(frame: Frame) {
+  protected numbers(frame: Frame) {
     const tools = frame.tools.filter((tool) => tool !== null);
     if (tools.length || frame.replaying) this.lastTouch = performance.now();
-    this.readout.show(frame.tools);
-    for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
-      if (!frame[key]) continue;
-      const times = this.times[key];
-      times.add(frame[key]);
-      byId(id).textContent = threeDigits(times.median);
-      byId(`${id}-spread`).textContent = word("times.spread", { low: threeDigits(times.low), high: threeDigits(times.high) });
-    }
-    this.rate.add(frame.touches, frame.at);
+    super.numbers(frame, tools.length > 0);
     if (frame.playing === null) this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
     else byId("trust").textContent = playedWords(frame.playing, frame.holds);
-    const words = flagWords(frame.flags);
-    if (frame.lost) words.push(word("notice.lost", { count: frame.lost }));
-    if (words.length) this.flagged = true;
-    if (tools.length && (words.length || this.flagged)) {
-      this.tellUser(words.join("; "));
-      this.flagged = words.length > 0;
-    }
     this.showRecorded();
-    byId("touch-rate").textContent = frame.touches ? this.rate.words : word("times.at-rest");
     byId("replay").toggleAttribute("disabled", frame.replaying);
-    byId("most").textContent = brief(1000 * this.view.most);
-    byId("middle").textContent = brief(500 * this.view.most);
     this.showFieldLegend();
     byId("frame-ms").textContent = fixed(this.frames.median, 1);
     byId("frame-rate").textContent = word("times.per-second", { count: this.frames.rate.toFixed(0) });
@@ -672,13 +525,6 @@ class Viewer {
     const linear = deformation === "linear" && force !== "response";
     note.textContent = linear && limit ? word(limit.rule, { depth: brief(1000 * limit.depth) }) : force === "response" ? word("trust.response") : "";
     note.classList.toggle("beyond", linear && !!limit && depth > limit.depth);
-  }
-
-  private showTools() {
-    const frames = this.newest?.frame.tools ?? [];
-    const radius = this.effects.contact === "patch" ? this.tool.discRadius : 0;
-    this.view.moveLinks(this.newest?.frame.links ?? []);
-    this.readout.label(frames, this.view.moveTools(frames, radius, this.pointer.places));
   }
 
   // What Replay plays and the files hold.
@@ -709,8 +555,4 @@ function compareAddress(effects: PageEffects, { discRadius }: ToolShape): string
 }
 
 const hexadecimal = (identity: bigint) => identity.toString(16).padStart(16, "0");
-const isOnRadio = (value: string) => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!.checked;
-const threeDigits = (value: number) => fixed(value, value < 99.5 ? 1 : 0);
-const brief = (value: number) => decimal(Number(value.toPrecision(2)));
-
-begin();
+begin("palpateViewer", (canvas, view) => new Viewer(canvas, view)); // for scripts: see `shown`

@@ -114,14 +114,11 @@ export interface Sample {
   force: number; // N
 }
 
-export interface Frame {
+// What the frames of a page of one organ and of several hold.
+export interface TouchFrame {
   type: "frame";
   buffer: ArrayBuffer; // see frameArrays
-  field: { of: FieldOf; values: Float32Array } | null; // [node], those of the interior too; null: the page asks for none
-  inside: number; // nodes of the interior; 0: not computed
-  vertices: number; // vertices of the finer mesh; 0: none is bound
   tools: (ToolFrame | null)[];
-  samples: Sample[]; // since the last frame
   changed: boolean; // the shape differs from that of the frame before
   flags: number; // of the last steps
   touches: number; // since the last frame
@@ -129,10 +126,17 @@ export interface Frame {
   touchUs: number; // 0: nothing was timed since the last frame
   shapeUs: number;
   lost: number; // touches that were left out because the loop was late
-  replaying: boolean;
-  playing: number | null; // s of the tools of "scene"
+  playing: number | null; // s of the tools of a scene that plays
   holds: Hold[]; // of that scene
   links: DrawnLink[];
+}
+
+export interface Frame extends TouchFrame {
+  field: { of: FieldOf; values: Float32Array } | null; // [node], those of the interior too; null: the page asks for none
+  inside: number; // nodes of the interior; 0: not computed
+  vertices: number; // vertices of the finer mesh; 0: none is bound
+  samples: Sample[]; // since the last frame
+  replaying: boolean;
   engineBytes: number; // the runtime's whole memory, which never shrinks
   recordedSteps: number; // of the touch that a replay plays and a file would hold; 0: none
 }

@@ -1,18 +1,18 @@
-// The words that the pages show, in the page's language; English at the start. A word may hold {places} for values, `code` and [keys].
-import de from "../words/de.json";
-import en from "../words/en.json";
+// The words that the pages show, in the page's language; English at the start. words.json has each word in the languages of its first line;
+// a word may hold {places} for values, `code` and [keys].
+import words from "../words/words.json";
 import { marked } from "../words/marked.js";
 
-export type Key = keyof typeof en;
+export type Key = keyof typeof words;
 
-const LANGUAGES: Record<string, Record<Key, string>> = { en, de };
+const LANGUAGES = words["language.code"];
 const KEPT = "palpate-language"; // in localStorage
 const ATTRIBUTES = ["aria-label"];
 
-let language = "en";
+let language = LANGUAGES[0];
 
 export function word(key: Key, values: Record<string, string | number> = {}): string {
-  return LANGUAGES[language][key].replace(/\{(\w+)\}/g, (_, name) => String(values[name]));
+  return words[key][LANGUAGES.indexOf(language)].replace(/\{(\w+)\}/g, (_, name) => String(values[name]));
 }
 
 export const count = (value: number) => value.toLocaleString(language);
@@ -32,7 +32,7 @@ export function fill(root: ParentNode) {
     for (const element of root.querySelectorAll(`[data-words-${name}]`)) element.setAttribute(name, word(element.getAttribute(`data-words-${name}`) as Key));
 }
 
-export const isLanguage = (name: string) => Object.hasOwn(LANGUAGES, name);
+export const isLanguage = (name: string) => LANGUAGES.includes(name);
 
 // The language of the words from now on. What is shown already keeps its own.
 export function useLanguage(name: string) {
@@ -54,7 +54,7 @@ export function speak(name: string) {
 // Lists of languages in the page. chosen: after the user took another one, which the browser and the address then keep.
 export function offerLanguages(chosen: () => void) {
   for (const list of document.querySelectorAll<HTMLSelectElement>("select.language")) {
-    list.append(...Object.entries(LANGUAGES).map(([name, words]) => Object.assign(new Option(words["language.name"], name), { lang: name })));
+    list.append(...LANGUAGES.map((lang, l) => Object.assign(new Option(words["language.name"][l], lang), { lang })));
     list.value = language;
     list.addEventListener("change", () => {
       speak(list.value);

@@ -1,62 +1,24 @@
 // The page of several organs: draws the frames that its worker sends, and sends the user's input to the worker.
 import { Vector3 } from "three";
 import { clearestDirection } from "./clear_view";
-import { Spread, TouchRate } from "./clocks";
-import { GRADIENT, organColour } from "./colours";
-import { Cross } from "./cross";
-import { DEFAULT_EFFECTS, DEFAULT_TOOL, flagWords } from "./effects";
+import { organColour } from "./colours";
+import { DEFAULT_EFFECTS, DEFAULT_TOOL } from "./effects";
 import { element } from "./elements";
-import { Gamepads } from "./gamepad";
 import { playedWords } from "./holds";
 import { JoinedOrgans } from "./joined_organs";
-import { Keys } from "./keys";
-import { frameArrays, frameBytes, type ColourBy } from "./messages";
+import { frameArrays, frameBytes, type ToolTarget } from "./messages";
 import type { ClockState } from "./motion_clocks";
 import { frontOf } from "./organ_camera";
-import { OrganView, type Shape } from "./organ_view";
-import { megabytes } from "./served";
-import { ToolPointer } from "./tool_pointer";
-import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
+import type { Hit, OrganView } from "./organ_view";
+import { begin, byId, input, isOn, mode, state, TouchPage } from "./touch_page";
 import { droppedWorld, servedWorld, type WorldFiles } from "./world_files";
 import type { FromWorldWorker, OpenedOrgan, OrganForces, ToWorldWorker, WorldFrame, WorldSettings } from "./world_messages";
 import type { WorldScene } from "./world_scene";
-import { chosenLanguage, count, decimal, fill, fixed, keepInAddress, offerLanguages, speak, tell, word, type Key } from "./words";
+import { count, decimal, fixed, keepInAddress, tell, word } from "./words";
 
-const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
-const input = (id: string) => byId<HTMLInputElement>(id);
-const isReady = () => document.body.dataset.state === "ready";
 const STILL = matchMedia("(prefers-reduced-motion: reduce)");
 
-type State = "loading" | "ready" | "empty" | "error" | "unable";
-function state(now: State) {
-  document.body.dataset.state = now;
-  document.querySelector("main")!.inert = now !== "ready"; // the keyboard reaches what is visible alone
-}
-
-function begin() {
-  speak(chosenLanguage());
-  keepInAddress();
-  if (typeof WebAssembly !== "object") return unable("unable.webassembly");
-  let view: OrganView;
-  try {
-    view = new OrganView(byId<HTMLCanvasElement>("organ"));
-  } catch {
-    return unable("unable.webgl");
-  }
-  Object.assign(globalThis, { palpateWorld: new WorldPage(byId<HTMLCanvasElement>("organ"), view) }); // for scripts: see `shown`
-}
-
-function unable(why: Key) {
-  byId("unable-text").textContent = word(why);
-  state("unable");
-}
-
-class WorldPage {
-  private worker = new Worker(new URL("./world.worker.ts", import.meta.url), { type: "module" });
-  private pointer: ToolPointer;
-  private cross: Cross;
-  private gamepads: Gamepads;
-  private readout = new ToolReadout(byId("readout"), byId("labels"));
+class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
   private opening: { scene: WorldScene; settings: WorldSettings } | null = null; // what the worker was told to open
   private scene: WorldScene | null = null;
   private organs: OpenedOrgan[] = [];
@@ -64,49 +26,44 @@ class WorldPage {
   private joined: JoinedOrgans | null = null;
   private settings: WorldSettings = { discRadius: DEFAULT_TOOL.discRadius, law: DEFAULT_EFFECTS.law, touch: false, friction: 0 };
   private accepted = this.settings; // by the worker, to return to when it refuses others
-  private newest: { shape: Shape; frame: WorldFrame } | null = null;
-  private buffer: ArrayBuffer | null = null;
-  private waiting = false; // for a frame of the worker
-  private flagged = false; // what the page says is a step's flags
-  private played: Float64Array | null = null; // forces of the scene's tools, when they were played
   private held = new Set<string>(); // motions whose slider the user holds
-  private times = { touchUs: new Spread(), shapeUs: new Spread() };
-  private rate = new TouchRate();
 
-  constructor(canvas: HTMLCanvasElement, private view: OrganView) {
-    this.pointer = new ToolPointer(canvas, view, {
-      pulls: () => this.pulls,
-      keeps: () => input("keep").checked,
-      followsDeformed: (hit) => this.scene!.organs[this.joined!.organAt(hit)].effects.collision === "deformed",
-      radiusAt: (hit) => this.joined!.radiusAt(hit),
-      send: (index, target) => this.tell({ type: "tool", index, target }),
-      withdraw: (index) => this.tell({ type: "withdraw", index }),
-      pressed: () => byId("hint").classList.add("done"),
-    });
-    this.cross = new Cross(canvas, byId("cross"));
-    this.gamepads = new Gamepads(this.cross, {
-      isOpen: isReady, turn: (right, up) => view.camera.turn(right, up), home: () => view.camera.home(), reset: () => this.reset(),
-      press: (share, x, y) => this.pointer.press(share, x, y), release: () => this.pointer.release(),
-    });
-    this.worker.addEventListener("message", ({ data }: MessageEvent<FromWorldWorker>) => this.heard(data));
-    this.worker.addEventListener("error", ({ message }) => this.refuse(message || word("error.stopped.about")));
-    this.connect(canvas);
-    this.dress();
+  constructor(canvas: HTMLCanvasElement, view: OrganView) {
+    const worker = new Worker(new URL("./world.worker.ts", import.meta.url), { type: "module" });
+    super(canvas, view, worker, { push: "world.hint.push", pull: "world.hint.pull" });
+    keepInAddress();
+    worker.addEventListener("message", ({ data }: MessageEvent<FromWorldWorker>) => this.heard(data));
+    worker.addEventListener("error", ({ message }) => this.showError(message || word("error.stopped.about"), 0));
+    this.click("play", () => this.replay());
+    for (const id of ["touch", "friction", "law", "radius"]) byId(id).addEventListener("change", () => this.change());
+    for (const id of ["friction", "radius"]) byId(id).addEventListener("input", () => this.showValues());
+    this.connect(["colour-by", "show-mesh", "show-fixed", "show-touchable"]);
     void this.open(servedWorld);
-    view.loop(() => this.draw());
   }
 
-  private tell(message: ToWorldWorker, transfer: Transferable[] = []) {
-    this.worker.postMessage(message, transfer);
+  protected pointing() {
+    return {
+      pulls: () => mode("pull").checked,
+      keeps: () => isOn("keep"),
+      followsDeformed: (hit: Hit) => this.scene!.organs[this.joined!.organAt(hit)].effects.collision === "deformed",
+      radiusAt: (hit: Hit) => this.joined!.radiusAt(hit),
+      send: (index: number, target: ToolTarget) => this.tell({ type: "tool", index, target }),
+      withdraw: (index: number) => this.tell({ type: "withdraw", index }),
+      pressed: () => byId("hint").classList.add("done"),
+    };
+  }
+
+  protected get isOpen() {
+    return this.scene !== null;
   }
 
   private heard(message: FromWorldWorker) {
     if (message.type === "frame") return this.take(message);
-    if (message.type === "progress") return this.progress(message);
+    if (message.type === "progress") return this.progress(message.done, message.total, message.name);
     if (message.type === "opened") return this.show(message);
     if (message.type === "accepted") return void (this.accepted = message.settings);
     if (message.type === "played") return void (this.played = message.forces);
-    if (message.what === "world") return this.refuse(message.message, message.byteOffset);
+    if (message.what === "world") return this.showError(message.message, message.byteOffset);
     if (message.what === "settings") this.takeBack();
     this.tellUser(message.message);
   }
@@ -114,7 +71,8 @@ class WorldPage {
   // ---- opening -------------------------------------------------------------------------------------------------------
 
   private async open(files: () => Promise<WorldFiles | null>) {
-    this.progress({ name: "", done: 0, total: 0 });
+    this.progress(0, 0);
+    byId("progress-text").textContent = word("loading.starting");
     try {
       const found = await files();
       if (!found) return state(this.scene ? "ready" : "empty");
@@ -123,24 +81,8 @@ class WorldPage {
       this.tell({ type: "language", name: document.documentElement.lang });
       this.tell({ type: "open", ...found, settings }, found.files.flatMap(({ source }) => (typeof source === "string" ? [] : [source])));
     } catch (error) {
-      this.refuse((error as Error).message);
+      this.showError((error as Error).message, 0);
     }
-  }
-
-  private progress({ name, done, total }: { name: string; done: number; total: number }) {
-    state("loading");
-    const bar = byId<HTMLProgressElement>("progress");
-    if (total) bar.value = done / total;
-    else bar.removeAttribute("value");
-    const values = { done: decimal(megabytes(done)), total: decimal(megabytes(total)) };
-    byId("progress-text").textContent = name ? `${name}: ${word(total ? "loading.progress" : "loading.done", values)}` : word("loading.starting");
-  }
-
-  private refuse(text: string, byteOffset = 0) {
-    byId("error-text").textContent = text;
-    byId("error-place").textContent = byteOffset ? word("error.place", { byte: count(byteOffset) }) : "";
-    byId("error-back").hidden = !this.scene;
-    state("error");
   }
 
   private show({ organs, frame, clocks }: Extract<FromWorldWorker, { type: "opened" }>) {
@@ -241,16 +183,15 @@ class WorldPage {
     const { value: mm } = input("radius"), { value: friction } = input("friction");
     byId("radius-mm").textContent = `${decimal(mm)} mm`;
     byId("friction-value").textContent = decimal(friction);
-    input("friction").disabled = !input("touch").checked;
-    const pull = document.querySelector<HTMLInputElement>('input[name="mode"][value="pull"]')!;
-    pull.disabled = !this.canPull;
-    if (pull.disabled && pull.checked) document.querySelector<HTMLInputElement>('input[name="mode"][value="push"]')!.click();
+    input("friction").disabled = !isOn("touch");
+    mode("pull").disabled = !this.canPull;
+    if (!this.canPull && mode("pull").checked) mode("push").click();
   }
 
   private change() {
     this.settings = {
       discRadius: Number(input("radius").value) / 1000, law: byId<HTMLSelectElement>("law").value as WorldSettings["law"],
-      touch: input("touch").checked, friction: Number(input("friction").value),
+      touch: isOn("touch"), friction: Number(input("friction").value),
     };
     this.showValues();
     this.pointer.forget();
@@ -268,22 +209,13 @@ class WorldPage {
     this.showSettings();
   }
 
-  private showChoices() {
-    const by = byId<HTMLSelectElement>("colour-by").value as ColourBy;
-    this.tell({ type: "colour", by });
-    byId("legend-name").textContent = word(by === "dent" ? "legend.dent" : "legend.displacement");
-    this.view.show({ colour: by !== "nothing", mesh: input("show-mesh").checked, fixed: input("show-fixed").checked, soft: false, touchable: input("show-touchable").checked });
-    if (this.newest) this.view.move(this.newest.shape);
-    byId("legend").hidden = by === "nothing";
-  }
-
-  private tellUser(text: string) {
-    byId("notice").textContent = byId("empty-note").textContent = text;
+  protected showChoices() {
+    this.tell({ type: "colour", by: this.showDrawn(false) });
   }
 
   // ---- doing ---------------------------------------------------------------------------------------------------------
 
-  private play() {
+  protected replay() {
     if (!this.scene?.tools.length) return;
     this.pointer.forget();
     byId("hint").classList.add("done");
@@ -292,69 +224,21 @@ class WorldPage {
     this.tell({ type: "play" });
   }
 
-  private reset() {
+  protected reset() {
     this.pointer.forget();
     this.tell({ type: "reset" });
     this.tellUser("");
   }
 
-  private connect(canvas: HTMLCanvasElement) {
-    const click = (id: string, act: () => void) => byId(id).addEventListener("click", act);
-    click("play", () => this.play());
-    click("reset", () => this.reset());
-    click("home", () => this.view.camera.home());
-    click("error-back", () => state("ready"));
-    click("more", () => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open"))));
-    for (const button of document.querySelectorAll("[data-open]")) button.addEventListener("click", () => byId("file").click());
-    byId("file").addEventListener("change", () => {
-      this.openFiles([...(input("file").files ?? [])]);
-      input("file").value = "";
-    });
-    for (const id of ["touch", "friction", "law", "radius"]) byId(id).addEventListener("change", () => this.change());
-    for (const id of ["friction", "radius"]) byId(id).addEventListener("input", () => this.showValues());
-    for (const id of ["colour-by", "show-mesh", "show-fixed", "show-touchable"]) byId(id).addEventListener("change", () => this.showChoices());
-    byId("keep").addEventListener("change", () => !input("keep").checked && this.reset());
-    for (const mode of document.querySelectorAll('input[name="mode"]')) mode.addEventListener("change", () => this.showHint());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
-    offerLanguages(() => this.translate());
-    new Keys(canvas, this.cross, {
-      isOpen: isReady, turn: (right, up) => this.view.camera.turn(right, up), nearer: (factor) => this.view.camera.nearer(factor), home: () => this.view.camera.home(),
-      push: (down, x, y) => this.pointer.key(down, x, y), undo: () => {}, replay: () => this.play(), reset: () => this.reset(),
-    });
-    this.connectDrops();
+  protected letGo() {
+    this.reset();
   }
 
-  private openFiles(files: File[]) {
+  protected openFiles(files: File[]) {
     if (files.length) void this.open(() => droppedWorld(files));
   }
 
-  private connectDrops() {
-    let over = 0;
-    const dragging = (on: boolean) => document.body.classList.toggle("dragging", on);
-    window.addEventListener("dragenter", (event) => (event.preventDefault(), dragging(++over > 0)));
-    window.addEventListener("dragleave", () => dragging(--over > 0));
-    window.addEventListener("dragover", (event) => event.preventDefault());
-    window.addEventListener("drop", (event) => {
-      event.preventDefault();
-      over = 0;
-      dragging(false);
-      this.openFiles([...(event.dataTransfer?.files ?? [])]);
-    });
-  }
-
-  private showHint() {
-    const hint = byId("hint");
-    hint.dataset.words = this.pulls ? "world.hint.pull" : "world.hint.push";
-    hint.classList.remove("done");
-    fill(hint.parentElement!);
-  }
-
-  private get pulls(): boolean {
-    return document.querySelector<HTMLInputElement>('input[name="mode"][value="pull"]')!.checked;
-  }
-
-  // What the page's words cannot fill by themselves, in a language that the user has just chosen.
-  private translate() {
+  protected translate() {
     this.tell({ type: "language", name: document.documentElement.lang });
     this.tellUser("");
     if (!this.scene) return;
@@ -363,28 +247,14 @@ class WorldPage {
     this.showChoices();
   }
 
-  private dress() {
-    const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
-    this.view.dress(colour("--ink"), colour("--held"), colour("--soft-held"), colour("--touchable"), TOOL_COLOURS.map(colour));
-    byId("ramp").style.background = GRADIENT;
-    this.showChoices();
-  }
-
   // ---- frames --------------------------------------------------------------------------------------------------------
 
-  private draw() {
-    if (!this.scene) return;
-    this.gamepads.tick(performance.now());
-    this.pointer.tick((this.newest?.frame.tools ?? []).map((tool) => tool && tool.point));
-    if (!this.waiting) {
-      this.waiting = true;
-      this.tell({ type: "frame", buffer: this.buffer }, this.buffer ? [this.buffer] : []);
-      this.buffer = null;
-    }
-    if (this.newest) this.view.move(this.newest.shape);
-    const frames = this.newest?.frame.tools ?? [];
-    this.view.moveLinks(this.newest?.frame.links ?? []);
-    this.readout.label(frames, this.view.moveTools(frames, this.discDrawn, this.pointer.places));
+  protected askFrame(buffer: ArrayBuffer | null): ToWorldWorker {
+    return { type: "frame", buffer };
+  }
+
+  protected draw() {
+    this.moveOn(performance.now(), this.discDrawn);
     this.view.render();
   }
 
@@ -403,26 +273,11 @@ class WorldPage {
     this.numbers(frame);
   }
 
-  private numbers(frame: WorldFrame) {
-    this.readout.show(frame.tools);
+  protected numbers(frame: WorldFrame) {
+    super.numbers(frame);
     this.showForces(frame.organs);
     this.showTimes(frame.clocks);
-    for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
-      if (!frame[key]) continue;
-      const times = this.times[key];
-      times.add(frame[key]);
-      byId(id).textContent = threeDigits(times.median);
-      byId(`${id}-spread`).textContent = word("times.spread", { low: threeDigits(times.low), high: threeDigits(times.high) });
-    }
-    this.rate.add(frame.touches, frame.at);
-    byId("touch-rate").textContent = frame.touches ? this.rate.words : word("times.at-rest");
     byId("trust").textContent = playedWords(frame.playing, frame.holds);
-    const words = flagWords(frame.flags);
-    if (frame.lost) words.push(word("notice.lost", { count: frame.lost }));
-    if (words.length || this.flagged) this.tellUser(words.join("; "));
-    this.flagged = words.length > 0;
-    byId("most").textContent = brief(1000 * this.view.most);
-    byId("middle").textContent = brief(500 * this.view.most);
   }
 
   // What the page shows now, for scripts.
@@ -432,7 +287,4 @@ class WorldPage {
   }
 }
 
-const threeDigits = (value: number) => fixed(value, value < 99.5 ? 1 : 0);
-const brief = (value: number) => decimal(Number(value.toPrecision(2)));
-
-begin();
+begin("palpateWorld", (canvas, view) => new WorldPage(canvas, view)); // for scripts: see `shown`

@@ -1,6 +1,6 @@
 // The messages between the page of several organs and its worker.
 import type { Effects } from "../../module/palpate.js";
-import type { ColourBy, DrawnLink, Hold, Mesh, ToolFrame, ToolTarget } from "./messages";
+import type { ColourBy, Mesh, ToolTarget, TouchFrame } from "./messages";
 import type { ClockState } from "./motion_clocks";
 import type { WorldScene } from "./world_scene";
 
@@ -35,22 +35,10 @@ export interface OrganForces {
   organs: number; // N, by all other organs
 }
 
-export interface WorldFrame {
-  type: "frame";
-  buffer: ArrayBuffer; // see frameArrays: the surface nodes of all organs, one organ after the other
-  tools: (ToolFrame | null)[];
+// Its buffer: the surface nodes of all organs, one organ after the other.
+export interface WorldFrame extends TouchFrame {
   organs: OrganForces[];
   clocks: ClockState[];
-  playing: number | null; // s of the scene's tools
-  holds: Hold[];
-  links: DrawnLink[];
-  changed: boolean; // the shape differs from that of the frame before
-  flags: number; // of the last steps
-  touches: number; // since the last frame
-  at: number; // ms, the worker's clock
-  touchUs: number; // 0: nothing was timed since the last frame
-  shapeUs: number;
-  lost: number; // touches that were left out because the loop was late
 }
 
 export interface OpenedOrgan {

@@ -1,0 +1,220 @@
+// What the page of one organ and the page of several share: the controls that both have, and the frames that the worker sends.
+import { Spread, TouchRate } from "./clocks";
+import { GRADIENT } from "./colours";
+import { Cross } from "./cross";
+import { flagWords } from "./effects";
+import { Gamepads } from "./gamepad";
+import { Keys } from "./keys";
+import type { ColourBy, TouchFrame } from "./messages";
+import { OrganView, type Shape } from "./organ_view";
+import { megabytes } from "./served";
+import { ToolPointer, type PointerOptions } from "./tool_pointer";
+import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
+import { chosenLanguage, count, decimal, fill, fixed, offerLanguages, speak, word, type Key } from "./words";
+
+export const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
+export const input = (id: string) => byId<HTMLInputElement>(id);
+export const isOn = (id: string) => input(id).checked;
+export const mode = (value: "push" | "pull") => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!;
+export const isReady = () => document.body.dataset.state === "ready";
+export const brief = (value: number) => decimal(Number(value.toPrecision(2)));
+const threeDigits = (value: number) => fixed(value, value < 99.5 ? 1 : 0);
+
+export type State = "loading" | "ready" | "empty" | "error" | "unable";
+export function state(now: State) {
+  document.body.dataset.state = now;
+  document.querySelector("main")!.inert = now !== "ready"; // the keyboard reaches what is visible alone
+}
+
+function unable(why: Key) {
+  byId("unable-text").textContent = word(why);
+  state("unable");
+}
+
+// name: of the page among the global names, for scripts.
+export function begin(name: string, make: (canvas: HTMLCanvasElement, view: OrganView) => unknown) {
+  speak(chosenLanguage());
+  if (typeof WebAssembly !== "object") return unable("unable.webassembly");
+  const canvas = byId<HTMLCanvasElement>("organ");
+  let view: OrganView;
+  try {
+    view = new OrganView(canvas);
+  } catch {
+    return unable("unable.webgl");
+  }
+  Object.assign(globalThis, { [name]: make(canvas, view) });
+}
+
+export abstract class TouchPage<Frame extends TouchFrame, Message> {
+  protected pointer: ToolPointer;
+  protected readout = new ToolReadout(byId("readout"), byId("labels"));
+  protected newest: { shape: Shape; frame: Frame } | null = null;
+  protected buffer: ArrayBuffer | null = null;
+  protected played: Float64Array | null = null; // forces of the scene's tools, when they were played
+  protected waiting = false; // for a frame of the worker
+  protected flagged = false; // what the page says is a step's flags
+  protected gamepads: Gamepads;
+  private cross: Cross;
+  private times = { touchUs: new Spread(), shapeUs: new Spread() };
+  private rate = new TouchRate();
+
+  // hints: the words below the organ, by the pointer's mode.
+  constructor(private canvas: HTMLCanvasElement, protected view: OrganView, private worker: Worker, private hints: { push: Key; pull: Key }) {
+    this.pointer = new ToolPointer(canvas, view, this.pointing());
+    this.cross = new Cross(canvas, byId("cross"));
+    this.gamepads = new Gamepads(this.cross, {
+      isOpen: isReady, turn: (right, up) => view.camera.turn(right, up), home: () => view.camera.home(), reset: () => this.reset(),
+      press: (share, x, y) => this.pointer.press(share, x, y), release: () => this.pointer.release(),
+    });
+  }
+
+  protected abstract pointing(): PointerOptions;
+  protected abstract reset(): void;
+  protected abstract replay(): void;
+  protected abstract openFiles(files: Iterable<File>): void;
+  protected abstract letGo(): void; // of the tools that were kept
+  protected abstract showChoices(): void;
+  protected abstract translate(): void; // what the page's words cannot fill by themselves, in a language that the user has just chosen
+  protected abstract get isOpen(): boolean;
+  protected undo() {}
+
+  protected tell(message: Message, transfer: Transferable[] = []) {
+    this.worker.postMessage(message, transfer);
+  }
+
+  protected click(id: string, act: () => void) {
+    byId(id).addEventListener("click", act);
+  }
+
+  // changed: controls of what is drawn.
+  protected connect(changed: string[]) {
+    const { canvas, view: { camera } } = this;
+    this.click("reset", () => this.reset());
+    this.click("home", () => camera.home());
+    this.click("error-back", () => state("ready"));
+    this.click("more", () => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open"))));
+    for (const button of document.querySelectorAll("[data-open]")) button.addEventListener("click", () => byId("file").click());
+    for (const file of document.querySelectorAll<HTMLInputElement>("input[type=file]"))
+      file.addEventListener("change", () => {
+        this.openFiles([...(file.files ?? [])]);
+        file.value = "";
+      });
+    for (const id of changed) byId(id).addEventListener("change", () => this.showChoices());
+    byId("keep").addEventListener("change", () => !isOn("keep") && this.letGo());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
+    for (const choice of document.querySelectorAll('input[name="mode"]')) choice.addEventListener("change", () => this.showHint());
+    offerLanguages(() => this.translate());
+    new Keys(canvas, this.cross, {
+      isOpen: isReady, turn: (right, up) => camera.turn(right, up), nearer: (factor) => camera.nearer(factor), home: () => camera.home(),
+      push: (down, x, y) => this.pointer.key(down, x, y), undo: () => this.undo(), replay: () => this.replay(), reset: () => this.reset(),
+    });
+    this.connectDrops();
+    this.dress();
+    this.view.loop(() => this.isOpen && this.draw());
+  }
+
+  private connectDrops() {
+    let over = 0;
+    const dragging = (on: boolean) => document.body.classList.toggle("dragging", on);
+    window.addEventListener("dragenter", (event) => (event.preventDefault(), dragging(++over > 0)));
+    window.addEventListener("dragleave", () => dragging(--over > 0));
+    window.addEventListener("dragover", (event) => event.preventDefault());
+    window.addEventListener("drop", (event) => {
+      event.preventDefault();
+      over = 0;
+      dragging(false);
+      this.openFiles([...(event.dataTransfer?.files ?? [])]);
+    });
+  }
+
+  // ---- showing -------------------------------------------------------------------------------------------------------
+
+  // name: of the file; empty: the page's one.
+  protected progress(done: number, total: number, name = "") {
+    state("loading");
+    const bar = byId<HTMLProgressElement>("progress");
+    if (total) bar.value = done / total;
+    else bar.removeAttribute("value");
+    const values = { done: decimal(megabytes(done)), total: decimal(megabytes(total)) };
+    byId("progress-text").textContent = (name ? `${name}: ` : "") + word(total ? "loading.progress" : "loading.done", values);
+  }
+
+  protected showError(text: string, byteOffset: number) {
+    byId("error-text").textContent = text;
+    byId("error-place").textContent = byteOffset ? word("error.place", { byte: count(byteOffset) }) : "";
+    byId("error-back").hidden = !this.isOpen;
+    state("error");
+  }
+
+  // Says something beside the organ; on the empty page, in its card.
+  protected tellUser(text: string) {
+    byId("notice").textContent = byId("empty-note").textContent = text;
+  }
+
+  private showHint() {
+    const hint = byId("hint");
+    hint.dataset.words = this.hints[mode("pull").checked ? "pull" : "push"];
+    hint.classList.remove("done");
+    fill(hint.parentElement!);
+  }
+
+  // Returns what the organs are coloured by.
+  protected showDrawn(soft: boolean): ColourBy {
+    const by = byId<HTMLSelectElement>("colour-by").value as ColourBy;
+    byId("legend-name").textContent = word(by === "dent" ? "legend.dent" : "legend.displacement");
+    this.view.show({ colour: by !== "nothing", mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), soft, touchable: isOn("show-touchable") });
+    if (this.newest) this.view.move(this.newest.shape);
+    byId("legend").hidden = by === "nothing";
+    return by;
+  }
+
+  private dress() {
+    const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
+    this.view.dress(colour("--ink"), colour("--held"), colour("--soft-held"), colour("--touchable"), TOOL_COLOURS.map(colour));
+    byId("ramp").style.background = GRADIENT;
+    this.showChoices();
+  }
+
+  // ---- frames --------------------------------------------------------------------------------------------------------
+
+  protected abstract draw(): void;
+  protected abstract askFrame(buffer: ArrayBuffer | null): Message;
+
+  // Moves what is drawn on, and asks the worker for its next frame. radius: m, of the tools' disc.
+  protected moveOn(now: number, radius: number) {
+    const { links = [], tools = [] } = this.newest?.frame ?? {};
+    this.gamepads.tick(now);
+    this.pointer.tick(tools.map((tool) => tool && tool.point));
+    if (!this.waiting) {
+      this.waiting = true;
+      this.tell(this.askFrame(this.buffer), this.buffer ? [this.buffer] : []);
+      this.buffer = null;
+    }
+    if (this.newest) this.view.move(this.newest.shape);
+    this.view.moveLinks(links);
+    this.readout.label(tools, this.view.moveTools(tools, radius, this.pointer.places));
+  }
+
+  // says: whether the page tells of flags now.
+  protected numbers(frame: Frame, says = true) {
+    this.readout.show(frame.tools);
+    for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
+      if (!frame[key]) continue;
+      const times = this.times[key];
+      times.add(frame[key]);
+      byId(id).textContent = threeDigits(times.median);
+      byId(`${id}-spread`).textContent = word("times.spread", { low: threeDigits(times.low), high: threeDigits(times.high) });
+    }
+    this.rate.add(frame.touches, frame.at);
+    byId("touch-rate").textContent = frame.touches ? this.rate.words : word("times.at-rest");
+    const words = flagWords(frame.flags);
+    if (frame.lost) words.push(word("notice.lost", { count: frame.lost }));
+    this.flagged ||= words.length > 0;
+    if (says && this.flagged) {
+      this.tellUser(words.join("; "));
+      this.flagged = words.length > 0;
+    }
+    byId("most").textContent = brief(1000 * this.view.most);
+    byId("middle").textContent = brief(500 * this.view.most);
+  }
+}
