@@ -1,4 +1,4 @@
-// Reads OFF, OBJ and STL. formats/ply_reader.h reads PLY, read_vtp.cpp reads VTP.
+// Reads OFF, OBJ and STL. formats/ply_reader.h reads PLY.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -321,11 +321,9 @@ TriangleSurface read_surface(const std::filesystem::path& file, double millimetr
   else if (ending == ".ply") {
     PlyTriangles ply = read_ply(file, bytes, &stated.not_finite);
     stated.surface = {std::move(ply.points), std::move(ply.triangles)};
-  } else if (ending == ".vtp")
-    stated = read_vtp(file, bytes);
-  else {
+  } else {
     throw InputError(
-        fmt::format("{}: expected a surface (.off .obj .ply .stl .vtp) or an image (.inr .inr.gz .nrrd .nhdr .nii "
+        fmt::format("{}: expected a surface (.off .obj .ply .stl) or an image (.inr .inr.gz .nrrd .nhdr .nii "
                     ".nii.gz .mha .mhd, PNG slices)",
                     file.string()));
   }

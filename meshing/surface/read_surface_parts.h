@@ -57,6 +57,4 @@ struct StatedSurface {
   std::map<std::int32_t, std::string> not_finite;
 };
 
-StatedSurface read_vtp(const std::filesystem::path& file, const std::string& bytes);
-
 }  // namespace palpate
