@@ -102,8 +102,6 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
          "store the surface in blocks of low rank, with at most this relative error of a column (1e-3); the disk "
          "holds all columns until they are packed")
       ->option_text("E");
-  app.add_flag("--direct", options.direct,
-               "solve with the factor alone, without PETSc's conjugate gradients; the certificate then says so");
   app.add_flag("--large-deformation", options.large_deformation,
                "store what a scene with deformation = \"large\" needs; elements p1 and p1-anp");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");

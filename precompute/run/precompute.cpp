@@ -188,10 +188,9 @@ SolverPlan with_earlier_choice(SolverPlan plan, std::optional<int> of_earlier_ru
 }
 
 // The first line of the run; what the memory allows is not known yet.
-void tell_solver(const PrecomputeOptions& options, const Ranks& ranks) {
+void tell_solver(const Ranks& ranks) {
   say(fmt::format(
-      "{} on {} rank{}, preconditioner: {}", options.direct ? "no PETSc CG but a direct solver" : "PETSc CG",
-      ranks.count(), ranks.count() > 1 ? "s" : "",
+      "PETSc CG on {} rank{}, preconditioner: {}", ranks.count(), ranks.count() > 1 ? "s" : "",
       petsc_option_or("-column_pc_type",
                       "a factor where it fits into the memory (then one in single precision), else multigrid")));
 }
@@ -243,7 +242,6 @@ std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs&
   solver.form = assembled.form;
   solver.elimination = plan.elimination;
   solver.node_of_row = assembled.held.node_of_row;
-  solver.direct = options.direct;
   // Collective. A rank whose user took another preconditioner would not come to share the factor.
   const std::string ours = plan.single ? kPcSingle : kPcSupernodal;
   const bool takes_plan = petsc_option_or("-column_pc_type", ours.c_str()) == ours;
@@ -421,7 +419,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
       output.claim(options.bundle);
     }
     if (options.low_rank) check_low_rank(*options.low_rank);
-    tell_solver(options, ranks);
+    tell_solver(ranks);
     return read_run_inputs(options);
   });
   const GroupChoice choice =

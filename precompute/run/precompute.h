@@ -18,7 +18,6 @@ struct PrecomputeOptions {
   double memory_gigabytes = 0;  // that all ranks on one machine may take together, GB (1e9 bytes); 0: what is free
   double tolerance = 1e-9;      // on the true relative residual of each column
   int ranks_per_operator = 0;   // 0: the fewest whose memory holds the operator
-  bool direct = false;          // the factor alone solves, without PETSc's conjugate gradients
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f64, f32 or f16
   std::optional<double>

@@ -166,25 +166,6 @@ TEST_F(Program, PlansForAClusterWithAMeshAndWithoutOne) {
   EXPECT_THAT(said_, HasSubstr("--ranks requires --plan"));
 }
 
-TEST_F(Program, DirectSkipsTheConjugateGradientsAndIsNamedSo) {
-  ASSERT_EQ(run("direct.h5", "--direct"), 0) << said_;
-  const std::string bytes = file_bytes(folder_ / "direct.h5");
-  const auto provenance = section<char>(bytes, SectionId::provenance);
-  EXPECT_THAT(std::string(provenance.begin(), provenance.end()),
-              HasSubstr("\"solver\":\"direct, no conjugate gradients: supernodal"));
-  EXPECT_THAT(said_, HasSubstr("direct, no conjugate gradients"));
-  for (const double r : section<double>(bytes, SectionId::residual)) EXPECT_LE(r, 1e-9);
-  ASSERT_EQ(run("cg.h5"), 0) << said_;
-  const std::string by_cg = file_bytes(folder_ / "cg.h5");
-  EXPECT_EQ(section<float>(bytes, SectionId::displacement_surface),
-            section<float>(by_cg, SectionId::displacement_surface));
-
-  EXPECT_EQ(run("x.h5", "--direct -- -column_pc_type multigrid"), 2);
-  EXPECT_THAT(said_, HasSubstr("--direct: expected a factor"));
-  EXPECT_EQ(run("x.h5", "--direct -- -ksp_monitor"), 2);
-  EXPECT_THAT(said_, HasSubstr("PETSc did not use the options after"));
-}
-
 TEST_F(Program, GivesTheSameBytesFromOneAndTwoRanksWithMultigrid) {
   const std::string options = "--batch 24 -- -column_pc_type gamg";
   ASSERT_EQ(run("one.h5", options), 0) << said_;
