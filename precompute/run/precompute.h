@@ -24,13 +24,7 @@ struct PrecomputeOptions {
       low_rank;  // store the surface's compliance in blocks, with at most this relative error of a column
   bool large_deformation = false;  // store what large deformation needs (runtime/large)
   bool plan_only = false;          // tell what the run would take, and write nothing; bundle may be empty
-  // With plan_only: what a cluster would take. vertices: of a mesh that need not be there yet; mesh, organ and boundary are then empty.
-  double vertices = 0, touchable = 0;
-  Element element = Element::p1_anp;  // of such a mesh
-  int cluster_ranks = 0;              // in all; 0: not asked
-  int ranks_per_machine = 0;          // 0: the cores of this machine
-  double machine_gigabytes = 0;       // memory of each machine, GB
-  std::string json;                   // where the report goes as JSON; "-": standard output; empty: nowhere
+  std::string json;                // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
 // Collective: all ranks call it with the same options. A PetscSession must be alive. Resumes an earlier run of the same

@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "precompute/solver/cluster_plan.h"
 #include "precompute/solver/column_solver.h"
 #include "precompute/solver/supernodal_factor.h"
 #include "tests/precompute/support.h"
@@ -210,47 +209,6 @@ TEST(SolverPlan, SaysTheSameInTextAndJson) {
   const nlohmann::json outcome = outcome_json(plan, {2.5, 3e8, 1e6});
   EXPECT_EQ(outcome["seconds"]["took"], 2.5);
   EXPECT_EQ(outcome["bytes"]["predicted"], plan.factor.bytes);
-}
-
-// The laws are fitted to the liver; a cube has fewer surface nodes, and a factor that is a third larger.
-TEST(ClusterPlan, LawsOfGrowthAreNearWhatAMeshCounts) {
-  for (const int cells : {8, 12, 16}) {
-    const Case box(cells);
-    const SolveSize counted = box.plan(1e12).size;
-    const SolveSize by_law = size_of_vertices((cells + 1.0) * (cells + 1) * (cells + 1), Element::p1, 0, 1e11);
-    EXPECT_NEAR(std::log(by_law.blocks / counted.blocks), 0, std::log(1.3)) << cells;
-    EXPECT_NEAR(std::log(by_law.numbers / counted.numbers), 0, std::log(1.6)) << cells;
-    EXPECT_NEAR(std::log(by_law.flops / counted.flops), 0, std::log(2.0)) << cells;
-    EXPECT_NEAR(std::log((by_law.rectangles + 2 * by_law.work) / (counted.rectangles + 2 * counted.work)), 0,
-                std::log(1.9))
-        << cells;
-    EXPECT_NEAR(std::log(by_law.forward / counted.forward), 0, std::log(2.0)) << cells;
-  }
-  const double ratio =
-      size_of_vertices(1e5, Element::p1_anp, 0, 1e11).numbers / size_of_vertices(1e5, Element::p1, 0, 1e11).numbers;
-  EXPECT_NEAR(ratio, 1.8, 0.1);  // (4/3)^2: blocks of 4 in place of 3 on the same graph
-  EXPECT_EQ(size_of_vertices(1e5, Element::p1, 123, 1e11).columns, 369);
-}
-
-TEST(ClusterPlan, TakesTheFastestSolverThatFitsAndSaysWhereNoneDoes) {
-  const SolveSize size = size_of_vertices(1e5, Element::p1_anp, 0, 1e11);
-  const auto chosen = [&](double gigabytes, int ranks, int here) {
-    return plan_cluster(size, {ranks, here, 1e9 * gigabytes});
-  };
-  const ClusterPlan roomy = chosen(64, 8, 4);
-  ASSERT_EQ(roomy.chosen, 0);
-  EXPECT_EQ(roomy.machines, 2);
-  const double factor = 1e-9 * roomy.solvers[0].machine_bytes, single = 1e-9 * roomy.solvers[1].machine_bytes;
-  EXPECT_LT(single, factor);
-  EXPECT_EQ(chosen(0.99 * factor, 8, 4).chosen, 1);
-  EXPECT_EQ(chosen(0.5, 8, 4).chosen, -1);
-  EXPECT_EQ(cluster_json(chosen(0.5, 8, 4))["chosen"], "none fits");
-  EXPECT_LT(chosen(64, 16, 4).solvers[0].seconds, roomy.solvers[0].seconds);
-  EXPECT_EQ(chosen(64, 16, 4).solvers[0].machine_bytes, roomy.solvers[0].machine_bytes);
-  // Ranks of one machine hold one factor; a rank more takes less than half of what the first takes.
-  EXPECT_LT(chosen(64, 2, 2).solvers[0].machine_bytes, 1.5 * chosen(64, 1, 1).solvers[0].machine_bytes);
-  EXPECT_GE(roomy.network_bytes, roomy.bundle_bytes);
-  EXPECT_LT(roomy.packed_bytes, 0.1 * roomy.bundle_bytes);
 }
 
 }  // namespace
