@@ -423,14 +423,5 @@ TEST_F(Program, EndsOnAllRanksWhenOneFails) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.h5"));  // the first rank's columns may be kept
 }
 
-TEST_F(Program, LeavesNoBundleAndKeepsTheOldOneWhenKilled) {
-  write("x.h5", "the old bundle");
-  ASSERT_EQ(stop(start_slow("x.h5"), SIGKILL), SIGKILL) << "it finished before it was killed";
-  EXPECT_EQ(file_bytes(folder_ / "x.h5"), "the old bundle");
-  // The files that the killed run left do not prevent the next one.
-  ASSERT_EQ(run("x.h5"), 0) << said_;
-  index_of(file_bytes(folder_ / "x.h5"));
-}
-
 }  // namespace
 }  // namespace palpate::tests
