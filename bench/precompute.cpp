@@ -1,18 +1,13 @@
 // Processor time of everything that a column takes, measured in turns in one run: PETSc's KSPSolve as the program calls it,
-// the factor alone (--direct), and CHOLMOD on batches of 64 dense columns. And what the plan predicts against what happens.
+// the factor alone, and CHOLMOD on batches of 64 dense columns.
 //   precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp|p1-anp-k] [batches to sample; all]
-//   precompute_bench model [p1|p1-anp|p1-anp-k] [most vertices]
 // p1-anp factors the pressure form, as the program does; p1-anp-k factors K itself.
 #include <fmt/format.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <memory>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -22,10 +17,8 @@
 #include "precompute/solver/cholmod_session.h"
 #include "precompute/solver/column_solver.h"
 #include "precompute/solver/petsc_session.h"
-#include "precompute/solver/solver_plan.h"
 #include "precompute/solver/supernodal_factor.h"
 #include "precompute/tensors/displacement_rows.h"
-#include "studies/bodies/box_mesh.h"
 #include "studies/timing/timing.h"
 
 namespace palpate {
@@ -271,7 +264,7 @@ void compare(Problem problem, const char* element, std::size_t most_batches) {
   fmt::print("{:34} {:10.3f}\n{:34} {:10.3f}\n", "rows of T^u and their error, ms", shares.rows * ms, "write, ms",
              shares.write * ms);
   line("column certified and written, ms", shares.all() * ms, reference_ms);
-  fmt::print("{:34} {:>10} {:>10} {:>8}\n", "", "KSPSolve", "direct", "ratio");
+  fmt::print("{:34} {:>10} {:>10} {:>8}\n", "", "KSPSolve", "factor", "ratio");
   const double direct = shares.solve + shares.certify, rest = shares.rows + shares.write;
   line("solve and certificate, ms a column", ksp_seconds * ms, direct * ms);
   line("column certified and written, ms", (ksp_seconds + rest) * ms, (direct + rest) * ms);
@@ -282,124 +275,13 @@ void compare(Problem problem, const char* element, std::size_t most_batches) {
   compare_single(problem, elimination, batches, sampled, ours, ksp_seconds * ms);
 }
 
-ElasticBody box_body(int cells) {
-  OrganConfig organ;
-  organ.regions.push_back({"box", {5400, "bench"}, {0.45, "bench"}, {}});
-  ElasticBody body = make_elastic_body(box_mesh({cells, cells, cells}, {1, 1, 1}, 0.2), organ, {}, {});
-  body.touchable.clear();
-  for (std::size_t n = 0; n < body.nodes.size(); ++n) {
-    if (body.nodes[n][0] == 0) body.fixed[n] = {1, 1, 1};
-    if (static_cast<std::int32_t>(n) < body.surface_count && !body.fixed[n][0])
-      body.touchable.push_back(static_cast<std::int32_t>(n));
-  }
-  return body;
-}
-
-// Measures one size in a process of its own, so that the peak memory is that of this size. Prints vertices, columns, numbers of
-// the factor, then predicted and measured bytes, set-up time and milliseconds for a column.
-struct ModelPoint {
-  double vertices, columns, numbers, bytes[2], setup[2], column_ms[2], sampled;
-};
-
-ModelPoint measure_point(int cells, const char* element) {
-  Problem problem(box_body(cells), element);
-  const double before = resident_bytes();
-  const SolverPlan plan = make_plan(
-      {problem.held.matrix, problem.column_rows, problem.body.surface_count, 0, 1e13, 0, 1, 1, 0, problem.form.get()});
-  const std::vector<std::int32_t> place = plan.elimination->place;
-  const auto elimination = put_in_order(problem.held, *plan.elimination, problem.form.get());
-  for (auto& row : problem.column_rows) row = place[row];
-  const double begun = processor_seconds();
-  const auto factor = problem.factor(elimination);
-  const double setup = processor_seconds() - begun;
-  Ours ours(problem, *factor);
-  const auto batches = batches_of(problem, *elimination);
-  const std::size_t sampled = std::min<std::size_t>(batches.size(), 6);
-  Shares shares, warm_up;
-  ours.batch(batches[0], warm_up);
-  for (std::size_t i = 0; i < sampled; ++i) ours.batch(batches[i * batches.size() / sampled], shares);
-  return {static_cast<double>(problem.body.nodes.size()),
-          static_cast<double>(plan.columns),
-          static_cast<double>(plan.elimination->numbers()),
-          {plan.factor.bytes, peak_resident_bytes() - before},
-          {plan.factor.setup_seconds, setup},
-          {1e3 * plan.factor.column_seconds, 1e3 * shares.all() / shares.columns},
-          shares.columns};
-}
-
-ModelPoint in_own_process(int cells, const char* element) {
-  int ends[2];
-  ModelPoint point{};
-  if (pipe(ends) != 0) throw std::bad_alloc();
-  std::fflush(stdout);
-  if (const pid_t child = fork(); child == 0) {
-    point = measure_point(cells, element);
-    _exit(write(ends[1], &point, sizeof point) == sizeof point ? 0 : 1);
-  } else {
-    close(ends[1]);
-    if (read(ends[0], &point, sizeof point) != sizeof point) fmt::print("the process of {} cells failed\n", cells);
-    close(ends[0]);
-    waitpid(child, nullptr, 0);
-  }
-  return point;
-}
-
-// Slope and constant of log y over log x.
-std::pair<double, double> power_law(const std::vector<ModelPoint>& points, double (*y)(const ModelPoint&)) {
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (const auto& p : points) {
-    const double lx = std::log(p.vertices), ly = std::log(y(p));
-    n += 1, sx += lx, sy += ly, sxx += lx * lx, sxy += lx * ly;
-  }
-  const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-  return {slope, std::exp((sy - slope * sx) / n)};
-}
-
-void model(const char* element, double most_vertices) {
-  fmt::print("boxes, {}, one side held, the surface stored; predicted / measured, columns a sample of those written\n",
-             element);
-  fmt::print("{:>9} {:>8} {:>8} {:>9}  {:>19}  {:>19}  {:>19}\n", "vertices", "columns", "sampled", "1e6 of L",
-             "memory, MB", "set up, s", "ms a column");
-  std::vector<ModelPoint> points;
-  double worst_bytes = 1, worst_seconds = 1;
-  for (const int cells : {5, 7, 10, 14, 18, 22, 26, 32, 38, 46}) {
-    if (std::pow(cells + 1, 3) > most_vertices) break;
-    const ModelPoint p = in_own_process(cells, element);
-    if (p.vertices == 0) return;
-    fmt::print("{:9.0f} {:8.0f} {:8.0f} {:9.3g}  {:8.0f} / {:8.0f}  {:8.3g} / {:8.3g}  {:8.3g} / {:8.3g}\n", p.vertices,
-               p.columns, p.sampled, 1e-6 * p.numbers, 1e-6 * p.bytes[0], 1e-6 * p.bytes[1], p.setup[0], p.setup[1],
-               p.column_ms[0], p.column_ms[1]);
-    points.push_back(p);
-    const auto off = [](double a, double b) { return std::max(a / b, b / a); };
-    worst_bytes = std::max(worst_bytes, off(p.bytes[0], p.bytes[1]));
-    worst_seconds = std::max(worst_seconds, off(p.setup[0] + 1e-3 * p.columns * p.column_ms[0],
-                                                p.setup[1] + 1e-3 * p.columns * p.column_ms[1]));
-  }
-  const auto law = [&](const char* what, double (*y)(const ModelPoint&)) {
-    const auto [slope, constant] = power_law(points, y);
-    fmt::print("{:28} = {:.3g} x vertices^{:.2f}\n", what, constant, slope);
-  };
-  law("numbers of the factor", [](const ModelPoint& p) { return p.numbers; });
-  law("bytes", [](const ModelPoint& p) { return p.bytes[1]; });
-  law("set up, s", [](const ModelPoint& p) { return p.setup[1]; });
-  law("a column, s", [](const ModelPoint& p) { return 1e-3 * p.column_ms[1]; });
-  fmt::print("bundle, bytes: 36 x touchable x stored vertices\n");
-  fmt::print("predictions within a factor of {:.2f} for memory and {:.2f} for time\n", worst_bytes, worst_seconds);
-}
-
 }  // namespace
 }  // namespace palpate
 
 int main(int count, char** arguments) {
   using namespace palpate;
-  if (count > 1 && std::strcmp(arguments[1], "model") == 0) {  // forks, so without PETSc
-    model(count > 2 ? arguments[2] : "p1", count > 3 ? std::atof(arguments[3]) : 110000);
-    return 0;
-  }
   if (count < 4) {
-    fmt::print(stderr,
-               "usage: precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp|p1-anp-k] [batches], or\n"
-               "       precompute_bench model [p1|p1-anp|p1-anp-k] [most vertices]\n");
+    fmt::print(stderr, "usage: precompute_bench MESH.msh organ.toml boundary.toml [p1|p1-anp|p1-anp-k] [batches]\n");
     return 2;
   }
   const PetscSession session({});

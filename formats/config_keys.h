@@ -1,5 +1,5 @@
 // The one list of keys of organ.toml, boundary/NAME.toml and scene.toml. The readers accept these keys and no others; the
-// tables of docs/files.md are printed from the list.
+// tables of docs/files.md are printed from the list, but for what each key means, which stands there alone.
 #pragma once
 
 #include <string>
@@ -19,7 +19,6 @@ struct ConfigKey {
   const char* unit;      // "-" for what has none
   const char* standard;  // the value where the key is absent: TOML text; "required"; or "-": the effect is off
   const char* limits;    // of a choice: "a, b, c", the words that the reader accepts
-  const char* meaning;
 };
 
 const std::vector<ConfigKey>& config_keys();

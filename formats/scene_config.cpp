@@ -152,12 +152,9 @@ SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
   if (table.has("points"))
     for (const auto& point : table.points("points")) tool.points.push_back(scaled(point, scale));
   if (table.has("capsule")) tool.capsule = read_capsule(table.table("capsule"), scale);
-  const bool has_disc_radius = table.has("disc_radius"), has_earlier_name = table.has("radius");
-  if (has_disc_radius && has_earlier_name) table.wrong("radius", "disc_radius alone, whose earlier name is radius");
-  if (has_disc_radius || has_earlier_name) {
-    const char* key = has_disc_radius ? "disc_radius" : "radius";
-    tool.disc_radius = positive(table, key, "a length above 0") * scale;
-    if (tool.disc_radius > kMaxRadius) table.wrong(key, "a length of at most 1 m");
+  if (table.has("disc_radius")) {
+    tool.disc_radius = positive(table, "disc_radius", "a length above 0") * scale;
+    if (tool.disc_radius > kMaxRadius) table.wrong("disc_radius", "a length of at most 1 m");
   }
   if (table.has("friction")) tool.friction = friction(table);
   if (table.has("hold")) tool.hold = table.boolean("hold");

@@ -13,7 +13,7 @@ namespace {
 void define(CLI::App& app, OrganRequest& request) {
   app.add_option("--name", request.name, "Name of the folder and the tissue: letters, digits, - and _")->required();
   auto* image = app.add_option("--image", request.image, "Label image, as for palpate-surface");
-  auto* surface = app.add_option("--surface", request.surface, "Closed surface: .off .obj .ply .stl .vtp");
+  auto* surface = app.add_option("--surface", request.surface, "Closed surface: .off .obj .ply .stl");
   auto* mesh = app.add_option("--mesh", request.mesh, "Tetrahedral mesh: MSH 2.2 or 4.1");
   surface->excludes(image), mesh->excludes(image)->excludes(surface);
   auto* label = app.add_option("--label", request.label,

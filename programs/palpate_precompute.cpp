@@ -19,60 +19,16 @@
 namespace palpate {
 namespace {
 
-// What a cluster would take.
-void define_cluster_options(CLI::App& app, PrecomputeOptions& options) {
-  app.add_option("--ranks", options.cluster_ranks,
-                 "with --plan: what N ranks of a cluster would take, with --memory-per-node")
-      ->check(CLI::Range(1, 1'000'000))
-      ->option_text("N");
-  app.add_option("--memory-per-node", options.machine_gigabytes,
-                 "with --ranks: memory of each machine of the cluster, in GB (1e9 bytes)")
-      ->check(positive_number())
-      ->option_text("GB");
-  app.add_option("--ranks-per-node", options.ranks_per_machine,
-                 "with --ranks: ranks on each machine; default: the cores of this one")
-      ->check(CLI::Range(1, 10'000))
-      ->option_text("C");
-  app.add_option("--vertices", options.vertices,
-                 "with --ranks: in place of a mesh, by laws of growth (docs/scaling.md) that hold to 98,000 vertices")
-      ->check(CLI::Range(1e2, 1e9))
-      ->option_text("V");
-  app.add_option("--touchable", options.touchable,
-                 "with --vertices: nodes that may be touched; default: all surface nodes")
-      ->check(CLI::Range(1.0, 1e9))
-      ->option_text("S");
-  app.add_option("--element", options.element, "with --vertices: p1, p1-anp (default) or p2-p0")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, Element>{{"p1", Element::p1}, {"p1-anp", Element::p1_anp}, {"p2-p0", Element::p2_p0}}))
-      ->option_text("ELEMENT");
-}
-
-// Errors: CLI::Error, as CLI11's own.
-void check_cluster_options(const CLI::App& app, const PrecomputeOptions& options) {
-  const auto given = [&](const char* name) { return app.count(name) > 0; };
-  const auto needs = [&](const char* name, const char* other) {
-    if (given(name) && !given(other)) throw CLI::RequiresError(name, other);
-  };
-  needs("--ranks", "--plan"), needs("--ranks", "--memory-per-node"), needs("--memory-per-node", "--ranks");
-  needs("--ranks-per-node", "--ranks"), needs("--vertices", "--ranks"), needs("--touchable", "--vertices");
-  needs("--element", "--vertices");
-  const bool paper = given("--vertices");
-  for (const char* file : {"mesh", "--organ", "--boundary"}) {
-    if (paper && given(file)) throw CLI::ExcludesError("--vertices", file);
-    if (!paper && !given(file)) throw CLI::RequiredError(file);
-  }
-  if (paper && options.touchable > options.vertices)
-    throw CLI::ValidationError("--touchable", fmt::format("expected at most the {:.0f} vertices, found {:.0f}",
-                                                          options.vertices, options.touchable));
-}
-
 void define_options(CLI::App& app, PrecomputeOptions& options) {
   app.add_option("mesh", options.mesh, "tetrahedral mesh, MSH 2.2 or 4.1")
-      ->option_text("MESH.msh REQUIRED but for --vertices");
+      ->required()
+      ->option_text("MESH.msh REQUIRED");
   app.add_option("--organ", options.organ, "materials and measured curve")
-      ->option_text("organ.toml REQUIRED but for --vertices");
+      ->required()
+      ->option_text("organ.toml REQUIRED");
   app.add_option("--boundary", options.boundary, "what is held, what may be touched")
-      ->option_text("bc.toml REQUIRED but for --vertices");
+      ->required()
+      ->option_text("bc.toml REQUIRED");
   auto* bundle = app.add_option("-o,--output", options.bundle, "the tensor bundle to write")
                      ->option_text("BUNDLE.h5 REQUIRED but for --plan");
   app.add_option("--image", options.image,
@@ -102,12 +58,9 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
          "store the surface in blocks of low rank, with at most this relative error of a column (1e-3); the disk "
          "holds all columns until they are packed")
       ->option_text("E");
-  app.add_flag("--direct", options.direct,
-               "solve with the factor alone, without PETSc's conjugate gradients; the certificate then says so");
   app.add_flag("--large-deformation", options.large_deformation,
                "store what a scene with deformation = \"large\" needs; elements p1 and p1-anp");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");
-  define_cluster_options(app, options);
   app.add_option(
          "--ranks-per-operator", options.ranks_per_operator,
          "ranks that divide one operator among them; default: the fewest whose memory holds it; above 1, bundles of "
@@ -116,8 +69,7 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
       ->option_text("G");
   app.add_option("--json", options.json, "what was done and what it took, as JSON; - is standard output")
       ->option_text("FILE");
-  app.callback([bundle, &app, &options] {
-    check_cluster_options(app, options);
+  app.callback([bundle, &options] {
     if (bundle->empty() && !options.plan_only) throw CLI::RequiredError("--output");
   });
   app.footer(

@@ -42,7 +42,7 @@ void define(CLI::App& app, Options& options) {
   app.add_option(
          "input", options.inputs,
          "Label image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd), PNG slices (a folder, a glob or a list), or "
-         "segmented surface (.off .obj .ply .stl .vtp)")
+         "segmented surface (.off .obj .ply .stl)")
       ->required();
   auto* list = app.add_flag("--list", options.list,
                             "Print each label of an image: name, volume, pieces, box, whether it touches the border");

@@ -67,7 +67,7 @@ ImageHeader read_inr_header(const std::filesystem::path& file) {
   image.grid.origin = {header.number("tx", 0), header.number("ty", 0), header.number("tz", 0)};
   image.voxels = {.header = file, .data = file, .number = number_type(header), .big_endian = is_big_endian(header)};
   if (is_gzip(file)) {
-    image.voxels.encoding = StoredVoxels::Encoding::compressed;
+    image.voxels.compressed = true;
     image.voxels.skipped = header.bytes;
   } else {
     image.voxels.first = header.bytes;

@@ -41,7 +41,6 @@ VoxelNumber number_type(const TextHeader& header) {
 }
 
 StoredVoxels stored_voxels(const TextHeader& header, std::uint64_t voxels) {
-  using Encoding = StoredVoxels::Encoding;
   StoredVoxels stored{.header = header.file, .data = header.file, .first = header.bytes, .number = number_type(header)};
   stored.big_endian = is_true(first_of(header, {"binarydatabyteordermsb", "elementbyteordermsb"}, "false"));
   const std::string& name = header.at("elementdatafile");
@@ -58,9 +57,10 @@ StoredVoxels stored_voxels(const TextHeader& header, std::uint64_t voxels) {
   if (!(skipped >= -1 && skipped < 1e12))
     throw InputError(fmt::format("{}: HeaderSize: expected a count of bytes, found {}", header.file.string(), skipped));
   if (is_true(header.get("compresseddata", "false"))) {
-    stored.encoding = Encoding::compressed;
+    stored.compressed = true;
   } else if (!is_true(header.get("binarydata", "true"))) {
-    stored.encoding = Encoding::text;
+    throw InputError(fmt::format("{}: BinaryData: expected True, found '{}'; save its voxels as bytes",
+                                 header.file.string(), header.at("binarydata")));
   } else if (skipped < 0) {  // the voxels are the last bytes of the file
     const std::uint64_t size = file_bytes(stored.data);
     stored.first = size - std::min(size, voxels * bytes_of(stored.number));

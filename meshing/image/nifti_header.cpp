@@ -144,7 +144,7 @@ ImageHeader read_nifti_header(const std::filesystem::path& file) {
   }
   file_bytes(stored.data);
   const bool compressed = is_gzip(stored.data);
-  if (compressed) stored.encoding = StoredVoxels::Encoding::compressed;
+  if (compressed) stored.compressed = true;
   (compressed ? stored.skipped : stored.first) =
       static_cast<std::uint64_t>(together ? std::max(offset, 352.0) : offset);
   const float slope = fields.at<float>(112), intercept = fields.at<float>(116);

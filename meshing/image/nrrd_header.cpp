@@ -3,8 +3,9 @@
 
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include "formats/byte_order_mark.h"
 #include "formats/errors.h"
@@ -18,52 +19,22 @@ using std::filesystem::path;
 using Vector = std::vector<double>;
 
 VoxelNumber number_type(const TextHeader& header) {
-  static const std::map<std::string, VoxelNumber> known = {{"signed char", VoxelNumber::int8},
-                                                           {"int8", VoxelNumber::int8},
-                                                           {"int8_t", VoxelNumber::int8},
-                                                           {"uchar", VoxelNumber::uint8},
-                                                           {"unsigned char", VoxelNumber::uint8},
-                                                           {"uint8", VoxelNumber::uint8},
-                                                           {"uint8_t", VoxelNumber::uint8},
-                                                           {"short", VoxelNumber::int16},
-                                                           {"short int", VoxelNumber::int16},
-                                                           {"signed short", VoxelNumber::int16},
-                                                           {"signed short int", VoxelNumber::int16},
-                                                           {"int16", VoxelNumber::int16},
-                                                           {"int16_t", VoxelNumber::int16},
-                                                           {"ushort", VoxelNumber::uint16},
-                                                           {"unsigned short", VoxelNumber::uint16},
-                                                           {"unsigned short int", VoxelNumber::uint16},
-                                                           {"uint16", VoxelNumber::uint16},
-                                                           {"uint16_t", VoxelNumber::uint16},
-                                                           {"int", VoxelNumber::int32},
-                                                           {"signed int", VoxelNumber::int32},
-                                                           {"int32", VoxelNumber::int32},
-                                                           {"int32_t", VoxelNumber::int32},
-                                                           {"uint", VoxelNumber::uint32},
-                                                           {"unsigned int", VoxelNumber::uint32},
-                                                           {"uint32", VoxelNumber::uint32},
-                                                           {"uint32_t", VoxelNumber::uint32},
-                                                           {"longlong", VoxelNumber::int64},
-                                                           {"long long", VoxelNumber::int64},
-                                                           {"long long int", VoxelNumber::int64},
-                                                           {"signed long long", VoxelNumber::int64},
-                                                           {"signed long long int", VoxelNumber::int64},
-                                                           {"int64", VoxelNumber::int64},
-                                                           {"int64_t", VoxelNumber::int64},
-                                                           {"ulonglong", VoxelNumber::uint64},
-                                                           {"unsigned long long", VoxelNumber::uint64},
-                                                           {"unsigned long long int", VoxelNumber::uint64},
-                                                           {"uint64", VoxelNumber::uint64},
-                                                           {"uint64_t", VoxelNumber::uint64},
-                                                           {"float", VoxelNumber::float32},
-                                                           {"double", VoxelNumber::float64}};
-  const auto found = known.find(lower_case(header.at("type")));
-  if (found == known.end()) {
-    throw InputError(
-        fmt::format("{}: type: expected a NRRD number type, found '{}'", header.file.string(), header.at("type")));
-  }
-  return found->second;
+  static constexpr std::pair<VoxelNumber, std::string_view> known[] = {
+      {VoxelNumber::int8, ",signed char,int8,int8_t,"},
+      {VoxelNumber::uint8, ",uchar,unsigned char,uint8,uint8_t,"},
+      {VoxelNumber::int16, ",short,short int,signed short,signed short int,int16,int16_t,"},
+      {VoxelNumber::uint16, ",ushort,unsigned short,unsigned short int,uint16,uint16_t,"},
+      {VoxelNumber::int32, ",int,signed int,int32,int32_t,"},
+      {VoxelNumber::uint32, ",uint,unsigned int,uint32,uint32_t,"},
+      {VoxelNumber::int64, ",longlong,long long,long long int,signed long long,signed long long int,int64,int64_t,"},
+      {VoxelNumber::uint64, ",ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t,"},
+      {VoxelNumber::float32, ",float,"},
+      {VoxelNumber::float64, ",double,"}};
+  const std::string name = fmt::format(",{},", lower_case(header.at("type")));
+  for (const auto& [number, names] : known)
+    if (names.find(name) != std::string_view::npos) return number;
+  throw InputError(
+      fmt::format("{}: type: expected a NRRD number type, found '{}'", header.file.string(), header.at("type")));
 }
 
 // "(2,0,0) none (0, 3, 0)" -> one entry for each axis; none for one that is no direction in space.
@@ -254,17 +225,12 @@ StoredVoxels stored_voxels(const TextHeader& header) {
     stored.first = 0;
   }
   const std::string encoding = lower_case(header.at("encoding"));
-  using Encoding = StoredVoxels::Encoding;
-  static const std::map<std::string, Encoding> known = {
-      {"raw", Encoding::raw},   {"gzip", Encoding::compressed}, {"gz", Encoding::compressed}, {"ascii", Encoding::text},
-      {"text", Encoding::text}, {"txt", Encoding::text},        {"hex", Encoding::hex}};
-  const auto found = known.find(encoding);
-  if (found == known.end()) {
-    throw InputError(fmt::format("{}: encoding: expected raw, gzip, ascii or hex, found '{}'; save it as one of them",
+  stored.compressed = encoding == "gzip" || encoding == "gz";
+  if (!stored.compressed && encoding != "raw") {
+    throw InputError(fmt::format("{}: encoding: expected raw or gzip, found '{}'; save it as one of them",
                                  header.file.string(), encoding));
   }
-  stored.encoding = found->second;
-  if (bytes_of(stored.number) > 1 && stored.encoding != Encoding::text) {
+  if (bytes_of(stored.number) > 1) {
     const std::string endian = lower_case(header.at("endian"));
     if (endian != "big" && endian != "little") {
       throw InputError(fmt::format("{}: header field 'endian': expected little or big, found '{}'; correct the header",
@@ -290,16 +256,14 @@ void skip(const TextHeader& header, std::uint64_t bytes, StoredVoxels& stored) {
   std::string line;
   for (double lines = count("line skip"); lines > 0 && std::getline(in, line); --lines) stored.first += line.size() + 1;
   const double skipped = count("byte skip");
-  const bool raw = stored.encoding == StoredVoxels::Encoding::raw;
-  if (skipped < 0 && raw) {
+  if (skipped < 0 && !stored.compressed) {
     const std::uint64_t size = file_bytes(stored.data);
     stored.first = size - std::min(size, bytes);
   } else if (skipped < 0) {
     throw InputError(
         fmt::format("{}: byte skip is -1, which is for the encoding raw; correct the header", header.file.string()));
   } else {
-    (stored.encoding == StoredVoxels::Encoding::compressed ? stored.skipped : stored.first) +=
-        static_cast<std::uint64_t>(skipped);
+    (stored.compressed ? stored.skipped : stored.first) += static_cast<std::uint64_t>(skipped);
   }
 }
 

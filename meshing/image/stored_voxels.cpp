@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <string>
-#include <string_view>
 
 #include "formats/errors.h"
 #include "formats/program.h"
@@ -27,19 +25,18 @@ struct Extent {
   }
 };
 
-// found: how many there are; unit: what they are.
-void expect(const StoredVoxels& stored, std::uint64_t needed, std::uint64_t found, std::uint64_t slice,
-            const char* unit) {
+// In bytes; found: how many there are.
+void expect(const StoredVoxels& stored, std::uint64_t needed, std::uint64_t found, std::uint64_t slice) {
   if (found < needed) {
-    throw InputError(
-        fmt::format("{}: the header asks for {} {} of voxels, the file has {}; it is cut off, or its header is wrong",
-                    stored.header.string(), needed, unit, found));
+    throw InputError(fmt::format(
+        "{}: the header asks for {} bytes of voxels, the file has {}; it is cut off, or its header is wrong",
+        stored.header.string(), needed, found));
   }
   if (found - needed >= slice) {
-    warn(
-        fmt::format("{}: the header asks for {} {} of voxels, the file has {}; the rest is not read: compare the sizes "
-                    "in the header with the image",
-                    stored.header.string(), needed, unit, found));
+    warn(fmt::format(
+        "{}: the header asks for {} bytes of voxels, the file has {}; the rest is not read: compare the sizes "
+        "in the header with the image",
+        stored.header.string(), needed, found));
   }
 }
 
@@ -94,61 +91,6 @@ void decode(const std::string& bytes, const StoredVoxels& stored, const Extent& 
   }
 }
 
-std::string text_of_voxels(const StoredVoxels& stored) {
-  const std::uint64_t size = file_bytes(stored.data);
-  return bytes_from(stored.data, stored.first, size - std::min(size, stored.first)).bytes;
-}
-
-constexpr std::string_view kBlanks = " \t\r\n,";
-
-std::vector<float> numbers_of_text(const StoredVoxels& stored, const Extent& extent) {
-  const std::string text = text_of_voxels(stored);
-  std::vector<float> values;
-  std::uint64_t found = 0;
-  for (std::size_t at = text.find_first_not_of(kBlanks); at != std::string::npos;) {
-    const std::size_t end = std::min(text.find_first_of(kBlanks, at), text.size());
-    double value = 0;
-    const auto [stop, error] = std::from_chars(text.data() + at + (text[at] == '+'), text.data() + end, value);
-    if (error != std::errc() || stop != text.data() + end) {
-      throw InputError(fmt::format("{}: byte {}: expected a number, found '{}'", stored.data.string(),
-                                   stored.first + at, text.substr(at, std::min<std::size_t>(end - at, 40))));
-    }
-    if (found < extent.voxels()) values.push_back(as_float(value, stored, extent, found));
-    ++found;
-    at = text.find_first_not_of(kBlanks, end);
-  }
-  expect(stored, extent.voxels(), found, extent.slice(), "numbers");
-  return values;
-}
-
-FileBytes bytes_of_hex(const StoredVoxels& stored, std::uint64_t most) {
-  const std::string text = text_of_voxels(stored);
-  FileBytes result;
-  int high = -1;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    if (kBlanks.find(text[at]) != std::string_view::npos) continue;
-    int digit = 0;
-    if (std::from_chars(&text[at], &text[at] + 1, digit, 16).ec != std::errc()) {
-      throw InputError(fmt::format("{}: byte {}: expected a hexadecimal digit, found '{}'", stored.data.string(),
-                                   stored.first + at, text[at]));
-    }
-    if (high < 0) {
-      high = digit;
-      continue;
-    }
-    if (result.present++ < most) result.bytes += static_cast<char>(16 * high + digit);
-    high = -1;
-  }
-  return result;
-}
-
-FileBytes stored_bytes(const StoredVoxels& stored, std::uint64_t most) {
-  if (stored.encoding == StoredVoxels::Encoding::hex) return bytes_of_hex(stored, most);
-  if (stored.encoding == StoredVoxels::Encoding::compressed)
-    return inflated_bytes(stored.data, stored.first, stored.skipped, most);
-  return bytes_from(stored.data, stored.first, most);
-}
-
 }  // namespace
 
 std::uint64_t bytes_of(VoxelNumber number) {
@@ -170,16 +112,12 @@ std::uint64_t bytes_of(VoxelNumber number) {
 
 std::vector<float> read_voxels(const StoredVoxels& stored, const std::array<int, 3>& size) {
   const Extent extent{size};
-  std::vector<float> values;
-  if (stored.encoding == StoredVoxels::Encoding::text) {
-    values = numbers_of_text(stored, extent);
-  } else {
-    const std::uint64_t width = bytes_of(stored.number), needed = extent.voxels() * width;
-    const FileBytes found = stored_bytes(stored, needed);
-    expect(stored, needed, found.present, extent.slice() * width, "bytes");
-    values.resize(extent.voxels());
-    decode(found.bytes, stored, extent, values);
-  }
+  const std::uint64_t width = bytes_of(stored.number), needed = extent.voxels() * width;
+  const FileBytes found = stored.compressed ? inflated_bytes(stored.data, stored.first, stored.skipped, needed)
+                                            : bytes_from(stored.data, stored.first, needed);
+  expect(stored, needed, found.present, extent.slice() * width);
+  std::vector<float> values(extent.voxels());
+  decode(found.bytes, stored, extent, values);
   if (stored.slope != 1 || stored.intercept != 0)
     for (float& value : values) value = stored.slope * value + stored.intercept;
   return values;

@@ -13,13 +13,11 @@ enum class VoxelNumber { int8, uint8, int16, uint16, int32, uint32, int64, uint6
 std::uint64_t bytes_of(VoxelNumber number);
 
 struct StoredVoxels {
-  enum class Encoding { raw, compressed, text, hex };  // compressed: by gzip or zlib; hex: two digits a byte
-
   std::filesystem::path header;  // the file that the user gave, for sentences
   std::filesystem::path data;    // the file that holds the voxels, often the same one
   std::uint64_t first = 0;       // byte of data where the voxels, or their compressed stream, begin
   std::uint64_t skipped = 0;     // bytes of the decompressed stream in front of the voxels
-  Encoding encoding = Encoding::raw;
+  bool compressed = false;       // by gzip or zlib
   VoxelNumber number = VoxelNumber::uint8;
   bool big_endian = false;
   float slope = 1, intercept = 0;  // value = slope * number + intercept

@@ -1,4 +1,4 @@
-// Reads OFF, OBJ and STL. formats/ply_reader.h reads PLY, read_vtp.cpp reads VTP.
+// Reads OFF, OBJ and STL. formats/ply_reader.h reads PLY.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,18 +6,20 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <numeric>
 
 #include "formats/byte_order_mark.h"
 #include "formats/errors.h"
+#include "formats/ply_reader.h"
 #include "formats/program.h"
 #include "meshing/image/file_bytes.h"
 #include "meshing/image/text_header.h"
-#include "meshing/surface/read_surface_parts.h"
 #include "meshing/surface/surface_file.h"
 #include "meshing/surface/triangle_soup.h"
 
 namespace palpate {
+namespace {
 
 std::string read_whole(const std::filesystem::path& file) {
   std::string bytes(file_bytes(file), '\0');
@@ -28,6 +30,46 @@ std::string read_whole(const std::filesystem::path& file) {
   }
   return bytes;
 }
+
+// Where the words of one line go on in the next: nowhere, behind a line that ends with a backslash, or anywhere.
+enum class Continued { nowhere, at_backslash, anywhere };
+
+// Goes through the lines of a text and counts them. Skips a byte order mark, blank lines and everything behind a '#'. Errors:
+// InputError that names the line.
+class TextLines {
+ public:
+  TextLines(const std::filesystem::path& file, const std::string& text, Continued continued = Continued::nowhere);
+  bool advance();                        // goes to the next line; false at the end
+  void expect(const std::string& what);  // goes to the next line, or fails because the file ends
+  std::string_view word();               // next word of the line, or of those that continue it; empty at the end
+  Point point();                         // the next three words as coordinates; keeps why where one is nan or infinite
+  std::int64_t integer(const std::string& what);
+  bool at_end() const { return line_.find_first_not_of(" \t\r") == std::string_view::npos; }
+  std::size_t number() const { return number_; }
+  [[noreturn]] void fail(const std::string& expected, std::string_view found) const {
+    throw InputError(sentence(expected, found));
+  }
+  // Why the latest point is not in space; empty where it is.
+  const std::string& why_not_finite() const { return why_not_finite_; }
+
+ private:
+  double coordinate();
+  std::string sentence(const std::string& expected, std::string_view found) const;
+
+  const std::filesystem::path& file_;
+  const std::string& text_;
+  const Continued continued_;
+  std::string_view line_;
+  std::string why_not_finite_;
+  bool goes_on_ = false;  // the line ends with a backslash
+  std::size_t next_ = 0, number_ = 0;
+};
+
+// A surface as a file states it. not_finite: points with a coordinate that is nan or infinite, and why; nobody may use them.
+struct StatedSurface {
+  TriangleSurface surface;
+  std::map<std::int32_t, std::string> not_finite;
+};
 
 TextLines::TextLines(const std::filesystem::path& file, const std::string& text, Continued continued)
     : file_(file), text_(text), continued_(continued), next_(byte_order_mark(text)) {}
@@ -75,8 +117,6 @@ std::string TextLines::sentence(const std::string& expected, std::string_view fo
   return fmt::format("{}: line {}: expected {}, found '{}'", file_.string(), number_, expected, found.substr(0, 40));
 }
 
-namespace {
-
 // A number, with or without a plus sign. Returns whether the whole word is one.
 template <class Number>
 bool parse(std::string_view text, Number& value) {
@@ -84,8 +124,6 @@ bool parse(std::string_view text, Number& value) {
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   return error == std::errc() && end == digits.data() + digits.size();
 }
-
-}  // namespace
 
 double TextLines::coordinate() {
   const std::string_view text = word();
@@ -107,8 +145,6 @@ std::int64_t TextLines::integer(const std::string& what) {
   if (!parse(text, value)) fail(what, text);
   return value;
 }
-
-namespace {
 
 void add_point(const TextLines& lines, const Point& point, StatedSurface& stated) {
   if (!lines.why_not_finite().empty())
@@ -321,11 +357,9 @@ TriangleSurface read_surface(const std::filesystem::path& file, double millimetr
   else if (ending == ".ply") {
     PlyTriangles ply = read_ply(file, bytes, &stated.not_finite);
     stated.surface = {std::move(ply.points), std::move(ply.triangles)};
-  } else if (ending == ".vtp")
-    stated = read_vtp(file, bytes);
-  else {
+  } else {
     throw InputError(
-        fmt::format("{}: expected a surface (.off .obj .ply .stl .vtp) or an image (.inr .inr.gz .nrrd .nhdr .nii "
+        fmt::format("{}: expected a surface (.off .obj .ply .stl) or an image (.inr .inr.gz .nrrd .nhdr .nii "
                     ".nii.gz .mha .mhd, PNG slices)",
                     file.string()));
   }

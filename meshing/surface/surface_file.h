@@ -15,7 +15,7 @@ namespace palpate {
 void write_surface(const std::filesystem::path& file, const TriangleSurface& surface);
 void check_output_name(const std::filesystem::path& file);
 
-// Reads .off, .obj, .ply (text, binary), .stl (text, binary) or .vtp and multiplies the coordinates by
+// Reads .off, .obj, .ply (text, binary) and .stl (text, binary) and multiplies the coordinates by
 // millimetres_per_unit. Does not repair: points may be repeated; triangles may be flat, turned or leave holes. Cuts
 // polygons into fans of triangles. Errors: InputError that names the line or byte, for a coordinate that is not a
 // finite number, an index out of range, counts that do not fit the size of the file, a file that ends early, or no

@@ -9,7 +9,6 @@
 
 #include "formats/checksum.h"
 #include "formats/program.h"
-#include "precompute/journal/loaded_libraries.h"
 
 namespace palpate {
 namespace {
@@ -50,7 +49,6 @@ std::string short_text(const nlohmann::json& value) {
 Fingerprint fingerprint_of(nlohmann::json provenance, const std::vector<SectionShape>& sections,
                            std::span<const ColumnBatch> batches) {
   Fingerprint fingerprint = std::move(provenance);
-  for (const auto& [library, id] : needed_libraries()) fingerprint["library " + library] = id;
   fingerprint["program_sha256"] = sha256_of_file("/proc/self/exe");
   fingerprint["layout"] = layout_text(sections);
   formats::Xxh64 checksum;

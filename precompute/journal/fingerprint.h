@@ -11,9 +11,8 @@
 
 namespace palpate {
 
-// A flat JSON object: the provenance (SHA-256 of every input, options, solver), SHA-256 of this program, the build id
-// of every library that computes, the layout of the bundle and the batches of columns. It also holds the processor: a
-// part that was begun on another processor is resumed with a warning.
+// A flat JSON object: the provenance (SHA-256 of every input, options, solver), SHA-256 of this program, the layout of the bundle and
+// the batches of columns. It also holds the processor: a part that was begun on another processor is resumed with a warning.
 using Fingerprint = nlohmann::json;
 
 Fingerprint fingerprint_of(nlohmann::json provenance, const std::vector<SectionShape>& sections,

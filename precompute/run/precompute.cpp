@@ -22,7 +22,6 @@
 #include "precompute/run/run_summary.h"
 #include "precompute/run/solve_columns.h"
 #include "precompute/solver/batch_pc.h"
-#include "precompute/solver/cluster_plan.h"
 #include "precompute/solver/machine_memory.h"
 #include "precompute/solver/petsc_session.h"
 #include "precompute/solver/solver_plan.h"
@@ -188,30 +187,11 @@ SolverPlan with_earlier_choice(SolverPlan plan, std::optional<int> of_earlier_ru
 }
 
 // The first line of the run; what the memory allows is not known yet.
-void tell_solver(const PrecomputeOptions& options, const Ranks& ranks) {
+void tell_solver(const Ranks& ranks) {
   say(fmt::format(
-      "{} on {} rank{}, preconditioner: {}", options.direct ? "no PETSc CG but a direct solver" : "PETSc CG",
-      ranks.count(), ranks.count() > 1 ? "s" : "",
+      "PETSc CG on {} rank{}, preconditioner: {}", ranks.count(), ranks.count() > 1 ? "s" : "",
       petsc_option_or("-column_pc_type",
                       "a factor where it fits into the memory (then one in single precision), else multigrid")));
-}
-
-ClusterRequest cluster_of(const PrecomputeOptions& options) {
-  const int here = options.ranks_per_machine > 0 ? options.ranks_per_machine : usable_cores();
-  return {options.cluster_ranks, std::min(here, options.cluster_ranks), 1e9 * options.machine_gigabytes};
-}
-
-// Rank 0.
-void tell_cluster(const ClusterPlan& plan, const PrecomputeOptions& options) {
-  if (options.json != "-") fmt::print("{}\n", cluster_text(plan));
-  if (!options.json.empty()) write_json(cluster_json(plan), options.json);
-}
-
-// Rank 0. For a mesh that is not there.
-void plan_vertices(const PrecomputeOptions& options) {
-  const double rate = kernel_rate(options.element == Element::p1_anp ? 4 : 3);
-  const SolveSize size = size_of_vertices(options.vertices, options.element, options.touchable, rate);
-  tell_cluster(plan_cluster(size, cluster_of(options)), options);
 }
 
 void tell_plan(const SolverPlan& plan, const ElasticBody& body, const PrecomputeOptions& options, bool is_first) {
@@ -221,11 +201,6 @@ void tell_plan(const SolverPlan& plan, const ElasticBody& body, const Precompute
       fmt::format("mesh    {} nodes ({} surface, {} touchable{}), {} tetrahedra\n{}", body.nodes.size(),
                   body.surface_count, body.touchable.size(), corridors, body.tetrahedra.size(), plan_text(plan));
   if (!options.plan_only) return say(text);
-  if (options.cluster_ranks > 0) {
-    if (options.json != "-" && is_first) fmt::print("{}\n", text);
-    if (is_first) tell_cluster(plan_cluster(plan.size, cluster_of(options), plan.bundle_bytes), options);
-    return;
-  }
   if (options.json != "-" && is_first) fmt::print("{}\n", text);
   if (!options.json.empty() && is_first) write_json(plan_json(plan), options.json);
 }
@@ -243,7 +218,6 @@ std::unique_ptr<ColumnSolver> make_solver(Assembled& assembled, const RunInputs&
   solver.form = assembled.form;
   solver.elimination = plan.elimination;
   solver.node_of_row = assembled.held.node_of_row;
-  solver.direct = options.direct;
   // Collective. A rank whose user took another preconditioner would not come to share the factor.
   const std::string ours = plan.single ? kPcSingle : kPcSupernodal;
   const bool takes_plan = petsc_option_or("-column_pc_type", ours.c_str()) == ours;
@@ -408,10 +382,6 @@ void refuse_motions_of_supports(const RunInputs& inputs, const PrecomputeOptions
 void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   RunReport report(ranks);
   const bool is_first = ranks.rank() == 0;
-  if (options.vertices > 0) {
-    if (is_first) plan_vertices(options);
-    return;
-  }
   // Collective: what each rank may still take, of the one with the least, so that all ranks decide alike.
   const auto memory = [&] { return ranks.least(memory_left_bytes(options.memory_gigabytes, ranks.here())); };
 
@@ -421,7 +391,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
       output.claim(options.bundle);
     }
     if (options.low_rank) check_low_rank(*options.low_rank);
-    tell_solver(options, ranks);
+    tell_solver(ranks);
     return read_run_inputs(options);
   });
   const GroupChoice choice =

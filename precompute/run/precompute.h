@@ -18,20 +18,13 @@ struct PrecomputeOptions {
   double memory_gigabytes = 0;  // that all ranks on one machine may take together, GB (1e9 bytes); 0: what is free
   double tolerance = 1e-9;      // on the true relative residual of each column
   int ranks_per_operator = 0;   // 0: the fewest whose memory holds the operator
-  bool direct = false;          // the factor alone solves, without PETSc's conjugate gradients
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f64, f32 or f16
   std::optional<double>
       low_rank;  // store the surface's compliance in blocks, with at most this relative error of a column
   bool large_deformation = false;  // store what large deformation needs (runtime/large)
   bool plan_only = false;          // tell what the run would take, and write nothing; bundle may be empty
-  // With plan_only: what a cluster would take. vertices: of a mesh that need not be there yet; mesh, organ and boundary are then empty.
-  double vertices = 0, touchable = 0;
-  Element element = Element::p1_anp;  // of such a mesh
-  int cluster_ranks = 0;              // in all; 0: not asked
-  int ranks_per_machine = 0;          // 0: the cores of this machine
-  double machine_gigabytes = 0;       // memory of each machine, GB
-  std::string json;                   // where the report goes as JSON; "-": standard output; empty: nowhere
+  std::string json;                // where the report goes as JSON; "-": standard output; empty: nowhere
 };
 
 // Collective: all ranks call it with the same options. A PetscSession must be alive. Resumes an earlier run of the same

@@ -64,7 +64,6 @@ struct ColumnSolver::State {
   BatchPreconditioner& preconditioner() const { return batch_preconditioner_of(pc); }
   void solve_batch(std::span<const Load> loads, double* solution);
   void run_ksp();
-  void run_direct();
   std::vector<double> residuals_of(Vec solution);
   std::vector<double> residuals_in_ksp();
   KSPConvergedReason begin_run(std::span<const double> left);
@@ -99,7 +98,6 @@ void ColumnSolver::State::set_up() {
   set_up_pc();
   options.form.reset();
   op->forget_form();
-  if (options.direct) return;
   check(KSPSetTolerances(ksp, options.tolerance, 1e-300, PETSC_DEFAULT, PETSC_DEFAULT));
   check(KSPSetConvergenceTest(ksp, test, this, nullptr));
   check(KSPSetInitialGuessKnoll(ksp, preconditioner().is_exact() ? PETSC_TRUE : PETSC_FALSE));
@@ -117,11 +115,6 @@ void ColumnSolver::State::set_up_pc() {
   if (!is_batch_pc(pc))
     throw InputError("-batch_pc_type: expected no such option; -column_pc_type chooses the preconditioner");
   call(PCSetUp(pc));
-  if (options.direct && !preconditioner().is_exact())
-    throw InputError(
-        fmt::format("--direct: expected a factor of the stiffness matrix as the solver, found {}; leave out "
-                    "--direct, or give the factor more --memory",
-                    preconditioner().description()));
 }
 
 // Whether the residual of each column that misses the tolerance is as small as double precision allows. If so, the reports of
@@ -150,7 +143,7 @@ KSPConvergedReason ColumnSolver::State::begin_run(std::span<const double> left) 
   if (certified) return KSP_CONVERGED_RTOL;
   // A run of CG that has not halved the residual has stalled. Whether rounding is the reason, all_at_floor() tells.
   const bool stalled = residual > 0.5 * worst_before;
-  const bool given_up = restarts > options.most_restarts || !std::isfinite(residual) || options.direct;
+  const bool given_up = restarts > options.most_restarts || !std::isfinite(residual);
   worst_before = residual;
   if (stalled || given_up) {
     std::vector<double> floor;
@@ -219,7 +212,6 @@ PetscErrorCode ColumnSolver::State::test(KSP, PetscInt iteration, PetscReal norm
 }
 
 std::string ColumnSolver::State::reason() const {
-  if (options.direct) return "--direct allows no iteration";
   KSPConvergedReason why = KSP_CONVERGED_ITERATING;
   check(KSPGetConvergedReason(ksp, &why));
   return KSPConvergedReasons[why];
@@ -246,12 +238,6 @@ void ColumnSolver::State::run_ksp() {
   }
 }
 
-void ColumnSolver::State::run_direct() {
-  call(PCApply(pc, b, x));
-  begin_run(residuals_of(x));
-  if (failure) failure->reason = reason();
-}
-
 void ColumnSolver::State::solve_batch(std::span<const Load> loads, double* solution) {
   load = load_norms(loads, op->width());
   // CG uses one step length for the whole batch, so the columns are scaled to norms near 1; a power of two changes no digit.
@@ -273,7 +259,7 @@ void ColumnSolver::State::solve_batch(std::span<const Load> loads, double* solut
   restarts = 0;
   op->begin(x, solution);
   try {
-    options.direct ? run_direct() : run_ksp();
+    run_ksp();
   } catch (...) {
     op->end(x, solution);
     throw;
@@ -320,7 +306,6 @@ std::string ColumnSolver::description() const {
   int ranks = 1;
   MPI_Comm_size(state_->op->communicator(), &ranks);
   const std::string divided = ranks > 1 ? fmt::format(", operator divided among {} ranks", ranks) : "";
-  if (state_->options.direct) return fmt::format("direct, no conjugate gradients: {}{}", preconditioner, divided);
   KSPType type = nullptr;
   check(KSPGetType(state_->ksp, &type));
   return fmt::format("{} {} + {}{}", petsc_version(), type, preconditioner, divided);

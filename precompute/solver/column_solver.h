@@ -24,7 +24,6 @@ struct ColumnSolverOptions {
   int width = 96;           // columns in a batch; rounded up to a multiple of 8
   bool cholesky = true;     // the default preconditioner: a factor, else multigrid; -column_pc_type overrides it
   bool single = false;      // the factor in single precision
-  bool direct = false;      // no CG: x = M^-1 b by the factor, and its true residual
   int most_restarts = 12;   // of CG on the true residual, before a column is given up
   std::shared_ptr<const PressureForm> form =
       nullptr;  // of the matrix: the factor is this form's; null: the matrix's own. The solver lets go of it when it is set up
@@ -76,7 +75,7 @@ class ColumnSolver {
   // Whether this rank gets x and must pass room for it; the reports come on every rank.
   bool has_result() const;
 
-  // For the provenance: "PETSc 3.18.5 cg + supernodal (quasi-definite factor)", or "direct, ...".
+  // For the provenance: "PETSc 3.18.5 cg + supernodal (quasi-definite factor)".
   std::string description() const;
 
   // Position of each block row in the preconditioner's elimination order; empty where it has none.

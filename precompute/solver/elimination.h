@@ -26,9 +26,6 @@ struct Elimination {
 
   std::int64_t numbers() const;  // that the factor stores, with the zeros inside its supernodes
   double factor_flops() const;   // floating-point operations of the factorisation
-  double solve_flops() const {
-    return 4.0 * static_cast<double>(numbers());
-  }  // of both triangular solves of one column
 };
 
 // Matrices with the same pattern get the same elimination. Errors: OperationError (memory).

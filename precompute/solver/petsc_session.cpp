@@ -116,12 +116,6 @@ std::vector<std::string> all_options() {  // "-name value", sorted
 
 }  // namespace
 
-bool petsc_option_given(std::string_view beginning) {
-  for (const auto& option : all_options())
-    if (option.starts_with(beginning) && !own_defaults().count(option.substr(0, option.find(' ')))) return true;
-  return false;
-}
-
 std::string petsc_option_or(const char* name, const char* otherwise) {
   char text[128] = {};
   PetscBool given = PETSC_FALSE;

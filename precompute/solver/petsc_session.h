@@ -4,7 +4,6 @@
 #include <petscsys.h>
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace palpate {
@@ -29,9 +28,6 @@ void check(PetscErrorCode code);
 
 // Sets an option that the user has not set; it does not count as unused.
 void set_default_petsc_option(const std::string& name, const std::string& value);
-
-// Whether the user gave an option whose name begins so ("-ksp_").
-bool petsc_option_given(std::string_view beginning);
 
 // The value of an option, otherwise where it is not given.
 std::string petsc_option_or(const char* name, const char* otherwise);

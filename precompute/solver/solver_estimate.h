@@ -1,5 +1,4 @@
-// Predicts the memory and the time of a solver from the size of its factor, whether counted on a mesh (solver_plan.h) or taken from a
-// law of growth (cluster_plan.h).
+// Predicts the memory and the time of a solver from the size of its factor, which solver_plan.h counts on a mesh.
 #pragma once
 
 #include <cstdint>

@@ -191,11 +191,6 @@ SolverPlan make_plan(const PlanRequest& request) {
   return plan;
 }
 
-double operations_of(const SolverPlan& plan) {
-  const Elimination* e = plan.elimination.get();
-  return e ? e->factor_flops() + static_cast<double>(plan.columns) * e->solve_flops() : 0;
-}
-
 std::string plan_text(const SolverPlan& plan) {
   if (plan.ranks_per_operator > 1)
     return fmt::format(

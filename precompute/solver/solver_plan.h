@@ -69,10 +69,6 @@ double kernel_rate(int block);
 // Processor cores that this process may use.
 int usable_cores();
 
-// Floating-point operations of the factor and of all columns, counted from the pattern of the factor; 0 where there is no
-// factor.
-double operations_of(const SolverPlan& plan);
-
 // The plan as a screen of text, and as JSON.
 std::string plan_text(const SolverPlan& plan);
 nlohmann::json plan_json(const SolverPlan& plan);

@@ -165,20 +165,6 @@ TEST(CorridorSections, AreCompared) {
               HasSubstr("corridor/residual: only in"));
 }
 
-TEST(CorridorSections, ThatLackAPartAreNotWritten) {
-  for (const SectionId id : kCorridor) {
-    if (id == SectionId::corridor_interior) continue;
-    BundleParts parts = box();
-    parts.sections.erase(id);
-    try {
-      write_bundle(scratch("h5"), parts);
-      ADD_FAILURE() << "written";
-    } catch (const std::exception& error) {
-      EXPECT_THAT(error.what(), HasSubstr("found 3 of them"));
-    }
-  }
-}
-
 // ---- with the inputs ------------------------------------------------------------------------------------------------
 
 std::string verify_with_inputs(const std::string& bundle) {

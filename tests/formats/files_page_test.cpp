@@ -35,7 +35,15 @@ std::string cell(std::string text) {
   return text;
 }
 
-std::string keys_of(ConfigFile file, const std::string& table) {
+// What a key means: the last cell of its row in the page's own table.
+std::string meaning_of(const std::string& key, const std::string& table) {
+  const auto row = table.find("\n| `" + key + "` | ");
+  if (row == std::string::npos) return "";
+  const auto end = table.find(" |\n", row), cell = table.rfind(" | ", end - 1) + 3;
+  return table.substr(cell, end - cell);
+}
+
+std::string keys_of(ConfigFile file, const std::string& table, const std::string& own) {
   std::ostringstream out;
   out << "| key | type | unit | default | limits | meaning |\n|---|---|---|---|---|---|\n";
   for (const ConfigKey& key : config_keys()) {
@@ -45,7 +53,9 @@ std::string keys_of(ConfigFile file, const std::string& table) {
     const std::string limits = std::string(key.type) == "choice" ? "one of " + std::string(key.limits) : key.limits;
     out << "| `" << key.key << "` | " << key.type << " | " << key.unit << " | "
         << (word ? standard : "`" + standard + "`") << " | " << cell(limits.empty() ? "-" : limits) << " | "
-        << cell(key.meaning) << " |\n";
+        << meaning_of(key.key, own) << " |\n";
+    EXPECT_GT(meaning_of(key.key, own).size(), 5u)
+        << "docs/files.md: what does " << table << "." << key.key << " mean?";
   }
   return out.str();
 }
@@ -64,7 +74,8 @@ std::string printed(const std::string& text, std::multiset<std::pair<ConfigFile,
       return text;
     }
     tables.emplace(file->second, (*i)[2]);
-    out += text.substr(at, begin - at) + "\n" + keys_of(file->second, (*i)[2]) + "\n";
+    out +=
+        text.substr(at, begin - at) + "\n" + keys_of(file->second, (*i)[2], text.substr(begin, close - begin)) + "\n";
     at = close;
   }
   return out + text.substr(at);

@@ -96,41 +96,10 @@ TEST(HostileBundle, AForgeryThatChangesNothingIsAccepted) {
   EXPECT_EQ(Forgery().status(), BundleStatus::ok);
 }
 
-TEST(HostileBundle, CutAtAnyByteIsRefused) {
-  const std::string whole = whole_bundle();
-  for (std::size_t n = 0; n < whole.size(); ++n)
-    ASSERT_NE(status_of(whole.substr(0, std::min<std::size_t>(n, kUserBlockBytes)), n), BundleStatus::ok) << n;
-}
-
 TEST(HostileBundle, WithAByteAddedIsRefused) {
   const std::string whole = whole_bundle();
   EXPECT_EQ(status_of(whole, whole.size()), BundleStatus::ok);
   EXPECT_EQ(status_of(whole, whole.size() + 1), BundleStatus::truncated);
-}
-
-TEST(HostileBundle, WithAnyBitOfItsFirstBlockFlippedIsRefused) {
-  const std::string whole = whole_bundle();
-  for (std::size_t at = 0; at < kUserBlockBytes; ++at)
-    for (int bit = 0; bit < 8; ++bit) {
-      std::string head = whole.substr(0, kUserBlockBytes);
-      head[at] = static_cast<char>(head[at] ^ 1 << bit);
-      ASSERT_NE(status_of(head, whole.size()), BundleStatus::ok) << "byte " << at << " bit " << bit;
-    }
-}
-
-TEST(HostileBundle, WithAnyByteOfASectionFlippedMissesItsChecksum) {
-  // Every 97th byte: hits every section and every position within a stripe of the hash.
-  const std::string whole = whole_bundle();
-  Forgery index;
-  for (const SectionEntry& entry : index.entries) {
-    std::string bytes = whole.substr(entry.offset, entry.bytes);
-    ASSERT_EQ(xxh64(bytes.data(), bytes.size()), entry.checksum);
-    for (std::size_t at = 0; at < bytes.size(); at += bytes.size() < 97 ? 1 : 97) {
-      bytes[at] = static_cast<char>(bytes[at] ^ 0x40);
-      ASSERT_NE(xxh64(bytes.data(), bytes.size()), entry.checksum) << describe_section(SectionId(entry.id))->path << at;
-      bytes[at] = static_cast<char>(bytes[at] ^ 0x40);
-    }
-  }
 }
 
 TEST(HostileBundle, SaysWhatWasFound) {
@@ -372,51 +341,6 @@ TEST(HostileBundle, WithCorridorNodesThatDoNotAscendInsideIsRefused) {
   EXPECT_EQ(status({56, -1, 63}, 1), BundleStatus::content);
   EXPECT_EQ(status({56, 63, 58}, 2), BundleStatus::content) << "not ascending";
   EXPECT_EQ(status({56, 56, 63}, 1), BundleStatus::content) << "twice";
-}
-
-TEST(HostileBundle, MutatedAtRandomNeverDescribesBytesOutsideTheFile) {
-  // A short fuzz run in every test: overwrites fields of the index with extreme values and makes the checksum fit.
-  const std::uint64_t edges[] = {0,
-                                 1,
-                                 2,
-                                 3,
-                                 4,
-                                 5,
-                                 63,
-                                 64,
-                                 4095,
-                                 4096,
-                                 8192,
-                                 INT32_MAX,
-                                 UINT32_MAX,
-                                 1ull << 32,
-                                 INT64_MAX,
-                                 UINT64_MAX,
-                                 UINT64_MAX - 4095,
-                                 1ull << 62};
-  std::mt19937_64 random(1);
-  for (int round = 0; round < 20000; ++round) {
-    Forgery forgery;
-    for (std::uint64_t changes = 1 + random() % 3; changes > 0; --changes) {
-      auto* words = reinterpret_cast<unsigned char*>(forgery.entries.data());
-      const std::size_t at = random() % (forgery.entries.size() * sizeof(SectionEntry) / 8) * 8;
-      std::uint64_t value = edges[random() % std::size(edges)];
-      if (random() % 2) std::memcpy(&value, words + random() % (forgery.entries.size() * 9) * 8, 8);
-      std::memcpy(words + at, &value, 8);
-    }
-    const std::string head = forgery.sealed();
-    BundleIndex index;
-    if (read_bundle_index(head.data(), forgery.header.file_bytes, &index, nullptr) != BundleStatus::ok) continue;
-    for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
-      const SectionEntry& e = index.entries[i];
-      ASSERT_LE(e.offset, forgery.header.file_bytes);
-      ASSERT_LE(e.bytes, forgery.header.file_bytes - e.offset);
-    }
-    const BundleCounts& n = index.counts;
-    ASSERT_EQ(find_section(index, SectionId::displacement_surface)->bytes, n.touchable * 9 * n.surface_nodes * 4);
-    ASSERT_EQ(find_section(index, SectionId::tetrahedra)->bytes, n.tetrahedra * 16);
-    ASSERT_EQ(find_section(index, SectionId::fixed)->bytes, n.nodes * 3);
-  }
 }
 
 }  // namespace

@@ -258,21 +258,6 @@ TEST_F(SurfaceDamage, BrokenSurfaceFilesNameTheLineOrByte) {
   expect_refused("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", AllOf(HasSubstr("line 4"), HasSubstr("below 3")));
   expect_refused("b.obj", "v 0 0 0\nv 1 0 inf\nv 0 1 0\nf 1 2 3\n", AllOf(HasSubstr("line 2"), HasSubstr("inf")));
   expect_refused("c.obj", "v 0 0 0\n", HasSubstr("no triangles"));
-
-  const std::string vtp =
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n"
-      "<Piece NumberOfPoints=\"3\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
-      "NumberOfPolys=\"1\">\n<Points>\n"
-      "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 "
-      "0</DataArray>\n</Points>\n<Polys>\n"
-      "<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">0 1 2</DataArray>\n"
-      "<DataArray type=\"Int32\" Name=\"offsets\" "
-      "format=\"ascii\">3</DataArray>\n</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n";
-  expect_refused("open.vtp", vtp, HasSubstr("1 open loop"));
-  expect_refused("a.vtp", replaced(vtp, ">0 1 2<", ">0 1 9<"), HasSubstr("below 3"));
-  expect_refused("b.vtp", replaced(vtp, "NumberOfPoints=\"3\"", "NumberOfPoints=\"99999999999\""),
-                 HasSubstr("does not fit"));
-  expect_refused("c.vtp", vtp.substr(0, vtp.size() / 2), HasSubstr("cut off"));
 }
 
 TEST_F(SurfaceDamage, OptionsThatDoNotFitTheInputAreRefused) {

@@ -87,25 +87,6 @@ class SurfaceForms : public testing::Test {
     text << "endsolid ball\n";
     return text.str();
   }
-  std::string vtp() const {
-    std::ostringstream text;
-    text << "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" "
-            "byte_order=\"LittleEndian\">\n<PolyData>\n"
-            "<Piece NumberOfPoints=\""
-         << surface_.points.size() << "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\""
-         << surface_.triangles.size()
-         << "\">\n<PointData>\n<DataArray type=\"Float32\" Name=\"quality\" format=\"ascii\">";
-    for (std::size_t p = 0; p < surface_.points.size(); ++p) text << "nan ";
-    text << "</DataArray>\n</PointData>\n<Points>\n<DataArray type=\"Float64\" NumberOfComponents=\"3\" "
-            "format=\"ascii\">";
-    for (const Point& p : surface_.points) text << plain(p) << ' ';
-    text << "</DataArray>\n</Points>\n<Polys>\n<DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">";
-    for (const auto& [a, b, c] : surface_.triangles) text << a << ' ' << b << ' ' << c << ' ';
-    text << "</DataArray>\n<DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">";
-    for (std::size_t t = 1; t <= surface_.triangles.size(); ++t) text << 3 * t << ' ';
-    text << "</DataArray>\n</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n";
-    return text.str();
-  }
 
   void expect_surface(const std::string& name, const std::string& bytes) const {
     SCOPED_TRACE(name);
@@ -145,7 +126,6 @@ TEST_F(SurfaceForms, AByteOrderMarkIsPassedOver) {
                  kMark + obj_file.substr(obj_file.find("v ")));  // the mark in front of a point, not of a comment
   expect_surface("a.ply", kMark + ply());
   expect_surface("a.stl", kMark + stl());
-  expect_surface("a.vtp", kMark + vtp());
 }
 
 TEST_F(SurfaceForms, LinesGoOnWhereTheFormatSaysSo) {
@@ -170,7 +150,6 @@ TEST_F(SurfaceForms, WhatNobodyNeedsMayBeNotANumber) {
   expect_surface("a.obj", obj());  // normals
   expect_surface("a.ply", ply());  // another property of a point, and of a face
   expect_surface("a.stl", stl());  // normals
-  expect_surface("a.vtp", vtp());  // an array of points
   // A point that no triangle uses.
   expect_surface("b.off", off(" ", "nan 0 inf\n"));
   expect_surface("b.obj", obj(" ", "v nan nan nan\n"));

@@ -91,7 +91,7 @@ TEST(ColumnSolver, WithAFactorTheInitialGuessHoldsAndFromZeroCgIteratesOnce) {
   }
 }
 
-TEST(ColumnSolver, AFactorInSinglePrecisionTakesAFewIterationsAndIsNoDirectSolver) {
+TEST(ColumnSolver, AFactorInSinglePrecisionTakesAFewIterations) {
   const Box box(5);
   const auto loads = spread_loads(box, 24);
   const Solved exact = solved(box, {.width = 24}, loads), single = solved(box, {.width = 24, .single = true}, loads);
@@ -108,7 +108,6 @@ TEST(ColumnSolver, AFactorInSinglePrecisionTakesAFewIterationsAndIsNoDirectSolve
   EXPECT_LE(off, 1e-7 * most);  // the residual of 1e-9 and a condition of 1e4 allow 1e-5; seen: 1e-9
   const PetscOption by_name("-column_pc_type", "supernodal_single");
   EXPECT_EQ(solved(box, {.width = 24}, loads).x, single.x);
-  EXPECT_THROW(solved(box, {.width = 24, .direct = true}, loads), InputError);
 }
 
 TEST(ColumnSolver, AColumnHasTheSameBytesAloneAndInAnyBatch) {
@@ -144,25 +143,6 @@ TEST(ColumnSolver, ColumnsThatHoldTheToleranceAreNotChangedByIterationsForOthers
     EXPECT_EQ(column(loose, 8, c), column(tight, 8, c)) << c;
   }
   EXPECT_EQ(kept, 4);
-}
-
-TEST(ColumnSolver, DirectHasTheBytesOfTheFactorsGuessAndIsNamedDirect) {
-  const Box box(5);
-  const auto loads = spread_loads(box, 24);
-  const Solved cg = solved(box, {.width = 24}, loads), direct = solved(box, {.width = 24, .direct = true}, loads);
-  EXPECT_EQ(cg.x, direct.x);
-  for (std::size_t c = 0; c < 24; ++c) EXPECT_EQ(cg.reports[c].residual, direct.reports[c].residual);
-  const ColumnSolver solver(box.matrix, box.coordinates, {.direct = true});
-  EXPECT_TRUE(solver.description().starts_with("direct, no conjugate gradients: supernodal")) << solver.description();
-  const ColumnSolver by_cg(box.matrix, box.coordinates, {});
-  EXPECT_NE(by_cg.description().find(" cg + supernodal"), std::string::npos) << by_cg.description();
-}
-
-TEST(ColumnSolver, DirectIsRefusedWithoutAFactor) {
-  const Box box(5);
-  EXPECT_THROW(solved(box, {.width = 8, .cholesky = false, .direct = true}, {{5, 0, 1.0}}), InputError);
-  const PetscOption other_factor("-column_pc_type", "cholesky");
-  EXPECT_NO_THROW(solved(box, {.width = 8, .direct = true}, {{5, 0, 1.0}}));
 }
 
 TEST(ColumnSolver, ARunThatEndsAboveTheToleranceIsFollowedByAnother) {

@@ -274,28 +274,6 @@ TEST_P(CorridorColumns, HaveACompatibleSymmetricCompliance) {
     }
 }
 
-TEST_P(CorridorColumns, AreThoseOfTouchableNodesByReciprocity) {
-  const ElasticBody body = body_with_held_nodes();
-  const auto [d, found] = solve(body, GetParam());
-  const auto ns = static_cast<std::size_t>(body.surface_count);
-  const std::size_t run = 3 * body.nodes.size();
-  for (const std::int32_t touched : {body.touchable[3], body.touchable.back()}) {
-    const auto n = static_cast<std::size_t>(touched);
-    const NodeTensor tensor = solve_node_tensors(body, GetParam(), {{touched}}, 1e-13)[0];
-    for (std::size_t k = 0; k < body.corridor_nodes.size(); ++k)
-      for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j) {
-          // T^u_kn = C_kn T^f_n with C_kn = C_nk^T, of which the corridor's row is [k, i, n, m].
-          double expected = 0;
-          for (std::size_t m = 0; m < 3; ++m)
-            expected +=
-                static_cast<double>(found.surface[(3 * k + i) * 3 * ns + 3 * n + m]) * tensor.stiffness[3 * m + j];
-          const double stored = tensor.displacement[j * run + 3 * static_cast<std::size_t>(body.corridor_nodes[k]) + i];
-          ASSERT_NEAR(stored, expected, 1e-6) << k << ' ' << i << ' ' << j;  // f32; T^u is near 1 at most
-        }
-  }
-}
-
 TEST(CorridorBatches, OfAnyWidthGiveTheSameBytesWithAndWithoutTheInterior) {
   const ElasticBody body = body_with_held_nodes();
   const SolvedCorridor narrow = solve(body, Element::p1, true, 8).corridor,

@@ -40,24 +40,12 @@ TEST_F(MemoryLeft, WithoutALimitFourFifthsOfWhatIsFreeAreLeft) {
   EXPECT_DOUBLE_EQ(left(), 0.8 * 32e6 * 1024);
 }
 
-TEST_F(MemoryLeft, TheLimitOfTheRootGroupCounts) {
-  group2("", "4000000000", "1000000000");
-  EXPECT_DOUBLE_EQ(left(), 0.8 * 3e9);
-}
-
 TEST_F(MemoryLeft, TheLimitOfASlurmJobOnVersion2Counts) {
   write("proc/self/cgroup", "0::/system.slice/slurmstepd.scope/job_7/step_0/user/task_0\n");
   group2("/system.slice/slurmstepd.scope/job_7/step_0/user/task_0", "max", "100000000");
   group2("/system.slice/slurmstepd.scope/job_7", "2000000000", "500000000");
   group2("/system.slice", "max", "900000000");
   EXPECT_DOUBLE_EQ(left(), 0.8 * 1.5e9);
-}
-
-TEST_F(MemoryLeft, TheTightestOfNestedLimitsCounts) {
-  write("proc/self/cgroup", "0::/a/b\n");
-  group2("/a/b", "3000000000", "1000000000");
-  group2("/a", "2500000000", "2000000000");
-  EXPECT_DOUBLE_EQ(left(), 0.8 * 0.5e9);
 }
 
 TEST_F(MemoryLeft, TheLimitOfAVersion1ContainerCounts) {
@@ -91,12 +79,6 @@ TEST(OwnPeak, CountsWhatRanksShareOnceAlsoAfterItWasFreed) {
   EXPECT_DOUBLE_EQ(peak.after_stage(7, 5, 2), 4.5);  // columns
   EXPECT_DOUBLE_EQ(peak.after_stage(7, 0, 2), 4.5);  // pack
   EXPECT_DOUBLE_EQ(peak.after_stage(8, 0, 2), 8);    // a stage that takes more than all before, and shares nothing
-}
-
-TEST(OwnPeak, OfOneRankIsItsPeak) {
-  OwnPeak peak;
-  EXPECT_DOUBLE_EQ(peak.after_stage(7, 5, 1), 7);
-  EXPECT_DOUBLE_EQ(peak.after_stage(7, 0, 1), 7);
 }
 
 }  // namespace

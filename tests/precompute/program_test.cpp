@@ -141,50 +141,6 @@ TEST_F(Program, StoresTheStiffnessOfSoftSupportsForLargeDeformation) {
       section<std::int32_t>(file_bytes(folder_ / "linear.h5"), formats::SectionId::large_support_nodes).empty());
 }
 
-TEST_F(Program, PlansForAClusterWithAMeshAndWithoutOne) {
-  ASSERT_EQ(run("none.h5", "--plan --ranks 8 --ranks-per-node 4 --memory-per-node 16"), 0) << said_;
-  EXPECT_THAT(said_, HasSubstr("on paper  8 ranks on 2 machines of 16.00 GB"));
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "none.h5"));
-  const std::string plan = std::string(PALPATE_PRECOMPUTE) + " --plan ";
-  ASSERT_EQ(execute(plan + "--vertices 1000000 --ranks 64 --ranks-per-node 16 --memory-per-node 512 --json plan.json"),
-            0)
-      << said_;
-  EXPECT_THAT(said_, HasSubstr("on paper  64 ranks on 4 machines of 512.00 GB: 1000000 rows of K"));
-  const auto json = nlohmann::json::parse(file_bytes(folder_ / "plan.json"));
-  EXPECT_EQ(json["machines"], 4);
-  EXPECT_EQ(json["solvers"].size(), 3u);
-  for (const auto& [wrong, sentence] : std::vector<std::pair<std::string, std::string>>{
-           {"--vertices 1000000", "--vertices requires --ranks"},
-           {"--ranks 4 mesh.msh", "--ranks requires --memory-per-node"},
-           {"--vertices 1e6 --ranks 4 --memory-per-node 16 mesh.msh", "--vertices excludes mesh"},
-           {"--vertices 1000 --touchable 2000 --ranks 4 --memory-per-node 16", "expected at most the 1000 vertices"},
-           {"", "mesh is required"}}) {
-    EXPECT_EQ(execute(plan + wrong), 2) << wrong;
-    EXPECT_THAT(said_, HasSubstr(sentence)) << wrong;
-  }
-  EXPECT_EQ(run("none.h5", "--ranks 4 --memory-per-node 16"), 2);
-  EXPECT_THAT(said_, HasSubstr("--ranks requires --plan"));
-}
-
-TEST_F(Program, DirectSkipsTheConjugateGradientsAndIsNamedSo) {
-  ASSERT_EQ(run("direct.h5", "--direct"), 0) << said_;
-  const std::string bytes = file_bytes(folder_ / "direct.h5");
-  const auto provenance = section<char>(bytes, SectionId::provenance);
-  EXPECT_THAT(std::string(provenance.begin(), provenance.end()),
-              HasSubstr("\"solver\":\"direct, no conjugate gradients: supernodal"));
-  EXPECT_THAT(said_, HasSubstr("direct, no conjugate gradients"));
-  for (const double r : section<double>(bytes, SectionId::residual)) EXPECT_LE(r, 1e-9);
-  ASSERT_EQ(run("cg.h5"), 0) << said_;
-  const std::string by_cg = file_bytes(folder_ / "cg.h5");
-  EXPECT_EQ(section<float>(bytes, SectionId::displacement_surface),
-            section<float>(by_cg, SectionId::displacement_surface));
-
-  EXPECT_EQ(run("x.h5", "--direct -- -column_pc_type multigrid"), 2);
-  EXPECT_THAT(said_, HasSubstr("--direct: expected a factor"));
-  EXPECT_EQ(run("x.h5", "--direct -- -ksp_monitor"), 2);
-  EXPECT_THAT(said_, HasSubstr("PETSc did not use the options after"));
-}
-
 TEST_F(Program, GivesTheSameBytesFromOneAndTwoRanksWithMultigrid) {
   const std::string options = "--batch 24 -- -column_pc_type gamg";
   ASSERT_EQ(run("one.h5", options), 0) << said_;
@@ -465,15 +421,6 @@ TEST_F(Program, EndsOnAllRanksWhenOneFails) {
   EXPECT_EQ(run_unlike("x.h5", "-- -column_pc_type jacobi -ksp_max_it 2"), 1);
   EXPECT_THAT(said_, HasSubstr("did not converge"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.h5"));  // the first rank's columns may be kept
-}
-
-TEST_F(Program, LeavesNoBundleAndKeepsTheOldOneWhenKilled) {
-  write("x.h5", "the old bundle");
-  ASSERT_EQ(stop(start_slow("x.h5"), SIGKILL), SIGKILL) << "it finished before it was killed";
-  EXPECT_EQ(file_bytes(folder_ / "x.h5"), "the old bundle");
-  // The files that the killed run left do not prevent the next one.
-  ASSERT_EQ(run("x.h5"), 0) << said_;
-  index_of(file_bytes(folder_ / "x.h5"));
 }
 
 }  // namespace

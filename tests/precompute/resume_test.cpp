@@ -204,34 +204,6 @@ TEST_F(Resume, KeepsItsColumnsWhenOnlyTheMemoryIsAnother) {
   EXPECT_TRUE(same());
 }
 
-// A copy of the library that the program loads by this name, whose build id differs in its first byte: what an upgrade
-// between two runs looks like.
-std::filesystem::path upgraded_library(const std::filesystem::path& folder, const std::string& name) {
-  const ProgramRun listed = run_in(folder, "ldd " + std::string(PALPATE_PRECOMPUTE));
-  const auto at = listed.out.find(name + " => ");
-  if (at == std::string::npos) return {};
-  const auto from = at + name.size() + 4;
-  std::string bytes = file_bytes(listed.out.substr(from, listed.out.find(' ', from) - from));
-  const std::string note("\4\0\0\0\24\0\0\0\3\0\0\0GNU\0", 16);  // sizes of name and id, NT_GNU_BUILD_ID
-  const auto id = bytes.find(note);
-  if (id == std::string::npos) return {};
-  bytes[id + note.size()] ^= 1;
-  std::filesystem::create_directory(folder / "upgraded");
-  std::ofstream(folder / "upgraded" / name, std::ios::binary) << bytes;
-  return folder / "upgraded";
-}
-
-TEST_F(Resume, BeginsAnewWhenALibraryWasUpgraded) {
-  const auto folder = upgraded_library(folder_, "libcholmod.so.3");
-  ASSERT_FALSE(folder.empty()) << "the program loads no libcholmod.so.3 with a build id";
-  kill_at_batch(9);
-  const std::string with = "env LD_LIBRARY_PATH=" + folder.string() + " ";
-  EXPECT_EQ(execute(with + arguments("x.h5", "--json report.json " + kOptions)), 0) << said_;
-  EXPECT_THAT(said_, ::testing::ContainsRegex("x.h5.part is begun anew: library libcholmod.so was [0-9a-f]+, is "));
-  const auto report = nlohmann::json::parse(file_bytes(folder_ / "report.json"), nullptr, false);
-  EXPECT_EQ(report["column_batches_of_earlier_runs"], 0);
-}
-
 TEST_F(Resume, LeavesTheOldBundleAloneUntilTheEnd) {
   write("x.h5", "the old bundle");
   EXPECT_NE(run_with("torn:11:.journal"), 0);

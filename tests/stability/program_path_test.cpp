@@ -35,7 +35,7 @@ TEST(StabilityProgramPath, ForceOfADiscAsPoissonsRatioGoesToAHalf) {
   programs.write(
       "press.toml",
       "name = \"press\"\nbundle = \"x.h5\"\nunit = \"mm\"\n[effects]\ncontact = \"patch\"\nshape = \"off\"\n"
-      "[[tool]]\nname = \"disc\"\npoints = [[0, 0, 0]]\nradius = 9\npath = [[0, 38, 25, 41], [0.1, 38, 25, 38]]\n");
+      "[[tool]]\nname = \"disc\"\npoints = [[0, 0, 0]]\ndisc_radius = 9\npath = [[0, 38, 25, 41], [0.1, 38, 25, 38]]\n");
   double band = 0, locks = 0, unsaid = 0, failed = 0;
   for (const double nu : {0.3, 0.4999}) {
     double force[3] = {};

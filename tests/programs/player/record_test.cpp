@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 // A disc that comes down, is drawn aside and slips, and a clamp that starts late; capsules and grips are evaluated once.
 const std::string kTools =
-    "[[tool]]\nname = \"probe \\\"1\\\"\"\npoints = [[0, 0, 0]]\nradius = 4\nfriction = 0.3\n"
+    "[[tool]]\nname = \"probe \\\"1\\\"\"\npoints = [[0, 0, 0]]\ndisc_radius = 4\nfriction = 0.3\n"
     "path = [[0, 41, 26, 44], [0.05, 41, 26, 36], [0.1, 44.7, 29, 36.1]]\n"
     "[[tool]]\nname = \"rod\"\nhold = true\ncapsule = { radius = 3, length = 20, axis = [0.1, 1, 0], samples = 5 }\n"
     "path = [[0, 20, 15, 47], [0.1, 20, 15, 41]]\naway = [[0, 0.01], [0.06, 0.08]]\n"

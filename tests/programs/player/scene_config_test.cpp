@@ -92,8 +92,6 @@ TEST_F(SceneFile, MakesAPatchOfAToolWithARadius) {
   EXPECT_EQ(scene.law, SceneConfig::Law::coulomb);
   EXPECT_DOUBLE_EQ(scene.tools.at(0).disc_radius, 0.003);
   EXPECT_DOUBLE_EQ(scene.tools.at(0).friction, 0.2);
-  EXPECT_DOUBLE_EQ(read(kPoint + kPath + "radius = 3\n").tools.at(0).disc_radius, 0.003);  // the key's earlier name
-  expect_refused(kPoint + kPath + "radius = 3\ndisc_radius = 3\n", "", "disc_radius alone");
   expect_refused(kPoint + kPath + "disc_radius = 0\n", "",
                  "scene.toml:7: [[tool]] 1: disc_radius: expected a length above 0");
   expect_refused(kPoint + kPath + "disc_radius = 1001\n", "", "a length of at most 1 m");
