@@ -23,8 +23,8 @@ Mat3 without_one(Mat3 turn) {
 }  // namespace
 
 bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
-                    const Motions* motions) {
-  source_ = source, motions_ = motions, most_nodes_ = most_nodes;
+                    const DisplacementField* field) {
+  source_ = source, field_ = field, most_nodes_ = most_nodes;
   grasps_ = memory.array<Grasp>(static_cast<std::size_t>(max_tools));
   memory.keep_array(grasps_, static_cast<std::size_t>(max_tools));
   for (std::int32_t t = 0; !memory.failed() && t < max_tools; ++t) forget(t);
@@ -37,13 +37,11 @@ void Grasps::forget(std::int32_t t) {
 
 // ---- closing ---------------------------------------------------------------------------------------------------------
 
-void Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
-                        GraspPatch* to) {
+void Grasps::find_patch(const SurfacePoint& place, double radius, GraspPatch* to) {
   find_grasp_patch(source_, place, radius, most_nodes_, to);
   for (int e = 0; e < to->count; ++e) {
     const Vec3 rest = load3(source_.rest + 3 * static_cast<std::size_t>(to->node[e]));
-    Vec3 u = solver.last_displacement(tensors, to->node[e]);
-    if (motions_) u += motions_->now(to->node[e]);
+    const Vec3 u = field_->at_node(to->node[e]);
     for (int part = 0; part < 3; ++part) {
       to->before[part] += to->weight[part][e] * u;
       to->place[part] += to->weight[part][e] * (rest + u);
@@ -51,22 +49,20 @@ void Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors&
   }
 }
 
-void Grasps::close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const ContactSolver& solver) {
+void Grasps::close(Grasp& grasp, const Tool& tool) {
   const palpate_grasp& from = tool.grasp;
   grasp.closed = 1, grasp.id = from.id, grasp.slipped = {};
   grasp.state = {};
   grasp.patches[0] = grasp.patches[1] = GraspPatch{};
-  find_patch(surface_point_of(from.triangle, from.barycentric), from.radius, tensors, solver, &grasp.patches[0]);
+  find_patch(surface_point_of(from.triangle, from.barycentric), from.radius, &grasp.patches[0]);
   if (patches_of(from) < 2) return;
-  find_patch(surface_point_of(from.opposite_triangle, from.opposite_barycentric), from.radius, tensors, solver,
-             &grasp.patches[1]);
+  find_patch(surface_point_of(from.opposite_triangle, from.opposite_barycentric), from.radius, &grasp.patches[1]);
   grasp.axis = unit_or_zero(grasp.patches[1].place[0] - grasp.patches[0].place[0]);
 }
 
 // ---- a step ----------------------------------------------------------------------------------------------------------
 
-std::int32_t Grasps::begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const Tensors& tensors,
-                           const ContactSolver& solver, Operations* work) {
+std::int32_t Grasps::begin(std::int32_t t, const Tool& tool, const OrganPose& organ, Operations* work) {
   Grasp& grasp = grasps_[t];
   const bool has_held = grasp.patches[0].rows_of >= 0 || grasp.patches[1].rows_of >= 0;
   for (GraspPatch& patch : grasp.patches) patch.rows_of = -1;
@@ -85,8 +81,8 @@ std::int32_t Grasps::begin(std::int32_t t, const Tool& tool, const OrganPose& or
   const bool is_anew = grasp.closed && grasp.id != tool.grasp.id;
   if (grasp.closed != 1 || is_anew) {
     grasp.closed_position = grasp.position, grasp.closed_axes = axes;
-    close(grasp, tool, tensors, solver);
-    *work += operations_to_close(solver.contact_nodes());
+    close(grasp, tool);
+    *work += operations_to_close(field_->loads().count());
     if (is_anew && has_held) grasp.closed = Grasp::kClosesAnew;
   }
   grasp.turn = times_transposed(axes, grasp.closed_axes);

@@ -7,8 +7,8 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/displacement_field.h"
 #include "runtime/contact/grasp_patch.h"
-#include "runtime/contact/motions.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
 
@@ -33,16 +33,15 @@ struct Grasp {
 
 class Grasps {
  public:
-  // most_nodes: of a disc. motions: move the organ beside the contacts, or nullptr; borrowed.
+  // most_nodes: of a disc. field: borrowed.
   bool create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
-              const Motions* motions);
+              const DisplacementField* field);
   void forget(std::int32_t t);
 
   // Patches of the tool in place t that will ask for rows. Closes, opens and moves its grasp. Cost of a closing: some 20 us, more for discs of some hundred nodes, and the
   // tensors' entries between the patches' nodes and those of the last step's contacts.
   // work: takes the operations of a closing.
-  std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const Tensors& tensors,
-                     const ContactSolver& solver, Operations* work);
+  std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ, Operations* work);
   // Of a closing of two discs among so many contact nodes, at most.
   static Operations operations_to_close(std::int32_t contact_nodes) {
     constexpr Operations entry = 15, disc = 20'000;
@@ -61,15 +60,14 @@ class Grasps {
   const palpate_grasp_state& state(std::int32_t t) const { return grasps_[t].state; }
 
  private:
-  void close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const ContactSolver& solver);
-  void find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
-                  GraspPatch* to);
+  void close(Grasp& grasp, const Tool& tool);
+  void find_patch(const SurfacePoint& place, double radius, GraspPatch* to);
   Vec3 target(const Grasp& grasp, const Tool& tool, int patch, int part) const;
   static double limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver);
   static Vec3 force_of(const Grasp& grasp, const ContactSolver& solver);
 
   DiscSource source_ = {};
-  const Motions* motions_ = nullptr;
+  const DisplacementField* field_ = nullptr;
   std::int32_t most_nodes_ = 0;
   Grasp* grasps_ = nullptr;  // [max_tools]
 };

@@ -132,11 +132,10 @@ bool Links::walk(const ContactConstraints& set, const ContactSolver& solver, boo
 // Where the motions have brought the ends.
 void Links::drive(Link& link) const {
   for (int e = 0; source_.motions && e < 2; ++e)
-    link.ends[e].driven = driven_by(*source_.motions, source_.surface, link.given.ends[e], link.ends[e]);
+    link.ends[e].driven = driven_by(*source_.field, source_.surface, link.given.ends[e], link.ends[e]);
 }
 
-std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver,
-                          Operations* work) {
+std::int32_t Links::begin(const OrganPose& organ, Operations* work) {
   std::int32_t act = 0;
   *work += kOfLink * count_;
   for (std::int32_t i = 0; i < count_; ++i) {
@@ -149,8 +148,8 @@ std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const 
     // A shorter rest length or an end that moved in the world may have used up what the bound left.
     if (!link.fresh && !(longest(link) + kLeastSlack < link.rest_length)) {
       for (LinkEnd& end : link.ends) {
-        end.moved = last_move(end, tensors, solver);
-        *work += to_move(end, solver.contact_nodes());
+        end.moved = moved_by(*source_.field, end);
+        *work += to_move(end, source_.field->loads().count());
       }
       link.fresh = 1, link.path = path_;
     }
@@ -190,12 +189,6 @@ std::uint32_t Links::request(ContactRows& rows, ContactAdmission& admission) {
   return flags;
 }
 
-Vec3 Links::last_move(const LinkEnd& end, const Tensors& tensors, const ContactSolver& solver) {
-  Vec3 moved;
-  for (int v = 0; v < end.count; ++v) moved += end.weight[v] * solver.last_displacement(tensors, end.node[v]);
-  return is_finite(moved) ? moved : Vec3{};
-}
-
 Operations Links::operations_to_end(std::int32_t contact_nodes) const {
   Operations nodes = 0, act = 0, turning = 0;
   for_threads([&](const auto& thread) {
@@ -208,8 +201,8 @@ Operations Links::operations_to_end(std::int32_t contact_nodes) const {
   return kOfLink * act + 3 * nodes * contact_nodes + turning;
 }
 
-std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-                         const ContactSolver& solver, bool solved, std::uint64_t step, Operations* work) {
+std::uint32_t Links::end(const ContactConstraints& set, const Vec3* force, const ContactSolver& solver, bool solved,
+                         std::uint64_t step, Operations* work) {
   std::uint32_t flags = 0;
   const bool known = walk(set, solver, solved);
   for_threads([&](const auto& thread) {
@@ -225,7 +218,7 @@ std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, 
       if (rests) continue;
       std::int32_t first = link.row_of < 0 ? -1 : set.constraints[link.row_of].first_node;
       for (LinkEnd& end : link.ends) {
-        end.moved = moved_by({tensors, set, force, modified, solver}, end, first);
+        end.moved = moved_by({set, force, solver, *source_.field}, end, first);
         if (first >= 0) first += end.count;
         if (link.row_of < 0) *work += to_move(end, set.node_count);
       }
@@ -254,13 +247,13 @@ Mat3 Links::compliance_between(const ContactConstraints& set, const ContactSolve
   return sum;
 }
 
-const palpate_link_state* Links::state(std::int32_t i, const Tensors& tensors, const ContactSolver& solver) const {
+const palpate_link_state* Links::state(std::int32_t i) const {
   if (i < 0 || i >= count_) return nullptr;
   Link& link = links_[i];
   Vec3 now[2];
   for (int e = 0; e < 2; ++e) {
     const LinkEnd& end = link.ends[e];
-    now[e] = end.rest + (link.fresh ? end.moved : last_move(end, tensors, solver)) + end.driven;
+    now[e] = end.rest + (link.fresh ? end.moved : moved_by(*source_.field, end)) + end.driven;
     store3(now[e], link.state.ends[e]);
   }
   link.state.length = length(now[1] - now[0]);

@@ -75,13 +75,9 @@ bool Needles::find_place(Vec3 x, NeedlePlace* place) const {
 }
 
 // m, under the contacts of the last solve and the motions of this step.
-Vec3 Needles::displacement(const NeedlePlace& place, const ContactSolver& solver) const {
+Vec3 Needles::displacement(const NeedlePlace& place) const {
   Vec3 u;
-  for (int c = 0; c < 4; ++c) {
-    Vec3 of_node = solver.last_displacement(*source_.tensors, place.node[c]);
-    if (source_.motions) of_node += source_.motions->now(place.node[c]);
-    u += place.weight[c] * of_node;
-  }
+  for (int c = 0; c < 4; ++c) u += place.weight[c] * source_.field->at_node(place.node[c]);
   return u;
 }
 
@@ -106,7 +102,7 @@ void Needles::let_go_passed(NeedleInTissue& needle) {
   while (needle.count > 0 && needle.place[needle.count - 1].held > 0) --needle.count;
 }
 
-std::int32_t Needles::begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const ContactSolver& solver) {
+std::int32_t Needles::begin(std::int32_t t, const Tool& tool, const OrganPose& organ) {
   NeedleInTissue& needle = needles_[t];
   if (!tool.has_needle) {
     if (needle.is_known) forget(t);
@@ -119,7 +115,7 @@ std::int32_t Needles::begin(std::int32_t t, const Tool& tool, const OrganPose& o
   needle.touches = 0, needle.tip_row = needle.tip.row_of = -1;
   if (needle.is_out) return 0;
   if (!needle.pierced) {
-    const Vec3 way = needle.position - needle.tip.rest - displacement(needle.tip, solver);
+    const Vec3 way = needle.position - needle.tip.rest - displacement(needle.tip);
     const double ahead = dot(way, axis);
     const bool beside = length(way - ahead * axis) > tool.needle.spacing;
     needle.touches = !beside && (ahead > 0 || needle.state.tip_force > 0);
@@ -177,9 +173,8 @@ std::uint32_t Needles::request(std::int32_t t, const Tool& tool, ContactRows& ro
 // m: by how much node c of a place has moved, which the constraint p holds.
 Vec3 Needles::moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
                     const ContactSolver& solver) const {
-  Vec3 u = solver.displacement(set, force, set.constraints[p].first_node + c);
-  if (source_.motions) u += source_.motions->now(place.node[c]);
-  return u;
+  return solver.displacement(set, force, set.constraints[p].first_node + c) +
+         source_.field->moved_at_node(place.node[c]);
 }
 
 // Places along which the shaft slid stick where they are now.

@@ -13,10 +13,9 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
-#include "runtime/bundle/tensors.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/displacement_field.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/inside/tetrahedron_tree.h"
 #include "runtime/pose/pose.h"
@@ -64,7 +63,7 @@ class Needles {
     const std::int32_t* region = nullptr;               // [E]
     const double *young = nullptr, *poisson = nullptr;  // [R]
     const Tensors* tensors = nullptr;                   // with a corridor
-    const Motions* motions = nullptr;                   // move the organ beside the contacts, or nullptr
+    const DisplacementField* field = nullptr;
     std::int32_t most_places = 0, max_tools = 0;
   };
   bool create(SceneMemory& memory, const Source& source);
@@ -72,7 +71,7 @@ class Needles {
   void forget();
 
   // Constraints that the needle of the tool in place t will ask for.
-  std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const ContactSolver& solver);
+  std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ);
   // Its rows, in ascending order of tools. made: constraints. Returns step flags.
   std::uint32_t request(std::int32_t t, const Tool& tool, ContactRows& rows, std::int32_t* made);
   // After the solve: the force on the organ and the torque about the tool's reference, in the organ's frame; places slide, the tip cuts.
@@ -108,7 +107,7 @@ class Needles {
  private:
   bool find_place(Vec3 x, NeedlePlace* place) const;
   void enter(NeedleInTissue& needle, const Tool& tool) const;
-  Vec3 displacement(const NeedlePlace& place, const ContactSolver& solver) const;
+  Vec3 displacement(const NeedlePlace& place) const;
   NeedleWish wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place, double length) const;
   static void let_go_passed(NeedleInTissue& needle);
   Vec3 moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,

@@ -107,9 +107,8 @@ class Touch {
       context_.watch.ended(Pass::collision);
     }
     const bool links = has_links(context_.def);
-    touch_state_.rows.begin(
-        contacts_to_request() +
-        (links ? touch_state_.links.begin(touch_state_.organ, context_.tensors, touch_state_.solver, &unasked_) : 0));
+    touch_state_.rows.begin(contacts_to_request() +
+                            (links ? touch_state_.links.begin(touch_state_.organ, &unasked_) : 0));
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       if (context_.def.collision != PALPATE_COLLISION_OFF && !is_far(t)) request_point_contacts(t);
       request_grip_contacts(t);
@@ -138,9 +137,8 @@ class Touch {
     context_.watch.ended(Pass::contact);
     if (links) {
       touch_state_.work.add(touch_state_.links.operations_to_end(touch_state_.rows.set().node_count));
-      flags_ |= touch_state_.links.end(context_.tensors, touch_state_.rows.set(), touch_state_.force,
-                                       touch_state_.modified, touch_state_.solver, !(flags_ & PALPATE_STEP_UNSOLVED),
-                                       touch_state_.step + 1, &unasked_);
+      flags_ |= touch_state_.links.end(touch_state_.rows.set(), touch_state_.force, touch_state_.solver,
+                                       !(flags_ & PALPATE_STEP_UNSOLVED), touch_state_.step + 1, &unasked_);
       context_.watch.ended(Pass::links);
     }
     if (context_.def.force != PALPATE_FORCE_OFF) {
@@ -304,11 +302,8 @@ class Touch {
     for (std::int32_t t = 0; t < touch_state_.input.count(); ++t) {
       const Tool& tool = touch_state_.input.tool(t);
       count += tool.grip_count;
-      if (has_grasps(context_.def))
-        count +=
-            touch_state_.grasps.begin(t, tool, touch_state_.organ, context_.tensors, touch_state_.solver, &unasked_);
-      if (has_needles(context_.def))
-        count += touch_state_.needles.begin(t, tool, touch_state_.organ, touch_state_.solver);
+      if (has_grasps(context_.def)) count += touch_state_.grasps.begin(t, tool, touch_state_.organ, &unasked_);
+      if (has_needles(context_.def)) count += touch_state_.needles.begin(t, tool, touch_state_.organ);
       if (is_far(t)) continue;
       for (std::int32_t i = 0; context_.def.collision != PALPATE_COLLISION_OFF && i < tool.point_count; ++i)
         count += touch_state_.points[t][i].contact;
@@ -417,7 +412,7 @@ class Touch {
         bool made = false;
         const std::int32_t first = touch_state_.rows.set().constraint_count;
         const std::uint32_t flags = touch_state_.rows.add_node(wish, grip.node, &made);
-        if (has_motions(context_.def)) wish.displacement = wish.displacement - touch_state_.motions.now(grip.node);
+        wish.displacement = wish.displacement - touch_state_.displacement.moved_at_node(grip.node);
         record_contact(wish, flags, made && admit(t, first, false));
       } else {
         const SurfacePoint surface_point = surface_point_of(grip.triangle, grip.barycentric);
@@ -598,7 +593,7 @@ class Touch {
     Vec3 sum;
     for (std::int32_t e = 0; e < constraint.node_count && has_motions(context_.def); ++e) {
       const ContactNode& held = set.nodes[constraint.first_node + e];
-      sum += held.weight * touch_state_.motions.now(held.node);
+      sum += held.weight * touch_state_.displacement.moved_at_node(held.node);
     }
     return sum;
   }
@@ -750,12 +745,14 @@ class Touch {
       if (doubt.inexact) raise(owner_of(set.constraints[p]), PALPATE_STEP_SOLVE_INEXACT);
       if (doubt.conflict) raise(owner_of(set.constraints[p]), PALPATE_STEP_REGULARISED);
     }
+    const bool solved = outcome != ContactSolver::Outcome::unsolved;
+    touch_state_.displacement.set(context_.tensors, solved ? set : ContactConstraints{}, touch_state_.modified);
     if (follows_deformed_surface(context_.def)) {
       Operations work = 0;
       if (outcome == ContactSolver::Outcome::unsolved)
         touch_state_.field.set_rest();
       else
-        touch_state_.field.set(context_.tensors, set, touch_state_.force, touch_state_.modified, &touch_state_.solver,
+        touch_state_.field.set(context_.tensors, set, touch_state_.force, &touch_state_.solver,
                                touch_state_.work.debts_left(), &work);
       touch_state_.work.owe(work);
     }
@@ -779,8 +776,8 @@ class Touch {
       state.ridden = place.at, state.lean = Vec3{}, state.push = reaction(p).x;
       state.axis = load3(constraint.frame.m[0]);
       for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
-        Vec3 u = touch_state_.solver.displacement(set, touch_state_.force, e);
-        if (has_motions(context_.def)) u += touch_state_.motions.now(set.nodes[e].node);
+        const Vec3 u = touch_state_.solver.displacement(set, touch_state_.force, e) +
+                       touch_state_.displacement.moved_at_node(set.nodes[e].node);
         state.ridden += set.nodes[e].weight * u, state.lean += dot(u, place.outward) * set.slope[e];
       }
     }
@@ -1045,7 +1042,7 @@ class Touch {
   void report() {
     const ContactConstraints& set = touch_state_.rows.set();
     ContactReport& report = touch_state_.report;
-    report.begin(context_.tensors, set, touch_state_.modified, touch_state_.step + 1, touch_state_.input.dt());
+    report.begin(touch_state_.step + 1, touch_state_.input.dt());
     for (std::int32_t t = 0; t < context_.def.max_tools; ++t) {
       const Tool& tool = touch_state_.input.tool(t);
       report.hold_tool(t, tool.index < 0 ? -1 : tool.id);
@@ -1194,6 +1191,7 @@ LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std
 
 void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.input.forget();
+  state.displacement.forget();
   if (follows_deformed_surface(def)) state.field.forget();
   state.tree.forget();
   state.collision.forget();
@@ -1217,6 +1215,7 @@ void touch_restored(const StepContext& context, TouchState& state) {
   state.solver.restored(context.tensors);
   if (deforms_largely(context.def)) state.body.restored();
   if (deforms_beside(context.def)) state.beside.restored();
+  state.displacement.restored(context.tensors);
   if (follows_deformed_surface(context.def)) state.field.restored(context.tensors, &state.solver);
 }
 

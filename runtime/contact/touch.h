@@ -15,6 +15,7 @@
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/deformed_surface.h"
 #include "runtime/contact/deforming_body.h"
+#include "runtime/contact/displacement_field.h"
 #include "runtime/contact/far_tools.h"
 #include "runtime/contact/grasp.h"
 #include "runtime/contact/links.h"
@@ -48,11 +49,12 @@ struct TouchState {
   ToolInput input;
   OrganPose organ;  // tool points and the forces on tools are in the world, all else in the organ's frame
   SurfaceIndex surface;
-  SurfaceMeasure measure;  // where contacts have frames (needs_contact_frames)
-  FineSurface fine;        // where tools meet one
-  SurfaceTree tree;        // of the surface that tools meet, where there is collision
-  ContactField field;      // where collision follows the deformed surface
-  BodyField body_field;    // answers for it under large deformation
+  SurfaceMeasure measure;          // where contacts have frames (needs_contact_frames)
+  FineSurface fine;                // where tools meet one
+  SurfaceTree tree;                // of the surface that tools meet, where there is collision
+  DisplacementField displacement;  // where needs_displacement()
+  ContactField field;              // where collision follows the deformed surface
+  BodyField body_field;            // answers for it under large deformation
   DeformedSurface deformed;
   Collision collision;
   Turns slides;                                // of anchors that follow their tools
