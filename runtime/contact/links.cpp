@@ -6,6 +6,7 @@
 
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/contact/touch_step.h"
 
 namespace palpate {
 namespace {
@@ -95,7 +96,7 @@ palpate_status Links::set(const palpate_link* links, std::int32_t count, palpate
   return succeed(error);
 }
 
-void Links::forget() {
+void Links::forget_rest() {
   for (std::int32_t i = 0; i < count_; ++i) start_link(links_[i], links_[i].given, i);
 }
 
@@ -135,9 +136,10 @@ void Links::drive(Link& link) const {
     link.ends[e].driven = driven_by(*source_.field, source_.surface, link.given.ends[e], link.ends[e]);
 }
 
-std::int32_t Links::begin(const OrganPose& organ, Operations* work) {
+std::int32_t Links::begin(TouchStep& step) {
+  const OrganPose& organ = step.state->organ;
   std::int32_t act = 0;
-  *work += kOfLink * count_;
+  step.unasked += kOfLink * count_;
   for (std::int32_t i = 0; i < count_; ++i) {
     Link& link = links_[i];
     link.row_of = -1, link.before = link.state.condition;
@@ -149,7 +151,7 @@ std::int32_t Links::begin(const OrganPose& organ, Operations* work) {
     if (!link.fresh && !(longest(link) + kLeastSlack < link.rest_length)) {
       for (LinkEnd& end : link.ends) {
         end.moved = moved_by(*source_.field, end);
-        *work += to_move(end, source_.field->loads().count());
+        step.unasked += to_move(end, source_.field->loads().count());
       }
       link.fresh = 1, link.path = path_;
     }
@@ -161,7 +163,11 @@ std::int32_t Links::begin(const OrganPose& organ, Operations* work) {
   return act;
 }
 
-std::uint32_t Links::request(ContactRows& rows, ContactAdmission& admission) {
+void Links::request(TouchStep& step) {
+  step.flags |= add_rows(step.state->rows, step.state->admission);
+}
+
+std::uint32_t Links::add_rows(ContactRows& rows, ContactAdmission& admission) {
   std::uint32_t flags = 0;
   for_threads([&](const auto& thread) {
     if (!thread.acts()) return;
@@ -189,6 +195,7 @@ std::uint32_t Links::request(ContactRows& rows, ContactAdmission& admission) {
   return flags;
 }
 
+// What the links that act take, with so many contact nodes. What slack ones take, read_reactions() adds itself: the step before cannot tell.
 Operations Links::operations_to_end(std::int32_t contact_nodes) const {
   Operations nodes = 0, act = 0, turning = 0;
   for_threads([&](const auto& thread) {
@@ -201,8 +208,29 @@ Operations Links::operations_to_end(std::int32_t contact_nodes) const {
   return kOfLink * act + 3 * nodes * contact_nodes + turning;
 }
 
-std::uint32_t Links::end(const ContactConstraints& set, const Vec3* force, const ContactSolver& solver, bool solved,
-                         std::uint64_t step, Operations* work) {
+void Links::end(TouchStep& step) {
+  TouchState& state = *step.state;
+  const ContactConstraints& set = state.rows.set();
+  state.work.add(operations_to_end(set.node_count));
+  step.flags |= read_reactions(set, state.force, state.solver, step.is_solved, state.step + 1, &step.unasked);
+}
+
+void Links::report(TouchStep& step) {
+  for (std::int32_t i = 0; i < count_; ++i) {
+    const Link& link = links_[i];
+    const palpate_link_condition now = link.state.condition;
+    if (now == link.before) continue;
+    const int e = link.given.ends[0].kind == PALPATE_END_SURFACE_POINT ? 0 : 1;
+    const SurfacePoint place = surface_point_of(link.given.ends[e].triangle, link.given.ends[e].barycentric);
+    step.state->report.tell_link(now == PALPATE_LINK_TAUT     ? PALPATE_EVENT_LINK_TAUT
+                                 : now == PALPATE_LINK_BROKEN ? PALPATE_EVENT_LINK_BROKE
+                                                              : PALPATE_EVENT_LINK_SLACK,
+                                 link.state.id, place, link.ends[e].at());
+  }
+}
+
+std::uint32_t Links::read_reactions(const ContactConstraints& set, const Vec3* force, const ContactSolver& solver,
+                                    bool solved, std::uint64_t step, Operations* work) {
   std::uint32_t flags = 0;
   const bool known = walk(set, solver, solved);
   for_threads([&](const auto& thread) {

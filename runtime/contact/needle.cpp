@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "runtime/base/exponential.h"
+#include "runtime/contact/touch_step.h"
 
 namespace palpate {
 namespace {
@@ -34,15 +35,12 @@ bool Needles::create(SceneMemory& memory, const Source& source) {
   needles_ = memory.array<NeedleInTissue>(static_cast<std::size_t>(source.max_tools));
   memory.keep_array(needles_, static_cast<std::size_t>(source.max_tools));
   if (memory.failed()) return false;
-  forget();
+  for (std::int32_t t = 0; t < source_.max_tools; ++t) forget_tool(t);
   return tree_.create(memory, source.geometry);
 }
 
-void Needles::forget(std::int32_t t) {
+void Needles::forget_tool(std::int32_t t) {
   needles_[t] = NeedleInTissue{};
-}
-void Needles::forget() {
-  for (std::int32_t t = 0; t < source_.max_tools; ++t) forget(t);
 }
 
 // ---- places ----------------------------------------------------------------------------------------------------------
@@ -102,10 +100,10 @@ void Needles::let_go_passed(NeedleInTissue& needle) {
   while (needle.count > 0 && needle.place[needle.count - 1].held > 0) --needle.count;
 }
 
-std::int32_t Needles::begin(std::int32_t t, const Tool& tool, const OrganPose& organ) {
+std::int32_t Needles::begin_tool(std::int32_t t, const Tool& tool, const OrganPose& organ) {
   NeedleInTissue& needle = needles_[t];
   if (!tool.has_needle) {
-    if (needle.is_known) forget(t);
+    if (needle.is_known) forget_tool(t);
     return 0;
   }
   const Vec3 axis = unit_or_zero(organ.vector_to_organ(load3(tool.needle.direction))), before = needle.tangent;
@@ -138,16 +136,13 @@ NeedleWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, cons
   return wish;
 }
 
-std::uint32_t Needles::request(std::int32_t t, const Tool& tool, ContactRows& rows, std::int32_t* made) {
+std::uint32_t Needles::add_rows(std::int32_t t, const Tool& tool, ContactRows& rows) {
   NeedleInTissue& needle = needles_[t];
-  *made = 0;
   if (!needle.touches) return 0;
   const std::int32_t first = t * kPointsOfOne;
   const auto add = [&](NeedleWish& wish, std::int32_t point, std::int32_t part) {
     wish.point = first + point, wish.part = part;
-    const std::int32_t p = rows.add_needle(wish);
-    *made += p >= 0;
-    return p;
+    return rows.add_needle(wish);
   };
   NeedleWish tip = wish_of(needle, tool, needle.tip, 0.5 * tool.needle.spacing);
   if (needle.pierced) {
@@ -260,9 +255,9 @@ std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const 
   return 0;
 }
 
-std::uint32_t Needles::finish(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
-                              const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum,
-                              Vec3* torque) {
+std::uint32_t Needles::end_tool(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+                                const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum,
+                                Vec3* torque) {
   NeedleInTissue& needle = needles_[t];
   *sum = *torque = {};
   palpate_needle_state& state = needle.state;
@@ -301,6 +296,57 @@ std::uint32_t Needles::finish(std::int32_t t, const Tool& tool, const ContactCon
   store3(organ.vector_to_world(Vec3{} - *torque), state.torque);
   store3(needle.tip.rest, state.tip_at_rest);
   return flags;
+}
+
+// ---- as a source of rows ---------------------------------------------------------------------------------------------
+
+std::int32_t Needles::begin(TouchStep& step) {
+  std::int32_t count = 0;
+  for (std::int32_t t = 0; t < step.state->input.count(); ++t)
+    count += begin_tool(t, step.state->input.tool(t), step.state->organ);
+  return count;
+}
+
+void Needles::request(TouchStep& step) {
+  TouchState& state = *step.state;
+  for (std::int32_t t = 0; t < state.input.count(); ++t) {
+    const std::int32_t first = state.rows.set().constraint_count;
+    if (const std::uint32_t flags = add_rows(t, state.input.tool(t), state.rows)) step.raise(t, flags);
+    const ContactConstraints& set = state.rows.set();
+    for (std::int32_t p = first; p < set.constraint_count; ++p)
+      if (!state.solver.holds(set, p)) state.admission.pay();
+  }
+}
+
+void Needles::take_reactions(TouchStep& step, bool solved) {
+  TouchState& state = *step.state;
+  for (std::int32_t t = 0; t < state.input.count(); ++t) {
+    const Tool& tool = state.input.tool(t);
+    if (tool.index < 0) continue;
+    ToolResult& result = step.result[t];
+    if (needles_[t].touches) step.unasked += operations(needles_[t].state.places, step.acting->node_count);
+    if (const std::uint32_t flags = end_tool(t, tool, *step.acting, state.force, state.solver, state.organ, solved,
+                                             &result.inside_force, &result.inside_torque))
+      step.raise(t, flags);
+    result.is_inside = needles_[t].pierced, result.touches = needles_[t].touches;
+  }
+}
+
+bool Needles::note_sliding(const TouchStep& step, const ContactConstraints&, const ContactConstraint& constraint,
+                           SlideEnergy::Sliding* sliding) {
+  if (constraint.tool != kToolOfNeedles) return false;
+  const std::int32_t t = tool_of(constraint.point);
+  const palpate_needle& given = step.state->input.tool(t).needle;
+  // Of one that something brakes, friction and cutting take more than new places may give.
+  if (has_motions(step.context->def) || given.friction != 0 || given.cutting_force != 0) return false;
+  NeedlePlace& place = place_of(constraint.point);
+  const NeedleInTissue& needle = needles_[t];
+  const bool is_tip = &place == &needle.tip;
+  // The tip begins where it meets the surface, a place where the needle is.
+  sliding->aside = &place.aside, sliding->at = needle.position;
+  sliding->from = is_tip ? place.rest : needle.position;
+  sliding->axis = needle.axis, sliding->reach = is_tip ? 0 : place.held;
+  return true;
 }
 
 }  // namespace palpate

@@ -668,6 +668,7 @@ palpate_status build_needles(const SectionReader& reader, const palpate_scene_de
   source.region = body.region, source.triangles = touch.triangles, source.column_of_node = touch.column_of_node;
   source.tensors = &tensors, source.field = &touch.displacement;
   source.most_places = def.needle_places, source.max_tools = def.max_tools;
+  touch.ask(&touch.needles);
   return touch.needles.create(reader.memory(), source) ? PALPATE_OK : reader.no_memory("needles");
 }
 palpate_status build_needles(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
@@ -681,6 +682,7 @@ palpate_status build_needles(const SectionReader& reader, const palpate_scene_de
 palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   const bool made =
       touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, nodes_of_a_grasp(def), &touch.displacement);
+  touch.ask(&touch.grasps);
   return made ? PALPATE_OK : reader.no_memory("grasps");
 }
 
@@ -688,6 +690,7 @@ palpate_status build_links(const SectionReader& reader, const palpate_scene_def&
                            TouchState& touch) {
   const Links::Source source = {link_surface_of(def, touch, reader.triangles()), tensors.stiffness, &touch.displacement,
                                 motions_of(def, touch)};
+  touch.ask(&touch.links);
   return touch.links.create(reader.memory(), source, def.max_links) ? PALPATE_OK : reader.no_memory("links");
 }
 
@@ -1018,6 +1021,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, touchable, touch); });
+  touch.ask(&touch.tools);
   step(has_grasps(def), use.contacts, [&] { return build_grasps(reader, def, touch); });
   step(has_needles(def), use.needles, [&] { return build_needles(reader, def, scene.tensors, touch); });
   step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });
