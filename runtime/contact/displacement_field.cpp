@@ -13,11 +13,10 @@ bool DisplacementField::create(SceneMemory& memory, std::int32_t node_capacity) 
   return true;
 }
 
-void DisplacementField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified) {
-  if (!exists_) return;
+void DisplacementField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified, bool solved) {
   std::swap(now_, before_);
   now_.begin(tensors);
-  for (std::int32_t e = 0; e < set.node_count; ++e) now_.add(set.nodes[e].column, modified[e]);
+  for (std::int32_t e = 0; solved && e < set.node_count; ++e) now_.add(set.nodes[e].column, modified[e]);
 }
 
 void DisplacementField::forget() {

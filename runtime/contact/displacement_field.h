@@ -22,8 +22,9 @@ class DisplacementField {
   // The sources of the offset; nullptr: none. borrowed.
   void offset_by(const Motions* motions, const AddedField* added) { motions_ = motions, added_ = added; }
 
-  // Takes over the contact nodes of a solve of the linear organ, and u~ of each, m.
-  void set(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified);
+  bool exists() const { return exists_; }
+  // Takes over the contact nodes of a solve of the linear organ, and u~ of each, m. Not solved: there are none.
+  void set(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified, bool solved);
   void forget();
   // Completes a restored state (scene_memory.h).
   void restored(const Tensors& tensors);

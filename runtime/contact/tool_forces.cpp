@@ -14,10 +14,6 @@ namespace {
 // equal length may differ by 120 degrees.
 constexpr double kAgreed = 0.5;
 
-Vec3 part_along(Vec3 force, Vec3 unit) {
-  return dot(force, unit) * unit;
-}
-
 // The direction of a sum that almost cancels is noise.
 ToolDirection direction_of(const ToolSum& sum) {
   const double size = length(sum.imposed);
@@ -70,6 +66,32 @@ Vec3 safe(TouchStep& step, std::int32_t t, Vec3 raw, double limit, double slew, 
   return sent;
 }
 
+// Its state in the output.
+void write_tool(TouchStep& step, std::int32_t t) {
+  TouchState& state = *step.state;
+  const Tool& tool = state.input.tool(t);
+  const palpate_scene_def& def = step.context->def;
+  const ToolResult& result = step.result[t];
+  palpate_tool_state& out = tools_behind(*step.out)[tool.index];
+  out = palpate_tool_state{};
+  out.id = tool.id;
+  const Vec3 raw = state.organ.vector_to_world(result.raw);
+  store3(raw, out.force_raw);
+  store3(safe(step, t, raw, def.force_limit, def.force_slew, state.last_force[t]), out.force);
+  if (tool.has_torque) {
+    const Vec3 torque = state.organ.vector_to_world(result.raw_torque);
+    store3(torque, out.torque_raw);
+    store3(safe(step, t, torque, def.torque_limit, def.torque_slew, state.last_torque[t]), out.torque);
+  } else {
+    state.last_torque[t] = Vec3{};
+  }
+  store3(result.direction.share * result.direction.unit, out.direction);
+  out.contact_count = result.sum.contacts;
+  out.slip_count = result.sum.slips;
+  out.release_count = result.sum.releases;
+  out.flags = tool.flags;
+}
+
 }  // namespace
 
 void find_directions(TouchStep& step) {
@@ -77,19 +99,22 @@ void find_directions(TouchStep& step) {
     step.result[t].direction = direction_of(step.result[t].sum);
 }
 
-void add_force(TouchStep& step, std::int32_t e) {
-  TouchState& state = *step.state;
-  const ContactNode& held = state.rows.set().nodes[e];
-  if (!is_of_tool(held.tool)) return;
-  const Vec3 force = state.force[e];
-  ToolResult& result = step.result[held.tool];
-  result.sum.resultant += force;
-  const Tool& tool = state.input.tool(held.tool);
-  if (!tool.has_torque || is_of_grasp(step, held.tool, held.point)) return;
-  const Vec3 arm = step.holder(tool, held.point) - state.organ.point_to_organ(tool.reference);
-  result.sum.moment += cross(arm, force);
-  if (corrects_force(step.context->def))
-    result.sum.moment_along += cross(arm, part_along(force, result.direction.unit));
+void add_forces(TouchStep& step) {
+  const TouchState& state = *step.state;
+  const ContactConstraints& set = state.rows.set();
+  for (std::int32_t e = 0; e < set.node_count; ++e) {
+    const ContactNode& held = set.nodes[e];
+    if (!is_of_tool(held.tool)) continue;
+    const Vec3 force = state.force[e];
+    ToolResult& result = step.result[held.tool];
+    result.sum.resultant += force;
+    const Tool& tool = state.input.tool(held.tool);
+    if (!tool.has_torque || is_of_grasp(step, held.tool, held.point)) continue;
+    const Vec3 arm = step.holder(tool, held.point) - state.organ.point_to_organ(tool.reference);
+    result.sum.moment += cross(arm, force);
+    if (corrects_force(step.context->def))
+      result.sum.moment_along += cross(arm, part_along(force, result.direction.unit));
+  }
 }
 
 void correct_forces(TouchStep& step) {
@@ -114,36 +139,9 @@ void correct_forces(TouchStep& step) {
   step.context->watch.ended(Pass::relaxation);
 }
 
-Vec3 corrected(const TouchStep& step, std::int32_t t, Vec3 force) {
-  const ToolResult& result = step.result[t];
-  if (!corrects_force(step.context->def)) return result.factor * force;
-  return result.factor * (force + result.stretch * part_along(force, result.direction.unit));
-}
-
-void write_tool(TouchStep& step, std::int32_t t) {
-  TouchState& state = *step.state;
-  const Tool& tool = state.input.tool(t);
-  if (tool.index < 0) return;
-  const palpate_scene_def& def = step.context->def;
-  const ToolResult& result = step.result[t];
-  palpate_tool_state& out = tools_behind(*step.out)[tool.index];
-  out = palpate_tool_state{};
-  out.id = tool.id;
-  const Vec3 raw = state.organ.vector_to_world(result.raw);
-  store3(raw, out.force_raw);
-  store3(safe(step, t, raw, def.force_limit, def.force_slew, state.last_force[t]), out.force);
-  if (tool.has_torque) {
-    const Vec3 torque = state.organ.vector_to_world(result.raw_torque);
-    store3(torque, out.torque_raw);
-    store3(safe(step, t, torque, def.torque_limit, def.torque_slew, state.last_torque[t]), out.torque);
-  } else {
-    state.last_torque[t] = Vec3{};
-  }
-  store3(result.direction.share * result.direction.unit, out.direction);
-  out.contact_count = result.sum.contacts;
-  out.slip_count = result.sum.slips;
-  out.release_count = result.sum.releases;
-  out.flags = tool.flags;
+void write_tools(TouchStep& step) {
+  for (std::int32_t t = 0; t < step.state->input.count(); ++t)
+    if (step.state->input.tool(t).index >= 0) write_tool(step, t);
 }
 
 }  // namespace palpate

@@ -197,7 +197,7 @@ std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint)
   correct_forces(step);
   state.work.add(step.unasked);
   write_contacts(step);
-  for (std::int32_t t = 0; t < state.input.count(); ++t) write_tool(step, t);
+  write_tools(step);
   context.watch.ended(Pass::output);
   if (reports_contacts(context.def)) {
     report_contacts(step);

@@ -95,10 +95,8 @@ class Solve {
       flags |= PALPATE_STEP_DEFORMATION_BEHIND;
     if (step_.deformed.inexact) flags |= PALPATE_STEP_SOLVE_INEXACT;
     step_.flags |= flags;
-    for (std::int32_t e = 0; e < set.node_count; ++e) {
-      state_.modified[e] = Vec3{};
-      add_force(step_, e);
-    }
+    std::fill(state_.modified, state_.modified + set.node_count, Vec3{});
+    add_forces(step_);
     for (std::int32_t t = 0; t < state_.input.count(); ++t)
       if (step_.result[t].sum.contacts > 0) state_.input.tool(t).flags |= flags;
     if (uses_body_field(context_.def)) {
@@ -174,17 +172,14 @@ class Solve {
     std::uint32_t flag = 0;
     if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
     if (outcome == ContactSolver::Outcome::unsolved) flag = PALPATE_STEP_UNSOLVED;
-    for (std::int32_t e = 0; e < set.node_count; ++e) {
-      const std::int32_t t = set.nodes[e].tool;
-      if (flag) step_.raise(t, flag);
-      add_force(step_, e);
-    }
+    for (std::int32_t e = 0; flag && e < set.node_count; ++e) step_.raise(set.nodes[e].tool, flag);
+    add_forces(step_);
     for (std::int32_t p = 0; p < set.constraint_count; ++p) {
       const ContactSolver::Doubt doubt = state_.solver.doubt_of(p);
       if (doubt.inexact) step_.raise(owner_of(set.constraints[p]), PALPATE_STEP_SOLVE_INEXACT);
       if (doubt.conflict) step_.raise(owner_of(set.constraints[p]), PALPATE_STEP_REGULARISED);
     }
-    state_.displacement.set(context_.tensors, step_.is_solved ? set : ContactConstraints{}, state_.modified);
+    if (state_.displacement.exists()) state_.displacement.set(context_.tensors, set, state_.modified, step_.is_solved);
     if (!follows_deformed_surface(context_.def)) return;
     Operations work = 0;
     if (step_.is_solved)

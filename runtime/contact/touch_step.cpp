@@ -12,12 +12,6 @@ void TouchStep::begin(const StepContext& of_scene, TouchState& of_steps, const T
   std::fill(far, far + PALPATE_MAX_TOOLS, false);
 }
 
-void TouchStep::count_contact(std::int32_t t, Vec3 displacement) {
-  result[t].sum.imposed += displacement;
-  result[t].sum.imposed_length += length(displacement);
-  ++result[t].sum.contacts;
-}
-
 Vec3 TouchStep::holder(const Tool& tool, std::int32_t point) const {
   if (point < tool.point_count) return this->point(tool, point);
   const palpate_grip& grip = tool.grips[point - tool.point_count];

@@ -39,31 +39,35 @@ struct ToolResult {
 };
 
 struct TouchStep {
-  const StepContext* context = nullptr;
-  TouchState* state = nullptr;
-  const ToolsInWorld* world = nullptr;  // of an organ in a world
-  palpate_contacts* out = nullptr;
-  std::uint32_t flags = 0;
-  bool far[PALPATE_MAX_TOOLS] = {};  // by place
+  const StepContext* context;
+  TouchState* state;
+  const ToolsInWorld* world;  // of an organ in a world
+  palpate_contacts* out;
+  std::uint32_t flags;
+  bool far[PALPATE_MAX_TOOLS];  // by place
   DeformingBody::Outcome deformed;
-  bool is_solved = false;  // the step has a solution
+  bool is_solved;  // the step has a solution
   // And the organ is where its contacts hold it. Of a large body that lags, what it misses is not what a tool has slipped by.
-  bool follows = false;
-  const ContactConstraints* acting = nullptr;  // as the solver held them
+  bool follows;
+  const ContactConstraints* acting;  // as the solver held them
   // Of what nothing puts off, as a grasp that closes: counted when all else is done.
-  Operations unasked = 0;
+  Operations unasked;
   // Of the places in use: a step with one tool does not write those of all others.
   union {
     ToolResult result[PALPATE_MAX_TOOLS];
   };
 
+  // begin() writes all else.
   TouchStep() {}
   void begin(const StepContext& of_scene, TouchState& of_steps, const ToolsInWorld* tools, palpate_contacts& written);
   void raise(std::int32_t tool, std::uint32_t flag) {
     if (is_of_tool(tool)) state->input.tool(tool).flags |= flag;
     flags |= flag;
   }
-  void count_contact(std::int32_t t, Vec3 displacement);
+  void count_contact(std::int32_t t, Vec3 displacement) {
+    ToolSum& sum = result[t].sum;
+    sum.imposed += displacement, sum.imposed_length += length(displacement), ++sum.contacts;
+  }
 
   // m, in the organ's frame: a tool point; that, or where a grip takes the place that it holds.
   Vec3 point(const Tool& tool, std::int32_t i) const { return state->organ.point_to_organ(tool.points[i]); }
