@@ -120,6 +120,12 @@ constexpr bool kHasEffects = true;
   return deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def));
 }
 
+// Someone asks where the linear organ's nodes are, beside the shape.
+[[maybe_unused]] static bool asks_for_displacements(const palpate_scene_def& def) {
+  return !deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def) || has_links(def) ||
+                                   has_grasps(def) || has_needles(def));
+}
+
 // Tools meet a finer surface than the mesh's. While the scene is created; later its FineSurface is bound.
 [[maybe_unused]] static bool has_fine_surface(const palpate_scene_def& def) {
   return kHasEffects && def.fine_surface;

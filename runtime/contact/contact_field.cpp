@@ -40,22 +40,11 @@ double rounding_of(const Tensors& tensors) {
 
 }  // namespace
 
-bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t nodes, std::int32_t contacts) const {
-  const std::size_t count = static_cast<std::size_t>(nodes);
-  layer.nodes = memory.array<ContactNode>(count);
-  layer.modified = memory.array<Vec3>(count);
-  layer.force = memory.array<Vec3>(count);
-  layer.row = memory.array<const void*>(3 * count);
-  layer.coefficient = memory.array<double>(3 * count);
-  layer.rows_before = memory.array<std::int32_t>(count + 1);
+bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t contacts) const {
   layer.contacts = memory.array<Contact>(static_cast<std::size_t>(contacts));
   if (!create_known(memory, layer.known)) return false;
-  memory.keep(layer.count);
   memory.keep(layer.contact_count);
   memory.keep(layer.adds);
-  memory.keep_array(layer.nodes, count, layer.count);
-  memory.keep_array(layer.modified, count, layer.count);
-  memory.keep_array(layer.force, count, layer.count);
   memory.keep_array(layer.contacts, static_cast<std::size_t>(contacts), layer.contact_count);
   // What is known costs a step less work, which is counted.
   memory.keep(layer.known.now);
@@ -72,16 +61,14 @@ bool ContactField::create_known(SceneMemory& memory, Known& known) const {
   return !memory.failed();
 }
 
-bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,
-                          std::int32_t surface_nodes) {
-  surface_nodes_ = surface_nodes;
+bool ContactField::create(SceneMemory& memory, const DisplacementField* field, std::int32_t node_capacity,
+                          std::int32_t contact_capacity, std::int32_t surface_nodes) {
+  field_ = field, surface_nodes_ = surface_nodes;
   predicted_ = memory.array<Vec3>(static_cast<std::size_t>(node_capacity));
-  predicted_row_ = memory.array<const void*>(3 * static_cast<std::size_t>(node_capacity));
-  predicted_coefficient_ = memory.array<double>(3 * static_cast<std::size_t>(node_capacity));
   norms_ = memory.array<ConstraintNorms>(static_cast<std::size_t>(contact_capacity));
-  if (!create_known(memory, known_without_) || !create_known(memory, known_predicted_) ||
-      !create_layer(memory, layer_[0], node_capacity, contact_capacity) ||
-      !create_layer(memory, layer_[1], node_capacity, contact_capacity))
+  if (!predicted_loads_.create(memory, node_capacity) || !create_known(memory, known_without_) ||
+      !create_known(memory, known_predicted_) || !create_layer(memory, layer_[0], contact_capacity) ||
+      !create_layer(memory, layer_[1], contact_capacity))
     return false;
   for (double* norm : {&norm_, &norm_before_, &linear_norm_, &linear_norm_before_, &path_, &path_set_, &path_before_})
     memory.keep(*norm);
@@ -92,34 +79,15 @@ bool ContactField::create(SceneMemory& memory, std::int32_t node_capacity, std::
 
 void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
   if (body_) return;
-  tensors_ = tensors, is_set_ = true;
+  tensors_ = &tensors, is_set_ = true;
   without_tool_ = without_point_ = -1;
-  solver_ = now_->count > 0 ? solver : nullptr;  // the last step has left either contacts or a surface at rest
-  for (Layer& layer : layer_) find_rows(layer);
-}
-
-// The stored rows of a node and their coefficients, behind the first `count` rows. Returns how many there are then.
-std::int32_t ContactField::add_rows(std::int32_t column, Vec3 modified, std::int32_t count, const void** row,
-                                    double* coefficient) const {
-  if (is_zero(modified)) return count;
-  for (int j = 0; j < 3 && !tensors_.compliance; ++j) {
-    row[count + j] = tensors_.surface_row(column, j);
-    coefficient[count + j] = modified[j] * static_cast<double>(tensors_.row_scale(column, j));
-  }
-  return count + 3;
-}
-
-void ContactField::find_rows(Layer& layer) const {
-  layer.rows_before[0] = 0;
-  for (std::int32_t e = 0; e < layer.count; ++e)
-    layer.rows_before[e + 1] =
-        add_rows(layer.nodes[e].column, layer.modified[e], layer.rows_before[e], layer.row, layer.coefficient);
+  solver_ = count() > 0 ? solver : nullptr;  // the last step has left either contacts or a surface at rest
 }
 
 void ContactField::forget() {
   if (body_) return body_->forget();
   for (Layer& layer : layer_) {
-    layer.count = layer.contact_count = layer.adds = 0;
+    layer.contact_count = layer.adds = 0;
     forget_nodes(layer.known);
     expect(layer.known, 0, false);
   }
@@ -147,28 +115,27 @@ Vec3 ContactField::keep(Known& known, std::int32_t node, Vec3 u) {
   return known.at[node] = is_finite(u) ? u : Vec3{};
 }
 
-// A node that was not evaluated costs its rows; where it is one too many, all nodes are evaluated, if that fits.
-template <class Evaluate, class Added>
-Vec3 ContactField::recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate,
-                          Added added) const {
+// A node that was not evaluated costs its loads; where it is one too many, all nodes are evaluated, if that fits.
+template <class Added>
+Vec3 ContactField::recall(Known& known, std::int32_t node, const LoadField& loads, QueryWork* work, Added added) const {
   if (is_known(known, node)) return known.at[node];
-  if (are_many(known) && !tensors_.compliance &&
-      work->fits(surface_nodes_ * (operations_in_run(rows.count / 3) + operations_moved())))
-    return evaluate_all(known, rows, work, added) ? known.at[node] : Vec3{};
-  if (!work->take(operations_at_node(rows.count / 3) + operations_moved())) return {};
+  if (are_many(known) && !tensors_->compliance &&
+      work->fits(surface_nodes_ * (operations_in_run(loads.acting()) + operations_moved())))
+    return evaluate_all(known, loads, work, added) ? known.at[node] : Vec3{};
+  if (!work->take(operations_at_node(loads.acting()) + operations_moved())) return {};
   ++known.count;
-  return keep(known, node, evaluate() + added(node));
+  return keep(known, node, loads.at_node(node) + added(node));
 }
 
 // Those that are known stay. False where the query ends.
 template <class Added>
-bool ContactField::evaluate_all(Known& known, const Rows& rows, QueryWork* work, Added added) const {
-  if (!work->take(surface_nodes_ * (operations_in_run(rows.count / 3) + operations_moved()))) return false;
+bool ContactField::evaluate_all(Known& known, const LoadField& loads, QueryWork* work, Added added) const {
+  if (!work->take(surface_nodes_ * (operations_in_run(loads.acting()) + operations_moved()))) return false;
   known.count = surface_nodes_ + 1;
   double run[3 * kRun];
   for (std::int32_t first = 0; first < surface_nodes_; first += kRun) {
     const std::int32_t nodes = std::min(kRun, surface_nodes_ - first);
-    tensors_.surface.sum_at_run(rows.row, rows.coefficient, rows.count, first, nodes, run);
+    loads.at_run(first, nodes, run);
     for (std::int32_t n = 0; n < nodes; ++n)
       if (!is_known(known, first + n)) keep(known, first + n, load3(run + 3 * n) + added(first + n));
   }
@@ -179,7 +146,7 @@ void ContactField::swap_layers() {
   is_set_ = true;
   std::swap(layer_[0], layer_[1]);
   norm_before_ = norm_, linear_norm_before_ = linear_norm_, path_before_ = path_set_;
-  now_->count = now_->contact_count = now_->adds = 0;
+  now_->contact_count = now_->adds = 0;
   forget_nodes(now_->known);
   without_tool_ = without_point_ = -1;
 }
@@ -200,25 +167,21 @@ void ContactField::set_rest() {
   measure_ways();
 }
 
-void ContactField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-                       ContactSolver* solver, Operations most, Operations* work) {
-  tensors_ = tensors;
+void ContactField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, ContactSolver* solver,
+                       Operations most, Operations* work) {
+  tensors_ = &tensors;
   swap_layers();
   solver_ = solver;
   Layer& now = *now_;
-  now.count = set.node_count;
-  std::copy(set.nodes, set.nodes + now.count, now.nodes);
-  std::copy(modified, modified + now.count, now.modified);
-  std::copy(force, force + now.count, now.force);
-  find_rows(now);
-  expect(now.known, acting(now, 0, now.count), are_all(before_->known));
+  nodes_ = set.nodes, force_ = force;
+  expect(now.known, field_->loads().acting(), are_all(before_->known));
   const bool measured = solver->operations_to_measure() <= most;
   const ReactionNorms norms = measured ? solver->measure_norms(set, norms_) : solver->bound_norms(set, norms_);
   *work += norms.operations;
   norm_ = linear_norm_ = norms.whole;
   gather_contacts(set, norms_, measured);
   measure_ways();
-  if (added_ && now.count > 0) share_added_field();
+  if (added_ && count() > 0) share_added_field();
   if (measured) remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
   double change = std::min(measure_contacts(norms.change_of_kept, most - *work, work), norm_before_ + norm_);
@@ -243,6 +206,7 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
       last->way = way_of(set, p), last->place = constraint.discs[0].place, last->radius = constraint.discs[0].radius;
     }
     last->last = constraint.first_node + constraint.node_count;
+    for (std::int32_t e = constraint.first_node; e < last->last; ++e) last->force += force_[e];
     last->own += each[p].own;
     last->own_change += each[p].own_change;
     last->work += each[p].work;
@@ -291,8 +255,7 @@ void ContactField::share_added_field() {
   for (std::int32_t c = 0; c < now.contact_count; ++c) {
     Contact& contact = now.contacts[c];
     double beside = 0;  // J, of the contact's forces
-    for (std::int32_t e = contact.first; e < contact.last; ++e)
-      beside += dot(now.force[e], added_->now(now.nodes[e].node));
+    for (std::int32_t e = contact.first; e < contact.last; ++e) beside += dot(force_[e], added_->now(nodes_[e].node));
     contact.ratio = contact.work > 0 ? std::clamp((contact.work + beside) / contact.work, least, most) : 1;
     if (now.contact_count > 1) contact.without += longest + std::fabs(contact.ratio - 1) * contact.own;
     const Contact* const before = find(*before_, contact.tool, contact.point);
@@ -344,47 +307,43 @@ double ContactField::measure_contacts(double kept, Operations most, Operations* 
 
 // |f - g|, from |f|, |g| and f C g. The norms are upper bounds.
 double ContactField::norm_of_difference(double f, double g, double between) const {
-  const double sum = f + g, squared = f * f + g * g - 2 * between + rounding_of(tensors_) * sum * sum;
+  const double sum = f + g, squared = f * f + g * g - 2 * between + rounding_of(*tensors_) * sum * sum;
   return squared <= sum * sum ? std::sqrt(std::max(0.0, squared)) : sum;  // also where it is not a number
 }
 
 // The norm of the difference between a contact's forces in two steps, from the tensors between its nodes.
 double ContactField::change_of(const Contact& before, const Contact& now) const {
   double between = 0;
+  const LoadField& loads = field_->loads_before();
   for (std::int32_t i = now.first; i < now.last; ++i)
     for (std::int32_t j = before.first; j < before.last; ++j)
-      between += dot(now_->force[i],
-                     tensors_.displacement(now_->nodes[i].node, before_->nodes[j].column) * before_->modified[j]);
+      between += dot(force_[i], tensors_->displacement(nodes_[i].node, loads.column(j)) * loads.modified(j));
   return norm_of_difference(now.own, before.own, between);
 }
 
 // m, of any node that a contact holds, by the contacts of the layer before alone. Nodes inside are not remembered.
 Vec3 ContactField::held_before(std::int32_t node, QueryWork* work) {
   if (is_on_surface(node)) return before_at_node(node, work) - added_at(*before_, node);
-  Vec3 sum;
-  if (!work->take(kEntry * before_->count)) return sum;
-  for (std::int32_t e = 0; e < before_->count; ++e)
-    if (!is_zero(before_->modified[e]))
-      sum += tensors_.displacement(node, before_->nodes[e].column) * before_->modified[e];
-  return sum;
+  const LoadField& loads = field_->loads_before();
+  return work->take(kEntry * loads.count()) ? loads.at_node(node) : Vec3{};
 }
 
 // The norm of the difference between the two layers: the forces of now act on the displacements of before. Infinite where too
 // many of these displacements are not known yet.
 double ContactField::measure_whole_change(Operations most, Operations* work) {
   Operations cost = 0;
-  for (std::int32_t e = 0; e < now_->count; ++e)
-    if (const std::int32_t node = now_->nodes[e].node; !is_on_surface(node))
-      cost += kEntry * before_->count;
-    else if (!is_known(before_->known, node))
-      cost += operations_at_node(acting(*before_, 0, before_->count));
+  const LoadField& before = field_->loads_before();
+  for (std::int32_t e = 0; e < count(); ++e)
+    if (!is_on_surface(nodes_[e].node))
+      cost += kEntry * before.count();
+    else if (!is_known(before_->known, nodes_[e].node))
+      cost += operations_at_node(before.acting());
   most = std::min(kMostMeasuring, most);
   if (cost > most) return INFINITY;
   double between = 0;
   QueryWork queries;
   queries.limit(most);
-  for (std::int32_t e = 0; e < now_->count; ++e)
-    between += dot(now_->force[e], held_before(now_->nodes[e].node, &queries));
+  for (std::int32_t e = 0; e < count(); ++e) between += dot(force_[e], held_before(nodes_[e].node, &queries));
   *work += queries.done();
   if (queries.ended()) return INFINITY;
   return norm_of_difference(linear_norm_, linear_norm_before_, between);
@@ -423,9 +382,7 @@ bool ContactField::pulls_among_others(std::int32_t tool, std::int32_t point, Vec
   if (body_) return body_->pulls_among_others(tool, point, outward);
   const Contact* own = find(*now_, tool, point);
   if (!own || now_->contact_count == 1) return false;
-  Vec3 force;
-  for (std::int32_t e = own->first; e < own->last; ++e) force += now_->force[e];
-  return dot(force, outward) > 0;
+  return dot(own->force, outward) > 0;
 }
 
 void ContactField::end(std::int32_t tool, std::int32_t point) {
@@ -445,11 +402,10 @@ bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operat
   forget_nodes(known_predicted_);
   if (!solver_ || !solver_->predict_without(tool, point, most, predicted_, &predicted_norm_, &predicted_apart_, work))
     return false;
-  predicted_rows_ = 0;
-  for (std::int32_t e = 0; e < now_->count; ++e)
-    predicted_rows_ =
-        add_rows(now_->nodes[e].column, predicted_[e], predicted_rows_, predicted_row_, predicted_coefficient_);
-  expect(known_predicted_, predicted_rows_ / 3, are_all(now_->known));
+  const LoadField& loads = field_->loads();
+  predicted_loads_.begin(*tensors_);
+  for (std::int32_t e = 0; e < loads.count(); ++e) predicted_loads_.add(loads.column(e), predicted_[e]);
+  expect(known_predicted_, predicted_loads_.acting(), are_all(now_->known));
   predicted_own_ = find(*now_, tool, point);
   if (!now_->adds) return true;
   std::int32_t gone = 0;
@@ -477,40 +433,19 @@ void ContactField::for_gone(Visit visit) const {
 Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->predicted_at_node(node, work);
   if (now_->adds && predicts_rest_) return {};
-  return recall(
-      known_predicted_, node, {predicted_row_, predicted_coefficient_, predicted_rows_}, work,
-      [&] {
-        if (!tensors_.compliance)
-          return tensors_.surface.sum_at_node(predicted_row_, predicted_coefficient_, predicted_rows_, node);
-        Vec3 sum;
-        for (std::int32_t e = 0; e < now_->count; ++e)
-          if (!is_zero(predicted_[e])) sum += tensors_.displacement(node, now_->nodes[e].column) * predicted_[e];
-        return sum;
-      },
-      [&](std::int32_t n) {
-        if (!now_->adds) return moved_at(*now_, n);
-        Vec3 added = added_->now(n);
-        for_gone([&](const Contact& gone) { added = added - (gone.ratio - 1) * sum(*now_, gone.first, gone.last, n); });
-        return added;
-      });
-}
-
-// Displacement of a surface node by the contact nodes first .. last - 1.
-Vec3 ContactField::sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node) const {
-  const std::int32_t from = layer.rows_before[first], to = layer.rows_before[last];
-  if (!tensors_.compliance)
-    return tensors_.surface.sum_at_node(layer.row + from, layer.coefficient + from, to - from, node);
-  Vec3 sum;
-  for (std::int32_t e = first; e < last; ++e)
-    if (!is_zero(layer.modified[e])) sum += tensors_.displacement(node, layer.nodes[e].column) * layer.modified[e];
-  return sum;
+  return recall(known_predicted_, node, predicted_loads_, work, [&](std::int32_t n) {
+    if (!now_->adds) return moved_at(*now_, n);
+    Vec3 added = added_->now(n);
+    for_gone([&](const Contact& gone) {
+      added = added - (gone.ratio - 1) * field_->loads().at_node(n, gone.first, gone.last);
+    });
+    return added;
+  });
 }
 
 Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) const {
-  if (layer.count == 0) return motions_ && work->take(operations_moved()) ? moved_at(layer, node) : Vec3{};
-  return recall(
-      layer.known, node, {layer.row, layer.coefficient, 3 * acting(layer, 0, layer.count)}, work,
-      [&] { return sum(layer, 0, layer.count, node); }, [&](std::int32_t n) { return added_at(layer, n); });
+  if (loads(layer).count() == 0) return motions_ && work->take(operations_moved()) ? moved_at(layer, node) : Vec3{};
+  return recall(layer.known, node, loads(layer), work, [&](std::int32_t n) { return added_at(layer, n); });
 }
 
 Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
@@ -520,7 +455,7 @@ Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
 Vec3 ContactField::before_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->before_at_node(node, work);
   const Known& before = before_->known;
-  const bool costs_much = surface_nodes_ * operations_in_run(acting(*before_, 0, before_->count)) > kMostOneByOne;
+  const bool costs_much = surface_nodes_ * operations_in_run(field_->loads_before().acting()) > kMostOneByOne;
   if (costs_much && !is_known(before, node) && are_many(before) && are_all(now_->known)) work->end();
   return known_at(*before_, node, work);
 }
@@ -536,8 +471,9 @@ Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::in
   if (now_->contact_count == 1) return moved_at(*now_, node);
   if (is_known(known_without_, node)) return known_without_.at[node];
   const Vec3 all = at_node(node, work);
-  if (!work->take(operations_at_node(acting(*now_, without_->first, without_->last)))) return {};
-  const Vec3 linear = sum(*now_, without_->first, without_->last, node);
+  const LoadField& loads = field_->loads();
+  if (!work->take(operations_at_node(loads.acting(without_->first, without_->last)))) return {};
+  const Vec3 linear = loads.at_node(node, without_->first, without_->last);
   return keep(known_without_, node, all - (without_->ratio == 1 ? linear : without_->ratio * linear));
 }
 

@@ -1,5 +1,5 @@
-// The displacement field that the contacts of the last solve produce, evaluated at single nodes (eq. 9 of the paper), and bounds
-// on how far it moves any node.
+// What collision asks of the displacement field (displacement_field.h): it remembers the nodes that were evaluated, predicts the field
+// without a contact, and has bounds on how far the field moves any node.
 #pragma once
 
 #include <cassert>
@@ -10,6 +10,7 @@
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/body_field.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/displacement_field.h"
 #include "runtime/contact/motions.h"
 #include "runtime/surface/surface_tree.h"
 
@@ -22,8 +23,9 @@ class ContactField {
   static constexpr std::int32_t kFew = 3, kFewAgain = 32;
   static constexpr Operations kMostOneByOne = 60'000;
 
-  bool create(SceneMemory& memory, std::int32_t node_capacity, std::int32_t contact_capacity,
-              std::int32_t surface_nodes);
+  // field: of the same contacts, set before this one. borrowed.
+  bool create(SceneMemory& memory, const DisplacementField* field, std::int32_t node_capacity,
+              std::int32_t contact_capacity, std::int32_t surface_nodes);
   // Under large deformation, in place of create(): `body` answers all that is asked. borrowed.
   void follow(BodyField* body) { body_ = body; }
   // Beside create(): what `added` has adds to the contacts' field, while there are contacts. A contact that is alone makes all of it. Of
@@ -46,11 +48,11 @@ class ContactField {
   // Cost: two products with the contact matrix. Where contacts have new rows, also what measuring their change takes: for each of
   // them nodes^2 entries of the tensors, and the displacement of its nodes before, within a fixed number of operations. Norms that do
   // not fit into `most` operations are replaced by their bounds.
-  void set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-           ContactSolver* solver, Operations most, Operations* work);
+  void set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, ContactSolver* solver,
+           Operations most, Operations* work);
   // A step without a solution: the surface is at rest.
   void set_rest();
-  bool empty() const { return body_ ? body_->empty() : now_->count == 0 && !motions_; }
+  bool empty() const { return body_ ? body_->empty() : count() == 0 && !motions_; }
 
   // The contact (tool, point) ends. The field stays as it is until the next set(); predictions are of the others alone.
   void end(std::int32_t tool, std::int32_t point);
@@ -107,6 +109,7 @@ class ContactField {
     // Of what it makes to its linear part, whose norms the others are; 1 without an added field. And what its change adds to own_change.
     double ratio, ratio_change;
     double work;     // J, of its forces on the linear field
+    Vec3 force;      // N, the sum of its forces on the organ
     Vec3 way;        // m, on which it holds its place
     Vec3 place;      // m, of its disc at rest
     double radius;   // m, of its disc; 0: it has none
@@ -122,41 +125,23 @@ class ContactField {
     std::int32_t count;  // nodes that were evaluated one by one; surface_nodes + 1: all were, at once
     std::int32_t few;    // of these, before all others are
   };
-  // A field's stored rows and their coefficients.
-  struct Rows {
-    const void* const* row;
-    const double* coefficient;
-    std::int32_t count;
-  };
-  // One field: its coefficients, and what was evaluated.
+  // One field: its contacts, and what was evaluated. A surface at rest has no contacts.
   struct Layer {
-    ContactNode* nodes;
-    Vec3 *modified, *force;
-    // Of the nodes that have a force, three stored displacement rows each (unused with a stored compliance) and their coefficients, m. Where
-    // organs come near one another most nodes have none.
-    const void** row;
-    double* coefficient;
-    std::int32_t* rows_before;  // [nodes + 1] rows of all nodes before this one
-    Contact* contacts;          // ascending by tool and point
-    std::int32_t count, contact_count;
+    Contact* contacts;  // ascending by tool and point
+    std::int32_t contact_count;
     std::int32_t adds;  // the added field counts: its step's in the layer of now, the one before in the other
     Known known;
   };
   bool create_known(SceneMemory& memory, Known& known) const;
-  bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t nodes, std::int32_t contacts) const;
-  std::int32_t add_rows(std::int32_t column, Vec3 modified, std::int32_t count, const void** row,
-                        double* coefficient) const;
-  void find_rows(Layer& layer) const;
-  // How many of the contact nodes first .. last - 1 have a force.
-  static std::int32_t acting(const Layer& layer, std::int32_t first, std::int32_t last) {
-    return (layer.rows_before[last] - layer.rows_before[first]) / 3;
-  }
+  bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t contacts) const;
+  const LoadField& loads(const Layer& layer) const { return &layer == now_ ? field_->loads() : field_->loads_before(); }
+  std::int32_t count() const { return field_->loads().count(); }
   void swap_layers();
   void forget_nodes(Known& known) const;
   static Vec3 keep(Known& known, std::int32_t node, Vec3 u);
-  // added(node): m, beside the rows.
-  template <class Evaluate, class Added>
-  Vec3 recall(Known& known, std::int32_t node, const Rows& rows, QueryWork* work, Evaluate evaluate, Added added) const;
+  // added(node): m, beside the loads.
+  template <class Added>
+  Vec3 recall(Known& known, std::int32_t node, const LoadField& loads, QueryWork* work, Added added) const;
   // Contacts hold nodes of the surface, and needles nodes inside as well: Known has no entry for these.
   bool is_on_surface(std::int32_t node) const { return node < surface_nodes_; }
   bool is_known(const Known& known, std::int32_t node) const {
@@ -168,7 +153,7 @@ class ContactField {
   bool are_all(const Known& known) const { return known.count > surface_nodes_; }
   void expect(Known& known, std::int32_t contact_nodes, bool many) const;
   template <class Added>
-  bool evaluate_all(Known& known, const Rows& rows, QueryWork* work, Added added) const;
+  bool evaluate_all(Known& known, const LoadField& loads, QueryWork* work, Added added) const;
   // Of what the contacts do not make.
   Vec3 added_at(const Layer& layer, std::int32_t node) const {
     Vec3 sum = moved_at(layer, node);
@@ -196,22 +181,23 @@ class ContactField {
   double measure_whole_change(Operations most, Operations* work);
   double norm_of_difference(double f, double g, double between) const;
   double change_of(const Contact& before, const Contact& now) const;
-  Vec3 sum(const Layer& layer, std::int32_t first, std::int32_t last, std::int32_t node) const;
   Vec3 known_at(Layer& layer, std::int32_t node, QueryWork* work) const;
 
   BodyField* body_ = nullptr;  // under large deformation
+  const DisplacementField* field_ = nullptr;
   const AddedField* added_ = nullptr;
   double reach_ = 1;
   const Motions* motions_ = nullptr;
   double moved_reach_ = 1;
   bool is_set_ = true;  // since begin_moved()
-  Tensors tensors_;
+  const Tensors* tensors_ = nullptr;
+  // Of the set() that goes on: the nodes of the loads, and N, on each.
+  const ContactNode* nodes_ = nullptr;
+  const Vec3* force_ = nullptr;
   Layer layer_[2] = {};
   Layer *const now_ = layer_, *const before_ = layer_ + 1;
-  Vec3* predicted_ = nullptr;
-  const void** predicted_row_ = nullptr;     // stored rows of the nodes that have a predicted force
-  double* predicted_coefficient_ = nullptr;  // m, of each
-  std::int32_t predicted_rows_ = 0;
+  Vec3* predicted_ = nullptr;  // [node_capacity] m
+  LoadField predicted_loads_;
   // Of the field without one contact, and of the predicted one.
   Known known_without_ = {}, known_predicted_ = {};
   std::int32_t without_tool_ = -1, without_point_ = -1;

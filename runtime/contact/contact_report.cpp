@@ -21,12 +21,10 @@ bool is_closed(const HeldEvent& grasp) {
 }  // namespace
 
 bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, const double* position,
-                           const std::int32_t* triangles, const FineSurface* fine, const BodyField* body,
-                           const AddedField* added, const Motions* motions) {
-  position_ = position, triangles_ = triangles, fine_ = fine, body_ = body, added_ = added, motions_ = motions;
+                           const std::int32_t* triangles, const FineSurface* fine, const DisplacementField* field) {
+  position_ = position, triangles_ = triangles, fine_ = fine, field_ = field;
   max_tools_ = def.max_tools, max_points_ = def.max_points;
-  const std::size_t points = static_cast<std::size_t>(def.max_points),
-                    nodes = static_cast<std::size_t>(def.max_contact_nodes);
+  const std::size_t points = static_cast<std::size_t>(def.max_points);
   static_assert(sizeof(palpate_contact_report) % 8 == 0 && sizeof(palpate_contact) % 8 == 0);
   const std::size_t words = (sizeof(palpate_contact_report) + points * sizeof(palpate_contact) +
                              most_events(def) * sizeof(palpate_contact_event)) /
@@ -34,14 +32,10 @@ bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, co
                             1;
   bytes_ = memory.array<std::uint64_t>(words);
   slots_ = memory.array<Slot>(static_cast<std::size_t>(def.max_tools) * points);
-  now_.at = memory.array<Load>(nodes);
-  before_.at = memory.array<Load>(nodes);
   memory.keep(ids_);
   memory.keep(used_);
   if (has_grasps(def)) memory.keep(grasps_);
   memory.keep(step_);
-  memory.keep(now_.count);
-  memory.keep_array(now_.at, nodes, now_.count);
   memory.keep_array(slots_, static_cast<std::size_t>(def.max_tools) * points);
   memory.keep_array(bytes_, words);
   if (memory.failed()) return false;
@@ -57,7 +51,6 @@ void ContactReport::forget() {
     used_[t] = max_points_;
     forget_tool(t);
   }
-  now_.count = before_.count = 0;
   step_ = 0;
   *report_ = palpate_contact_report{};
   end();
@@ -69,12 +62,7 @@ void ContactReport::forget_tool(std::int32_t t) {
   grasps_[t] = HeldEvent{};
 }
 
-void ContactReport::begin(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified,
-                          std::uint64_t step, double dt) {
-  std::swap(now_, before_);
-  now_.count = set.node_count;
-  for (std::int32_t e = 0; e < set.node_count; ++e) now_.at[e] = {set.nodes[e].column, 0, modified[e]};
-  tensors_ = &tensors;
+void ContactReport::begin(std::uint64_t step, double dt) {
   step_ = step, dt_ = dt;
   report_->contact_count = report_->event_count = 0;
 }
@@ -143,21 +131,8 @@ void ContactReport::end_missing() {
       if (slot(t, i).held_step > 0 && slot(t, i).held_step + 1 == step_) tell(PALPATE_EVENT_END, t, i);
 }
 
-// Displacement of a node by the contacts of one step (eq. 9 of the paper), m.
-Vec3 ContactReport::displacement(const Loads& loads, std::int32_t node) const {
-  Vec3 sum;
-  for (std::int32_t e = 0; e < loads.count; ++e)
-    sum += tensors_->displacement(node, loads.at[e].column) * loads.at[e].modified;
-  return is_finite(sum) ? sum : Vec3{};
-}
-
 ContactReport::Corner ContactReport::corner_of(std::int32_t node) const {
-  QueryWork work;
-  if (body_) return {at_rest(node), body_->at_node(node, &work), body_->before_at_node(node, &work)};
-  Corner corner = {at_rest(node), displacement(now_, node), displacement(before_, node)};
-  if (added_) corner.now += added_->now(node), corner.before += added_->before(node);
-  if (motions_) corner.now += motions_->now(node), corner.before += motions_->before(node);
-  return corner;
+  return {at_rest(node), field_->at_node(node), field_->before_at_node(node)};
 }
 
 // The nodes around the three vertices are mostly the same: each of them is evaluated once.

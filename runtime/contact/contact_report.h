@@ -4,11 +4,7 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
-#include "runtime/bundle/tensors.h"
-#include "runtime/contact/added_field.h"
-#include "runtime/contact/body_field.h"
-#include "runtime/contact/contact_constraints.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/displacement_field.h"
 #include "runtime/surface/fine_surface.h"
 
 namespace palpate {
@@ -38,19 +34,17 @@ struct HeldEvent {
 class ContactReport {
  public:
   // position: [nodes][3] m; triangles: [F][3], nullptr where contacts hold nodes alone. Both are borrowed.
-  // fine: where contacts are on a fine surface, else nullptr. body: under large deformation, else nullptr. added: adds to the
-  // contacts' displacement, or nullptr; and so do motions.
+  // fine: where contacts are on a fine surface, else nullptr.
   bool create(SceneMemory& memory, const palpate_scene_def& def, const double* position, const std::int32_t* triangles,
-              const FineSurface* fine, const BodyField* body, const AddedField* added, const Motions* motions);
+              const FineSurface* fine, const DisplacementField* field);
   // Forgets all contacts, without events.
   void forget();
   void forget_tool(std::int32_t t);
 
-  // A step is reported in this order. begin(): the solved contacts of the step. hold_tool(): which tool has the place t in this
+  // A step is reported in this order. begin(): the field has the solved contacts of the step. hold_tool(): which tool has the place t in this
   // step; -1: none. hold(): which contacts there are. Then add() each of them, with its tool's index in the step, and note() where
   // each point and grip is. end().
-  void begin(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified, std::uint64_t step,
-             double dt);
+  void begin(std::uint64_t step, double dt);
   void hold_tool(std::int32_t t, std::int32_t id);
   void hold(std::int32_t t, std::int32_t point);
   void end_missing();
@@ -80,21 +74,11 @@ class ContactReport {
     palpate_contact_state state;
     Vec3 place;  // m, of the contact
   };
-  struct Load {
-    std::int32_t column = -1, unused = 0;  // in the place of padding, which a saved state would hold
-    Vec3 modified;                         // m, u~
-  };
-  // The contact nodes of one step.
-  struct Loads {
-    Load* at;
-    std::int32_t count;
-  };
   Slot& slot(std::int32_t t, std::int32_t point) {
     return slots_[static_cast<std::size_t>(t) * static_cast<std::size_t>(max_points_) +
                   static_cast<std::size_t>(point)];
   }
   Vec3 at_rest(std::int32_t node) const { return load3(position_ + 3 * static_cast<std::size_t>(node)); }
-  Vec3 displacement(const Loads& loads, std::int32_t node) const;
   // A corner of the triangle, or the node, that a contact holds: at rest (m), and its displacement now and before.
   struct Corner {
     Vec3 rest, now, before;
@@ -109,9 +93,7 @@ class ContactReport {
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
   const FineSurface* fine_ = nullptr;
-  const BodyField* body_ = nullptr;
-  const AddedField* added_ = nullptr;
-  const Motions* motions_ = nullptr;
+  const DisplacementField* field_ = nullptr;
   std::int32_t max_tools_ = 0, max_points_ = 0;
   std::uint64_t* bytes_ = nullptr;            // of the report
   palpate_contact_report* report_ = nullptr;  // in bytes_; the contacts follow it, and then the events
@@ -121,8 +103,6 @@ class ContactReport {
   std::int32_t ids_[PALPATE_MAX_TOOLS];       // of the tool in each place; -1: none
   std::int32_t used_[PALPATE_MAX_TOOLS];      // slots of each place that were ever in use
   HeldEvent grasps_[PALPATE_MAX_TOOLS];       // as the last step has left them
-  Loads now_ = {}, before_ = {};
-  const Tensors* tensors_ = nullptr;
   std::uint64_t step_ = 0;
   double dt_ = 1;
 };

@@ -552,21 +552,6 @@ ContactSolver::Outcome ContactSolver::fail(const ContactConstraints& set, Vec3* 
   return Outcome::unsolved;
 }
 
-Vec3 ContactSolver::last_displacement(const Tensors& tensors, std::int32_t node) const {
-  Vec3 u;
-  for (std::int32_t p = 0, leads = 0; p < kept_constraints_; ++p) {
-    const ContactConstraint& constraint = kept_constraint_[p];
-    if (!constraint.joined) leads = p;
-    const Vec3 sum = force_of(constraint, kept_rows_[leads], reaction_);
-    for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
-      const ContactNode& held = kept_node_[e];
-      u += held.weight *
-           (tensors.displacement(node, held.column) * compliance_.modified(compliance_.slot_of_contact_node(e), sum));
-    }
-  }
-  return u;
-}
-
 Mat3 ContactSolver::compliance_between_nodes(const ContactConstraints& set, std::int32_t p, std::int32_t q) const {
   const ContactConstraint &one = set.constraints[p], &other = set.constraints[q];
   Mat3 sum;

@@ -172,9 +172,6 @@ class ContactSolver {
   // The fewest operations of predict_without().
   Operations operations_to_predict(std::int32_t tool, std::int32_t point) const;
 
-  // m, of any surface node under the reactions of the last solve, also after palpate_scene_restore. Cost: an entry of the tensors for each
-  // of its contact nodes.
-  Vec3 last_displacement(const Tensors& tensors, std::int32_t node) const;
   // m/N, of constraints p and q of the last solve along x, y and z, without their local parts: the weighted displacement of the nodes of p
   // per unit of a force on those of q, weighted alike. Cost: 9 multiply-adds for each pair of their nodes.
   Mat3 compliance_between_nodes(const ContactConstraints& set, std::int32_t p, std::int32_t q) const;

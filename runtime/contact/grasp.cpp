@@ -5,6 +5,8 @@
 
 #include "runtime/contact/contact_laws.h"
 
+#include "runtime/contact/touch_step.h"
+
 namespace palpate {
 namespace {
 
@@ -23,27 +25,25 @@ Mat3 without_one(Mat3 turn) {
 }  // namespace
 
 bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
-                    const Motions* motions) {
-  source_ = source, motions_ = motions, most_nodes_ = most_nodes;
+                    const DisplacementField* field) {
+  source_ = source, field_ = field, most_nodes_ = most_nodes;
   grasps_ = memory.array<Grasp>(static_cast<std::size_t>(max_tools));
   memory.keep_array(grasps_, static_cast<std::size_t>(max_tools));
-  for (std::int32_t t = 0; !memory.failed() && t < max_tools; ++t) forget(t);
+  for (std::int32_t t = 0; !memory.failed() && t < max_tools; ++t) forget_tool(t);
   return !memory.failed();
 }
 
-void Grasps::forget(std::int32_t t) {
+void Grasps::forget_tool(std::int32_t t) {
   grasps_[t] = Grasp{};
 }
 
 // ---- closing ---------------------------------------------------------------------------------------------------------
 
-void Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
-                        GraspPatch* to) {
+void Grasps::find_patch(const SurfacePoint& place, double radius, GraspPatch* to) {
   find_grasp_patch(source_, place, radius, most_nodes_, to);
   for (int e = 0; e < to->count; ++e) {
     const Vec3 rest = load3(source_.rest + 3 * static_cast<std::size_t>(to->node[e]));
-    Vec3 u = solver.last_displacement(tensors, to->node[e]);
-    if (motions_) u += motions_->now(to->node[e]);
+    const Vec3 u = field_->at_node(to->node[e]);
     for (int part = 0; part < 3; ++part) {
       to->before[part] += to->weight[part][e] * u;
       to->place[part] += to->weight[part][e] * (rest + u);
@@ -51,27 +51,25 @@ void Grasps::find_patch(const SurfacePoint& place, double radius, const Tensors&
   }
 }
 
-void Grasps::close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const ContactSolver& solver) {
+void Grasps::close(Grasp& grasp, const Tool& tool) {
   const palpate_grasp& from = tool.grasp;
   grasp.closed = 1, grasp.id = from.id, grasp.slipped = {};
   grasp.state = {};
   grasp.patches[0] = grasp.patches[1] = GraspPatch{};
-  find_patch(surface_point_of(from.triangle, from.barycentric), from.radius, tensors, solver, &grasp.patches[0]);
+  find_patch(surface_point_of(from.triangle, from.barycentric), from.radius, &grasp.patches[0]);
   if (patches_of(from) < 2) return;
-  find_patch(surface_point_of(from.opposite_triangle, from.opposite_barycentric), from.radius, tensors, solver,
-             &grasp.patches[1]);
+  find_patch(surface_point_of(from.opposite_triangle, from.opposite_barycentric), from.radius, &grasp.patches[1]);
   grasp.axis = unit_or_zero(grasp.patches[1].place[0] - grasp.patches[0].place[0]);
 }
 
 // ---- a step ----------------------------------------------------------------------------------------------------------
 
-std::int32_t Grasps::begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const Tensors& tensors,
-                           const ContactSolver& solver, Operations* work) {
+std::int32_t Grasps::begin_tool(std::int32_t t, const Tool& tool, const OrganPose& organ, Operations* work) {
   Grasp& grasp = grasps_[t];
   const bool has_held = grasp.patches[0].rows_of >= 0 || grasp.patches[1].rows_of >= 0;
   for (GraspPatch& patch : grasp.patches) patch.rows_of = -1;
   if (!tool.has_grasp) {
-    if (grasp.closed) forget(t);
+    if (grasp.closed) forget_tool(t);
     return 0;
   }
   Pose pose;
@@ -85,8 +83,8 @@ std::int32_t Grasps::begin(std::int32_t t, const Tool& tool, const OrganPose& or
   const bool is_anew = grasp.closed && grasp.id != tool.grasp.id;
   if (grasp.closed != 1 || is_anew) {
     grasp.closed_position = grasp.position, grasp.closed_axes = axes;
-    close(grasp, tool, tensors, solver);
-    *work += operations_to_close(solver.contact_nodes());
+    close(grasp, tool);
+    *work += operations_to_close(field_->loads().count());
     if (is_anew && has_held) grasp.closed = Grasp::kClosesAnew;
   }
   grasp.turn = times_transposed(axes, grasp.closed_axes);
@@ -106,8 +104,8 @@ Vec3 Grasps::target(const Grasp& grasp, const Tool& tool, int p, int part) const
   return to - grasp.slipped;
 }
 
-std::uint32_t Grasps::request(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows,
-                              std::int32_t* made) {
+std::uint32_t Grasps::add_rows(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows,
+                               std::int32_t* made) {
   Grasp& grasp = grasps_[t];
   std::uint32_t flags = 0;
   *made = 0;
@@ -177,8 +175,8 @@ bool Grasps::slips(std::int32_t t, const Tool& tool, const ContactSolver& solver
   return true;
 }
 
-void Grasps::finish(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ, Vec3 unit,
-                    Vec3* torque, Vec3* torque_along) {
+void Grasps::tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ,
+                         Vec3 unit, Vec3* torque, Vec3* torque_along) {
   Grasp& grasp = grasps_[t];
   *torque = *torque_along = {};
   palpate_grasp_state& state = grasp.state;
@@ -207,6 +205,65 @@ void Grasps::finish(std::int32_t t, const Tool& tool, const ContactSolver& solve
   if (!is_finite(force)) return;
   state.friction_limit = limit_of(grasp, tool, solver);
   if (state.slipped > tool.grasp.radius) state.condition = PALPATE_GRASP_LET_GO;
+}
+
+// ---- as a source of rows ---------------------------------------------------------------------------------------------
+
+std::int32_t Grasps::begin(TouchStep& step) {
+  std::int32_t count = 0;
+  for (std::int32_t t = 0; t < step.state->input.count(); ++t)
+    count += begin_tool(t, step.state->input.tool(t), step.state->organ, &step.unasked);
+  return count;
+}
+
+void Grasps::request_of_tool(TouchStep& step, std::int32_t t) {
+  TouchState& state = *step.state;
+  const Tool& tool = state.input.tool(t);
+  std::int32_t made = 0;
+  if (const std::uint32_t flags = add_rows(t, tool, tool.point_count + tool.grip_count, state.rows, &made))
+    step.raise(t, flags);
+  const ContactConstraints& set = state.rows.set();
+  for (std::int32_t p = 0; made > 0 && p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    if (constraint.tool != t || constraint.part != 0 || !is_of_grasp(step, t, constraint.point)) continue;
+    if (!state.solver.holds(set, p)) state.admission.pay();
+    step.count_contact(t, set.target[p] - step.moved(set, constraint));
+  }
+}
+
+bool Grasps::asks_again(TouchStep& step) {
+  bool again = false;
+  for (std::int32_t t = 0; t < step.state->input.count(); ++t)
+    again = slips(t, step.state->input.tool(t), step.state->solver, step.state->rows) || again;
+  return again;
+}
+
+void Grasps::take_reactions(TouchStep& step, bool) {
+  TouchState& state = *step.state;
+  for (std::int32_t t = 0; t < state.input.count(); ++t) {
+    Vec3 torque, torque_along;
+    const Tool& tool = state.input.tool(t);
+    ToolResult& result = step.result[t];
+    tell_forces(t, tool, state.solver, state.organ, result.direction.unit, &torque, &torque_along);
+    if (!tool.has_torque || !is_finite(torque)) continue;
+    result.sum.moment += torque;
+    result.sum.moment_along += torque_along;
+  }
+}
+
+void Grasps::report(TouchStep& step) {
+  TouchState& state = *step.state;
+  for (std::int32_t t = 0; t < step.context->def.max_tools; ++t) {
+    const Tool& tool = state.input.tool(t);
+    if (tool.index < 0) continue;  // hold_tool() has told its end
+    HeldEvent held;
+    held.condition = grasps_[t].state.condition, held.closing = tool.has_grasp ? tool.grasp.id : 0;
+    if (tool.has_grasp) {
+      held.surface_point = surface_point_of(tool.grasp.triangle, tool.grasp.barycentric);
+      held.place = state.organ.point_to_organ(load3(grasps_[t].state.place));
+    }
+    state.report.tell_grasp(t, held);
+  }
 }
 
 }  // namespace palpate

@@ -7,8 +7,9 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/displacement_field.h"
 #include "runtime/contact/grasp_patch.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/row_source.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
 
@@ -31,45 +32,50 @@ struct Grasp {
   palpate_grasp_state state = {};
 };
 
-class Grasps {
+class Grasps final : public RowSource {
  public:
-  // most_nodes: of a disc. motions: move the organ beside the contacts, or nullptr; borrowed.
+  // most_nodes: of a disc. field: borrowed.
   bool create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
-              const Motions* motions);
-  void forget(std::int32_t t);
+              const DisplacementField* field);
 
-  // Patches of the tool in place t that will ask for rows. Closes, opens and moves its grasp. Cost of a closing: some 20 us, more for discs of some hundred nodes, and the
-  // tensors' entries between the patches' nodes and those of the last step's contacts.
-  // work: takes the operations of a closing.
-  std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const Tensors& tensors,
-                     const ContactSolver& solver, Operations* work);
+  std::int32_t begin(TouchStep& step) override;
+  void request_of_tool(TouchStep& step, std::int32_t t) override;
+  bool asks_again(TouchStep& step) override;
+  void take_reactions(TouchStep& step, bool solved) override;
+  void report(TouchStep& step) override;
+  Pass pass() const override { return Pass::grasps; }
+  void forget_tool(std::int32_t t) override;
+
   // Of a closing of two discs among so many contact nodes, at most.
   static Operations operations_to_close(std::int32_t contact_nodes) {
     constexpr Operations entry = 15, disc = 20'000;
     return 2 * (disc + GraspPatch::kMostNodes * entry * contact_nodes);
   }
+  const palpate_grasp_state& state(std::int32_t t) const { return grasps_[t].state; }
+
+ private:
+  // Patches of the tool in place t that will ask for rows. Closes, opens and moves its grasp. Cost of a closing: some 20 us, more for discs of some hundred nodes, and the
+  // tensors' entries between the patches' nodes and those of the last step's contacts.
+  // work: takes the operations of a closing.
+  std::int32_t begin_tool(std::int32_t t, const Tool& tool, const OrganPose& organ, Operations* work);
   // Its rows: point `first` and the next one. Returns step flags. made: contacts.
-  std::uint32_t request(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows, std::int32_t* made);
+  std::uint32_t add_rows(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows, std::int32_t* made);
   // After a solve: whether the grasp of a tool pulls beyond its friction. Its targets are then those after it has slipped, and the step
   // is to be solved again.
   bool slips(std::int32_t t, const Tool& tool, const ContactSolver& solver, ContactRows& rows);
   // After the last solve: the torque of its forces on the organ about the tool's reference, N m, and that of the parts of the forces along
   // `unit`, both in the organ's frame.
-  void finish(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ, Vec3 unit,
-              Vec3* torque, Vec3* torque_along);
+  void tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ, Vec3 unit,
+                   Vec3* torque, Vec3* torque_along);
 
-  const palpate_grasp_state& state(std::int32_t t) const { return grasps_[t].state; }
-
- private:
-  void close(Grasp& grasp, const Tool& tool, const Tensors& tensors, const ContactSolver& solver);
-  void find_patch(const SurfacePoint& place, double radius, const Tensors& tensors, const ContactSolver& solver,
-                  GraspPatch* to);
+  void close(Grasp& grasp, const Tool& tool);
+  void find_patch(const SurfacePoint& place, double radius, GraspPatch* to);
   Vec3 target(const Grasp& grasp, const Tool& tool, int patch, int part) const;
   static double limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver);
   static Vec3 force_of(const Grasp& grasp, const ContactSolver& solver);
 
   DiscSource source_ = {};
-  const Motions* motions_ = nullptr;
+  const DisplacementField* field_ = nullptr;
   std::int32_t most_nodes_ = 0;
   Grasp* grasps_ = nullptr;  // [max_tools]
 };

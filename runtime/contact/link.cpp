@@ -122,12 +122,13 @@ void find_link_end(const LinkSurface& surface, const palpate_link_end& from, dou
     find_disc(surface.disc, surface_point_of(from.triangle, from.barycentric), radius, to);
 }
 
-Vec3 driven_by(const Motions& motions, const LinkSurface& surface, const palpate_link_end& given, const LinkEnd& end) {
+Vec3 driven_by(const DisplacementField& field, const LinkSurface& surface, const palpate_link_end& given,
+               const LinkEnd& end) {
   Vec3 driven;
   if (given.kind == PALPATE_END_WORLD) return driven;
   const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(given.triangle);
-  for (int v = 0; v < end.count; ++v) driven += end.weight[v] * motions.now(end.node[v]);
-  for (int v = 0; end.count == 0 && v < 3; ++v) driven += given.barycentric[v] * motions.now(corner[v]);
+  for (int v = 0; v < end.count; ++v) driven += end.weight[v] * field.moved_at_node(end.node[v]);
+  for (int v = 0; end.count == 0 && v < 3; ++v) driven += given.barycentric[v] * field.moved_at_node(corner[v]);
   return driven;
 }
 
@@ -207,16 +208,16 @@ std::uint32_t read_reaction(Link& link, Vec3 reaction, bool may_break, std::uint
 }
 
 Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first) {
+  if (first < 0) return moved_by(contacts.field, end);
   Vec3 moved;
-  for (int v = 0; v < end.count; ++v) {
-    Vec3 u;
-    if (first >= 0)
-      u = contacts.solver.displacement(contacts.set, contacts.force, first + v);
-    else
-      for (std::int32_t b = 0; b < contacts.set.node_count; ++b)
-        u += contacts.tensors.displacement(end.node[v], contacts.set.nodes[b].column) * contacts.modified[b];
-    moved += end.weight[v] * u;
-  }
+  for (int v = 0; v < end.count; ++v)
+    moved += end.weight[v] * contacts.solver.displacement(contacts.set, contacts.force, first + v);
+  return is_finite(moved) ? moved : Vec3{};
+}
+
+Vec3 moved_by(const DisplacementField& field, const LinkEnd& end) {
+  Vec3 moved;
+  for (int v = 0; v < end.count; ++v) moved += end.weight[v] * field.loads().at_node(end.node[v]);
   return is_finite(moved) ? moved : Vec3{};
 }
 

@@ -14,7 +14,7 @@
 
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/displacement_field.h"
 #include "runtime/contact/touchable_disc.h"
 
 namespace palpate {
@@ -83,7 +83,8 @@ Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end);
 // The place of an end at rest and the nodes below it.
 void find_link_end(const LinkSurface& surface, const palpate_link_end& from, double radius, LinkEnd* to);
 // m, in the organ's frame: by how much the motions move an end now.
-Vec3 driven_by(const Motions& motions, const LinkSurface& surface, const palpate_link_end& given, const LinkEnd& end);
+Vec3 driven_by(const DisplacementField& field, const LinkSurface& surface, const palpate_link_end& given,
+               const LinkEnd& end);
 
 // Whether contacts can move an end of it.
 inline bool has_nodes(const Link& link) {
@@ -97,16 +98,18 @@ LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart);
 void slacken_link(Link& link);
 // reaction: N, of its rows. Returns step flags: whether the link breaks, which it does where it may.
 std::uint32_t read_reaction(Link& link, Vec3 reaction, bool may_break, std::uint64_t step);
-// What the contacts of a step did to the tissue: their nodes, N and m of each.
+// The contacts of a step: their nodes, N on each, and their field.
 struct SolvedContacts {
-  const Tensors& tensors;
   const ContactConstraints& set;
-  const Vec3 *force, *modified;
+  const Vec3* force;
   const ContactSolver& solver;
+  const DisplacementField& field;
 };
-// m: by how much they have moved an end; zero where that is not finite. first: its first node among theirs; -1: the link has no rows.
+// m: by how much the contacts have moved an end; zero where that is not finite. first: its first node among theirs; -1: the link has no rows.
 // Cost: for each node of the end 9 multiply-adds for each contact node.
 Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first);
+// The same after the last solve.
+Vec3 moved_by(const DisplacementField& field, const LinkEnd& end);
 
 // What turn() of a thread makes of one part; last: its share times its line.
 Vec3 turned(const Link& link, double tension, Vec3 last);

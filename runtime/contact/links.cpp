@@ -6,6 +6,7 @@
 
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/contact/touch_step.h"
 
 namespace palpate {
 namespace {
@@ -95,7 +96,7 @@ palpate_status Links::set(const palpate_link* links, std::int32_t count, palpate
   return succeed(error);
 }
 
-void Links::forget() {
+void Links::forget_rest() {
   for (std::int32_t i = 0; i < count_; ++i) start_link(links_[i], links_[i].given, i);
 }
 
@@ -132,13 +133,13 @@ bool Links::walk(const ContactConstraints& set, const ContactSolver& solver, boo
 // Where the motions have brought the ends.
 void Links::drive(Link& link) const {
   for (int e = 0; source_.motions && e < 2; ++e)
-    link.ends[e].driven = driven_by(*source_.motions, source_.surface, link.given.ends[e], link.ends[e]);
+    link.ends[e].driven = driven_by(*source_.field, source_.surface, link.given.ends[e], link.ends[e]);
 }
 
-std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver,
-                          Operations* work) {
+std::int32_t Links::begin(TouchStep& step) {
+  const OrganPose& organ = step.state->organ;
   std::int32_t act = 0;
-  *work += kOfLink * count_;
+  step.unasked += kOfLink * count_;
   for (std::int32_t i = 0; i < count_; ++i) {
     Link& link = links_[i];
     link.row_of = -1, link.before = link.state.condition;
@@ -149,8 +150,8 @@ std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const 
     // A shorter rest length or an end that moved in the world may have used up what the bound left.
     if (!link.fresh && !(longest(link) + kLeastSlack < link.rest_length)) {
       for (LinkEnd& end : link.ends) {
-        end.moved = last_move(end, tensors, solver);
-        *work += to_move(end, solver.contact_nodes());
+        end.moved = moved_by(*source_.field, end);
+        step.unasked += to_move(end, source_.field->loads().count());
       }
       link.fresh = 1, link.path = path_;
     }
@@ -162,7 +163,11 @@ std::int32_t Links::begin(const OrganPose& organ, const Tensors& tensors, const 
   return act;
 }
 
-std::uint32_t Links::request(ContactRows& rows, ContactAdmission& admission) {
+void Links::request(TouchStep& step) {
+  step.flags |= add_rows(step.state->rows, step.state->admission);
+}
+
+std::uint32_t Links::add_rows(ContactRows& rows, ContactAdmission& admission) {
   std::uint32_t flags = 0;
   for_threads([&](const auto& thread) {
     if (!thread.acts()) return;
@@ -190,12 +195,7 @@ std::uint32_t Links::request(ContactRows& rows, ContactAdmission& admission) {
   return flags;
 }
 
-Vec3 Links::last_move(const LinkEnd& end, const Tensors& tensors, const ContactSolver& solver) {
-  Vec3 moved;
-  for (int v = 0; v < end.count; ++v) moved += end.weight[v] * solver.last_displacement(tensors, end.node[v]);
-  return is_finite(moved) ? moved : Vec3{};
-}
-
+// What the links that act take, with so many contact nodes. What slack ones take, read_reactions() adds itself: the step before cannot tell.
 Operations Links::operations_to_end(std::int32_t contact_nodes) const {
   Operations nodes = 0, act = 0, turning = 0;
   for_threads([&](const auto& thread) {
@@ -208,8 +208,29 @@ Operations Links::operations_to_end(std::int32_t contact_nodes) const {
   return kOfLink * act + 3 * nodes * contact_nodes + turning;
 }
 
-std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-                         const ContactSolver& solver, bool solved, std::uint64_t step, Operations* work) {
+void Links::end(TouchStep& step) {
+  TouchState& state = *step.state;
+  const ContactConstraints& set = state.rows.set();
+  state.work.add(operations_to_end(set.node_count));
+  step.flags |= read_reactions(set, state.force, state.solver, step.is_solved, state.step + 1, &step.unasked);
+}
+
+void Links::report(TouchStep& step) {
+  for (std::int32_t i = 0; i < count_; ++i) {
+    const Link& link = links_[i];
+    const palpate_link_condition now = link.state.condition;
+    if (now == link.before) continue;
+    const int e = link.given.ends[0].kind == PALPATE_END_SURFACE_POINT ? 0 : 1;
+    const SurfacePoint place = surface_point_of(link.given.ends[e].triangle, link.given.ends[e].barycentric);
+    step.state->report.tell_link(now == PALPATE_LINK_TAUT     ? PALPATE_EVENT_LINK_TAUT
+                                 : now == PALPATE_LINK_BROKEN ? PALPATE_EVENT_LINK_BROKE
+                                                              : PALPATE_EVENT_LINK_SLACK,
+                                 link.state.id, place, link.ends[e].at());
+  }
+}
+
+std::uint32_t Links::read_reactions(const ContactConstraints& set, const Vec3* force, const ContactSolver& solver,
+                                    bool solved, std::uint64_t step, Operations* work) {
   std::uint32_t flags = 0;
   const bool known = walk(set, solver, solved);
   for_threads([&](const auto& thread) {
@@ -225,7 +246,7 @@ std::uint32_t Links::end(const Tensors& tensors, const ContactConstraints& set, 
       if (rests) continue;
       std::int32_t first = link.row_of < 0 ? -1 : set.constraints[link.row_of].first_node;
       for (LinkEnd& end : link.ends) {
-        end.moved = moved_by({tensors, set, force, modified, solver}, end, first);
+        end.moved = moved_by({set, force, solver, *source_.field}, end, first);
         if (first >= 0) first += end.count;
         if (link.row_of < 0) *work += to_move(end, set.node_count);
       }
@@ -254,13 +275,13 @@ Mat3 Links::compliance_between(const ContactConstraints& set, const ContactSolve
   return sum;
 }
 
-const palpate_link_state* Links::state(std::int32_t i, const Tensors& tensors, const ContactSolver& solver) const {
+const palpate_link_state* Links::state(std::int32_t i) const {
   if (i < 0 || i >= count_) return nullptr;
   Link& link = links_[i];
   Vec3 now[2];
   for (int e = 0; e < 2; ++e) {
     const LinkEnd& end = link.ends[e];
-    now[e] = end.rest + (link.fresh ? end.moved : last_move(end, tensors, solver)) + end.driven;
+    now[e] = end.rest + (link.fresh ? end.moved : moved_by(*source_.field, end)) + end.driven;
     store3(now[e], link.state.ends[e]);
   }
   link.state.length = length(now[1] - now[0]);

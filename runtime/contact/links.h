@@ -8,49 +8,46 @@
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/link.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/row_source.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {
 
-class Links {
+class Links final : public RowSource {
  public:
   // All borrowed.
   struct Source {
     LinkSurface surface;
     const double* stiffness;  // [S][3][3] N/m, of each column
-    const Motions* motions;   // move the organ beside the contacts, or nullptr
+    const DisplacementField* field;
+    const Motions* motions;  // move the organ beside the contacts, or nullptr
   };
   bool create(SceneMemory& memory, const Source& source, std::int32_t capacity);
 
   // palpate_scene_set_links states the contract.
   palpate_status set(const palpate_link* links, std::int32_t count, palpate_error* error);
   // The links stay, and are as they were when they were given.
-  void forget();
+  void forget_rest() override;
 
-  // A step, in order: how many links will ask for rows; their rows; what became of them.
-  // begin() adds what it counts, which nothing puts off.
-  std::int32_t begin(const OrganPose& organ, const Tensors& tensors, const ContactSolver& solver, Operations* work);
-  std::uint32_t request(ContactRows& rows, ContactAdmission& admission);
-  // What end() takes for the links that act, with so many contact nodes. It adds itself what slack ones take, which the step before cannot
-  // tell.
-  Operations operations_to_end(std::int32_t contact_nodes) const;
-  // Returns step flags. Cost: for each node of a link 9 multiply-adds for each contact node, at distant addresses where it is slack. A
-  // slack thread costs a length while a bound on the motion of its ends shows that it stays slack; all of them together then cost rows^2
-  // multiply-adds.
-  std::uint32_t end(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, const Vec3* modified,
-                    const ContactSolver& solver, bool solved, std::uint64_t step, Operations* work);
+  std::int32_t begin(TouchStep& step) override;
+  void request(TouchStep& step) override;
+  // Cost: for each node of a link 9 multiply-adds for each contact node, at distant addresses where it is slack. A slack thread costs a
+  // length while a bound on the motion of its ends shows that it stays slack; all of them together then cost rows^2 multiply-adds.
+  void end(TouchStep& step) override;
+  void report(TouchStep& step) override;
+  Pass pass() const override { return Pass::links; }
 
   std::int32_t count() const { return count_; }
   // Finds the ends of a link that a bound has spared, which changes no later step.
-  const palpate_link_state* state(std::int32_t link, const Tensors& tensors, const ContactSolver& solver) const;
-  // For the report: the condition in this step and the one before.
-  const Link& link(std::int32_t i) const { return links_[i]; }
+  const palpate_link_state* state(std::int32_t link) const;
 
  private:
+  std::uint32_t add_rows(ContactRows& rows, ContactAdmission& admission);
+  Operations operations_to_end(std::int32_t contact_nodes) const;
+  std::uint32_t read_reactions(const ContactConstraints& set, const Vec3* force, const ContactSolver& solver,
+                               bool solved, std::uint64_t step, Operations* work);
   double reach_of(const LinkEnd& end) const;
   void drive(Link& link) const;
-  static Vec3 last_move(const LinkEnd& end, const Tensors& tensors, const ContactSolver& solver);
   template <class Each>
   void for_threads(const Each& each) const;
   Mat3 compliance_between(const ContactConstraints& set, const ContactSolver& solver, std::int32_t j,

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "runtime/base/exponential.h"
+#include "runtime/contact/touch_step.h"
 
 namespace palpate {
 namespace {
@@ -34,15 +35,12 @@ bool Needles::create(SceneMemory& memory, const Source& source) {
   needles_ = memory.array<NeedleInTissue>(static_cast<std::size_t>(source.max_tools));
   memory.keep_array(needles_, static_cast<std::size_t>(source.max_tools));
   if (memory.failed()) return false;
-  forget();
+  for (std::int32_t t = 0; t < source_.max_tools; ++t) forget_tool(t);
   return tree_.create(memory, source.geometry);
 }
 
-void Needles::forget(std::int32_t t) {
+void Needles::forget_tool(std::int32_t t) {
   needles_[t] = NeedleInTissue{};
-}
-void Needles::forget() {
-  for (std::int32_t t = 0; t < source_.max_tools; ++t) forget(t);
 }
 
 // ---- places ----------------------------------------------------------------------------------------------------------
@@ -75,13 +73,9 @@ bool Needles::find_place(Vec3 x, NeedlePlace* place) const {
 }
 
 // m, under the contacts of the last solve and the motions of this step.
-Vec3 Needles::displacement(const NeedlePlace& place, const ContactSolver& solver) const {
+Vec3 Needles::displacement(const NeedlePlace& place) const {
   Vec3 u;
-  for (int c = 0; c < 4; ++c) {
-    Vec3 of_node = solver.last_displacement(*source_.tensors, place.node[c]);
-    if (source_.motions) of_node += source_.motions->now(place.node[c]);
-    u += place.weight[c] * of_node;
-  }
+  for (int c = 0; c < 4; ++c) u += place.weight[c] * source_.field->at_node(place.node[c]);
   return u;
 }
 
@@ -106,10 +100,10 @@ void Needles::let_go_passed(NeedleInTissue& needle) {
   while (needle.count > 0 && needle.place[needle.count - 1].held > 0) --needle.count;
 }
 
-std::int32_t Needles::begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const ContactSolver& solver) {
+std::int32_t Needles::begin_tool(std::int32_t t, const Tool& tool, const OrganPose& organ) {
   NeedleInTissue& needle = needles_[t];
   if (!tool.has_needle) {
-    if (needle.is_known) forget(t);
+    if (needle.is_known) forget_tool(t);
     return 0;
   }
   const Vec3 axis = unit_or_zero(organ.vector_to_organ(load3(tool.needle.direction))), before = needle.tangent;
@@ -119,7 +113,7 @@ std::int32_t Needles::begin(std::int32_t t, const Tool& tool, const OrganPose& o
   needle.touches = 0, needle.tip_row = needle.tip.row_of = -1;
   if (needle.is_out) return 0;
   if (!needle.pierced) {
-    const Vec3 way = needle.position - needle.tip.rest - displacement(needle.tip, solver);
+    const Vec3 way = needle.position - needle.tip.rest - displacement(needle.tip);
     const double ahead = dot(way, axis);
     const bool beside = length(way - ahead * axis) > tool.needle.spacing;
     needle.touches = !beside && (ahead > 0 || needle.state.tip_force > 0);
@@ -142,16 +136,13 @@ NeedleWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, cons
   return wish;
 }
 
-std::uint32_t Needles::request(std::int32_t t, const Tool& tool, ContactRows& rows, std::int32_t* made) {
+std::uint32_t Needles::add_rows(std::int32_t t, const Tool& tool, ContactRows& rows) {
   NeedleInTissue& needle = needles_[t];
-  *made = 0;
   if (!needle.touches) return 0;
   const std::int32_t first = t * kPointsOfOne;
   const auto add = [&](NeedleWish& wish, std::int32_t point, std::int32_t part) {
     wish.point = first + point, wish.part = part;
-    const std::int32_t p = rows.add_needle(wish);
-    *made += p >= 0;
-    return p;
+    return rows.add_needle(wish);
   };
   NeedleWish tip = wish_of(needle, tool, needle.tip, 0.5 * tool.needle.spacing);
   if (needle.pierced) {
@@ -177,9 +168,8 @@ std::uint32_t Needles::request(std::int32_t t, const Tool& tool, ContactRows& ro
 // m: by how much node c of a place has moved, which the constraint p holds.
 Vec3 Needles::moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
                     const ContactSolver& solver) const {
-  Vec3 u = solver.displacement(set, force, set.constraints[p].first_node + c);
-  if (source_.motions) u += source_.motions->now(place.node[c]);
-  return u;
+  return solver.displacement(set, force, set.constraints[p].first_node + c) +
+         source_.field->moved_at_node(place.node[c]);
 }
 
 // Places along which the shaft slid stick where they are now.
@@ -265,9 +255,9 @@ std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const 
   return 0;
 }
 
-std::uint32_t Needles::finish(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
-                              const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum,
-                              Vec3* torque) {
+std::uint32_t Needles::end_tool(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+                                const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum,
+                                Vec3* torque) {
   NeedleInTissue& needle = needles_[t];
   *sum = *torque = {};
   palpate_needle_state& state = needle.state;
@@ -306,6 +296,57 @@ std::uint32_t Needles::finish(std::int32_t t, const Tool& tool, const ContactCon
   store3(organ.vector_to_world(Vec3{} - *torque), state.torque);
   store3(needle.tip.rest, state.tip_at_rest);
   return flags;
+}
+
+// ---- as a source of rows ---------------------------------------------------------------------------------------------
+
+std::int32_t Needles::begin(TouchStep& step) {
+  std::int32_t count = 0;
+  for (std::int32_t t = 0; t < step.state->input.count(); ++t)
+    count += begin_tool(t, step.state->input.tool(t), step.state->organ);
+  return count;
+}
+
+void Needles::request(TouchStep& step) {
+  TouchState& state = *step.state;
+  for (std::int32_t t = 0; t < state.input.count(); ++t) {
+    const std::int32_t first = state.rows.set().constraint_count;
+    if (const std::uint32_t flags = add_rows(t, state.input.tool(t), state.rows)) step.raise(t, flags);
+    const ContactConstraints& set = state.rows.set();
+    for (std::int32_t p = first; p < set.constraint_count; ++p)
+      if (!state.solver.holds(set, p)) state.admission.pay();
+  }
+}
+
+void Needles::take_reactions(TouchStep& step, bool solved) {
+  TouchState& state = *step.state;
+  for (std::int32_t t = 0; t < state.input.count(); ++t) {
+    const Tool& tool = state.input.tool(t);
+    if (tool.index < 0) continue;
+    ToolResult& result = step.result[t];
+    if (needles_[t].touches) step.unasked += operations(needles_[t].state.places, step.acting->node_count);
+    if (const std::uint32_t flags = end_tool(t, tool, *step.acting, state.force, state.solver, state.organ, solved,
+                                             &result.inside_force, &result.inside_torque))
+      step.raise(t, flags);
+    result.is_inside = needles_[t].pierced, result.touches = needles_[t].touches;
+  }
+}
+
+bool Needles::note_sliding(const TouchStep& step, const ContactConstraints&, const ContactConstraint& constraint,
+                           SlideEnergy::Sliding* sliding) {
+  if (constraint.tool != kToolOfNeedles) return false;
+  const std::int32_t t = tool_of(constraint.point);
+  const palpate_needle& given = step.state->input.tool(t).needle;
+  // Of one that something brakes, friction and cutting take more than new places may give.
+  if (has_motions(step.context->def) || given.friction != 0 || given.cutting_force != 0) return false;
+  NeedlePlace& place = place_of(constraint.point);
+  const NeedleInTissue& needle = needles_[t];
+  const bool is_tip = &place == &needle.tip;
+  // The tip begins where it meets the surface, a place where the needle is.
+  sliding->aside = &place.aside, sliding->at = needle.position;
+  sliding->from = is_tip ? place.rest : needle.position;
+  sliding->axis = needle.axis, sliding->reach = is_tip ? 0 : place.held;
+  return true;
 }
 
 }  // namespace palpate

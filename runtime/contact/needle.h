@@ -13,10 +13,10 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
-#include "runtime/bundle/tensors.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/displacement_field.h"
+#include "runtime/contact/row_source.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/inside/tetrahedron_tree.h"
 #include "runtime/pose/pose.h"
@@ -52,7 +52,7 @@ struct NeedleInTissue {
   palpate_needle_state state = {};
 };
 
-class Needles {
+class Needles final : public RowSource {
  public:
   static constexpr std::int32_t kPointsOfOne =
       NeedleInTissue::kMostPlaces + 1;  // of constraints: the tip, then the places
@@ -64,34 +64,20 @@ class Needles {
     const std::int32_t* region = nullptr;               // [E]
     const double *young = nullptr, *poisson = nullptr;  // [R]
     const Tensors* tensors = nullptr;                   // with a corridor
-    const Motions* motions = nullptr;                   // move the organ beside the contacts, or nullptr
+    const DisplacementField* field = nullptr;
     std::int32_t most_places = 0, max_tools = 0;
   };
   bool create(SceneMemory& memory, const Source& source);
-  void forget(std::int32_t t);
-  void forget();
 
-  // Constraints that the needle of the tool in place t will ask for.
-  std::int32_t begin(std::int32_t t, const Tool& tool, const OrganPose& organ, const ContactSolver& solver);
-  // Its rows, in ascending order of tools. made: constraints. Returns step flags.
-  std::uint32_t request(std::int32_t t, const Tool& tool, ContactRows& rows, std::int32_t* made);
-  // After the solve: the force on the organ and the torque about the tool's reference, in the organ's frame; places slide, the tip cuts.
-  // set: as it was solved. Returns step flags. Cost: a search for a tetrahedron where the tip moves in the tissue.
-  std::uint32_t finish(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
-                       const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum, Vec3* torque);
-
-  // What a constraint's `point` names, and the needle that holds it.
-  NeedlePlace& place_of(std::int32_t point) const {
-    NeedleInTissue& needle = needles_[tool_of(point)];
-    const std::int32_t number = point % kPointsOfOne;
-    return number > 0 ? needle.place[number - 1] : needle.tip;
-  }
-  const NeedleInTissue& needle_of(std::int32_t point) const { return needles_[tool_of(point)]; }
+  std::int32_t begin(TouchStep& step) override;
+  void request(TouchStep& step) override;
+  void take_reactions(TouchStep& step, bool solved) override;
+  bool note_sliding(const TouchStep& step, const ContactConstraints& set, const ContactConstraint& constraint,
+                    SlideEnergy::Sliding* sliding) override;
+  Pass pass() const override { return Pass::needles; }
+  void forget_tool(std::int32_t t) override;
 
   const palpate_needle_state& state(std::int32_t t) const { return needles_[t].state; }
-  // In this step: its tip has pierced the surface, so that the tissue may push and draw it; it is there, or presses the surface.
-  bool is_in_tissue(std::int32_t t) const { return needles_[t].pierced != 0; }
-  bool touches(std::int32_t t) const { return needles_[t].touches != 0; }
   // m, of a node that a needle may hold.
   Vec3 at_rest(std::int32_t node) const { return load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(node)); }
   // Of a constraint: the place of the tool whose needle it belongs to.
@@ -106,9 +92,23 @@ class Needles {
   static std::int32_t nodes_of_one(std::int32_t most_places) { return 4 * (most_places + 2); }
 
  private:
+  // Constraints that the needle of the tool in place t will ask for.
+  std::int32_t begin_tool(std::int32_t t, const Tool& tool, const OrganPose& organ);
+  // Its rows. Returns step flags.
+  std::uint32_t add_rows(std::int32_t t, const Tool& tool, ContactRows& rows);
+  // After the solve: the force on the organ and the torque about the tool's reference, in the organ's frame; places slide, the tip cuts.
+  // set: as it was solved. Returns step flags. Cost: a search for a tetrahedron where the tip moves in the tissue.
+  std::uint32_t end_tool(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+                         const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum, Vec3* torque);
+  // What a constraint's `point` names.
+  NeedlePlace& place_of(std::int32_t point) const {
+    NeedleInTissue& needle = needles_[tool_of(point)];
+    const std::int32_t number = point % kPointsOfOne;
+    return number > 0 ? needle.place[number - 1] : needle.tip;
+  }
   bool find_place(Vec3 x, NeedlePlace* place) const;
   void enter(NeedleInTissue& needle, const Tool& tool) const;
-  Vec3 displacement(const NeedlePlace& place, const ContactSolver& solver) const;
+  Vec3 displacement(const NeedlePlace& place) const;
   NeedleWish wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place, double length) const;
   static void let_go_passed(NeedleInTissue& needle);
   Vec3 moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,

@@ -15,12 +15,14 @@
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/deformed_surface.h"
 #include "runtime/contact/deforming_body.h"
+#include "runtime/contact/displacement_field.h"
 #include "runtime/contact/far_tools.h"
 #include "runtime/contact/grasp.h"
 #include "runtime/contact/links.h"
 #include "runtime/contact/motions.h"
 #include "runtime/contact/needle.h"
 #include "runtime/contact/slide_energy.h"
+#include "runtime/contact/tool_contacts.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
 #include "runtime/surface/fine_surface.h"
@@ -48,11 +50,12 @@ struct TouchState {
   ToolInput input;
   OrganPose organ;  // tool points and the forces on tools are in the world, all else in the organ's frame
   SurfaceIndex surface;
-  SurfaceMeasure measure;  // where contacts have frames (needs_contact_frames)
-  FineSurface fine;        // where tools meet one
-  SurfaceTree tree;        // of the surface that tools meet, where there is collision
-  ContactField field;      // where collision follows the deformed surface
-  BodyField body_field;    // answers for it under large deformation
+  SurfaceMeasure measure;          // where contacts have frames (needs_contact_frames)
+  FineSurface fine;                // where tools meet one
+  SurfaceTree tree;                // of the surface that tools meet, where there is collision
+  DisplacementField displacement;  // where needs_displacement()
+  ContactField field;              // where collision follows the deformed surface
+  BodyField body_field;            // answers for it under large deformation
   DeformedSurface deformed;
   Collision collision;
   Turns slides;                                // of anchors that follow their tools
@@ -63,6 +66,12 @@ struct TouchState {
   ContactPatch patch;
   Motions motions;  // where the bundle's motions move the organ
   ContactRows rows;
+  // What asks for rows, in the order of their constraints.
+  static constexpr std::int32_t kMostSources = 4;
+  RowSource* sources[kMostSources] = {};
+  std::int32_t source_count = 0;
+  void ask(RowSource* source) { sources[source_count++] = source; }
+  ToolContacts tools;
   Grasps grasps;    // where tools may grasp
   Needles needles;  // where tools may have needles
   Links links;      // where the scene may have some
@@ -90,28 +99,16 @@ struct TouchState {
   std::uint64_t step = 0;
 };
 
-// How often a step is solved at most where a grasp slips: each solve leaves a few per cent of the excess.
-inline constexpr int kMostSlipSolves = 4;
+struct TouchStep;
 
-// A step that is cut before its solve, for organs that touch: begin() requests all constraints but those of pairs; then whoever solves
-// the organs as one adds the pairs, and finish() goes on with what it found.
-class TouchStep {
- public:
-  void begin(const StepContext& context, TouchState& state, const palpate_tool* tools, std::int32_t tool_count,
-             double dt, const ToolsInWorld* world, palpate_contacts& out);
-  // Whether a grasp of the organ pulls beyond its friction under the reactions that its solver has: it then has other targets, and
-  // the constraints are to be solved again.
-  bool slips();
-  // joint: of the solution that the organ's solver has taken over; nullptr: the organ is solved alone. Returns the step flags.
-  std::uint32_t finish(const ContactSolver::Outcome* joint);
-
- private:
-  static constexpr std::size_t kBytes = 2560;
-  alignas(16) unsigned char touch_[kBytes];
-};
-
-// One whole touch step; palpate_scene_touch of palpate.h states the contract. Returns the step flags.
+// One touch step; palpate_scene_touch of palpate.h states the contract. begin_touch() requests all constraints but those that whoever
+// solves several organs as one adds. finish_touch() solves them and writes the output; it returns the step flags.
 // world: of an organ in a world, what the world knows about the tools, which the world has checked; nullptr: of a scene.
+// joint: of the solution that the organ's solver has taken over; nullptr: the organ is solved alone.
+void begin_touch(TouchStep& step, const StepContext& context, TouchState& state, const palpate_tool* tools,
+                 std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
+std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint);
+// Both.
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
 

@@ -22,15 +22,12 @@ bool is_sound(const palpate_contact_node& node, std::int32_t columns) {
 bool QueriedField::create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable,
                           std::int32_t node_capacity, bool large, double added_reach, const MotionRows& motions,
                           double moved_reach) {
-  const std::size_t capacity = static_cast<std::size_t>(node_capacity),
-                    surface = static_cast<std::size_t>(tensors.surface_nodes);
+  const auto surface = static_cast<std::size_t>(tensors.surface_nodes);
   touchable_ = touchable, large_ = large, surface_nodes_ = tensors.surface_nodes;
   if (added_reach > 0) added_ = memory.array<Vec3>(surface), reach_ = added_reach;
   motions_ = motions, moved_reach_ = moved_reach;
   if (motions.numbers) amounts_ = memory.array<double>(static_cast<std::size_t>(motions.count));
-  loads_ = memory.array<Load>(capacity);
-  row_ = memory.array<const void*>(3 * capacity);
-  coefficient_ = memory.array<double>(3 * capacity);
+  loads_.create(memory, node_capacity);
   known_ = memory.array<Vec3>(surface);
   stamp_ = memory.array<std::uint32_t>(surface);
   return !memory.failed();
@@ -58,30 +55,9 @@ std::uint32_t QueriedField::copy_field(const float* field, std::int32_t nodes) {
 std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* contacts) {
   if (large_) return copy_field(contacts ? palpate_contacts_field(contacts) : nullptr, tensors.surface_nodes);
   std::uint32_t flags = 0;
-  const std::int32_t sent = contacts ? contacts->node_count : 0;
-  std::int32_t count = 0;
   bool changed = added_ && take_added(contacts ? palpate_contacts_field(contacts) : nullptr, &flags);
   if (amounts_ && take_amounts(contacts ? palpate_contacts_motions(contacts) : nullptr, &flags)) changed = true;
-  for (std::int32_t e = 0; e < sent; ++e) {
-    const palpate_contact_node& node = nodes_behind(*contacts)[e];
-    if (!is_sound(node, tensors.all_columns())) {
-      flags |= PALPATE_STEP_BAD_INPUT;
-      continue;
-    }
-    const Load load = {node.column, load3(node.modified_displacement)};
-    Load& held = loads_[count];
-    changed = changed || count >= count_ || held.column != load.column || held.modified.x != load.modified.x ||
-              held.modified.y != load.modified.y || held.modified.z != load.modified.z;
-    held = load;
-    ++count;
-  }
-  if (!changed && count == count_) return flags;
-  count_ = count;
-  for (std::int32_t r = 0; r < 3 * count && !tensors.compliance; ++r) {
-    const Load& load = loads_[r / 3];
-    row_[r] = tensors.surface_row(load.column, r % 3);
-    coefficient_[r] = load.modified[r % 3] * static_cast<double>(tensors.row_scale(load.column, r % 3));
-  }
+  if (!take_loads(tensors, contacts, &flags) && !changed) return flags;
   // However much changed, the field went from one norm to the other.
   path_ += norm_;
   norm_ = norm_of_loads(tensors) + longest_added_ / reach_ + longest_moved_ / moved_reach_;
@@ -91,6 +67,29 @@ std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* 
     now_ = 1;
   }
   return flags;
+}
+
+// Returns whether the loads have changed. Those of an unsound node do not count.
+bool QueriedField::take_loads(const Tensors& tensors, const palpate_contacts* contacts, std::uint32_t* flags) {
+  const palpate_contact_node* const first = contacts ? nodes_behind(*contacts) : nullptr;
+  const palpate_contact_node* const end = first + (contacts ? contacts->node_count : 0);
+  bool changed = false;
+  std::int32_t count = 0;
+  for (const palpate_contact_node* node = first; node != end; ++node) {
+    if (!is_sound(*node, tensors.all_columns())) {
+      *flags |= PALPATE_STEP_BAD_INPUT;
+      continue;
+    }
+    const Vec3 u = load3(node->modified_displacement);
+    changed = changed || count >= loads_.count() || loads_.column(count) != node->column ||
+              loads_.modified(count).x != u.x || loads_.modified(count).y != u.y || loads_.modified(count).z != u.z;
+    ++count;
+  }
+  if (!changed && count == loads_.count()) return false;
+  loads_.begin(tensors);
+  for (const palpate_contact_node* node = first; node != end; ++node)
+    if (is_sound(*node, tensors.all_columns())) loads_.add(node->column, load3(node->modified_displacement));
+  return true;
 }
 
 // Copies the field that adds to the loads'. Returns whether it has changed.
@@ -133,30 +132,23 @@ bool QueriedField::take_amounts(const double* amounts, std::uint32_t* flags) {
 // sqrt(f^T C f), with the forces f_i = T^f_i u~_i of the loads; C f at the node of load i is sum_j T^u_ij u~_j.
 double QueriedField::norm_of_loads(const Tensors& tensors) const {
   double energy = 0, own = 0;
-  for (std::int32_t i = 0; i < count_; ++i) {
-    const std::int32_t column = loads_[i].column, node = tensors.node_of(column, touchable_);
-    const Vec3 force = tensors.stiffness_of(column) * loads_[i].modified;
-    const Vec3 alone = tensors.is_of_surface(column) ? loads_[i].modified : tensors.displacement(node, column) * force;
+  for (std::int32_t i = 0; i < loads_.count(); ++i) {
+    const std::int32_t column = loads_.column(i), node = tensors.node_of(column, touchable_);
+    const Vec3 modified = loads_.modified(i), force = tensors.stiffness_of(column) * modified;
+    const Vec3 alone = tensors.is_of_surface(column) ? modified : tensors.displacement(node, column) * force;
     own += std::sqrt(std::max(0.0, dot(force, alone)));
-    Vec3 there;
-    for (std::int32_t j = 0; j < count_; ++j)
-      there += tensors.displacement(node, loads_[j].column) * loads_[j].modified;
-    energy += dot(force, there);
+    energy += dot(force, loads_.at_node(node));
   }
   const bool coarse = tensors.compliance || tensors.surface.type == formats::ElementType::f16;
   energy = std::max(0.0, energy) + (coarse ? kCoarseRounding : kRounding) * own * own;
   return energy <= own * own ? std::sqrt(energy) : own;  // also where it is not a number
 }
 
-Vec3 QueriedField::at_node(const Tensors& tensors, std::int32_t node) {
+Vec3 QueriedField::at_node(std::int32_t node) {
   if (large_) return known_[node];
-  if (count_ == 0 && !amounts_) return added_ ? added_[node] : Vec3{};
+  if (loads_.count() == 0 && !amounts_) return added_ ? added_[node] : Vec3{};
   if (stamp_[node] == now_) return known_[node];
-  Vec3 u;
-  if (!tensors.compliance)
-    u = tensors.surface.sum_at_node(row_, coefficient_, 3 * count_, node);
-  else
-    for (std::int32_t e = 0; e < count_; ++e) u += tensors.displacement(node, loads_[e].column) * loads_[e].modified;
+  Vec3 u = loads_.at_node(node);
   if (added_) u += added_[node];
   if (amounts_) u += motions_.sum_at(amounts_, node);
   stamp_[node] = now_;

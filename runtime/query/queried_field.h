@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/bundle/load_field.h"
 #include "runtime/bundle/motion_rows.h"
-#include "runtime/bundle/tensors.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
@@ -25,24 +25,19 @@ class QueriedField {
   std::uint32_t set(const Tensors& tensors, const palpate_contacts* contacts);
 
   // Displacement of a surface node, m. The field remembers it until the contacts change.
-  Vec3 at_node(const Tensors& tensors, std::int32_t node);
+  Vec3 at_node(std::int32_t node);
   FieldBound bound() const { return {norm_, path_, 0}; }
 
  private:
-  struct Load {
-    std::int32_t column;
-    Vec3 modified;  // m, u~
-  };
   double norm_of_loads(const Tensors& tensors) const;
   std::uint32_t copy_field(const float* field, std::int32_t nodes);
+  bool take_loads(const Tensors& tensors, const palpate_contacts* contacts, std::uint32_t* flags);
   bool take_added(const float* field, std::uint32_t* flags);
   bool take_amounts(const double* amounts, std::uint32_t* flags);
 
   const std::int32_t* touchable_ = nullptr;
-  Load* loads_ = nullptr;          // [capacity]
-  const void** row_ = nullptr;     // [capacity][3] stored displacement rows; unused with a stored compliance
-  double* coefficient_ = nullptr;  // [capacity][3] m, of each row
-  std::int32_t count_ = 0, surface_nodes_ = 0;
+  LoadField loads_;
+  std::int32_t surface_nodes_ = 0;
   bool large_ = false;
   Vec3* added_ = nullptr;                 // [surface nodes] m, or nullptr
   double longest_added_ = 0, reach_ = 1;  // m; m / sqrt(J)

@@ -40,7 +40,7 @@ class SurfaceQuery {
 
  private:
   Vec3 place(std::int32_t vertex) {
-    const auto at_node = [&](std::int32_t node) { return field_.at_node(*tensors_, node); };
+    const auto at_node = [&](std::int32_t node) { return field_.at_node(node); };
     return tree_.at_rest(vertex) + (fine_ ? fine_->displacement(vertex, at_node) : at_node(vertex));
   }
   template <class Visit>

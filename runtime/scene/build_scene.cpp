@@ -312,6 +312,14 @@ bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes
                       : tree.build(memory, touch.rest, nodes, touch.triangles, triangles);
 }
 
+palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+  DisplacementField& field = touch.displacement;
+  field.offset_by(motions_of(def, touch), deforms_beside(def) ? &touch.beside.added() : nullptr);
+  if (uses_body_field(def)) field.follow(&touch.body_field);
+  const bool asked = asks_for_displacements(def) || touch.most_world_links > 0;
+  return !asked || field.create(reader.memory(), def.max_contact_nodes) ? PALPATE_OK : reader.no_memory("displacement");
+}
+
 // Where the definition states no release distance: this share of the diagonal of the organ's box.
 constexpr double kReleaseShare = 0.2;
 
@@ -323,7 +331,7 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     return reader.no_memory("collision");
   const auto create_field = [&] {
     if (!deforms_largely(def))
-      return touch.field.create(reader.memory(), def.max_contact_nodes,
+      return touch.field.create(reader.memory(), &touch.displacement, def.max_contact_nodes,
                                 most_constraints(def) + part_of_world(touch).constraints(), reader.surface_nodes());
     touch.field.follow(&touch.body_field);
     return true;
@@ -658,8 +666,9 @@ palpate_status build_needles(const SectionReader& reader, const palpate_scene_de
   if (status != PALPATE_OK) return status;
   source.geometry.tetrahedra = body.tetrahedra, source.geometry.tetrahedron_count = body.tetrahedron_count;
   source.region = body.region, source.triangles = touch.triangles, source.column_of_node = touch.column_of_node;
-  source.tensors = &tensors, source.motions = motions_of(def, touch);
+  source.tensors = &tensors, source.field = &touch.displacement;
   source.most_places = def.needle_places, source.max_tools = def.max_tools;
+  touch.ask(&touch.needles);
   return touch.needles.create(reader.memory(), source) ? PALPATE_OK : reader.no_memory("needles");
 }
 palpate_status build_needles(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
@@ -671,22 +680,23 @@ palpate_status build_needles(const SectionReader& reader, const palpate_scene_de
 }
 
 palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  const bool made = touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, nodes_of_a_grasp(def),
-                                        motions_of(def, touch));
+  const bool made =
+      touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, nodes_of_a_grasp(def), &touch.displacement);
+  touch.ask(&touch.grasps);
   return made ? PALPATE_OK : reader.no_memory("grasps");
 }
 
 palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                            TouchState& touch) {
-  const Links::Source source = {link_surface_of(def, touch, reader.triangles()), tensors.stiffness,
+  const Links::Source source = {link_surface_of(def, touch, reader.triangles()), tensors.stiffness, &touch.displacement,
                                 motions_of(def, touch)};
+  touch.ask(&touch.links);
   return touch.links.create(reader.memory(), source, def.max_links) ? PALPATE_OK : reader.no_memory("links");
 }
 
 palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch),
-                             deforms_largely(def) ? &touch.body_field : nullptr,
-                             deforms_beside(def) ? &touch.beside.added() : nullptr, motions_of(def, touch))
+                             &touch.displacement)
              ? PALPATE_OK
              : reader.no_memory("report");
 }
@@ -1007,9 +1017,11 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
     return scene.skin.draw_dents(reader.memory(), &touch.measure, def.max_points) ? PALPATE_OK
                                                                                   : reader.no_memory("dent");
   });
+  step(true, use.contacts, [&] { return build_displacement(reader, def, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, touchable, touch); });
+  touch.ask(&touch.tools);
   step(has_grasps(def), use.contacts, [&] { return build_grasps(reader, def, touch); });
   step(has_needles(def), use.needles, [&] { return build_needles(reader, def, scene.tensors, touch); });
   step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });

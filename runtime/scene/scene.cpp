@@ -116,7 +116,7 @@ palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link*
 }
 
 const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link) {
-  return scene ? scene->touch.links.state(link, scene->context.tensors, scene->touch.solver) : nullptr;
+  return scene ? scene->touch.links.state(link) : nullptr;
 }
 
 const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id) {

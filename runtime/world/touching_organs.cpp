@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/contact/touch_solve.h"
+
 namespace palpate {
 namespace {
 
@@ -63,7 +65,7 @@ void TouchingOrgans::forget() {
 
 void TouchingOrgans::begin(std::int32_t organ, const palpate_tool* tools, std::int32_t tool_count, double dt,
                            const ToolsInWorld& world, palpate_contacts& out) {
-  step_[organ].begin(organs_[organ]->context, touch(organ), tools, tool_count, dt, &world, out);
+  begin_touch(step_[organ], organs_[organ]->context, touch(organ), tools, tool_count, dt, &world, out);
 }
 
 // ---- the rows of pairs -----------------------------------------------------------------------------------------------
@@ -138,7 +140,8 @@ std::uint32_t TouchingOrgans::solve_slipping(const std::int32_t* members, std::i
     met = joint_.solve(member_, count, together_, pair_count, operations);
     sweeps_ += joint_.effort().sweeps + joint_.effort().newton_steps;
     bool slips = false;
-    for (std::int32_t m = 0; m < count && solve + 1 < kMostSlipSolves; ++m) slips = step_[members[m]].slips() || slips;
+    for (std::int32_t m = 0; m < count && solve + 1 < kMostSlipSolves; ++m)
+      slips = sources_ask_again(step_[members[m]]) || slips;
     if (!slips) break;
   }
   return met ? 0u : static_cast<std::uint32_t>(PALPATE_STEP_SOLVE_INEXACT);
@@ -314,7 +317,7 @@ std::uint32_t TouchingOrgans::end_links(std::uint64_t step) {
 }
 
 std::uint32_t TouchingOrgans::finish(std::int32_t organ) {
-  return step_[organ].finish(is_joint_[organ] ? outcome_ + organ : nullptr);
+  return finish_touch(step_[organ], is_joint_[organ] ? outcome_ + organ : nullptr);
 }
 
 void TouchingOrgans::write_pair(std::int32_t i, palpate_world_pair* out) {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "runtime/contact/touch.h"
+#include "runtime/contact/touch_step.h"
 #include "runtime/world/joint_solver.h"
 #include "runtime/world/pair_search.h"
 #include "runtime/world/world_links.h"

@@ -140,7 +140,7 @@ void WorldLinks::drive(WorldLink& of) const {
   for (int e = 0; e < 2; ++e) {
     const TouchState& own = touch(of, e);
     if (!has_motions(organs_[of.organ[e]]->def)) continue;
-    const Vec3 driven = driven_by(own.motions, surface_[of.organ[e]], of.link.given.ends[e], of.link.ends[e]);
+    const Vec3 driven = driven_by(own.displacement, surface_[of.organ[e]], of.link.given.ends[e], of.link.ends[e]);
     of.link.ends[e].driven = own.organ.vector_to_world(driven);
   }
 }
@@ -270,7 +270,7 @@ void WorldLinks::move_end(WorldLink& of, int e) const {
   const std::int32_t constraint = of.link.row_of < 0 ? -1 : of.constraint[within ? 0 : e];
   std::int32_t first = constraint < 0 ? -1 : set.constraints[constraint].first_node;
   if (first >= 0 && within && e == 1) first += of.link.ends[0].count;
-  of.moved[e] = moved_by({organ.context.tensors, set, own.force, own.modified, own.solver}, of.link.ends[e], first);
+  of.moved[e] = moved_by({set, own.force, own.solver, own.displacement}, of.link.ends[e], first);
 }
 
 void WorldLinks::end_link(WorldLink& of) const {

@@ -1,0 +1,48 @@
+#include "runtime/contact/displacement_field.h"
+
+#include <utility>
+
+namespace palpate {
+
+bool DisplacementField::create(SceneMemory& memory, std::int32_t node_capacity) {
+  exists_ = true;
+  for (LoadField* loads : {&now_, &before_}) {
+    if (!loads->create(memory, node_capacity)) return false;
+    loads->keep(memory);
+  }
+  return true;
+}
+
+void DisplacementField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified, bool solved) {
+  std::swap(now_, before_);
+  now_.begin(tensors);
+  for (std::int32_t e = 0; solved && e < set.node_count; ++e) now_.add(set.nodes[e].column, modified[e]);
+}
+
+void DisplacementField::forget() {
+  now_.forget(), before_.forget();
+}
+
+void DisplacementField::restored(const Tensors& tensors) {
+  for (LoadField* loads : {&now_, &before_}) loads->restored(tensors);
+}
+
+Vec3 DisplacementField::at_node(std::int32_t node) const {
+  QueryWork work;
+  if (body_) return body_->at_node(node, &work);
+  Vec3 u = now_.at_node(node);
+  if (!is_finite(u)) u = {};
+  if (added_) u += added_->now(node);
+  return u + moved_at_node(node);
+}
+
+Vec3 DisplacementField::before_at_node(std::int32_t node) const {
+  QueryWork work;
+  if (body_) return body_->before_at_node(node, &work);
+  Vec3 u = before_.at_node(node);
+  if (!is_finite(u)) u = {};
+  if (added_) u += added_->before(node);
+  return motions_ ? u + motions_->before(node) : u;
+}
+
+}  // namespace palpate

@@ -1,0 +1,50 @@
+// The field of an organ after a solve, at any node: u = o + C f. The offset o is what moves the nodes beside the forces f at the contacts:
+// the bundle's motions, and what large deformation beside the touch does beyond the linear response. Bounds and predictions of the
+// field, which collision needs, are in contact_field.h.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/bundle/load_field.h"
+#include "runtime/contact/added_field.h"
+#include "runtime/contact/body_field.h"
+#include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/motions.h"
+
+namespace palpate {
+
+class DisplacementField {
+ public:
+  bool create(SceneMemory& memory, std::int32_t node_capacity);
+  // In place of create(): the hyperelastic body answers. borrowed.
+  void follow(const BodyField* body) { body_ = body; }
+  // The sources of the offset; nullptr: none. borrowed.
+  void offset_by(const Motions* motions, const AddedField* added) { motions_ = motions, added_ = added; }
+
+  bool exists() const { return exists_; }
+  // Takes over the contact nodes of a solve of the linear organ, and u~ of each, m. Not solved: there are none.
+  void set(const Tensors& tensors, const ContactConstraints& set, const Vec3* modified, bool solved);
+  void forget();
+  // Completes a restored state (scene_memory.h).
+  void restored(const Tensors& tensors);
+
+  // m, of a node of the surface or, with a corridor, inside: after the last solve, moved by the motions of this step; after the solve
+  // before. Zero where it is not finite.
+  Vec3 at_node(std::int32_t node) const;
+  Vec3 before_at_node(std::int32_t node) const;
+  // m: o of the motions alone. A contact holds what they leave of its target.
+  Vec3 moved_at_node(std::int32_t node) const { return motions_ ? motions_->now(node) : Vec3{}; }
+  // m: C f alone.
+  const LoadField& loads() const { return now_; }
+  const LoadField& loads_before() const { return before_; }
+
+ private:
+  const BodyField* body_ = nullptr;
+  const Motions* motions_ = nullptr;
+  const AddedField* added_ = nullptr;
+  LoadField now_, before_;
+  bool exists_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,45 @@
+// What holds tissue and asks for rows: the points and grips of tools, grasps, needles, links. The step goes through the list of sources
+// that its scene has (touch.h) and asks none what it is.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/passes.h"
+#include "runtime/contact/slide_energy.h"
+
+namespace palpate {
+
+struct TouchStep;
+
+// A source overrides what concerns it. No destructor: sources belong to a scene's memory.
+class RowSource {
+ public:
+  // A step, in this order. How many contacts the source will ask for.
+  virtual std::int32_t begin(TouchStep&) { return 0; }
+  // Its constraints of the tool in place t, of all tools in ascending order; then those of no tool's contacts.
+  virtual void request_of_tool(TouchStep&, std::int32_t) {}
+  virtual void request(TouchStep&) {}
+  // After a solve: whether it has other targets now, so that the step is to be solved again.
+  virtual bool asks_again(TouchStep&) { return false; }
+  // After the last solve, with the reactions; solved: false where the step has no solution. Then the field is set.
+  virtual void take_reactions(TouchStep&, bool /*solved*/) {}
+  virtual void end(TouchStep&) {}
+  virtual void report(TouchStep&) {}
+
+  // For the accounts of energy: fills in what slides, of a constraint of `set` that may be its own. False: it does not slide.
+  virtual bool note_sliding(const TouchStep&, const ContactConstraints& /*set*/, const ContactConstraint&,
+                            SlideEnergy::Sliding*) {
+    return false;
+  }
+  // Of what take_reactions() and end() take.
+  virtual Pass pass() const { return Pass::contact; }
+
+  // Forgets what the steps so far have left: of the tool in place t; of no tool.
+  virtual void forget_tool(std::int32_t) {}
+  virtual void forget_rest() {}
+
+ protected:
+  ~RowSource() = default;
+};
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+#include "runtime/contact/touch_step.h"
+
+#include <algorithm>
+
+namespace palpate {
+
+void TouchStep::begin(const StepContext& of_scene, TouchState& of_steps, const ToolsInWorld* tools,
+                      palpate_contacts& written) {
+  context = &of_scene, state = &of_steps, world = tools, out = &written;
+  flags = 0, unasked = 0, acting = nullptr, deformed = {};
+  is_solved = follows = false;
+  std::fill(far, far + PALPATE_MAX_TOOLS, false);
+}
+
+Vec3 TouchStep::holder(const Tool& tool, std::int32_t point) const {
+  if (point < tool.point_count) return this->point(tool, point);
+  const palpate_grip& grip = tool.grips[point - tool.point_count];
+  const auto at_rest = [&](std::int32_t node) { return load3(state->rest + 3 * static_cast<std::size_t>(node)); };
+  if (grip.kind == PALPATE_GRIP_NODE) return at_rest(grip.node) + load3(grip.displacement);
+  Vec3 sum = load3(grip.displacement);
+  for (int v = 0; v < 3; ++v)
+    sum += grip.barycentric[v] *
+           at_rest(state->triangles[3 * static_cast<std::size_t>(grip.triangle) + static_cast<std::size_t>(v)]);
+  return sum;
+}
+
+Vec3 TouchStep::moved(const ContactConstraints& set, const ContactConstraint& constraint) const {
+  Vec3 sum;
+  for (std::int32_t e = 0; e < constraint.node_count && has_motions(context->def); ++e) {
+    const ContactNode& held = set.nodes[constraint.first_node + e];
+    sum += held.weight * state->displacement.moved_at_node(held.node);
+  }
+  return sum;
+}
+
+}  // namespace palpate

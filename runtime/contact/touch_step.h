@@ -1,0 +1,106 @@
+// A touch step as it goes on: what its parts pass on to one another.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/bundle/step_context.h"
+#include "runtime/contact/touch.h"
+
+namespace palpate {
+
+// Sums over one tool's contacts in this step.
+struct ToolSum {
+  Vec3 imposed;               // m, of their imposed displacements
+  double imposed_length = 0;  // m, of those displacements' lengths
+  Vec3 resultant;             // N, of the linear nodal forces on the organ
+  Vec3 moment;                // N m, of the same about the tool's reference, where the tool has a torque
+  Vec3 moment_along;          // N m, of their parts along the tool's direction, where Q acts
+  std::int32_t contacts = 0, slips = 0, releases = 0;
+};
+
+// d_t of eqs 3-6: that of the tool's imposed motion.
+struct ToolDirection {
+  Vec3 unit;  // zero: none
+  double share =
+      0;  // of P and Q that acts: 1 where the imposed displacements agree, falling smoothly to 0 as they cancel
+};
+
+struct ToolResult {
+  ToolSum sum;
+  ToolDirection direction;
+  double factor = 0;   // on the tool's linear nodal forces
+  double stretch = 0;  // by Q: what is added to their part along the direction, over that part
+  // N and N m, on the organ, of what the tool has in the tissue: its needle. Q, the response of tissue under a tool on the surface, does not
+  // act on it.
+  Vec3 inside_force, inside_torque;
+  bool is_inside = false,
+       touches = false;  // in the tissue, which may push and draw it; there, or it presses the surface
+  Vec3 raw, raw_torque;  // N and N m, in the organ's frame, on the tool before the limits
+};
+
+struct TouchStep {
+  const StepContext* context;
+  TouchState* state;
+  const ToolsInWorld* world;  // of an organ in a world
+  palpate_contacts* out;
+  std::uint32_t flags;
+  bool far[PALPATE_MAX_TOOLS];  // by place
+  DeformingBody::Outcome deformed;
+  bool is_solved;  // the step has a solution
+  // And the organ is where its contacts hold it. Of a large body that lags, what it misses is not what a tool has slipped by.
+  bool follows;
+  const ContactConstraints* acting;  // as the solver held them
+  // Of what nothing puts off, as a grasp that closes: counted when all else is done.
+  Operations unasked;
+  // Of the places in use: a step with one tool does not write those of all others.
+  union {
+    ToolResult result[PALPATE_MAX_TOOLS];
+  };
+
+  // begin() writes all else.
+  TouchStep() {}
+  void begin(const StepContext& of_scene, TouchState& of_steps, const ToolsInWorld* tools, palpate_contacts& written);
+  void raise(std::int32_t tool, std::uint32_t flag) {
+    if (is_of_tool(tool)) state->input.tool(tool).flags |= flag;
+    flags |= flag;
+  }
+  void count_contact(std::int32_t t, Vec3 displacement) {
+    ToolSum& sum = result[t].sum;
+    sum.imposed += displacement, sum.imposed_length += length(displacement), ++sum.contacts;
+  }
+
+  // m, in the organ's frame: a tool point; that, or where a grip takes the place that it holds.
+  Vec3 point(const Tool& tool, std::int32_t i) const { return state->organ.point_to_organ(tool.points[i]); }
+  Vec3 holder(const Tool& tool, std::int32_t point) const;
+  // m, by the motions: of the weighted mean that a constraint of `set` holds.
+  Vec3 moved(const ContactConstraints& set, const ContactConstraint& constraint) const;
+  // N, of constraint p, in its frame.
+  Vec3 reaction(std::int32_t p) const {
+    return deforms_largely(context->def) ? state->body.reaction(p) : state->solver.reaction(p);
+  }
+};
+
+inline bool has_fine_contacts(const TouchState& state) {
+  return kHasEffects && state.fine_contacts[0];
+}
+// Unit, of the surface at rest; zero where its triangle has no area.
+inline Vec3 outward_at(const TouchState& state, const SurfacePoint& surface_point) {
+  const Vec3 outward = state.measure.outward(surface_point);
+  return length(outward) == 0 ? state.surface.outward(surface_point.triangle) : outward;
+}
+// The place of the tool whose constraint it is; PALPATE_MAX_TOOLS or more: of none.
+inline std::int32_t owner_of(const ContactConstraint& constraint) {
+  return constraint.tool == kToolOfNeedles ? Needles::tool_of(constraint.point) : constraint.tool;
+}
+// Whether the tool's `point` is a patch of its grasp: they come after its points and grips.
+inline bool is_of_grasp(const TouchStep& step, std::int32_t t, std::int32_t point) {
+  const Tool& tool = step.state->input.tool(t);
+  return point >= tool.point_count + tool.grip_count;
+}
+inline bool slips(const ContactConstraint& constraint, Vec3 reaction) {
+  constexpr double rounding = 1e-9;
+  return constraint.law == ContactLaw::coulomb &&
+         length({0, reaction.y, reaction.z}) >= constraint.friction * reaction.x * (1 - rounding);
+}
+
+}  // namespace palpate
