@@ -1,11 +1,15 @@
 // Products with K, and the residuals that the solver certifies. The laws of the elements: elements_test.cpp, convergence_test.cpp.
+#include <array>
 #include <cmath>
 
 #include "precompute/solver/batch_product.h"
+#include "precompute/solver/column_solver.h"
 #include "tests/precompute/support.h"
 
 namespace palpate::tests {
 namespace {
+
+using Point = std::array<double, 3>;
 
 TEST(Stiffness, MultipliesABlockAsItMultipliesEachColumn) {
   const ElasticBody body = body_of(box_mesh({3, 2, 2}, {0.3, 0.2, 0.4}, 0.2), {{5400, 0.45, 0}});
