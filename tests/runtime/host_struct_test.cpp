@@ -369,7 +369,6 @@ palpate_allocator counting(Counted* counted) {
 
 TEST(BundleOptions, AllocatorGivesTheBundlesMemoryAndGetsItBack) {
   const AlignedBytes bytes(bundle_bytes(tiny_bundle({})));
-  AlignedBytes cut(bundle_bytes(tiny_bundle({})));
   const auto file = scratch_file("bundle.h5");
   write_bundle(file, tiny_bundle({}));
   Counted counted;

@@ -2,6 +2,7 @@
 // that set another rounding mode or flush denormals to zero.
 #include <immintrin.h>
 
+#include <cfloat>
 #include <limits>
 #include <optional>
 
@@ -18,24 +19,12 @@ using Eigen::Vector3d;
 using Limits = std::numeric_limits<double>;
 
 const std::vector<double>& odd_numbers() {
-  static const std::vector<double> numbers = {Limits::quiet_NaN(),
-                                              -Limits::quiet_NaN(),
-                                              Limits::signaling_NaN(),
-                                              Limits::infinity(),
-                                              -Limits::infinity(),
-                                              Limits::max(),
-                                              -Limits::max(),
-                                              Limits::min(),
-                                              Limits::denorm_min(),
-                                              -Limits::denorm_min(),
-                                              1e-310,
-                                              -0.0,
-                                              0.0,
-                                              1e300,
-                                              1e-300,
-                                              1e6,
-                                              -1e6,
-                                              Limits::epsilon()};
+  static const std::vector<double> numbers = {NAN,      -NAN,      Limits::signaling_NaN(),
+                                              INFINITY, -INFINITY, DBL_MAX,
+                                              -DBL_MAX, DBL_MIN,   5e-324,
+                                              -5e-324,  1e-310,    -0.0,
+                                              0.0,      1e300,     1e-300,
+                                              1e6,      -1e6,      DBL_EPSILON};
   return numbers;
 }
 
