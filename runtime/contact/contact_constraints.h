@@ -56,8 +56,8 @@ struct ContactConstraint {
   double friction;  // under coulomb: largest tangential force over the normal force
   double limit;     // N, above 0: of the reaction of the first row; 0: none
   double share;     // of the constraint in its anchor: a vertex' barycentric weight under TRIANGLE, else 1
-  // What couples it with discs near it: the disc of its nodes, or of a link those of both ends. In the constraint's frame. A constraint
-  // with three parts has it in the first one.
+  // What couples it with discs near it: the disc of its nodes, or of a link those of both ends. In the constraint's frame. Each part of a
+  // grasp has its own.
   ContactDisc discs[2];
   // Of a patch: what its nodes and weights were computed from, to recognise it in the next step.
   SurfacePoint surface_point;

@@ -242,7 +242,7 @@ std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
     wish.displacement = grasp.target[part];
     ContactConstraint& constraint = add_constraint(wish, part);
     for (int e = 0; e < grasp.count; ++e) add_held_node(wish, constraint, grasp.node[e], grasp.weight[part][e]);
-    constraint.local = grasp.local[part];
+    constraint.local = grasp.local[part], constraint.discs[0] = grasp.discs[part];
   }
   return set_.constraint_count - grasp.parts;
 }

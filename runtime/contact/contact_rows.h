@@ -73,6 +73,7 @@ struct GraspWish {
   const double* weight[3] = {};  // [parts][count]
   Mat3 local[3];                 // m/N; of the gradients 1/(N m)
   Vec3 target[3];                // m; of the gradients without unit
+  const ContactDisc* discs = nullptr;  // [parts] in x, y, z
 };
 
 // One place that a needle holds, as it asks for its rows (needle.h).

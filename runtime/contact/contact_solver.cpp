@@ -29,7 +29,7 @@ bool are_equal(const ContactDisc& a, const ContactDisc& b) {
   const auto differ = [](Vec3 c, Vec3 d) { return (c.x != d.x) | (c.y != d.y) | (c.z != d.z); };
   if (a.radius == 0 && b.radius == 0) return true;
   return !((a.radius != b.radius) | (a.wide[0] != b.wide[0]) | (a.wide[1] != b.wide[1]) | differ(a.place, b.place) |
-           differ(a.outward, b.outward) | differ(a.normal_root, b.normal_root)) &&
+           differ(a.outward, b.outward) | differ(a.gradient, b.gradient) | differ(a.normal_root, b.normal_root)) &&
          are_equal(a.tangent_root, b.tangent_root);
 }
 
@@ -400,8 +400,10 @@ void ContactSolver::keep(const ContactConstraints& set) {
   std::copy(set.constraints, set.constraints + set.constraint_count, kept_constraint_);
   std::copy(rows_, rows_ + set.constraint_count, kept_rows_);
   kept_constraints_ = set.constraint_count, kept_nodes_ = set.node_count;
-  kept_discs_ =
-      static_cast<std::int32_t>(std::count_if(set.constraints, set.constraints + set.constraint_count, has_disc));
+  kept_discs_ = static_cast<std::int32_t>(
+      std::count_if(set.constraints, set.constraints + set.constraint_count, [](const ContactConstraint& constraint) {
+        return has_disc(constraint) && !is_gradient(constraint.discs[0]);
+      }));
   forget_ended();
 }
 

@@ -326,7 +326,7 @@ class ContactSolver {
   ContactNode* kept_node_ = nullptr;
   ContactConstraint* kept_constraint_ = nullptr;
   std::int32_t kept_constraints_ = 0, kept_nodes_ = 0;
-  std::int32_t kept_discs_ = 0;  // constraints with a disc
+  std::int32_t kept_discs_ = 0;  // constraints with a disc, of a grasp's parts the first
   ContactResidual residual_;
   double energy_ = 0, last_energy_ = 0;  // J, r^T A r: of the last solve; of the one before
 

@@ -7,9 +7,17 @@ namespace {
 
 constexpr double kHalfPi = 1.57079632679489661923;
 
-// 1/m. along: m^2, (pi d / 2)^2.
-double unresolved(double a, double wide, double along) {
-  return a < wide ? 1 / std::sqrt(a * a + along) - 1 / std::sqrt(wide * wide + along) : 0;
+// 1/m; 1/m^3 of two gradients. rho: m, pi / 2 times the way from b's place to a's; along: m^2, rho^2.
+double answer(const ContactDisc& a, const ContactDisc& b, double radius, Vec3 rho, double along) {
+  const double root = 1 / std::sqrt(radius * radius + along);
+  if (!is_gradient(a)) return root;
+  const double p = root * root * root;
+  return p * (dot(a.gradient, b.gradient) - 3 * root * root * dot(a.gradient, rho) * dot(b.gradient, rho));
+}
+
+// Of discs that the mesh shows as ones of radius `wide`.
+double unresolved(const ContactDisc& a, const ContactDisc& b, double radius, double wide, Vec3 rho, double along) {
+  return radius < wide ? answer(a, b, radius, rho, along) - answer(a, b, wide, rho, along) : 0;
 }
 
 }  // namespace
@@ -28,11 +36,12 @@ ContactDisc opposite(const ContactDisc& disc) {
 }
 
 Mat3 compliance_between(const ContactDisc& a, const ContactDisc& b) {
+  if (is_gradient(a) != is_gradient(b)) return {};
   const double radius = std::max(a.radius, b.radius), same = 0.5 * (1 + dot(a.outward, b.outward)), fold = same * same;
-  const Vec3 apart = a.place - b.place;
+  const Vec3 apart = a.place - b.place, rho = kHalfPi * apart;
   const double along = kHalfPi * kHalfPi * dot(apart, apart),
-               normal = fold * unresolved(radius, std::min(a.wide[0], b.wide[0]), along),
-               tangent = fold * unresolved(radius, std::min(a.wide[1], b.wide[1]), along);
+               normal = fold * unresolved(a, b, radius, std::min(a.wide[0], b.wide[0]), rho, along),
+               tangent = fold * unresolved(a, b, radius, std::min(a.wide[1], b.wide[1]), rho, along);
   Mat3 sum;
   add_scaled(sum, tangent, times_transposed(a.tangent_root, b.tangent_root));
   for (int i = 0; i < 3; ++i)

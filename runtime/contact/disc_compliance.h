@@ -13,6 +13,12 @@
 // definite in space (Schoenberg 1938); L_ij integrates it over what the intervals [a_i, w_i] and [a_j, w_j] have in common; the other
 // factors are one matrix for each disc, and powers of the Gram matrix of (1, n) (Schur's product).
 //
+// The parts of a grasp that hold the gradients of the displacement under its disc (grasp_patch.h) share with one another. In place of the
+// term t = (a^2 + rho^2)^(-1/2) of g, rho = pi / 2 (x_i - x_j), two gradients along e_i and e_j have
+//     t^3 (e_i . e_j - 3 t^2 (e_i . rho) (e_j . rho)),
+// the slope of t along both: 1 / a^3 for d = 0, as what a grasp's own gradients lack, and positive definite as t is. A gradient and a mean
+// share nothing: that keeps L semidefinite, and two jaws at nearly one place free of conflict.
+//
 // A share of kOwn of the disc's whole compliance c / a stays its own: in place of L_ii the others see L_ii - kOwn c / a. So k discs at
 // one place press up to kOwn harder than one, and the system stays definite: without it, discs at nearly one place would feel the noise
 // of the mesh between their places, and their forces would be of both signs.
@@ -31,14 +37,23 @@ constexpr double kOwn = 0.008;
 inline double shared_part(double a, double wide) {
   return (1 - kOwn) * wide > a ? 1 - kOwn * wide / (wide - a) : 0;
 }
+// The same of a turn, whose compliance goes with the cube of the radius.
+inline double shared_part_of_turn(double a, double wide) {
+  return shared_part(a * a * a, wide * wide * wide);
+}
 
 struct ContactDisc {
   double radius = 0;    // m, a; 0: there is no disc
   double wide[2] = {};  // m, w: along the normal and across it
   Vec3 place, outward;  // m, unit; of the surface at rest
+  Vec3 gradient;        // unit, e; zero: of the mean displacement
   Vec3 normal_root;     // m / sqrt(N), sqrt(c_n) n, in the frame of its constraint
   Mat3 tangent_root;    // m / sqrt(N), sqrt(c_t) S, its rows in the frame of its constraint
 };
+
+inline bool is_gradient(const ContactDisc& disc) {
+  return (disc.gradient.x != 0) | (disc.gradient.y != 0) | (disc.gradient.z != 0);
+}
 
 // The disc with its roots in another frame, whose rows are unit vectors.
 ContactDisc in_frame(const ContactDisc& disc, const Mat3& frame);

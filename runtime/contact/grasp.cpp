@@ -119,7 +119,7 @@ std::uint32_t Grasps::add_rows(std::int32_t t, const Tool& tool, std::int32_t fi
     if (grasp.closed == Grasp::kClosesAnew) continue;
     GraspWish wish;
     wish.tool = t, wish.point = first + p, wish.node = patch.node, wish.count = patch.count;
-    wish.parts = patch.has_gradients ? 3 : 1;
+    wish.parts = patch.has_gradients ? 3 : 1, wish.discs = patch.discs;
     for (int part = 0; part < wish.parts; ++part) {
       wish.weight[part] = patch.weight[part], wish.local[part] = patch.local[part];
       wish.target[part] = target(grasp, tool, p, part);

@@ -20,6 +20,7 @@ struct GraspPatch {
   std::int32_t node[kMostNodes] = {};
   double weight[3][kMostNodes] = {};      // of the mean and the two gradients
   Mat3 local[3];                          // m/N, and 1/(N m): compliance that the mesh does not resolve
+  ContactDisc discs[3];                   // in x, y, z: what each part shares with the discs of other contacts
   Vec3 place[3];                          // sum_n weight y_n, y the nodes' places when the grasp closed
   Vec3 before[3];                         // sum_n weight u_n, the same of their displacements
   Vec3 along[2];                          // unit: e1, e2

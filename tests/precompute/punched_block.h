@@ -66,11 +66,12 @@ class Punched {
     write(body, element, solve_node_tensors(body, element, touched));
   }
 
-  // Discs of one radius, of one tool: where they come down on the top, x and y; or where they come up to the bottom.
+  // Discs of one radius, of one tool: where they come down on the top, x and y; or where they come up to the bottom. Or jaws that close at
+  // the first of these places.
   struct Discs {
     double radius;
     std::vector<std::array<double, 2>> at;
-    bool below = false;
+    bool below = false, jaws = false;
   };
   // The force in N on discs that come down and are then moved by `way`, all alike, along the way. Discs below go the mirrored way.
   double move(const std::vector<Discs>& tools, Eigen::Vector3d way) {
@@ -78,15 +79,24 @@ class Punched {
     Contacts contacts(scene_.get());
     std::vector<std::vector<double>> points(tools.size());
     std::vector<palpate_tool> sent(tools.size(), palpate_default_tool());
+    std::vector<palpate_grasp> grasps(tools.size(), palpate_default_grasp());
     for (const double share : {-1.0, 0.0, 1.0}) {
       for (std::size_t t = 0; t < tools.size(); ++t) {
+        sent[t].id = static_cast<std::int32_t>(t);
+        if (tools[t].jaws) {
+          const Eigen::Vector3d at(tools[t].at[0][0], tools[t].at[0][1], 0);
+          find_on_top(at, &grasps[t]);
+          Eigen::Map<Eigen::Vector3d>(grasps[t].position) = at + std::max(0.0, share) * way;
+          grasps[t].radius = tools[t].radius, sent[t].grasp = &grasps[t];
+          continue;
+        }
         points[t].clear();
         for (const auto& [x, y] : tools[t].at) {
           Eigen::Vector3d p = Eigen::Vector3d(x, y, share < 0 ? 1e-3 : -1e-9) + std::max(0.0, share) * way;
           if (tools[t].below) p[2] = low_ - p[2];
           points[t].insert(points[t].end(), p.data(), p.data() + 3);
         }
-        sent[t].id = static_cast<std::int32_t>(t), sent[t].disc_radius = tools[t].radius;
+        sent[t].disc_radius = tools[t].radius;
         sent[t].points = points[t].data(), sent[t].point_count = static_cast<std::int32_t>(tools[t].at.size());
       }
       EXPECT_EQ(palpate_scene_touch(scene_.get(), sent.data(), static_cast<std::int32_t>(sent.size()), 1e-3,
@@ -116,13 +126,14 @@ class Punched {
     return -palpate_contacts_tool(contacts, 0)->force_raw[0];
   }
 
-  // What the tool feels, N and N m about the middle of the disc, where jaws close at a place of the top and then move and turn with it.
+  // What tools feel together, N and N m about the middle of the disc, whose jaws close at one place of the top and then move and turn alike.
   struct Felt {
-    Eigen::Vector3d force, torque;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
   };
-  Felt grasp(Eigen::Vector3d at, double radius, Eigen::Vector3d way, Eigen::Vector3d turn) {
-    palpate_scene_reset(grasping_.get());
-    Contacts contacts(grasping_.get());
+  Felt grasp(Eigen::Vector3d at, double radius, Eigen::Vector3d way, Eigen::Vector3d turn, int tools = 1) {
+    palpate_scene* const scene = tools > 1 ? scene_.get() : grasping_.get();
+    palpate_scene_reset(scene);
+    Contacts contacts(scene);
     palpate_grasp grasp = palpate_default_grasp();
     grasp.radius = radius;
     find_on_top(at, &grasp);
@@ -134,10 +145,16 @@ class Punched {
       const double angle = share * turn.norm();
       grasp.orientation[0] = std::cos(angle / 2);
       for (int d = 0; d < 3; ++d) grasp.orientation[1 + d] = angle > 0 ? std::sin(angle / 2) * turn.normalized()[d] : 0;
-      EXPECT_EQ(palpate_scene_touch(grasping_.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
+      std::vector<palpate_tool> sent(static_cast<std::size_t>(tools), tool);
+      for (int t = 0; t < tools; ++t) sent[static_cast<std::size_t>(t)].id = t;
+      EXPECT_EQ(palpate_scene_touch(scene, sent.data(), tools, 1e-3, contacts.get(), contacts.bytes()), 0u);
     }
-    const palpate_tool_state& felt = *palpate_contacts_tool(contacts, 0);
-    return {Eigen::Vector3d(felt.force_raw), Eigen::Vector3d(felt.torque_raw)};
+    Felt felt;
+    for (int t = 0; t < tools; ++t) {
+      const palpate_tool_state& state = *palpate_contacts_tool(contacts, t);
+      felt.force += Eigen::Vector3d(state.force_raw), felt.torque += Eigen::Vector3d(state.torque_raw);
+    }
+    return felt;
   }
 
  private:
