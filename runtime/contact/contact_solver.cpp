@@ -359,11 +359,12 @@ bool ContactSolver::fill_rows(const ContactConstraints& set, std::int32_t p) {
   return true;
 }
 
-// Writes A + shift I to where the factor takes its next `count` rows. row_at_ names the rows of all positions.
-void ContactSolver::write_scaled(const std::int32_t* rows, std::int32_t count, double shift, UpdatedCholesky* factor) {
+// Writes A + shift I to where the factor takes its next `count` rows. order: the rows of all positions.
+void ContactSolver::write_scaled(const std::int32_t* order, const std::int32_t* rows, std::int32_t count, double shift,
+                                 UpdatedCholesky* factor) {
   const std::int32_t size = factor->size();
   for (std::int32_t at = 0; at < size + count; ++at) {
-    const std::int32_t row = row_at_[at];
+    const std::int32_t row = order[at];
     const double* from = &entry(row, 0);
     double* to = factor->coming(at);
     for (std::int32_t q = std::max(0, at - size); q < count; ++q) to[q] = scale_[row] * scale_[rows[q]] * from[rows[q]];
@@ -381,7 +382,7 @@ bool ContactSolver::append_rows(const std::int32_t* rows, std::int32_t count) {
     shift_[row] = kShift, soft_[row] = kShift / (scale_[row] * scale_[row]);
   }
   if (!has_factor || count == 0) return true;
-  write_scaled(rows, count, kShift, &factor_);
+  write_scaled(row_at_, rows, count, kShift, &factor_);
   // Rounding of the stored tensors may make a pivot smaller than the shift guarantees; the factor then raises it. A pivot that
   // needs more than another kShift (hundreds of contacts in half precision) means that A is not definite and no force is bounded.
   double* const raised = work_;
@@ -565,6 +566,56 @@ Mat3 ContactSolver::compliance_between_nodes(const ContactConstraints& set, std:
   return sum;
 }
 
+// Those that laws let go have a reaction that does not grow with their miss. Returns how many there are.
+std::int32_t ContactSolver::find_rows_that_hold(const ContactConstraints& set, std::int32_t* rows) const {
+  std::int32_t count = 0;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    if (constraint.joined) continue;
+    const Vec3 r = reaction(p);
+    const bool may_release = constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb,
+               slips = constraint.law == ContactLaw::coulomb &&
+                       length({0, r.y, r.z}) >= constraint.friction * r.x * (1 - kRounding),
+               at_limit = constraint.limit > 0 && std::fabs(r.x) >= constraint.limit * (1 - kRounding);
+    if (may_release && !(r.x > 0)) continue;
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_[p].at[i]; row >= 0 && !(i == 0 ? at_limit : slips)) rows[count++] = row;
+  }
+  return count;
+}
+
+void ContactSolver::measure_stiffness(const ContactConstraints& set, const MovedAlike* groups, int count,
+                                      Operations kept, StepWork* work, double* stiffness) {
+  const int size = 3 * count;
+  std::fill(stiffness, stiffness + size * size, 0.0);
+  const auto each_row = [&](int c, auto visit) {
+    for (const std::int32_t p : groups[c / 3].constraint)
+      if (p >= 0 && rows_[p].at[c % 3] >= 0) visit(rows_[p].at[c % 3]);
+  };
+  const bool known = factored() && !decided_;
+  const std::int32_t rows = known ? used_rows_ : find_rows_that_hold(set, list_), *const order = known ? row_at_ : list_;
+  const Operations squared = Operations{rows} * rows, cost = (size * squared + (known ? 0 : squared * rows / 6)) / kDense;
+  bool made = cost + kept <= work->left();
+  if (made) work->add(cost);
+  if (made && !known) {
+    soft_factor_.clear();
+    write_scaled(order, order, rows, kShift, &soft_factor_);
+    made = soft_factor_.append(rows, 0.5 * kShift, work_);
+  }
+  const UpdatedCholesky& factor = known && !(limited_ && soft_factor_.size() == rows) ? factor_ : soft_factor_;
+  double *const unit = work_, *const solved = work_ + capacity_;
+  for (int c = 0; c < size; ++c) {
+    std::fill(unit, unit + rows_end_, 0.0);
+    each_row(c, [&](std::int32_t row) { unit[row] = made ? 1 : scale_[row] * scale_[row]; });
+    for (std::int32_t at = 0; at < rows && made; ++at) solved[at] = scale_[order[at]] * unit[order[at]];
+    if (made) factor.solve(solved);
+    for (std::int32_t at = 0; at < rows && made; ++at) unit[order[at]] = scale_[order[at]] * solved[at];
+    for (int r = 0; r < size; ++r)
+      if (made || r == c) each_row(r, [&](std::int32_t row) { stiffness[r * size + c] += unit[row]; });
+  }
+  if (!known) soft_factor_.clear();
+}
+
 // m, along the axis along which a contact node moves most; the square of a length of 1e-290 m would be zero. force: [node_count],
 // overwritten.
 double ContactSolver::largest_displacement(const ContactConstraints& set, Vec3* force) const {
@@ -638,7 +689,7 @@ ContactSolver::Limiting ContactSolver::limit_forces(const ContactConstraints& se
     return Limiting::limited;
   }
   if (soft_factor_.size() != rows) {
-    write_scaled(row_at_, rows, kSoftShift, &soft_factor_);
+    write_scaled(row_at_, row_at_, rows, kSoftShift, &soft_factor_);
     if (!soft_factor_.append(rows, 0.5 * kSoftShift, work_)) return Limiting::limited;  // not finite: solve() says so
   }
   // Counted alike where the factor is kept, so that a restored state defers the same work.
@@ -1083,7 +1134,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
                                             Vec3* modified, StepWork* work, bool again) {
   again_ = again, last_constraints_ = kept_constraints_;
   for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
-  residual_ = {}, effort_ = {}, shares_ = false, decided_ = 0;
+  residual_ = {}, effort_ = {}, shares_ = limited_ = false, decided_ = 0;
   if (!update(tensors, set, work)) return fail(set, force, modified);
   take_targets(set);
   std::copy(reaction_, reaction_ + rows_end_, last_);
@@ -1103,7 +1154,8 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
     outcome = solve_factored();
     obeys = obeys_laws(laws, reaction_);
     if (obeys) limiting = limit_forces(set, have_laws ? least : 0, force, work);
-    if (limiting == Limiting::limited) outcome = Outcome::regularised, obeys = obeys_laws(laws, reaction_);
+    limited_ = limiting == Limiting::limited;
+    if (limited_) outcome = Outcome::regularised, obeys = obeys_laws(laws, reaction_);
     measure_residual();
   }
   gives_way_ = 0;

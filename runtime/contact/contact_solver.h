@@ -175,6 +175,16 @@ class ContactSolver {
   // m/N, of constraints p and q of the last solve along x, y and z, without their local parts: the weighted displacement of the nodes of p
   // per unit of a force on those of q, weighted alike. Cost: 9 multiply-adds for each pair of their nodes.
   Mat3 compliance_between_nodes(const ContactConstraints& set, std::int32_t p, std::int32_t q) const;
+  // Constraints of the last solve that stick and have no frame, whose targets move alike.
+  struct MovedAlike {
+    std::int32_t constraint[2] = {-1, -1};  // -1: none
+  };
+  // N/m, [3 count][3 count]: by how much the sum of the reactions of such constraints grows along x, y and z as those of the same or another
+  // group move, while all rows hold that now hold. Where the step's work has no room for that, by how much it would if each row were
+  // alone, which is less. kept: operations that are to be left. Cost in multiply-adds: 3 count rows^2 and, where laws decided, rows^3 / 6.
+  static constexpr int kMostMovedAlike = PALPATE_MAX_TOOLS;
+  void measure_stiffness(const ContactConstraints& set, const MovedAlike* groups, int count, Operations kept,
+                         StepWork* work, double* stiffness);
   // m, of contact node e of the last solve, under the forces of all of them. Cost: 9 multiply-adds for each.
   Vec3 displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const;
 
@@ -226,8 +236,10 @@ class ContactSolver {
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
   void remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add);
   void measure_between_discs(const double* reaction, double* moved) const;
-  void write_scaled(const std::int32_t* rows, std::int32_t count, double shift, UpdatedCholesky* factor);
+  void write_scaled(const std::int32_t* order, const std::int32_t* rows, std::int32_t count, double shift,
+                    UpdatedCholesky* factor);
   bool append_rows(const std::int32_t* rows, std::int32_t count);
+  std::int32_t find_rows_that_hold(const ContactConstraints& set, std::int32_t* rows) const;
   void leave_factor();
   bool factor_again(StepWork* work);
   bool factored() const { return factor_.size() == used_rows_; }
@@ -307,6 +319,7 @@ class ContactSolver {
   // either, as a rule: it is not renewed.
   std::int32_t gives_way_ = 0;
   std::int32_t decided_ = 0;       // 1: LawSolver had to decide in the last solve
+  bool limited_ = false;           // the last solve brought forces within their limit
   std::int32_t joining_rows_ = 0;  // new rows of a step
   Operations most_operations_ = INT64_MAX;
   bool again_ = false;                 // the last solve was one more of its step

@@ -17,6 +17,22 @@ int patches_of(const palpate_grasp& grasp) {
   return grasp.opposite_triangle >= 0 ? 2 : 1;
 }
 
+// x = A^-1 x, A symmetric and positive definite, overwritten. Where A has nothing to tell, x is 0.
+void solve_positive(int size, double* a, double* x) {
+  for (int i = 0; i < size; ++i) {
+    const double pivot = a[i * size + i];
+    for (int r = i + 1; r < size; ++r) {
+      const double factor = pivot > 0 ? a[r * size + i] / pivot : 0;
+      for (int c = i; c < size; ++c) a[r * size + c] -= factor * a[i * size + c];
+      x[r] -= factor * x[i];
+    }
+  }
+  for (int i = size - 1; i >= 0; --i) {
+    for (int c = i + 1; c < size; ++c) x[i] -= a[i * size + c] * x[c];
+    x[i] = a[i * size + i] > 0 ? x[i] / a[i * size + i] : 0;
+  }
+}
+
 Mat3 without_one(Mat3 turn) {
   for (int i = 0; i < 3; ++i) turn.m[i][i] -= 1;
   return turn;
@@ -68,6 +84,7 @@ std::int32_t Grasps::begin_tool(std::int32_t t, const Tool& tool, const OrganPos
   Grasp& grasp = grasps_[t];
   const bool has_held = grasp.patches[0].rows_of >= 0 || grasp.patches[1].rows_of >= 0;
   for (GraspPatch& patch : grasp.patches) patch.rows_of = -1;
+  slips_[t] = {};
   if (!tool.has_grasp) {
     if (grasp.closed) forget_tool(t);
     return 0;
@@ -149,38 +166,59 @@ double Grasps::limit_of(const Grasp& grasp, const Tool& tool, const ContactSolve
   return std::isfinite(tool.grasp.friction) ? tool.grasp.friction * clamp : INFINITY;
 }
 
-bool Grasps::slips(std::int32_t t, const Tool& tool, const ContactSolver& solver, ContactRows& rows) {
-  Grasp& grasp = grasps_[t];
-  if (!tool.has_grasp || !std::isfinite(tool.grasp.friction)) return false;
+// N: by how much the force exceeds the friction; zero where it does not.
+Vec3 Grasps::excess_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver) {
+  if (!tool.has_grasp || !std::isfinite(tool.grasp.friction)) return {};
   const Vec3 force = force_of(grasp, solver);
   const double size = length(force), most = limit_of(grasp, tool, solver);
-  if (!(size > most * (1 + kSlipsTo))) return false;
-  // Back by what the mean of the patches gives way under the excess, if nothing else holds it.
-  Mat3 stiffness, own;
-  for (const GraspPatch& patch : grasp.patches) {
-    if (patch.rows_of < 0) continue;
-    own = solver.compliance_between_nodes(rows.set(), patch.rows_of, patch.rows_of);
-    add_scaled(own, 1, patch.local[0]);
-    for (int j = 0; j < 3; ++j) {
-      const Vec3 column = solve3(own, {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0});
-      for (int i = 0; i < 3; ++i) stiffness.m[i][j] += column[i];
-    }
+  return size > most * (1 + kSlipsTo) ? (1 - most / size) * force : Vec3{};
+}
+
+bool Grasps::slip(const ToolInput& input, Operations kept, ContactSolver& solver, ContactRows& rows, StepWork* work) {
+  constexpr int most = 3 * ContactSolver::kMostMovedAlike;
+  std::int32_t slipping[ContactSolver::kMostMovedAlike];
+  ContactSolver::MovedAlike patches[ContactSolver::kMostMovedAlike];
+  double stiffness[most * most], back[most];
+  int count = 0;
+  for (std::int32_t t = 0; t < input.count(); ++t) {
+    const Vec3 excess = excess_of(grasps_[t], input.tool(t), solver);
+    if (!is_finite(excess) || !(length(excess) > 0)) continue;
+    slips_[t].learn(force_of(grasps_[t], solver), excess);
+    for (int p = 0; p < 2; ++p) patches[count].constraint[p] = grasps_[t].patches[p].rows_of;
+    store3(excess, back + 3 * count), slipping[count++] = t;
   }
-  const Vec3 back = (1 - most / size) * solve3(stiffness, force);
-  if (!is_finite(back)) return false;
-  grasp.slipped += back;
-  grasp.state.condition = PALPATE_GRASP_SLIPS;
-  for (int p = 0; p < 2; ++p)
-    if (grasp.patches[p].rows_of >= 0) rows.set_target(grasp.patches[p].rows_of, target(grasp, tool, p, 0));
+  if (count == 0) return false;
+  solver.measure_stiffness(rows.set(), patches, count, kept, work, stiffness);
+  solve_positive(3 * count, stiffness, back);
+  for (int i = 0; i < count; ++i) {
+    Grasp& grasp = grasps_[slipping[i]];
+    const Vec3 way = slips_[slipping[i]].share * load3(back + 3 * i);
+    if (!is_finite(way)) continue;
+    grasp.slipped += way;
+    grasp.state.condition = PALPATE_GRASP_SLIPS;
+    for (int p = 0; p < 2; ++p)
+      if (grasp.patches[p].rows_of >= 0)
+        rows.set_target(grasp.patches[p].rows_of, target(grasp, input.tool(slipping[i]), p, 0));
+  }
   return true;
 }
 
-void Grasps::tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ,
-                         Vec3 unit, Vec3* torque, Vec3* torque_along) {
+// Contacts that give way beside the grasp, or that conflict with it, are not as stiff as they were held to be, or stiffer.
+void Grasps::Slip::learn(Vec3 now, Vec3 excess) {
+  constexpr double most = 1e3;
+  if (const double expected = dot(wanted, wanted); expected > 0) {
+    const double taken = dot(force - now, wanted) / expected;
+    if (taken > 0) share = std::clamp(share / taken, 1 / most, most);
+  }
+  force = now, wanted = excess;
+}
+
+std::uint32_t Grasps::tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ,
+                                  Vec3 unit, Vec3* torque, Vec3* torque_along) {
   Grasp& grasp = grasps_[t];
   *torque = *torque_along = {};
   palpate_grasp_state& state = grasp.state;
-  if (!tool.has_grasp) return;
+  if (!tool.has_grasp) return 0;
   const Vec3 reference = organ.point_to_organ(tool.reference);
   Vec3 force, moment, moment_along, centre = grasp.patches[0].place[0];
   const auto add = [&](Vec3 arm, Vec3 r) {
@@ -201,10 +239,11 @@ void Grasps::tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& 
   store3(organ.vector_to_world(-1 * moment), state.torque);
   store3(organ.point_to_world(centre), state.place);
   state.slipped = length(grasp.slipped);
-  if (state.condition == PALPATE_GRASP_LET_GO) return;
-  if (!is_finite(force)) return;
+  if (state.condition == PALPATE_GRASP_LET_GO) return 0;
+  if (!is_finite(force)) return 0;
   state.friction_limit = limit_of(grasp, tool, solver);
   if (state.slipped > tool.grasp.radius) state.condition = PALPATE_GRASP_LET_GO;
+  return length(excess_of(grasp, tool, solver)) > 0 ? std::uint32_t{PALPATE_STEP_SOLVE_INEXACT} : 0;
 }
 
 // ---- as a source of rows ---------------------------------------------------------------------------------------------
@@ -232,10 +271,8 @@ void Grasps::request_of_tool(TouchStep& step, std::int32_t t) {
 }
 
 bool Grasps::asks_again(TouchStep& step) {
-  bool again = false;
-  for (std::int32_t t = 0; t < step.state->input.count(); ++t)
-    again = slips(t, step.state->input.tool(t), step.state->solver, step.state->rows) || again;
-  return again;
+  TouchState& state = *step.state;
+  return slip(state.input, state.solver.operations_to_solve({}), state.solver, state.rows, &state.work);
 }
 
 void Grasps::take_reactions(TouchStep& step, bool) {
@@ -244,7 +281,9 @@ void Grasps::take_reactions(TouchStep& step, bool) {
     Vec3 torque, torque_along;
     const Tool& tool = state.input.tool(t);
     ToolResult& result = step.result[t];
-    tell_forces(t, tool, state.solver, state.organ, result.direction.unit, &torque, &torque_along);
+    if (const std::uint32_t flags =
+            tell_forces(t, tool, state.solver, state.organ, result.direction.unit, &torque, &torque_along))
+      step.raise(t, flags);
     if (!tool.has_torque || !is_finite(torque)) continue;
     result.sum.moment += torque;
     result.sum.moment_along += torque_along;

@@ -60,24 +60,33 @@ class Grasps final : public RowSource {
   std::int32_t begin_tool(std::int32_t t, const Tool& tool, const OrganPose& organ, Operations* work);
   // Its rows: point `first` and the next one. Returns step flags. made: contacts.
   std::uint32_t add_rows(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows, std::int32_t* made);
-  // After a solve: whether the grasp of a tool pulls beyond its friction. Its targets are then those after it has slipped, and the step
-  // is to be solved again.
-  bool slips(std::int32_t t, const Tool& tool, const ContactSolver& solver, ContactRows& rows);
+  // After a solve: whether grasps pull beyond their friction. Their targets are then those after they have slipped, all together, and the
+  // step is to be solved again. kept: operations of that.
+  bool slip(const ToolInput& input, Operations kept, ContactSolver& solver, ContactRows& rows, StepWork* work);
   // After the last solve: the torque of its forces on the organ about the tool's reference, N m, and that of the parts of the forces along
-  // `unit`, both in the organ's frame.
-  void tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ, Vec3 unit,
-                   Vec3* torque, Vec3* torque_along);
+  // `unit`, both in the organ's frame. Returns step flags.
+  std::uint32_t tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ,
+                            Vec3 unit, Vec3* torque, Vec3* torque_along);
 
   void close(Grasp& grasp, const Tool& tool);
   void find_patch(const SurfacePoint& place, double radius, GraspPatch* to);
   Vec3 target(const Grasp& grasp, const Tool& tool, int patch, int part) const;
   static double limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver);
   static Vec3 force_of(const Grasp& grasp, const ContactSolver& solver);
+  static Vec3 excess_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver);
 
   DiscSource source_ = {};
   const DisplacementField* field_ = nullptr;
   std::int32_t most_nodes_ = 0;
   Grasp* grasps_ = nullptr;  // [max_tools]
+  // What the slips of a step have shown.
+  struct Slip {
+    Vec3 force, wanted;  // N, before the last one; what that was to take away
+    double share = 1;    // of what the stiffness asks for
+
+    void learn(Vec3 now, Vec3 excess);
+  };
+  Slip slips_[PALPATE_MAX_TOOLS];
 };
 
 }  // namespace palpate
