@@ -70,9 +70,9 @@ struct GraspWish {
   std::int32_t tool = 0, point = 0;
   const std::int32_t* node = nullptr;  // [count]
   std::int32_t count = 0, parts = 0;
-  const double* weight[3] = {};  // [parts][count]
-  Mat3 local[3];                 // m/N; of the gradients 1/(N m)
-  Vec3 target[3];                // m; of the gradients without unit
+  const double* weight[3] = {};        // [parts][count]
+  Mat3 local[3];                       // m/N; of the gradients 1/(N m)
+  Vec3 target[3];                      // m; of the gradients without unit
   const ContactDisc* discs = nullptr;  // [parts] in x, y, z
 };
 

@@ -401,10 +401,9 @@ void ContactSolver::keep(const ContactConstraints& set) {
   std::copy(set.constraints, set.constraints + set.constraint_count, kept_constraint_);
   std::copy(rows_, rows_ + set.constraint_count, kept_rows_);
   kept_constraints_ = set.constraint_count, kept_nodes_ = set.node_count;
-  kept_discs_ = static_cast<std::int32_t>(
-      std::count_if(set.constraints, set.constraints + set.constraint_count, [](const ContactConstraint& constraint) {
-        return has_disc(constraint) && !is_gradient(constraint.discs[0]);
-      }));
+  kept_discs_ = static_cast<std::int32_t>(std::count_if(
+      set.constraints, set.constraints + set.constraint_count,
+      [](const ContactConstraint& constraint) { return has_disc(constraint) && !is_gradient(constraint.discs[0]); }));
   forget_ended();
 }
 
@@ -593,8 +592,10 @@ void ContactSolver::measure_stiffness(const ContactConstraints& set, const Moved
       if (p >= 0 && rows_[p].at[c % 3] >= 0) visit(rows_[p].at[c % 3]);
   };
   const bool known = factored() && !decided_;
-  const std::int32_t rows = known ? used_rows_ : find_rows_that_hold(set, list_), *const order = known ? row_at_ : list_;
-  const Operations squared = Operations{rows} * rows, cost = (size * squared + (known ? 0 : squared * rows / 6)) / kDense;
+  const std::int32_t rows = known ? used_rows_ : find_rows_that_hold(set, list_), *const order =
+                                                                                      known ? row_at_ : list_;
+  const Operations squared = Operations{rows} * rows,
+                   cost = (size * squared + (known ? 0 : squared * rows / 6)) / kDense;
   bool made = cost + kept <= work->left();
   if (made) work->add(cost);
   if (made && !known) {

@@ -12,7 +12,7 @@ double answer(const ContactDisc& a, const ContactDisc& b, double radius, Vec3 rh
   const double root = 1 / std::sqrt(radius * radius + along);
   if (!is_gradient(a)) return root;
   const double p = root * root * root;
-  return p * (dot(a.gradient, b.gradient) - 3 * root * root * dot(a.gradient, rho) * dot(b.gradient, rho));
+  return p * (dot(a.gradient, b.gradient) - 3 * root * root * (dot(a.gradient, rho) * dot(b.gradient, rho)));
 }
 
 // Of discs that the mesh shows as ones of radius `wide`.

@@ -86,8 +86,8 @@ void find_compliance_of_gradients(const SurfaceMeasure& measure, const SurfacePo
   disc.wide[0] = shown(b, s, tissue.tilt_blur), disc.wide[1] = shown(b, s, tissue.twist_blur);
   const Vec3 n = disc.outward;
   disc.normal_root = std::sqrt(tilt * shared_part_of_turn(a, disc.wide[0])) * n;
-  const double across = std::sqrt(twist * shared_part_of_turn(a, disc.wide[1])), tilts = tilt * lacking(a, disc.wide[0]),
-               twists = twist * lacking(a, disc.wide[1]);
+  const double across = std::sqrt(twist * shared_part_of_turn(a, disc.wide[1])),
+               tilts = tilt * lacking(a, disc.wide[0]), twists = twist * lacking(a, disc.wide[1]);
   Mat3 local;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {

@@ -83,6 +83,38 @@ TEST_F(TwoPunches, OfDifferentRadiiNeedTheForceOfTheHalfSpace) {
   RecordProperty("worst", std::to_string(worst));
 }
 
+// Jaws and the discs of tools are rigid discs alike. A turn of two jaws at one place takes no more torque than that of one, either.
+TEST_F(TwoPunches, AtOnePlaceJawsMoveAndTurnLikeOneDiscAndNearOneAnotherLikeTwo) {
+  const auto jaws = [](double a, double x) { return Discs{a, {at(x)}, false, true}; };
+  double worst = 0;
+  for (const double edges : {0.25, 0.6, 1.0, 2.0})
+    for (const Eigen::Vector3d& way : {kIn, kAlong, kAcross}) {
+      const double a = edges * kEdge, one = block().move({{a, {at(0)}}}, way);
+      // As above, 1 % for what two discs cover more than one.
+      EXPECT_NEAR(block().move({jaws(a, 0)}, way), one, 0.01 * one) << edges;
+      for (const double apart : {0.0, 0.01 * a}) {
+        EXPECT_NEAR(block().move({jaws(a, 0), {a, {at(apart)}}}, way), one, 0.01 * one) << edges;
+        EXPECT_NEAR(block().move({jaws(a, 0), jaws(a, apart)}, way), one, 0.01 * one) << edges;
+      }
+      const Eigen::Vector3d still(0, 0, 0), turn = 10 * way, place(at(0)[0], at(0)[1], 0);
+      const double torque = block().grasp(place, a, still, turn).torque.norm();
+      EXPECT_NEAR(block().grasp(place, a, still, turn, 2).torque.norm(), torque, 0.01 * torque) << edges;
+    }
+  // The half-space of NearOneAnotherNeedTheForceOfTheHalfSpace, along the normal and with its bound.
+  for (const auto& [apart, forces] : {std::pair{0.5, 1.151}, {1.0, 1.285}, {2.0, 1.507}, {4.0, 1.723}})
+    for (const double edges : {0.25, 0.5, 1.0, 2.0}) {
+      if (edges * (apart / 2 + 1) > 4.5) continue;
+      const double a = edges * kEdge, half = apart * a / 2, one = block().move({{a, {at(-half)}}}, kIn),
+                   expected = on_block(forces, a);
+      for (const double found : {block().move({jaws(a, -half), {a, {at(half)}}}, kIn) / one,
+                                 block().move({jaws(a, -half), jaws(a, half)}, kIn) / one}) {
+        EXPECT_NEAR(found, expected, 0.08 * expected) << edges << " edges, " << apart << " radii apart";
+        worst = std::max(worst, std::abs(found / expected - 1));
+      }
+    }
+  RecordProperty("worst", std::to_string(worst));
+}
+
 // Also where the surface bulges or is hollow, which changes what a dragged disc has beyond the mesh.
 TEST(TwoPunchesOnACurvedTop, AtOnePlaceDragLikeOne) {
   for (const double curvature : {40.0, -40.0}) {

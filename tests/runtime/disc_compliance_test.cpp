@@ -60,6 +60,35 @@ TEST(ComplianceBetweenDiscs, IsPositiveSemidefiniteForAnyRadiiSpacingsPlacesAndN
   }
 }
 
+// Of the gradients under jaws, together with means.
+TEST(ComplianceBetweenDiscs, IsPositiveSemidefiniteWithTheGradientsUnderJaws) {
+  Random random(8);
+  for (int cluster = 0; cluster < 100; ++cluster) {
+    const double spread = std::pow(10, between(random, -4, -1.3));
+    const Vec3 outward = any_direction(random);
+    std::vector<ContactDisc> discs;
+    for (std::size_t jaws = 1 + random() % 6; jaws > 0; --jaws) {
+      const ContactDisc mean = any_disc(random, spread, outward);
+      const Vec3 e = across(mean.outward, any_direction(random));
+      discs.insert(discs.end(), 3, mean);
+      (discs.end() - 2)->gradient = e, (discs.end() - 1)->gradient = cross(mean.outward, e);
+    }
+    const auto size = static_cast<Eigen::Index>(3 * discs.size());
+    Eigen::MatrixXd l(size, size);
+    for (std::size_t i = 0; i < discs.size(); ++i)
+      for (std::size_t j = 0; j < discs.size(); ++j)
+        l.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) =
+            matrix(compliance_between(discs[i], discs[j]));
+    EXPECT_EQ((l - l.transpose()).norm(), 0);
+    const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(l).eigenvalues().minCoeff();
+    EXPECT_GT(least, -1e-13 * l.norm()) << cluster;  // rounding
+    // Jaws share nothing between their own parts.
+    EXPECT_EQ(matrix(compliance_between(discs[0], discs[1])).norm(), 0);
+    EXPECT_LT(matrix(compliance_between(discs[1], discs[2])).norm(),
+              1e-15 * matrix(compliance_between(discs[1], discs[1])).norm());
+  }
+}
+
 TEST(ComplianceBetweenDiscs, FallsWithTheDistanceAndIsNothingBetweenOppositeFaces) {
   Random random(6);
   ContactDisc a = any_disc(random, 0, {0, 0, 1}), b = a;
