@@ -52,10 +52,10 @@ void take_input(TouchStep& step, const palpate_tool* tools, std::int32_t tool_co
   state.organ.begin_step(state.input.dt());
 }
 
-std::int32_t points_to_look_at(const TouchStep& step) {
+// Far tools count: the world has taken their points in, whichever organ they are near.
+std::int32_t points_to_take_in(const ToolInput& input) {
   std::int32_t count = 0;
-  for (std::int32_t t = 0; t < step.state->input.count(); ++t)
-    if (const Tool& tool = step.state->input.tool(t); !step.far[t]) count += tool.point_count + tool.grip_count;
+  for (std::int32_t t = 0; t < input.count(); ++t) count += input.tool(t).point_count + input.tool(t).grip_count;
   return count;
 }
 
@@ -90,7 +90,7 @@ void begin_tools(TouchStep& step, const palpate_tool* tools, std::int32_t tool_c
   for (std::int32_t t = 0; t < def.max_tools; ++t)
     if (state.input.tool(t).id >= 0) had_tool |= 1u << t;
   take_input(step, tools, tool_count, dt);
-  state.work.begin(points_to_look_at(step));
+  state.work.begin(points_to_take_in(state.input));
   for (std::int32_t t = 0; t < def.max_tools; ++t) {
     const Tool& tool = state.input.tool(t);
     if (tool.is_new || (tool.index < 0 && had_tool >> t & 1u)) forget_tool(def, state, t);

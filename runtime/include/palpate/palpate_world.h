@@ -13,11 +13,12 @@
  *     palpate_world_contacts_tool(contacts, 0)->force                         the force on tool 0, of all organs together
  *     palpate_scene_shape(palpate_world_scene(world, 1), palpate_world_contacts_organ(contacts, 1), &out);
  *
- * Cost     An organ that a tool is far from pays a box test for the tool: none of its points is looked at. An organ is as costly as
- *          its scene, and no organ waits for another one.
+ * Cost     An organ that a tool is far from pays a box test for the tool: none of its points is tested. Each organ counts all points of
+ *          all tools in palpate_contacts.operations, as its scene does, so that max_operations bounds taking them in, too. An organ is as
+ *          costly as its scene, and no organ waits for another one.
  * Bits     A world of one organ gives the same bits as its scene. In a world of several, so does every organ that touches no other one,
- *          apart from palpate_contacts.operations, which do not count far tools, and from what a step that has reached max_operations
- *          puts off.
+ *          apart from palpate_contacts.operations, which count no tests of far tools, and from what a step that has reached
+ *          max_operations puts off.
  * Memory, threads, errors and structs as palpate.h states: palpate_world_create takes all memory; palpate_world_touch,
  *          palpate_scene_set_pose and the reset, save and restore of a world belong to one thread; the shapes of the organs may run in
  *          others at the same time.

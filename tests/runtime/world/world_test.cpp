@@ -1,6 +1,7 @@
 // A world of organs: the bits of its scenes, tools that are far, sums over organs, states, refusals.
 #include <thread>
 
+#include "runtime/base/step_work.h"
 #include "tests/runtime/world/played_world.h"
 #include "tests/support/bundle_forms.h"
 
@@ -20,7 +21,7 @@ palpate_scene_def def_with(palpate_collision collision, palpate_contact_law law)
   palpate_scene_def def = palpate_default_scene_def();
   def.collision = collision, def.law = law, def.report = PALPATE_REPORT_CONTACTS;
   def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {0.02}};
-  def.max_operations = 10'000'000;  // nothing is put off: far tools are not counted
+  def.max_operations = 10'000'000;  // nothing is put off: no points of far tools are tested
   return def;
 }
 
@@ -163,6 +164,8 @@ TEST(World, AFarToolCostsABoxTest) {
   ASSERT_EQ(palpate_scene_set_pose(scene.get(), &beside, nullptr), PALPATE_OK);
   Contacts alone(scene.get());
   WorldContacts in_world(world.get());
+  // Of taking the points in.
+  constexpr std::int64_t taken_in = 10 * StepWork::kOfPoint;
   std::int64_t counted = 0, near = 0;
   for (int s = 0; s < 100; ++s) {
     double points[10][3];
@@ -171,13 +174,42 @@ TEST(World, AFarToolCostsABoxTest) {
     palpate_world_touch(world.get(), &tool, 1, 1e-3, in_world.get(), in_world.bytes());
     palpate_scene_touch(scene.get(), &tool, 1, 1e-3, alone.get(), alone.bytes());
     EXPECT_EQ(in_world.state(1).near_tools, 0);
-    EXPECT_EQ(in_world.organ(1).operations, 0) << s;
-    counted += alone->operations, near += in_world.organ(0).operations;
+    EXPECT_EQ(in_world.organ(1).operations, taken_in) << s;
+    counted += alone->operations - taken_in, near += in_world.organ(0).operations - taken_in;
   }
   EXPECT_GT(counted, 100);
   EXPECT_GT(near, 1000);
   EXPECT_EQ(in_world.state(0).near_tools, 1);
   EXPECT_EQ(in_world.tool(0).organ_count, 1);
+}
+
+// The world takes in points that no organ tests. More than the operations of a step allow are refused, as of a scene.
+TEST(World, CountsThePointsOfToolsThatAreFarFromAllOrgansAndRefusesMoreThanFit) {
+  palpate_scene_def def = palpate_default_scene_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT;
+  def.max_tools = 1, def.max_points = 2'000, def.max_operations = 200'000;
+  const palpate_pose beside = pose_at({0, 0.06, 0});
+  const WorldPointer world =
+      world_of({organ_of(box().bundle(), &def, nullptr), organ_of(box().bundle(), &def, &beside)});
+  WorldContacts contacts(world.get());
+  const std::vector<double> points(3 * static_cast<std::size_t>(def.max_points), 1.0);
+  const palpate_tool tool = point_tool(points.data(), def.max_points);
+  for (int s = 0; s < 3; ++s) {
+    palpate_world_touch(world.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    for (int k = 0; k < 2; ++k) {
+      EXPECT_EQ(contacts.state(k).near_tools, 0);
+      EXPECT_EQ(contacts.organ(k).operations, StepWork::kOfPoint * def.max_points);
+    }
+  }
+  def.max_points = 20'000;
+  const auto organ = organ_of(box().bundle(), &def, nullptr);
+  palpate_world_def both = palpate_default_world_def();
+  both.organs = &organ, both.organ_count = 1;
+  palpate_world* refused = nullptr;
+  palpate_error error = {};
+  EXPECT_NE(palpate_world_create(&both, &refused, &error), PALPATE_OK);
+  EXPECT_THAT(std::string(error.text), testing::HasSubstr("max_operations"));
+  EXPECT_EQ(refused, nullptr);
 }
 
 TEST(World, SumsForcesAndTorquesOverOrgansThatAToolTouches) {
