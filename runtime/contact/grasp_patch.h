@@ -14,7 +14,7 @@ namespace palpate {
 // What a closed grasp has kept of one patch.
 struct GraspPatch {
   static constexpr int kMostNodes = 64, kFewNodes = 32;
-  // A disc acts through one of this many node spacings at least: below that its torque depends on where it lies between the nodes.
+  // The gradients are those of a disc of this many node spacings at least: below that the torque depends on where it lies between the nodes.
   static constexpr double kResolved = 1;
   std::int32_t count = 0, has_gradients = 0;
   std::int32_t node[kMostNodes] = {};

@@ -245,7 +245,8 @@ TEST(Sliding, ToolFeelsNoFrictionAndFindsItsPlaceAnew) {
     for (int s = 0; s < 200; ++s) {
       const Vector3d f = probe.move(kPlace + Vector3d(-depth, 5e-5 * s, 0));
       // The force equals that of a tool that came down at this point, and has come to rest. 2 %: what the disc's mean place is off where
-      // it begins stays with it (docs/method.md, section 6), 0.03 mm in 7.5 mm of way here, where the disc nears the box's edges.
+      // it begins stays with it (docs/method.md, section 6): 0.03 mm in 7.5 mm of way here, where the disc nears the box's edges, and so
+      // 1.5 % of the depth of 2 mm, to which the force is proportional.
       if (s % 50 != 0) continue;
       Probe fresh(law);
       fresh.move(kPlace + Vector3d(1e-4, 5e-5 * s, 0));
