@@ -842,8 +842,8 @@ enum {
                                              although they should slide, and some grips or links do not act yet or act where
                                              they did before. The next steps go on with these                               */
   PALPATE_STEP_SOLVE_INEXACT    = 1 << 11, /* the solver came to its limit with a contact or its law missed by more than 1e-6
-                                             of the step's largest u* plus 1e-9 m (LARGE: 5 %). Pushes never pull, friction is never
-                                             exceeded; but for LARGE, the force has the bound of REGULARISED                    */
+                                             of the step's largest u* plus 1e-9 m (LARGE: 5 %), or jaws pull beyond their friction. Pushes
+                                             never pull, other friction holds; but for LARGE, the bound is that of REGULARISED  */
   PALPATE_STEP_DISCS_THINNED    = 1 << 12, /* max_contact_nodes is short: a disc acts on so few of its nodes that these carry less
                                              than 95 % of it, or a POINT on fewer than its three. Its force is then too small, by
                                              up to a half on a single node. A disc with 95 % has its force within about 5 %      */
