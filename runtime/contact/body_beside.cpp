@@ -16,6 +16,16 @@ Vec3 only(std::uint32_t axes, Vec3 v) {
   return v;
 }
 
+// m, the mean of a field [nodes][3] over the constraint's nodes.
+Vec3 mean_of(const ContactConstraints& set, const ContactConstraint& constraint, const float* field) {
+  Vec3 sum;
+  for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
+    const float* const u = field + 3 * static_cast<std::size_t>(set.nodes[e].node);
+    sum += set.nodes[e].weight * Vec3{static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+  }
+  return sum;
+}
+
 template <class A, class B>
 int order(const A& a, const B& b) {
   if (a.tool != b.tool) return a.tool < b.tool ? -1 : 1;
@@ -54,11 +64,10 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
   if (!make_mailbox(memory, job, &jobs_) || !make_mailbox(memory, solution, &solutions_) ||
       !added_.create(memory, limits.field_nodes, limits.surface_nodes))
     return false;
-  for (double* number : {&told_.residual, &told_.least_volume, &told_.energy, &missed_, &missed_force_})
+  for (double* number : {&told_.residual, &told_.least_volume, &told_.energy, &told_.spring, &missed_, &missed_force_})
     memory.keep(*number);
-  memory.keep(told_.step);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
-                               &behind_, &goes_on_, &published_})
+                               &behind_, &goes_on_, &settled_, &published_})
     memory.keep(*number);
   memory.keep(begun_), memory.keep(begun_beside_);
   return !memory.failed();
@@ -67,7 +76,7 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
 void BodyBeside::forget() {
   ++begun_;
   added_.forget();
-  told_ = {}, missed_ = -1, missed_force_ = 0, behind_ = goes_on_ = 0,
+  told_ = {}, missed_ = -1, missed_force_ = 0, behind_ = goes_on_ = settled_ = 0,
   solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
 }
 
@@ -80,9 +89,9 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
   return counts ? newest : nullptr;
 }
 
-void BodyBeside::give(const ContactConstraints& set, std::uint64_t step) {
+void BodyBeside::give(const ContactConstraints& set) {
   auto* const job = reinterpret_cast<Job*>(palpate_mailbox_slot(jobs()));
-  *job = {begun_, set.node_count, set.constraint_count, step};
+  *job = {begun_, set.node_count, set.constraint_count};
   std::copy(set.nodes, set.nodes + set.node_count, nodes_of(job));
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints_of(job));
   std::copy(set.target, set.target + set.constraint_count, targets_of(job));
@@ -113,6 +122,7 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
 }
 
 void BodyBeside::copy(Solution* newest) {
+  settled_ = solved_count_[newest_] > 0 && !told_.failed && (settled_ || (!told_.cut && told_.residual <= kUnfinished));
   newest_ = 1 - newest_;
   told_ = newest->told;
   solved_count_[newest_] = newest->constraint_count;
@@ -126,6 +136,27 @@ bool BodyBeside::same_contacts(const Solved* solved, std::int32_t count, const C
   for (std::int32_t p = 0; p < count; ++p)
     if (order(solved[p], set.constraints[p]) != 0) return false;
   return true;
+}
+
+// m, at the constraint, of o since the newest solution.
+Vec3 BodyBeside::moved_on(const ContactConstraint& constraint) const {
+  Vec3 sum = -1 * mean_of(acting_, constraint, offset_[newest_]);
+  for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+    sum += acting_.nodes[e].weight * added_.now(acting_.nodes[e].node);
+  return sum;
+}
+
+// u is a state o, at which the linear organ has no force, and Y f. So E is that of o and f^T (d - W o) / 2. Where o goes on, it takes
+// the work of the forces on its way.
+double BodyBeside::energy(const Vec3* force) const {
+  double sum = told_.energy - told_.spring;
+  for (std::int32_t p = 0; p < acting_.constraint_count; ++p) {
+    const ContactConstraint& constraint = acting_.constraints[p];
+    const Solved* const solved = solved_of(constraint);
+    sum += 0.5 * dot(force[p], in_axes(constraint, acting_.target[p]));
+    if (solved) sum += 0.5 * dot(force[p] + solved->force, moved_on(constraint));
+  }
+  return sum;
 }
 
 // The constraint in the newest solution; nullptr where it is not there.
@@ -199,7 +230,7 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
   goes_on_ = missed < 0.5 * missed_at_rest;
 }
 
-const ContactConstraints& BodyBeside::take(const ContactConstraints& set, std::uint64_t step, bool* fresh) {
+const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* fresh) {
   Solution* const newest = take_newest(fresh);
   if (*fresh) measure_miss(set, newest), copy(newest);
   const auto target_of = [&](std::int32_t p) {
@@ -211,7 +242,7 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, std::u
     added_.set(offset_[newest_], offset_[newest_], 0);
   else
     added_.keep();
-  give(set, step);
+  give(set);
   ContactConstraint* const constraints = acting_.constraints;
   Vec3* const targets = acting_.target;
   acting_ = set;
@@ -258,12 +289,12 @@ std::int32_t BodyBeside::deform() {
   work.begin();
   const DeformingBody::Outcome outcome = body_->solve(job_set_, &work, force_);
   if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == published_) return 0;
-  publish(job_set_, job->step, outcome);
+  publish(job_set_, outcome);
   body_->renew();
   return std::max(1, outcome.evaluations);
 }
 
-void BodyBeside::publish(const ContactConstraints& set, std::uint64_t step, const DeformingBody::Outcome& outcome) {
+void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome) {
   auto* const solution = reinterpret_cast<Solution*>(palpate_mailbox_slot(solutions()));
   *solution = Solution{};
   solution->begun = begun_beside_;
@@ -274,7 +305,7 @@ void BodyBeside::publish(const ContactConstraints& set, std::uint64_t step, cons
                     outcome.residual,
                     outcome.least_volume,
                     body_->energy(),
-                    step};
+                    0};
   solution->constraint_count = published_ = set.constraint_count;
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
@@ -294,6 +325,9 @@ void BodyBeside::publish(const ContactConstraints& set, std::uint64_t step, cons
   }
   body_->write_field(limits_.surface_nodes, displacement_of(solution));
   body_->write_beyond_linear(limits_.field_nodes, added_of(solution));
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    solution->told.spring +=
+        0.5 * dot(solved[p].force, solved[p].target - mean_of(set, set.constraints[p], added_of(solution)));
   palpate_mailbox_publish(solutions());
 }
 

@@ -55,17 +55,22 @@ class BodyBeside {
   struct Told {
     std::int32_t steps = 0, cut = 0, unfinished = 0, failed = 0;
     double residual = 0, least_volume = 1;
-    double energy = 0;       // J, of the body
-    std::uint64_t step = 0;  // whose targets it has, as take() was told
+    double energy = 0;  // J, of the body
+    double spring = 0;  // J, of the linear organ under the same forces
   };
   // Takes the newest solution, gives the constraints of a step to the other thread, and returns them as the linear organ is to hold
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
-  // *fresh: the solution is new, so that turned frames are. Cost: a pass over the nodes; six triangles a contact node.
-  const ContactConstraints& take(const ContactConstraints& set, std::uint64_t step, bool* fresh);
+  // *fresh: the solution is new. Cost: a pass over the nodes; six triangles a contact node.
+  const ContactConstraints& take(const ContactConstraints& set, bool* fresh);
   const Told& told() const { return told_; }
   // The contacts of this step are too far from the newest solution.
   bool behind() const { return behind_ != 0; }
+  // No solution before the newest one was at its targets with contacts.
+  bool is_first() const { return settled_ == 0; }
   const AddedField& added() const { return added_; }
+  // J, of the body in this step: that of the newest solution, and what the touch has moved the linear organ and o since. force:
+  // [constraint_count] N, of take()'s constraints on the body, in the organ's axes.
+  double energy(const Vec3* force) const;
   // Forgets all solutions, also those that the other thread has not made yet.
   void forget();
 
@@ -82,7 +87,6 @@ class BodyBeside {
   struct Job {
     std::uint64_t begun;  // counts forget()
     std::int32_t node_count, constraint_count;
-    std::uint64_t step;
   };
   struct Solved {
     std::int32_t tool, point, part, unused;
@@ -114,15 +118,16 @@ class BodyBeside {
   palpate_mailbox* solutions() const { return reinterpret_cast<palpate_mailbox*>(solutions_); }
   Solution* take_newest(bool* fresh);
   void copy(Solution* newest);
-  void give(const ContactConstraints& set, std::uint64_t step);
+  void give(const ContactConstraints& set);
   // At the targets target(p), of constraints 0 .. count - 1 in the organ's axes.
   template <class Target>
   double share(std::int32_t count, Target target) const;
   bool same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const;
-  void publish(const ContactConstraints& set, std::uint64_t step, const DeformingBody::Outcome& outcome);
+  void publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome);
   static double by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   bool is_behind(const ContactConstraints& set) const;
+  Vec3 moved_on(const ContactConstraint& constraint) const;
   const Solved* solved_of(const ContactConstraint& constraint) const;
 
   DeformingBody* body_ = nullptr;
@@ -140,6 +145,8 @@ class BodyBeside {
   double missed_force_ = 0;   // N/m, the same of its forces
   std::int32_t goes_on_ = 0;  // o does, between solutions
   std::int32_t behind_ = 0;
+  std::int32_t settled_ =
+      0;  // a solution with contacts before the newest one was at its targets, and none has failed since
   std::uint64_t begun_ = 1;
   std::int32_t solutions_taken_ = 0;  // since forget(); 2 and more count as 2
   // Of the other thread:

@@ -15,11 +15,10 @@ constexpr double kTolerance = 0.01, kTold = 0.02;
 bool BodyEnergy::create(SceneMemory& memory, std::int32_t constraint_capacity) {
   const auto capacity = static_cast<std::size_t>(constraint_capacity);
   held_ = memory.array<Held>(capacity), sliding_ = memory.array<Sliding>(capacity);
-  force_ = memory.array<Vec3>(capacity), work_at_ = memory.array<double>(kSteps);
+  force_ = memory.array<Vec3>(capacity);
   for (double* const number : {&work_, &adopted_, &lost_, &energy_}) memory.keep(*number);
-  for (std::uint64_t* const number : {&step_, &judges_from_}) memory.keep(*number);
   for (std::int32_t* const number : {&count_, &adopts_, &gives_much_}) memory.keep(*number);
-  memory.keep_array(held_, capacity, count_), memory.keep_array(work_at_, kSteps);
+  memory.keep_array(held_, capacity, count_);
   return !memory.failed();
 }
 
@@ -31,7 +30,6 @@ void BodyEnergy::forget() {
 // The next one begins with the energy that the body has.
 void BodyEnergy::end_touch() {
   count_ = 0, work_ = lost_ = 0, adopted_ = energy_, adopts_ = gives_much_ = 0;
-  judges_from_ = ++step_;
 }
 
 // Where its tool holds a constraint. Of one that does not slide, its displacement, which moves alike.
@@ -51,13 +49,6 @@ const BodyEnergy::Held* BodyEnergy::held(const ContactConstraint& constraint) co
                                                 return number_of(before) < number_of(constraint);
                                               });
   return at != end && number_of(*at) == number_of(constraint) ? at : nullptr;
-}
-
-void BodyEnergy::recall_forces(const ContactConstraints& set) {
-  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    const Held* const before = held(set.constraints[p]);
-    force_[p] = before ? before->force : Vec3{};
-  }
 }
 
 // Tools take the work (f + f') . (p' - p) / 2.
@@ -127,30 +118,17 @@ bool BodyEnergy::give_way(double energy, double noise, ContactRows& rows) const 
 }
 
 void BodyEnergy::judge(double energy, double noise, const ContactConstraints& set) {
-  judge(energy, noise, work_ + work_of(set).sum, set);
-}
-
-void BodyEnergy::judge_earlier(double energy, double noise, std::uint64_t step, const ContactConstraints& set) {
-  if (count_ == 0)
-    adopted_ = energy_ = energy;
-  else if (step >= judges_from_ && step < step_ && step_ - step < kSteps)
-    judge(energy, noise, work_at_[step % kSteps], set);
-}
-
-// work: J, at the step of the energy.
-void BodyEnergy::judge(double energy, double noise, double work, const ContactConstraints& set) {
+  const double work = work_ + work_of(set).sum;
   const double stored = stored_in(set);
   if (adopts_) adopted_ = energy + lost_ - work;
   adopts_ = 0, energy_ = energy;
   lost_ = work + adopted_ - energy;
   if (lost_ > stored) adopted_ -= lost_ - stored, lost_ = stored;
   gives_much_ = -lost_ > kTold * stored + noise;
-  if (-lost_ > kTolerance * stored + noise && stored > 0) {
+  if (-lost_ > kTolerance * stored + noise && stored > 0)
     shorten(set, -lost_, stored, nullptr);
-    judges_from_ = step_ + 1;  // the first step with these targets
-  } else {
+  else
     lengthen(set, stored);
-  }
 }
 
 void BodyEnergy::end(const ContactConstraints& set, bool followed) {
@@ -165,10 +143,7 @@ void BodyEnergy::end(const ContactConstraints& set, bool followed) {
     slides = slides || sliding_[p].slides();
   }
   if (!slides) return end_touch();
-  work_at_[step_ % kSteps] = work_;
-  ++step_;
-  if (followed && work.known) return;
-  adopts_ = 1, judges_from_ = step_;
+  if (!followed || !work.known) adopts_ = 1;
 }
 
 }  // namespace palpate

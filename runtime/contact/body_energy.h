@@ -3,8 +3,7 @@
 //
 // A body that has more energy than the tools have put in has some that nobody paid for: an anchor moved to a stiffer place, or a frame turned.
 // The contacts that slide then give way: their targets along the normal get shorter by the slack, until the energy is what was paid for. The
-// slack goes back as contacts lose energy. Where the body is solved beside the touch, a solution is judged by what the tools had put in when its
-// targets were given.
+// slack goes back as contacts lose energy. Where the body is solved beside the touch, its energy in a step is an estimate (BodyBeside::energy).
 #pragma once
 
 #include <cstdint>
@@ -18,8 +17,6 @@ namespace palpate {
 class BodyEnergy {
  public:
   using Sliding = SlideEnergy::Sliding;
-  // Steps that work_at() goes back. A solution of an earlier one is not judged.
-  static constexpr std::uint64_t kSteps = 128;
 
   bool create(SceneMemory& memory, std::int32_t constraint_capacity);
   void forget();
@@ -27,17 +24,14 @@ class BodyEnergy {
   // Of this step, to be filled before the calls below: what a touch knows about constraint p, and the force on the body, N.
   Sliding* sliding() { return sliding_; }  // [constraint_capacity]
   Vec3* force() { return force_; }         // [constraint_capacity]
-  // Before the forces of this step are known, those of the last one.
-  void recall_forces(const ContactConstraints& set);
 
   // True where the body has more energy in this step, J, than was paid for, and contacts have shorter targets in `rows` for it: the step is to be
   // solved again. noise: of the energy, J. Cost: some 30 operations for each constraint.
   bool give_way(double energy, double noise, ContactRows& rows) const;
   // Judges the energy of this step. What is given too much is taken back in the next one.
   void judge(double energy, double noise, const ContactConstraints& set);
-  // The same, of a step before this one, with recalled forces.
-  std::uint64_t step() const { return step_; }
-  void judge_earlier(double energy, double noise, std::uint64_t step, const ContactConstraints& set);
+  // What the body has at the next state that is judged counts as paid.
+  void adopt() { adopts_ = 1; }
   // At the last state that was judged contacts had given more than the tolerance allows.
   bool gives_much() const { return gives_much_ != 0; }
   // Ends a step. followed: the body was where its contacts hold it. Where it lagged behind, what it then catches up with is no gain.
@@ -58,7 +52,6 @@ class BodyEnergy {
   Vec3 place_of(const ContactConstraints& set, std::int32_t p) const;
   double stored_in(const ContactConstraints& set) const;
   double push_on(const ContactConstraints& set, std::int32_t p) const;
-  void judge(double energy, double noise, double work, const ContactConstraints& set);
   void end_touch();
   void shorten(const ContactConstraints& set, double excess, double stored, ContactRows* rows) const;
   void lengthen(const ContactConstraints& set, double stored) const;
@@ -66,12 +59,10 @@ class BodyEnergy {
   Held* held_ = nullptr;        // [constraint_capacity]
   Sliding* sliding_ = nullptr;  // [constraint_capacity]
   Vec3* force_ = nullptr;       // [constraint_capacity] N
-  double* work_at_ = nullptr;   // [kSteps] J, work_ at the end of each step
   std::int32_t count_ = 0;
-  double work_ = 0;     // J, what the tools have put in since the touch began
-  double adopted_ = 0;  // J, that the body had beyond it, or that was lost and is not given back
-  double lost_ = 0;     // J, at the last state that was judged
-  std::uint64_t step_ = 0, judges_from_ = 0;
+  double work_ = 0;              // J, what the tools have put in since the touch began
+  double adopted_ = 0;           // J, that the body had beyond it, or that was lost and is not given back
+  double lost_ = 0;              // J, at the last state that was judged
   double energy_ = 0;            // J, the same
   std::int32_t adopts_ = 0;      // the next state tells what the body has
   std::int32_t gives_much_ = 0;  // at the last state that was judged

@@ -130,14 +130,10 @@ class Solve {
   const ContactConstraints& take_solution() {
     bool fresh = false;
     const ContactConstraints& rows = state_.rows.set();
-    BodyEnergy& energy = state_.body_energy;
-    const ContactConstraints& set = state_.beside.take(rows, energy.step(), &fresh);
+    const ContactConstraints& set = state_.beside.take(rows, &fresh);
     const BodyBeside::Told& told = state_.beside.told();
-    if (watches_body_energy(context_.def) && fresh && !told.cut && !told.unfinished && !told.failed) {
-      note_sliding(rows, energy.sliding());
-      energy.recall_forces(rows);
-      energy.judge_earlier(told.energy, state_.body.solver().energy_noise(told.energy), told.step, rows);
-    }
+    // What contacts felt before is no work that was done on the body.
+    if (watches_body_energy(context_.def) && fresh && state_.beside.is_first()) state_.body_energy.adopt();
     std::uint32_t flags = 0;
     if (told.failed) flags |= PALPATE_STEP_UNSOLVED;
     if (told.cut || told.unfinished || state_.beside.behind()) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
@@ -149,19 +145,26 @@ class Solve {
     return set;
   }
 
+  // The body's energy, of a solution that goes on by the linear response.
+  void judge_beside(ContactSolver::Outcome outcome) {
+    const ContactConstraints& set = state_.rows.set();
+    BodyEnergy& account = state_.body_energy;
+    note_body_energy(set, [&](std::int32_t p) {
+      const ContactConstraint& constraint = step_.acting->constraints[p];
+      const Vec3 reaction = state_.solver.reaction(p);
+      return constraint.framed ? transposed_times(constraint.frame, reaction) : reaction;
+    });
+    const double energy = state_.beside.energy(account.force()), residual = state_.beside.told().residual;
+    account.judge(energy, state_.body.solver().energy_noise(energy) + residual * residual * energy, set);
+    end_body_energy(set, is_trusted(outcome));
+  }
+
   void solve(const ContactSolver::Outcome* joint) {
     const ContactConstraints& set = deforms_beside(context_.def) ? take_solution() : state_.rows.set();
     step_.acting = joint && has_motions(context_.def) ? &state_.motions.acting(set) : &set;
     const ContactSolver::Outcome outcome = joint ? *joint : solve_again(set);
     if (watches_slide_energy(context_.def)) end_slide_energy(outcome);
-    if (deforms_beside(context_.def) && watches_body_energy(context_.def)) {
-      note_body_energy(state_.rows.set(), [&](std::int32_t p) {
-        const ContactConstraint& constraint = step_.acting->constraints[p];
-        const Vec3 reaction = state_.solver.reaction(p);
-        return constraint.framed ? transposed_times(constraint.frame, reaction) : reaction;
-      });
-      end_body_energy(state_.rows.set(), is_trusted(outcome) && !(step_.flags & PALPATE_STEP_DEFORMATION_BEHIND));
-    }
+    if (deforms_beside(context_.def) && watches_body_energy(context_.def)) judge_beside(outcome);
     if (has_motions(context_.def)) state_.motions.end(set, state_.force);
     step_.is_solved = step_.follows = outcome != ContactSolver::Outcome::unsolved;
     context_.watch.ended(Pass::contact);

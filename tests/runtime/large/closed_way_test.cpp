@@ -1,7 +1,7 @@
 // Contacts that slide under large deformation: closed ways give back no more than went in.
 #include <random>
 
-#include "tests/runtime/large/large_scene.h"
+#include "tests/runtime/large/pressed_box.h"
 #include "tests/support/grid_body.h"
 
 namespace palpate::tests {
@@ -12,20 +12,19 @@ using Eigen::Vector3d;
 constexpr double kHeight = 0.03, kWidth = 0.06;
 
 // A block whose top bulges and has waves, and whose side overhangs what holds it: its compliance and its normals differ from place to place.
+DenseBody waved_grid() {
+  GridBody grid;
+  grid.lines = {grid_lines(0, kWidth, 6), grid_lines(0, kWidth, 6), grid_lines(0, kHeight, 3)};
+  grid.held = [](std::array<double, 3> p) { return p[2] == 0 && p[0] < 0.75 * kWidth; };
+  DenseBody dense = dense_grid(grid);
+  for (auto& p : dense.body.mesh.nodes) {
+    const double x = p[0] - 0.5 * kWidth, y = p[1] - 0.5 * kWidth;
+    p[2] += p[2] / kHeight * (-5 * (x * x + y * y) + 0.0008 * std::sin(150 * x) * std::cos(130 * y));
+  }
+  return dense;
+}
 const TouchedBody& waved_block() {
-  static const TouchedBody shared(
-      [] {
-        GridBody grid;
-        grid.lines = {grid_lines(0, kWidth, 6), grid_lines(0, kWidth, 6), grid_lines(0, kHeight, 3)};
-        grid.held = [](std::array<double, 3> p) { return p[2] == 0 && p[0] < 0.75 * kWidth; };
-        DenseBody dense = dense_grid(grid);
-        for (auto& p : dense.body.mesh.nodes) {
-          const double x = p[0] - 0.5 * kWidth, y = p[1] - 0.5 * kWidth;
-          p[2] += p[2] / kHeight * (-5 * (x * x + y * y) + 0.0008 * std::sin(150 * x) * std::cos(130 * y));
-        }
-        return dense;
-      }(),
-      with_large(false));
+  static const TouchedBody shared(waved_grid(), with_large(false));
   return shared;
 }
 
@@ -124,21 +123,42 @@ TEST(LargeClosedWay, GivesBackNoMoreThanWentInUnderEveryModelAndLaw) {
       }
 }
 
-// With a solution for each step, no more; with one for each 2 mm of way, no more where no step says that it is behind.
+// The touch knows the energy of the solution that it has, and what it moved since by an estimate. With a solution for each step that is as good
+// as the solution's own; with one for each 2 mm of way the worst of 625 random ways gave 2.8 %.
 TEST(LargeClosedWay, BesideTheTouchGivesBackNoMoreThanWentIn) {
   for (const Contact& contact : kContacts)
     for (const Law& law : kLaws) {
-      std::mt19937 random(7);
+      std::mt19937 random(11);
+      for (int way = 0; way < 14; ++way) closed_way(random);
+      const auto corners = closed_way(random);  // one on which all models once gave energy
       for (const int solve_every : {1, 10}) {
         const Account account = go(def_of(contact, law.law, PALPATE_DEFORMATION_LARGE_BESIDE, PALPATE_COLLISION_REST),
-                                   contact, law.friction, closed_way(random), solve_every);
+                                   contact, law.friction, corners, solve_every);
         EXPECT_GT(account.most, 1e-5);
-        if (solve_every == 1 || account.flagged == 0) {
-          EXPECT_LE(account.gain(), kMostGain) << contact.model << " " << contact.radius << " law " << law.law << " "
-                                               << law.friction << " every " << solve_every;
-        }
+        EXPECT_LE(account.gain(), solve_every == 1 ? kMostGain : 0.03)
+            << contact.model << " " << contact.radius << " law " << law.law << " " << law.friction << " every "
+            << solve_every;
       }
     }
+}
+
+// Without a solution the contacts feel the linear organ, while the tissue takes many times that energy: what they felt must not shorten them.
+TEST(LargeClosedWay, BesideTheTouchAPressThatWasFasterThanItsSolutionsEndsWithItsFullForce) {
+  const TouchedBody stiff(waved_grid(), with_large(false, 32));
+  for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_COULOMB}) {
+    palpate_scene_def def = def_of(kContacts[1], law, PALPATE_DEFORMATION_LARGE_BESIDE, PALPATE_COLLISION_REST);
+    Play beside(def, stiff);
+    beside.solve_every = 40, beside.most_solves = 1;
+    def.deformation = PALPATE_DEFORMATION_LARGE;
+    Play large(def, stiff);
+    palpate_step_flags flags = 0;
+    for (int k = -2; k < 400; ++k)
+      for (Play* play : {&beside, &large})
+        flags = play->move({Vector3d(0.5 * kWidth, 0.5 * kWidth, kHeight - std::min(4e-4 * k, 0.006))}, 0.012);
+    EXPECT_EQ(flags, 0u);
+    // Where what the body has beyond it counts as a gain, 11 % are missed.
+    EXPECT_LE((beside.force(0) - large.force(0)).norm(), 0.02 * large.force(0).norm()) << law;
+  }
 }
 
 }  // namespace
