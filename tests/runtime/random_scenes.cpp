@@ -75,10 +75,17 @@ bool QuickTruth::looks_away(const Eigen::Vector3d& p, double reach, const Eigen:
 
 double QuickTruth::displaced_within(const Eigen::Vector3d& p, double reach) const {
   double most = 0;
+  const auto take = [&](std::size_t n) {
+    most = std::max(most, (place_[n] - Eigen::Vector3d(body_->mesh.nodes[n].data())).norm());
+  };
   for (std::size_t n = 0; n < place_.size(); ++n) {
     const Eigen::Vector3d rest(body_->mesh.nodes[n].data());
-    if (std::min((place_[n] - p).norm(), (rest - p).norm()) < reach) most = std::max(most, (place_[n] - rest).norm());
+    if (std::min((place_[n] - p).norm(), (rest - p).norm()) < reach) take(n);
   }
+  // Of a coarse surface no node may be so near.
+  for (std::size_t f = 0; f < balls_.size(); ++f)
+    if (squared_distance(p, f) < reach * reach)
+      for (const std::int32_t n : body_->triangles[f]) take(static_cast<std::size_t>(n));
   return most;
 }
 

@@ -73,7 +73,7 @@ class QuickTruth {
   Eigen::Vector3d place(std::int32_t node) const { return place_[node]; }
   // Whether a triangle within `reach` (m) of p has a normal whose cosine with a direction is below `most`.
   bool looks_away(const Eigen::Vector3d& p, double reach, const Eigen::Vector3d& from, double most) const;
-  // m, the largest displacement of a node that is or rests within `reach` (m) of p.
+  // m, the largest displacement of a node that is or rests within `reach` (m) of p, or of a triangle within it.
   double displaced_within(const Eigen::Vector3d& p, double reach) const;
   // m, the largest distance that any node moved to another truth's place.
   double largest_move(const QuickTruth& other) const;
