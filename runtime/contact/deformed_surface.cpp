@@ -185,9 +185,7 @@ Vec3 DeformedSurface::below_disc(const AskedSurface& asked, const SurfacePoint& 
   TouchableDisc disc;
   press_disc(discs_, fine_ ? fine_->beneath(surface_point) : surface_point, radius, ContactPatch::kMaxNodes, &disc);
   if (disc.count == 0) return sum;
-  // Of all its nodes: held ones take no force, but the surface that a point meets is theirs, too.
-  const ContactPatch& patch = *discs_.patch;
-  for (int e = 0; e < patch.count(); ++e) sum += patch.weights()[e] * at_node(asked, patch.nodes()[e]);
+  for (int e = 0; e < disc.count; ++e) sum += disc.weight[e] * at_node(asked, disc.node[e]);
   return sum - displacement(asked, surface_point) +
          field_->beyond_mesh(disc.disc, asked.tool, asked.point, asked.kind == AskedSurface::kPredicted);
 }
