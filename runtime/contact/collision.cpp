@@ -127,19 +127,22 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   // Not beyond the box around the surface: in a world such a tool is far, and its points are not looked at (far_tools.h).
   NearestPoint nearest = surface_->nearest({}, p, reach(moved + length(state.sunk)));
   Vec3 sunk;
+  bool lacks_nodes = false;
   const bool sinks = state.radius > 0 && surface_->may_sink(-1, -1) && surface_->may_hold(p, p);
   for (int turn = 0; sinks && turn < 2 && nearest.surface_point.triangle >= 0; ++turn) {
-    sunk = surface_->below_disc({}, nearest.surface_point, state.radius);
+    sunk = surface_->below_disc({}, nearest.surface_point, state.radius, &lacks_nodes);
     nearest = surface_->nearest({}, p - sunk, reach(moved + length(sunk - state.sunk)));
   }
   moved += length(sunk - state.sunk);
   const Vec3 at = p - sunk, from = state.last - sunk;
+  const bool over_held = lacks_nodes && length(sunk) > 0, in_surface = over_held && surface_->is_inside({}, p);
   if (!surface_->finished()) return Test::unfinished;
-  const Clearance clear = {p, nearest.distance, nearest.per_path, surface_->path(), surface_->sum_of_changes()};
+  Clearance clear = {p, nearest.distance, nearest.per_path, surface_->path(), surface_->sum_of_changes()};
+  if (over_held) clear.distance = 0;  // whether the point is in the surface is asked in each step
   // The nearest surface is farther away than it and the point together have moved: the side is as before. A contact that has ended
   // tells the side of the surface that was predicted without it.
   if (nearest.distance > moved && !state.has_ended) {
-    state.clear = clear, state.sunk = sunk;
+    state.clear = clear, state.sunk = sunk, state.over_held = over_held, state.in_surface = in_surface && !state.inside;
     return Test::done;
   }
   SurfaceCrossing crossing[DeformedSurface::kMaxCrossings];
@@ -151,7 +154,7 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   if (surface_->finished() && !(knows_all && now_inside == (state.inside != (found % 2 == 1))))
     now_inside = surface_->is_inside({}, at);
   if (!surface_->finished()) return Test::unfinished;
-  state.clear = clear, state.sunk = sunk;
+  state.clear = clear, state.sunk = sunk, state.over_held = over_held, state.in_surface = in_surface && !now_inside;
   state.has_ended = false;
   bool followed = true;
   if (!state.inside)
@@ -188,7 +191,7 @@ bool Collision::look_for_contact(PointState& state, const SurfaceCrossing* cross
 
 void Collision::begin_contact(PointState& state, const SurfacePoint& surface_point, bool through) {
   state.contact = true;
-  state.through = through, state.doubted = state.over_held = state.predicted = false;
+  state.through = through, state.doubted = state.has_no_rows = state.predicted = state.in_surface = false;
   state.anchor = surface_point;
   state.anchor_at_rest = surface_->tree().at_rest(surface_point);
   state.outward = surface_->tree().outward_at_rest(surface_point.triangle);
@@ -225,7 +228,7 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, st
     if (!ask_pulled(state, p, tool, point, &at)) return true;
   // From where the others take the place, or from rest: contacts that conflict take it anywhere.
   const bool left = is_far && length(at - state.anchor_at_rest) > release,
-             stays = state.through && !state.over_held && !is_over_anchor(state, at);
+             stays = state.through && !state.has_no_rows && !is_over_anchor(state, at);
   if (!left && (!is_out || stays)) return true;
   if (may_change())
     end_contact(state, tool, point);
@@ -254,9 +257,10 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
                                         double moved, bool pulls) {
   const bool sinks = state.radius > 0 && surface_->may_sink(tool, point);
   Vec3 at, sunk;
+  bool lacks_nodes = false;
   // The anchor's place is a surface point, so the nearest one is not farther away. The margin is for rounding.
   const auto nearest_of = [&](const AskedSurface& asked) {
-    sunk = sinks ? surface_->below_disc(asked, state.anchor, state.radius) : Vec3{};
+    sunk = sinks ? surface_->below_disc(asked, state.anchor, state.radius, &lacks_nodes) : Vec3{};
     at = p - sunk;
     const Vec3 to_anchor = at - surface_->displacement(asked, state.anchor) - state.anchor_at_rest;
     return surface_->nearest(asked, at, std::min(reach(moved), 1.000001 * length(to_anchor) + 1e-12));
@@ -301,7 +305,7 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
     return Test::unfinished;
   }
   state.doubted = false;
-  state.clear = clear, state.sunk = sunk;
+  state.clear = clear, state.sunk = sunk, state.over_held = lacks_nodes && length(sunk) > 0;
   if (now_inside)
     state.through = false;
   else if (state.inside)  // the point has come out in this step: note on which side

@@ -24,21 +24,24 @@ struct Clearance {
 
 // One tool point from step to step.
 struct PointState {
-  bool known = false;       // seen in an earlier step
-  bool inside = false;      // of the surface; in contact: of the surface without this contact's own part
-  bool contact = false;     // the point holds its anchor
-  bool through = false;     // in contact, and out again on the far side of a thin part
-  bool doubted = false;     // in contact: out of the surface without it; the step had no room to ask the predicted one
-  bool paid = false;        // its contact's new rows are counted in this step
-  bool owed = false;        // in the next one
-  bool over_held = false;   // in contact: the contact has held nodes alone, so that it has no force
-  bool has_ended = false;   // its contact has ended since the point was last tested
-  bool predicted = false;   // in contact: `inside` is of the predicted surface
-  bool rides = false;       // in contact: the next four are known, of a disc that slides almost freely
-  bool begins = false;      // the contact has had no rows yet
-  std::int32_t waited = 0;  // free: steps since `last`, which is then where the point was last tested
-  Vec3 last;                // m, where the point was in the last step that followed it
-  double radius = 0;        // m, of its disc; 0: it has none
+  bool known = false;        // seen in an earlier step
+  bool inside = false;       // of the surface; in contact: of the surface without this contact's own part
+  bool contact = false;      // the point holds its anchor
+  bool through = false;      // in contact, and out again on the far side of a thin part
+  bool doubted = false;      // in contact: out of the surface without it; the step had no room to ask the predicted one
+  bool paid = false;         // its contact's new rows are counted in this step
+  bool owed = false;         // in the next one
+  bool has_no_rows = false;  // in contact: the contact has held nodes alone, so that it has no force
+  bool has_ended = false;    // its contact has ended since the point was last tested
+  bool predicted = false;    // in contact: `inside` is of the predicted surface
+  bool rides = false;        // in contact: the next four are known, of a disc that slides almost freely
+  bool begins = false;       // the contact has had no rows yet
+  bool over_held = false;    // of its disc: nodes below it are held, and others are displaced
+  bool in_surface = false;   // free, of a disc over held nodes: the point is inside, and the disc does not touch yet
+  bool unused[2] = {};       // in the place of padding, which a saved state would hold
+  std::int32_t waited = 0;   // free: steps since `last`, which is then where the point was last tested
+  Vec3 last;                 // m, where the point was in the last step that followed it
+  double radius = 0;         // m, of its disc; 0: it has none
   Vec3 sunk;  // m, how far the disc meets the surface from where its points are (DeformedSurface::below_disc)
   Clearance clear;
   double drift = 0;  // sqrt(J), in contact: sum of the changes of the surface without this contact's part

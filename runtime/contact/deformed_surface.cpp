@@ -179,12 +179,15 @@ Vec3 DeformedSurface::displacement(const AskedSurface& asked, const SurfacePoint
   return sum;
 }
 
-Vec3 DeformedSurface::below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius) {
+Vec3 DeformedSurface::below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius,
+                                 bool* lacks_nodes) {
   Vec3 sum;
+  *lacks_nodes = false;
   if (!moves() || !work_.take(ContactPatch::kToPress + kOfTwoDiscs * field_->discs())) return sum;
   TouchableDisc disc;
   press_disc(discs_, fine_ ? fine_->beneath(surface_point) : surface_point, radius, ContactPatch::kMaxNodes, &disc);
   if (disc.count == 0) return sum;
+  *lacks_nodes = disc.lacks_nodes;
   for (int e = 0; e < disc.count; ++e) sum += disc.weight[e] * at_node(asked, disc.node[e]);
   return sum - displacement(asked, surface_point) +
          field_->beyond_mesh(disc.disc, asked.tool, asked.point, asked.kind == AskedSurface::kPredicted);

@@ -66,8 +66,8 @@ class DeformedSurface {
   Vec3 displacement(const AskedSurface& asked, const SurfacePoint& surface_point);
   // m: how far the surface that a disc meets at a surface point is from that point, at rest as there. The disc meets the mean of the surface
   // below it, and other discs move that beyond what the mesh shows (disc_compliance.h). So its contact has no force where it
-  // begins. Cost: some microseconds.
-  Vec3 below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius);
+  // begins. *lacks_nodes: the disc has held nodes, too, which its row leaves out. Cost: some microseconds.
+  Vec3 below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius, bool* lacks_nodes);
   // Whether it may be other than zero, for the disc of (tool, point).
   bool may_sink(std::int32_t tool, std::int32_t point) const { return discs_.patch && deepest_but(tool, point) > 0; }
   // m, its bound, and a bound for its changes as long as the disc stays (ContactField).

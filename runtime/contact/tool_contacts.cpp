@@ -46,6 +46,8 @@ class Contacts {
       state.radius = tool.disc_radius;
       if (!state_.collision.move(state, p, t, i, tool.hold, limits)) step_.raise(t, PALPATE_STEP_TRACKING_LOST);
       if (state.contact != was_in_contact) change_contact(state, state.contact);
+      if (!state.contact && (state.in_surface || (was_in_contact && state.over_held)))
+        step_.raise(t, PALPATE_STEP_NOT_TOUCHABLE);
       // Where the last step left the disc, as the motions have moved it since then.
       if (state.contact && !has_fine_contacts(state_)) state.ridden += moved(state.anchor, &Motions::step_of);
       if (!state.contact || !follows || !may_slide(t, i)) continue;
@@ -111,8 +113,8 @@ class Contacts {
       } else {
         set_frame(wish, state.anchor, &state.tangent);
         if (wish.slide && state.begins) slide.lean = state.lean = first_lean(wish, state.anchor);
-        state.over_held = !request_contact(wish, state.anchor, state.paid);
-        if (state.begins && !state.over_held) begin_slide(wish, state);
+        state.has_no_rows = !request_contact(wish, state.anchor, state.paid);
+        if (state.begins && !state.has_no_rows) begin_slide(wish, state);
       }
     }
   }
@@ -160,7 +162,7 @@ class Contacts {
       state_.work.add(work);
     }
     if (needs_contact_frames(context_.def)) set_frame(wish, fine.outward, &state.tangent);
-    state.over_held = !request_contact(wish, fine.beneath, state.paid);
+    state.has_no_rows = !request_contact(wish, fine.beneath, state.paid);
   }
 
   // The outward normal at a surface point, and a tangent that turns with the normal from step to step.

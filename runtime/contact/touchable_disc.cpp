@@ -22,6 +22,7 @@ void press_disc(const DiscSource& source, const SurfacePoint& place, double radi
     for (int d = 0; d < 2; ++d) disc->moment[d][to] = moment[d][e];
     sum += patch.weights()[e];
   }
+  disc->lacks_nodes = disc->count < patch.count();
   for (int e = 0; e < disc->count; ++e) disc->weight[e] /= sum;
   if (disc->count <= most) return;
   WeightedNodes nodes = {disc->node, disc->weight, disc->count};

@@ -21,6 +21,7 @@ struct TouchableDisc {
   double weight[ContactPatch::kMaxNodes];     // sum to one
   double moment[2][ContactPatch::kMaxNodes];  // [2][count] m, from the disc's centre; of a disc on all its nodes
   int count = 0;                              // 0: the disc has no touchable node
+  bool lacks_nodes = false;                   // others of its nodes are not touchable
   Vec3 outward, along[2];                     // unit, orthogonal
   Mat3 local;                                 // m/N, compliance that the mesh does not resolve
   ContactDisc disc;                           // in x, y, z

@@ -37,6 +37,11 @@ TEST(StabilityRandomScenes, APredictedSideCountsForItsStepAlone) {
   expect_none(stability, {{61, 330}});
 }
 
+TEST(StabilityRandomScenes, ADiscInTheSurfaceThatDoesNotTouchOverHeldNodesIsFlagged) {
+  StabilityCase stability("a disc over held nodes is mm inside the surface before it touches, and nothing says so");
+  expect_none(stability, {{283, 360}, {400, 460}, {616, 280}});
+}
+
 TEST(StabilityRandomScenes, OnAFoldedSurfaceTheWindingNumberDecides) {
   StabilityCase stability("the nearest triangle is that of another part, or of one that has turned inside out");
   expect_none(stability, {{255, 341}, {492, 390}, {707, 150}, {1502, 367}, {1711, 101}, {1900, 172}});

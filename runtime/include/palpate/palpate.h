@@ -828,7 +828,8 @@ enum {
   PALPATE_STEP_FORCE_LIMITED    = 1 << 4, /* a force or a torque was cut to its limit or slew                                    */
   PALPATE_STEP_BUNDLE_LOST      = 1 << 5, /* the mapped file of the bundle was cut or written over: do not trust this step       */
   PALPATE_STEP_NOT_TOUCHABLE    = 1 << 6, /* a tool met nodes without a tensor column (fixed ones, say): the contact acts on the
-                                             other nodes there, or is not made where there are none. In a world, fixed parts of
+                                             other nodes there, or is not made where there are none; a disc may lie in the surface
+                                             before it touches. In a world, fixed parts of
                                              two organs are in one another, or a vertex is in another organ past a side: nothing
                                              presses them apart                                                                 */
   PALPATE_STEP_UNSOLVED         = 1 << 7, /* a number is not finite, or the stored precision is too coarse for so many contacts:
