@@ -32,10 +32,10 @@ TEST(StabilityProgramPath, ForceOfADiscAsPoissonsRatioGoesToAHalf) {
       "only p1 may lock.");
   Programs programs;
   write_mesh(programs.folder() / "box.msh", box_mesh({8, 7, 6}, {60, 50, 40}, 0.15));
-  programs.write(
-      "press.toml",
-      "name = \"press\"\nbundle = \"x.h5\"\nunit = \"mm\"\n[effects]\ncontact = \"patch\"\nshape = \"off\"\n"
-      "[[tool]]\nname = \"disc\"\npoints = [[0, 0, 0]]\ndisc_radius = 9\npath = [[0, 38, 25, 41], [0.1, 38, 25, 38]]\n");
+  programs.write("press.toml",
+                 "name = \"press\"\nbundle = \"x.h5\"\nunit = \"mm\"\n[effects]\ncontact = \"patch\"\nshape = \"off\"\n"
+                 "[[tool]]\nname = \"disc\"\npoints = [[0, 0, 0]]\ndisc_radius = 9\npath = [[0, 38, 25, 41], [0.1, 38, "
+                 "25, 38]]\n");
   double band = 0, locks = 0, unsaid = 0, failed = 0;
   for (const double nu : {0.3, 0.4999}) {
     double force[3] = {};
