@@ -3,6 +3,13 @@
 #include <utility>
 
 namespace palpate {
+namespace {
+
+Vec3 finite_or_zero(Vec3 u) {
+  return is_finite(u) ? u : Vec3{};
+}
+
+}  // namespace
 
 bool DisplacementField::create(SceneMemory& memory, std::int32_t node_capacity) {
   exists_ = true;
@@ -30,8 +37,7 @@ void DisplacementField::restored(const Tensors& tensors) {
 Vec3 DisplacementField::at_node(std::int32_t node) const {
   QueryWork work;
   if (body_) return body_->at_node(node, &work);
-  Vec3 u = now_.at_node(node);
-  if (!is_finite(u)) u = {};
+  Vec3 u = finite_or_zero(now_.at_node(node));
   if (added_) u += added_->now(node);
   return u + moved_at_node(node);
 }
@@ -39,8 +45,7 @@ Vec3 DisplacementField::at_node(std::int32_t node) const {
 Vec3 DisplacementField::before_at_node(std::int32_t node) const {
   QueryWork work;
   if (body_) return body_->before_at_node(node, &work);
-  Vec3 u = before_.at_node(node);
-  if (!is_finite(u)) u = {};
+  Vec3 u = finite_or_zero(before_.at_node(node));
   if (added_) u += added_->before(node);
   return motions_ ? u + motions_->before(node) : u;
 }

@@ -16,13 +16,15 @@ class RowSource {
  public:
   // A step, in this order. How many contacts the source will ask for.
   virtual std::int32_t begin(TouchStep&) { return 0; }
-  // Its constraints of the tool in place t, of all tools in ascending order; then those of no tool's contacts.
+  // Requests its constraints: those of the tool in place t, which the step asks for in ascending order of t; then those that come behind
+  // the constraints of all tools.
   virtual void request_of_tool(TouchStep&, std::int32_t) {}
   virtual void request(TouchStep&) {}
   // After a solve: whether it has other targets now, so that the step is to be solved again.
   virtual bool asks_again(TouchStep&) { return false; }
-  // After the last solve, with the reactions; solved: false where the step has no solution. Then the field is set.
+  // After the last solve: reads the reactions of its constraints. solved: false where the step has no solution.
   virtual void take_reactions(TouchStep&, bool /*solved*/) {}
+  // After the displacement field has been set from these reactions.
   virtual void end(TouchStep&) {}
   virtual void report(TouchStep&) {}
 
@@ -31,10 +33,10 @@ class RowSource {
                             SlideEnergy::Sliding*) {
     return false;
   }
-  // Of what take_reactions() and end() take.
+  // The pass (passes.h) that counts the time of take_reactions() and end().
   virtual Pass pass() const { return Pass::contact; }
 
-  // Forgets what the steps so far have left: of the tool in place t; of no tool.
+  // Forgets what earlier steps have left: for the tool in place t; for all that belongs to no tool.
   virtual void forget_tool(std::int32_t) {}
   virtual void forget_rest() {}
 

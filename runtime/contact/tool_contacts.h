@@ -20,7 +20,7 @@ class ToolContacts final : public RowSource {
                     SlideEnergy::Sliding* sliding) override;
 };
 
-// Takes back what the step before has left about points that this step does not have.
+// Forgets the points of the tool in place t from number `first` on. The points that earlier steps have seen come first in the list.
 void forget_points(const palpate_scene_def& def, TouchState& state, std::int32_t t, std::int32_t first);
 
 }  // namespace palpate

@@ -47,7 +47,7 @@ struct TouchStep {
   bool far[PALPATE_MAX_TOOLS];  // by place
   DeformingBody::Outcome deformed;
   bool is_solved;  // the step has a solution
-  // And the organ is where its contacts hold it. Of a large body that lags, what it misses is not what a tool has slipped by.
+  // And the organ is where its contacts hold it. A large body may lag behind its contacts: the distance that is left is then no slip of a tool.
   bool follows;
   const ContactConstraints* acting;  // as the solver held them
   // Of what nothing puts off, as a grasp that closes: counted when all else is done.

@@ -41,6 +41,18 @@ ContactDisc any_disc(Random& random, double spread, Vec3 outward) {
   return disc;
 }
 
+void expect_positive_semidefinite(const std::vector<ContactDisc>& discs, int cluster) {
+  const auto size = static_cast<Eigen::Index>(3 * discs.size());
+  Eigen::MatrixXd l(size, size);
+  for (std::size_t i = 0; i < discs.size(); ++i)
+    for (std::size_t j = 0; j < discs.size(); ++j)
+      l.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) =
+          matrix(compliance_between(discs[i], discs[j]));
+  EXPECT_EQ((l - l.transpose()).norm(), 0);
+  const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(l).eigenvalues().minCoeff();
+  EXPECT_GT(least, -1e-13 * l.norm()) << cluster;  // rounding
+}
+
 TEST(ComplianceBetweenDiscs, IsPositiveSemidefiniteForAnyRadiiSpacingsPlacesAndNormals) {
   Random random(5);
   for (int cluster = 0; cluster < 100; ++cluster) {
@@ -48,15 +60,7 @@ TEST(ComplianceBetweenDiscs, IsPositiveSemidefiniteForAnyRadiiSpacingsPlacesAndN
     const Vec3 outward = (cluster % 3 == 0 ? 0.0 : 1.0) * any_direction(random);
     std::vector<ContactDisc> discs(2 + random() % 19);
     for (ContactDisc& disc : discs) disc = any_disc(random, spread, outward);
-    const auto size = static_cast<Eigen::Index>(3 * discs.size());
-    Eigen::MatrixXd l(size, size);
-    for (std::size_t i = 0; i < discs.size(); ++i)
-      for (std::size_t j = 0; j < discs.size(); ++j)
-        l.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) =
-            matrix(compliance_between(discs[i], discs[j]));
-    EXPECT_EQ((l - l.transpose()).norm(), 0);
-    const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(l).eigenvalues().minCoeff();
-    EXPECT_GT(least, -1e-13 * l.norm()) << cluster;  // rounding
+    expect_positive_semidefinite(discs, cluster);
   }
 }
 
@@ -73,15 +77,7 @@ TEST(ComplianceBetweenDiscs, IsPositiveSemidefiniteWithTheGradientsUnderJaws) {
       discs.insert(discs.end(), 3, mean);
       (discs.end() - 2)->gradient = e, (discs.end() - 1)->gradient = cross(mean.outward, e);
     }
-    const auto size = static_cast<Eigen::Index>(3 * discs.size());
-    Eigen::MatrixXd l(size, size);
-    for (std::size_t i = 0; i < discs.size(); ++i)
-      for (std::size_t j = 0; j < discs.size(); ++j)
-        l.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) =
-            matrix(compliance_between(discs[i], discs[j]));
-    EXPECT_EQ((l - l.transpose()).norm(), 0);
-    const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(l).eigenvalues().minCoeff();
-    EXPECT_GT(least, -1e-13 * l.norm()) << cluster;  // rounding
+    expect_positive_semidefinite(discs, cluster);
     // Jaws share nothing between their own parts.
     EXPECT_EQ(matrix(compliance_between(discs[0], discs[1])).norm(), 0);
     EXPECT_LT(matrix(compliance_between(discs[1], discs[2])).norm(),

@@ -3,6 +3,7 @@
 
 #include "runtime/scene/scene.h"
 #include "tests/runtime/touched_box.h"
+#include "tests/runtime/waved_block.h"
 #include "tests/support/box_corridor.h"
 #include "tests/support/grid_body.h"
 
@@ -13,19 +14,8 @@ using Eigen::Vector3d;
 
 constexpr double kHeight = 0.03, kWidth = 0.06;
 
-// A block whose top bulges and has waves, a slot of soft places below it: its compliance and its normals differ from place to place. Edges of 10 mm.
 const TouchedBody& bulged_block() {
-  static const TouchedBody shared([] {
-    GridBody grid;
-    grid.lines = {grid_lines(0, kWidth, 6), grid_lines(0, kWidth, 6), grid_lines(0, kHeight, 3)};
-    grid.held = [](std::array<double, 3> p) { return p[2] == 0 && p[0] < 0.75 * kWidth; };
-    DenseBody dense = dense_grid(grid);
-    for (auto& p : dense.body.mesh.nodes) {
-      const double x = p[0] - 0.5 * kWidth, y = p[1] - 0.5 * kWidth;
-      p[2] += p[2] / kHeight * (-5 * (x * x + y * y) + 0.0008 * std::sin(150 * x) * std::cos(130 * y));
-    }
-    return dense;
-  }());
+  static const TouchedBody shared(waved_grid(kWidth, kHeight));
   return shared;
 }
 

@@ -2,7 +2,7 @@
 #include <random>
 
 #include "tests/runtime/large/pressed_box.h"
-#include "tests/support/grid_body.h"
+#include "tests/runtime/waved_block.h"
 
 namespace palpate::tests {
 namespace {
@@ -11,20 +11,8 @@ using Eigen::Vector3d;
 
 constexpr double kHeight = 0.03, kWidth = 0.06;
 
-// A block whose top bulges and has waves, and whose side overhangs what holds it: its compliance and its normals differ from place to place.
-DenseBody waved_grid() {
-  GridBody grid;
-  grid.lines = {grid_lines(0, kWidth, 6), grid_lines(0, kWidth, 6), grid_lines(0, kHeight, 3)};
-  grid.held = [](std::array<double, 3> p) { return p[2] == 0 && p[0] < 0.75 * kWidth; };
-  DenseBody dense = dense_grid(grid);
-  for (auto& p : dense.body.mesh.nodes) {
-    const double x = p[0] - 0.5 * kWidth, y = p[1] - 0.5 * kWidth;
-    p[2] += p[2] / kHeight * (-5 * (x * x + y * y) + 0.0008 * std::sin(150 * x) * std::cos(130 * y));
-  }
-  return dense;
-}
 const TouchedBody& waved_block() {
-  static const TouchedBody shared(waved_grid(), with_large(false));
+  static const TouchedBody shared(waved_grid(kWidth, kHeight), with_large(false));
   return shared;
 }
 
@@ -144,7 +132,7 @@ TEST(LargeClosedWay, BesideTheTouchGivesBackNoMoreThanWentIn) {
 
 // Without a solution the contacts feel the linear organ, while the tissue takes many times that energy: what they felt must not shorten them.
 TEST(LargeClosedWay, BesideTheTouchAPressThatWasFasterThanItsSolutionsEndsWithItsFullForce) {
-  const TouchedBody stiff(waved_grid(), with_large(false, 32));
+  const TouchedBody stiff(waved_grid(kWidth, kHeight), with_large(false, 32));
   for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_COULOMB}) {
     palpate_scene_def def = def_of(kContacts[1], law, PALPATE_DEFORMATION_LARGE_BESIDE, PALPATE_COLLISION_REST);
     Play beside(def, stiff);
