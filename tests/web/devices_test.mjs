@@ -69,6 +69,12 @@ test("a gamepad's right stick turns the organ, and B takes a kept tool away, onc
   // B is still down: another tool comes and stays.
   await button(page, TRIGGER, 0.3);
   await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0]?.depth > 0.004);
+  await button(page, TRIGGER, 0);
+  await button(page, B, 0);
+  await steady(page);
+  // A press in the frame of a reset: the page still draws the dent, in which a tool would start inside the organ and meet nothing.
+  await page.evaluate(([b, trigger]) => (globalThis.pad.buttons[b].pressed = true, globalThis.pad.buttons[trigger].value = 0.4), [B, TRIGGER]);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0]?.depth > 0.007);
   await closed(page);
 });
 

@@ -142,7 +142,10 @@ export class ToolPointer {
     if (index === null) return;
     const place = this.options.followsDeformed(hit) ? hit.point : hit.place;
     const grasp = this.options.pulls() ? along(place, hit.normal, -GRASP) : null;
-    const target: ToolTarget = { start: along(place, hit.normal, ABOVE), point: place, grasp, down: true };
+    // Above the surface at rest too: a dent that is drawn may be gone in the engine, as after a reset, and a tool that starts in the organ
+    // meets nothing.
+    const dent = hit.normal.reduce((sum, n, d) => sum + n * (hit.place[d] - place[d]), 0);
+    const target: ToolTarget = { start: along(place, hit.normal, ABOVE + Math.max(0, dent)), point: place, grasp, down: true };
     const held: Held = { pointer, index, hit, place, x, y, now: [x, y], since: performance.now(), target, scale: this.view.metresPerPixel(hit.point), measures: false, slides: pointer === GAMEPAD };
     this.held.push(held);
     this.options.pressed(hit);

@@ -183,6 +183,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   // Moves what is drawn on, and asks the worker for its next frame. radius: m, of the tools' disc.
   protected moveOn(now: number, radius: number) {
     const { links = [], tools = [] } = this.newest?.frame ?? {};
+    if (this.newest) this.view.move(this.newest.shape);
     this.gamepads.tick(now);
     this.pointer.tick(tools.map((tool) => tool && tool.point));
     if (!this.waiting) {
@@ -190,7 +191,6 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
       this.tell(this.askFrame(this.buffer), this.buffer ? [this.buffer] : []);
       this.buffer = null;
     }
-    if (this.newest) this.view.move(this.newest.shape);
     this.view.moveLinks(links);
     this.readout.label(tools, this.view.moveTools(tools, radius, this.pointer.places));
   }
