@@ -67,10 +67,10 @@ bool ContactAdmission::admit(std::int32_t first, bool paid, bool* deferred) {
   const std::int32_t end = set.constraint_count;
   *deferred = false;
   if (first == end) return true;
-  const ContactConstraint* const before = solver_->kept(set.constraints[first], first);
+  const ContactConstraint* const before = solver_->matrix().kept(set.constraints[first], first);
   bool holds = paid || (beside_ && before);
   for (std::int32_t p = first; p < end && !holds; ++p) {
-    if (!solver_->holds(set, p)) break;
+    if (!solver_->matrix().holds(set, p)) break;
     holds = p + 1 == end;
   }
   if (holds) return true;
@@ -91,7 +91,7 @@ bool ContactAdmission::admit(std::int32_t first, bool paid, bool* deferred) {
   }
   work_->defer();
   *deferred = true;
-  if (before && rows_->hold_as_before(first, before, end - first, solver_->kept_nodes())) return true;
+  if (before && rows_->hold_as_before(first, before, end - first, solver_->matrix().held().nodes)) return true;
   rows_->take_back(first);
   return false;
 }

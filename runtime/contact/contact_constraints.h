@@ -1,6 +1,7 @@
 // The constraints of a step: which nodes are under contact, and the rows H that hold their weighted means.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "runtime/base/vec3.h"
@@ -80,6 +81,20 @@ inline Mat3 compliance_between(const ContactConstraint& a, const ContactConstrai
 // Whether a law may act otherwise than by holding.
 inline bool may_give_way(const ContactConstraint& constraint) {
   return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb || constraint.limit > 0;
+}
+
+// Of a friction or a reaction: nearer than this share of its limit it is at its limit.
+constexpr double kAtLimit = 1e-9;
+// How the law of a constraint acts otherwise than by holding, under the reactions r (N) along its frame.
+struct GivesWay {
+  bool released, slips, at_limit;
+  bool any() const { return released || slips || at_limit; }
+};
+inline GivesWay gives_way(const ContactConstraint& constraint, Vec3 r) {
+  const bool rubs = constraint.law == ContactLaw::coulomb,
+             may_release = rubs || constraint.law == ContactLaw::unilateral;
+  return {may_release && !(r.x > 0), rubs && length({0, r.y, r.z}) >= constraint.friction * r.x * (1 - kAtLimit),
+          constraint.limit > 0 && std::fabs(r.x) >= constraint.limit * (1 - kAtLimit)};
 }
 
 // Where a disc that slides meets the surface at rest, and what changes as its anchor moves (contact_rows.h).

@@ -84,7 +84,7 @@ class ContactField {
   Vec3 beyond_mesh(const ContactDisc& disc, std::int32_t tool, std::int32_t point, bool predicted) const {
     return solver_ && !body_ ? solver_->beyond_mesh(disc, tool, point, predicted) : Vec3{};
   }
-  std::int32_t discs() const { return solver_ && !body_ ? solver_->discs() : 0; }
+  std::int32_t discs() const { return solver_ && !body_ ? solver_->matrix().held().discs : 0; }
   // m: the longest way on which a contact holds its place, without that of (tool, point). No contact moves another place farther.
   double deepest_but(std::int32_t tool, std::int32_t point) const {
     return body_ ? 0 : deepest_.tool == tool && deepest_.point == point ? second_deepest_ : deepest_.way;

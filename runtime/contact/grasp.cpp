@@ -265,7 +265,7 @@ void Grasps::request_of_tool(TouchStep& step, std::int32_t t) {
   for (std::int32_t p = 0; made > 0 && p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     if (constraint.tool != t || constraint.part != 0 || !is_of_grasp(step, t, constraint.point)) continue;
-    if (!state.solver.holds(set, p)) state.admission.pay();
+    if (!state.solver.matrix().holds(set, p)) state.admission.pay();
     step.count_contact(t, set.target[p] - step.moved(set, constraint));
   }
 }

@@ -211,7 +211,7 @@ Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t f
   if (first < 0) return moved_by(contacts.field, end);
   Vec3 moved;
   for (int v = 0; v < end.count; ++v)
-    moved += end.weight[v] * contacts.solver.displacement(contacts.set, contacts.force, first + v);
+    moved += end.weight[v] * contacts.solver.matrix().displacement(contacts.set, contacts.force, first + v);
   return is_finite(moved) ? moved : Vec3{};
 }
 

@@ -271,7 +271,7 @@ Mat3 Links::compliance_between(const ContactConstraints& set, const ContactSolve
                                std::int32_t k) const {
   Mat3 sum;
   add_scaled(sum, 1 / (links_[j].share * links_[k].share),
-             solver.compliance_between_nodes(set, links_[j].row_of, links_[k].row_of));
+             solver.matrix().compliance_between_nodes(set, links_[j].row_of, links_[k].row_of));
   return sum;
 }
 

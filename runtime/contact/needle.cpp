@@ -168,19 +168,20 @@ std::uint32_t Needles::add_rows(std::int32_t t, const Tool& tool, ContactRows& r
 // m: by how much node c of a place has moved, which the constraint p holds.
 Vec3 Needles::moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
                     const ContactSolver& solver) const {
-  return solver.displacement(set, force, set.constraints[p].first_node + c) +
+  return solver.matrix().displacement(set, force, set.constraints[p].first_node + c) +
          source_.field->moved_at_node(place.node[c]);
 }
 
 // Places along which the shaft slid stick where they are now.
-void Needles::slide(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+void Needles::slide(NeedleInTissue& needle, const ContactConstraints& set, const Vec3* force,
                     const ContactSolver& solver) const {
   for (std::int32_t i = 0; i < needle.count; ++i) {
     NeedlePlace& place = needle.place[i];
-    const double limit = tool.needle.friction * place.length;
-    if (place.row_of < 0 || std::fabs(solver.reaction(place.row_of).x) < limit * (1 - kRounding)) continue;
+    if (place.row_of < 0) continue;
+    const ContactConstraint& along = set.constraints[place.row_of];
+    if (along.limit > 0 && !gives_way(along, solver.reaction(place.row_of)).at_limit) continue;
     ++needle.state.slipping;
-    if (limit > 0) {
+    if (along.limit > 0) {
       place.held += solver.missed(set, place.row_of).x;
       continue;
     }
@@ -287,7 +288,7 @@ std::uint32_t Needles::end_tool(std::int32_t t, const Tool& tool, const ContactC
   } else {
     state.condition = PALPATE_NEEDLE_INSIDE;
     if (solved) {
-      slide(needle, tool, set, force, solver);
+      slide(needle, set, force, solver);
       flags = move_tip(needle, tool, set, force, solver);
     }
   }
@@ -314,7 +315,7 @@ void Needles::request(TouchStep& step) {
     if (const std::uint32_t flags = add_rows(t, state.input.tool(t), state.rows)) step.raise(t, flags);
     const ContactConstraints& set = state.rows.set();
     for (std::int32_t p = first; p < set.constraint_count; ++p)
-      if (!state.solver.holds(set, p)) state.admission.pay();
+      if (!state.solver.matrix().holds(set, p)) state.admission.pay();
   }
 }
 

@@ -113,7 +113,7 @@ class Needles final : public RowSource {
   static void let_go_passed(NeedleInTissue& needle);
   Vec3 moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
              const ContactSolver& solver) const;
-  void slide(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set, const Vec3* force,
+  void slide(NeedleInTissue& needle, const ContactConstraints& set, const Vec3* force,
              const ContactSolver& solver) const;
   std::uint32_t move_tip(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set, const Vec3* force,
                          const ContactSolver& solver) const;

@@ -36,7 +36,7 @@ class Report {
       const Vec3 r = step_.reaction(p);
       if (!(r.x > 0)) continue;
       released = false;
-      sticks = sticks || !slips(state_.rows.set().constraints[p], r);
+      sticks = sticks || !gives_way(state_.rows.set().constraints[p], r).slips;
     }
     if (released) return PALPATE_CONTACT_RELEASED;
     if (contact.law == ContactLaw::unilateral) return PALPATE_CONTACT_FRICTIONLESS;

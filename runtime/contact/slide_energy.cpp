@@ -67,10 +67,10 @@ SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactC
     if (sliding[p].slides()) {
       const Sliding& now = sliding[p];
       sum.stored += energy, sum.begins = sum.begins || !had;
-      if (!solver.stayed(p)) sum.moved += energy;
+      if (!solver.matrix().stayed(p)) sum.moved += energy;
       sum.created -= had ? 0.5 * dot(force + before->force, now.at - before->at + now.reach * (now.axis - before->axis))
                          : 0.5 * dot(force, now.at - now.from);
-    } else if (had && solver.stayed(p)) {
+    } else if (had && solver.matrix().stayed(p)) {
       sum.created -= product_of(constraint, 0.5 * (reaction + before->reaction), target - before->target);
     } else {
       sum.known = false;
@@ -97,7 +97,7 @@ void SlideEnergy::shorten(const ContactSolver& solver, const ContactConstraints&
   const bool moved_bear = sum.moved > excess;
   const double kept = std::sqrt(std::max(0.0, 1 - excess / (moved_bear ? sum.moved : sum.stored)));
   for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
-    if (!sliding[p].slides() || (moved_bear && solver.stayed(p))) continue;
+    if (!sliding[p].slides() || (moved_bear && solver.matrix().stayed(p))) continue;
     const ContactConstraint& constraint = acting.constraints[p];
     Vec3 shorter = (1 - kept) * acting.target[p];
     if (sliding[p].aside) {

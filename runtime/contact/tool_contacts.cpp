@@ -257,8 +257,8 @@ class Contacts {
       state.ridden = place.at, state.lean = Vec3{}, state.push = step_.reaction(p).x;
       state.axis = load3(constraint.frame.m[0]);
       for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
-        const Vec3 u =
-            state_.solver.displacement(set, state_.force, e) + state_.displacement.moved_at_node(set.nodes[e].node);
+        const Vec3 u = state_.solver.matrix().displacement(set, state_.force, e) +
+                       state_.displacement.moved_at_node(set.nodes[e].node);
         state.ridden += set.nodes[e].weight * u, state.lean += dot(u, place.outward) * set.slope[e];
       }
     }
@@ -301,12 +301,10 @@ class Contacts {
   }
   bool gives_way(std::int32_t p) {
     const ContactConstraint& constraint = state_.rows.set().constraints[p];
-    if (constraint.law != ContactLaw::unilateral && constraint.law != ContactLaw::coulomb) return false;
-    const Vec3 r = step_.reaction(p);
-    const bool released = !(r.x > 0), slipped = slips(constraint, r);
-    step_.result[constraint.tool].sum.releases += released;
-    step_.result[constraint.tool].sum.slips += slipped && !released;
-    return released || slipped;
+    const GivesWay gone = palpate::gives_way(constraint, step_.reaction(p));
+    step_.result[constraint.tool].sum.releases += gone.released;
+    step_.result[constraint.tool].sum.slips += gone.slips && !gone.released;
+    return gone.released || gone.slips;
   }
   // m, across the normal: how far the tool has moved past the anchor, times the constraint's share in it. Under large deformation
   // the frame has turned with the surface: the way on the surface at rest has the same parts along the frame at rest.

@@ -97,10 +97,5 @@ inline bool is_of_grasp(const TouchStep& step, std::int32_t t, std::int32_t poin
   const Tool& tool = step.state->input.tool(t);
   return point >= tool.point_count + tool.grip_count;
 }
-inline bool slips(const ContactConstraint& constraint, Vec3 reaction) {
-  constexpr double rounding = 1e-9;
-  return constraint.law == ContactLaw::coulomb &&
-         length({0, reaction.y, reaction.z}) >= constraint.friction * reaction.x * (1 - rounding);
-}
 
 }  // namespace palpate

@@ -401,12 +401,12 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
                                       def.deformation == PALPATE_DEFORMATION_LINEAR && contacts_may_slide(def) &&
                                           def.contact == PALPATE_CONTACT_PATCH && !has_fine_surface(def)};
   ContactSolver::Limits solver;
-  solver.nodes = def.max_contact_nodes, solver.constraints = constraints;
-  solver.columns = tensors.all_columns(), solver.columns_of_surface = tensors.columns;
+  solver.of.nodes = def.max_contact_nodes, solver.of.constraints = constraints;
+  solver.of.columns = tensors.all_columns(), solver.of.columns_of_surface = tensors.columns;
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
   memory.keep(touch.slides);
-  solver.predicts = def.collision == PALPATE_COLLISION_DEFORMED, solver.operations = def.max_operations;
+  solver.of.predicts = def.collision == PALPATE_COLLISION_DEFORMED, solver.operations = def.max_operations;
   if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
       !touch.solver.create(memory, solver))
     return reader.no_memory("contacts");

@@ -37,13 +37,13 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
   for (std::int32_t o = 0; o < organ_count; ++o) {
     const ContactSolver& solver = *organs[o].solver;
     const ContactConstraints& set = *organs[o].set;
-    std::fill(row_of(o), row_of(o) + solver.rows_end(), -1);
+    std::fill(row_of(o), row_of(o) + solver.matrix().rows_end(), -1);
     for (std::int32_t p = 0; p < set.constraint_count && set.constraints[p].tool < kToolOfPairs; ++p) {
       const Vec3 target = target_of_rows(set, p);
       constraints_[constraint_count_] = set.constraints[p];
       RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
       for (int i = 0; i < 3; ++i)
-        if (const std::int32_t row = solver.rows_of(p).at[i]; row >= 0)
+        if (const std::int32_t row = solver.matrix().rows_of(p).at[i]; row >= 0)
           rows.at[i] = row_of(o)[row] = take_row(target[i], solver.reaction_of(row));
     }
   }
@@ -63,7 +63,7 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
     for (int i = 0; i < 3; ++i)
       for (int side = 0; side < 2; ++side) {
         if (pair.constraint[side] < 0) continue;
-        const std::int32_t row = organs[pair.organ[side]].solver->rows_of(pair.constraint[side]).at[i];
+        const std::int32_t row = organs[pair.organ[side]].solver->matrix().rows_of(pair.constraint[side]).at[i];
         if (row < 0) continue;
         if (rows.at[i] < 0) rows.at[i] = take_row(pair.target[i], pair.reaction[i]);
         row_of(pair.organ[side])[row] = rows.at[i];
@@ -75,7 +75,7 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
 void JointSolver::join_row(const JointOrgan* organs, const JointPair& pair, RowsOfConstraint* first) {
   for (int side = 0; side < 2; ++side) {
     if (pair.constraint[side] < 0) continue;
-    const std::int32_t row = organs[pair.organ[side]].solver->rows_of(pair.constraint[side]).at[0];
+    const std::int32_t row = organs[pair.organ[side]].solver->matrix().rows_of(pair.constraint[side]).at[0];
     if (row < 0) continue;
     if (first->at[0] < 0) target_[rows_end_] = reaction_[rows_end_] = 0, first->at[0] = rows_end_++;
     row_of(pair.organ[side])[row] = first->at[0];
@@ -94,8 +94,8 @@ void JointSolver::bound_joined(const JointOrgan* organs, const JointPair* pairs,
     for (int side = 0; side < 2; ++side) {
       if (pairs[q].constraint[side] < 0) continue;
       const ContactSolver& solver = *organs[pairs[q].organ[side]].solver;
-      if (const std::int32_t of_organ = solver.rows_of(pairs[q].constraint[side]).at[0]; of_organ >= 0)
-        own += solver.matrix_row(of_organ)[of_organ];
+      if (const std::int32_t of_organ = solver.matrix().rows_of(pairs[q].constraint[side]).at[0]; of_organ >= 0)
+        own += solver.matrix().row(of_organ)[of_organ];
     }
     entry(row, row) = std::max(entry(row, row), kLeastOfJoined * own);
   }
@@ -107,10 +107,10 @@ void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_coun
   for (std::int32_t o = 0; o < organ_count; ++o) {
     const std::int32_t* const to = row_of(o);
     std::int32_t used = 0;
-    for (std::int32_t row = 0; row < organs[o].solver->rows_end(); ++row)
+    for (std::int32_t row = 0; row < organs[o].solver->matrix().rows_end(); ++row)
       if (to[row] >= 0) list_[used++] = row;
     for (std::int32_t i = 0; i < used; ++i) {
-      const double* const from = organs[o].solver->matrix_row(list_[i]);
+      const double* const from = organs[o].solver->matrix().row(list_[i]);
       double* const sum = &entry(to[list_[i]], 0);
       for (std::int32_t j = 0; j < used; ++j) sum[to[list_[j]]] += from[list_[j]];
     }
@@ -124,7 +124,7 @@ void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_coun
 // As ContactSolver does: where rows that do not give way contradict one another, as clips from one place to two, a second solution in which
 // these rows are soft is bounded. The answer is on the line between the two, as near to the first one as the limit of the forces allows.
 void JointSolver::limit(const ContactSystem& system, double largest, std::int64_t operations) {
-  const auto most = [&](std::int32_t i) { return ContactSolver::kMostForceNear * largest / entry(i, i); };
+  const auto most = [&](std::int32_t i) { return ReactionLimit::kMostForceNear * largest / entry(i, i); };
   const auto is_limited = [&](std::int32_t i) { return !std::isfinite(most_[i]); };
   bool within = true;
   for (std::int32_t i = 0; i < rows_end_; ++i)
@@ -133,7 +133,7 @@ void JointSolver::limit(const ContactSystem& system, double largest, std::int64_
   if (within || left < LawSolver::fewest_operations(system)) return;
   std::copy(reaction_, reaction_ + rows_end_, before_);
   for (std::int32_t i = 0; i < rows_end_; ++i)
-    if (is_limited(i)) soft_[i] = ContactSolver::kSoftShift * entry(i, i), reaction_[i] = 0;
+    if (is_limited(i)) soft_[i] = ContactFactor::kSoftShift * entry(i, i), reaction_[i] = 0;
   laws_.solve(system, kSettled * largest, left, reaction_);
   double share = 1;
   for (std::int32_t i = 0; i < rows_end_; ++i)
@@ -158,18 +158,18 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
     const bool gives_way = may_give_way(constraints_[c]);
     for (const std::int32_t row : rows_[c].at) {
       if (row < 0) continue;
-      soft_[row] = ContactSolver::kShift * entry(row, row);
-      most_[row] = gives_way ? ContactSolver::kMostForce * largest / entry(row, row) : INFINITY;
+      soft_[row] = ContactFactor::kShift * entry(row, row);
+      most_[row] = gives_way ? ReactionLimit::kMostForce * largest / entry(row, row) : INFINITY;
     }
   }
   const double met = ContactSolver::kMet * largest + ContactSolver::kLeastMiss;
-  const bool is_met = laws_.solve_without_shift(system, kSettled * largest, met, ContactSolver::kMostSolves, operations,
+  const bool is_met = laws_.solve_without_shift(system, kSettled * largest, met, ContactFactor::kMostSolves, operations,
                                                 reaction_, coarse_) <= met;
   effort_ = laws_.effort();
   limit(system, largest, operations);
   effort_.sweeps = std::max(1, effort_.sweeps);  // laws have decided
   for (std::int32_t o = 0; o < organ_count; ++o)
-    for (std::int32_t row = 0; row < organs[o].solver->rows_end(); ++row)
+    for (std::int32_t row = 0; row < organs[o].solver->matrix().rows_end(); ++row)
       if (const std::int32_t joint = row_of(o)[row]; joint >= 0)
         organs[o].solver->set_reaction(row, reaction_[joint], coarse_[joint]);
   for (std::int32_t q = 0; q < pair_count; ++q) {

@@ -513,8 +513,8 @@ TEST(Conflict, OfPointsThatSlideAndJumpLeavesTheShapeNearTheirTargets) {
         if (crowd.largest_target == 0) continue;
         over = std::max(over, crowd.largest_displacement / crowd.largest_target);
         const double force = crowd.largest_force / crowd.largest_target;
-        beyond = std::max(beyond, force / ContactSolver::kMostForceNear);
-        limited += force > ContactSolver::kMostForce && (crowd.flags & PALPATE_STEP_REGULARISED);
+        beyond = std::max(beyond, force / ReactionLimit::kMostForceNear);
+        limited += force > ReactionLimit::kMostForce && (crowd.flags & PALPATE_STEP_REGULARISED);
       }
       // A pair of points g edges apart that contradict each other moves the vertices around them by 1/g of
       // their targets; its force grows by 1/g^2 up to the limit of 64, so to 8 targets. Four such pairs around one vertex: twice that.
@@ -561,7 +561,7 @@ TEST(Conflict, OfGripsBesideContactsThatSlipHasTheLimitOfSticking) {
           EXPECT_LE(std::hypot(r.y, r.z), 0.3 * r.x * (1 + 1e-9));
         }
         // A pair g edges apart: the force grows by 1/g^2 up to its limit.
-        EXPECT_LE(share, ContactSolver::kMostForceNear * (1 + 2e-6)) << law << " " << contact << " " << gap;
+        EXPECT_LE(share, ReactionLimit::kMostForceNear * (1 + 2e-6)) << law << " " << contact << " " << gap;
         limited += (flags & PALPATE_STEP_REGULARISED) != 0;
         // The surface between the grips is still held, between the two.
         const auto u = displacements(scene.get(), contacts.get(), box().body.surface_nodes);

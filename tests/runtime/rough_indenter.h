@@ -67,7 +67,7 @@ struct RoughIndenter {
       found.beyond_friction = std::max(found.beyond_friction, std::hypot(r.y, r.z) - tool.friction * r.x * (1 + 1e-9));
       for (int i = 0; i < 3; ++i)
         found.over_limit =
-            std::max(found.over_limit, std::fabs(r[i]) * own.m[i][i] / (ContactSolver::kMostForce * target));
+            std::max(found.over_limit, std::fabs(r[i]) * own.m[i][i] / (ReactionLimit::kMostForce * target));
     }
     return found;
   }

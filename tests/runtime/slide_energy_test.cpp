@@ -232,8 +232,8 @@ class LimitedRow {
     def.collision = PALPATE_COLLISION_OFF;
     scene_ = bulged_block().scene(def);
     ContactSolver::Limits limits;
-    limits.nodes = limits.constraints = 2;
-    limits.columns = limits.columns_of_surface = static_cast<std::int32_t>(bulged_block().touchable.size());
+    limits.of.nodes = limits.of.constraints = 2;
+    limits.of.columns = limits.of.columns_of_surface = static_cast<std::int32_t>(bulged_block().touchable.size());
     if (!solver_.create(memory_, limits) || !energy_.create(memory_, 2)) throw std::bad_alloc();
     work_.create(kUnlimitedOperations);
     std::int32_t column[2] = {-1, -1};

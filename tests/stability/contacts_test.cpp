@@ -147,8 +147,8 @@ TEST(StabilityContacts, HundredsOfNodesInHalfPrecision) {
     }
     const bool said = held.flags & PALPATE_STEP_UNSOLVED;
     unsolved += said, wrong += said != (reaction == 0);
-    indefinite += !said && !is_definite(half.compliance(columns), 3 * ContactSolver::kShift);
-    worst = std::max(worst, std::sqrt(reaction / wanted) * ContactSolver::kShift / ContactSolver::kMostSolves);
+    indefinite += !said && !is_definite(half.compliance(columns), 3 * ContactFactor::kShift);
+    worst = std::max(worst, std::sqrt(reaction / wanted) * ContactFactor::kShift / ContactFactor::kMostSolves);
   }
   EXPECT_TRUE(unsolved > 0 && unsolved < 6);
   attack.hold("reaction over the stated bound", worst, 1, "|D^-1 r| <= kMostSolves / kShift |D d|, or unsolved");
@@ -223,14 +223,14 @@ Eigen::VectorXd stated_vertex_forces(const Eigen::MatrixXd& w, const std::vector
   };
   const Eigen::VectorXd alone = d.lpNorm<Eigen::Infinity>() * scale.cwiseAbs2();
   const auto largest_share = [&](const Eigen::VectorXd& r) { return r.cwiseQuotient(alone).lpNorm<Eigen::Infinity>(); };
-  const Eigen::VectorXd whole = solved(ContactSolver::kShift, ContactSolver::kMostSolves);
+  const Eigen::VectorXd whole = solved(ContactFactor::kShift, ContactFactor::kMostSolves);
   const Eigen::VectorXd u = w * (h.transpose() * whole);
   const double thrown = u.lpNorm<Eigen::Infinity>() / d.lpNorm<Eigen::Infinity>();
   const double most =
-      std::clamp(ContactSolver::kMostForceNear / thrown, ContactSolver::kMostForce, ContactSolver::kMostForceNear);
+      std::clamp(ReactionLimit::kMostForceNear / thrown, ReactionLimit::kMostForce, ReactionLimit::kMostForceNear);
   Eigen::VectorXd r = whole;
   if (largest_share(whole) > most) {
-    Eigen::VectorXd soft = solved(ContactSolver::kSoftShift, ContactSolver::kSoftSolves);
+    Eigen::VectorXd soft = solved(ContactFactor::kSoftShift, ContactFactor::kSoftSolves);
     soft /= std::max(1.0, largest_share(soft) / most);
     double way = 1;
     for (Eigen::Index i = 0; i < rows; ++i) {
@@ -239,7 +239,7 @@ Eigen::VectorXd stated_vertex_forces(const Eigen::MatrixXd& w, const std::vector
     }
     r = soft + std::max(0.0, way) * (whole - soft);
   }
-  *reaction_over_bound = largest_share(r) / ContactSolver::kMostForceNear;
+  *reaction_over_bound = largest_share(r) / ReactionLimit::kMostForceNear;
   return h.transpose() * r;
 }
 
@@ -275,7 +275,7 @@ TEST(StabilityContacts, ManyConflictingPlacesInOneTriangle) {
       worst = std::max(worst, off(found, expected)), over_bound = std::max(over_bound, stated);
     }
   attack.hold("vertex forces against the stated formula, relative", worst,
-              ContactSolver::kMostSolves * 1.1e-16 * 192 * (192 / 9.0) / ContactSolver::kShift,
+              ContactFactor::kMostSolves * 1.1e-16 * 192 * (192 / 9.0) / ContactFactor::kShift,
               "in each of four solves the rounding of 192 rows times the condition that the shift leaves; 192 rows "
               "with ones on the "
               "diagonal and nine freedoms have an eigenvalue of 192 / 9: 4 x 1.1e-16 x 192 x 21 / 1e-6");
@@ -365,7 +365,7 @@ TEST(StabilityContacts, ConflictingPairAcrossAnEdgeAndAVertex) {
       palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
       const double force = Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).norm(),
                    single = Vector3d(palpate_contacts_tool(alone, 0)->force_raw).norm();
-      over = std::max(over, std::isfinite(force) ? force / (ContactSolver::kMostForceNear * std::sqrt(3.0) * 2 * single)
+      over = std::max(over, std::isfinite(force) ? force / (ReactionLimit::kMostForceNear * std::sqrt(3.0) * 2 * single)
                                                  : INFINITY);
       if (before > 0) fall = std::max(fall, before / force - 1);
       before = force;
@@ -391,7 +391,7 @@ TEST(StabilityContacts, PointsThatSlideAndJump) {
       crowd.step();
       if (crowd.largest_target == 0) continue;
       over = std::max(over, crowd.largest_displacement / crowd.largest_target);
-      const double force = crowd.largest_force / (ContactSolver::kMostForceNear * crowd.largest_target);
+      const double force = crowd.largest_force / (ReactionLimit::kMostForceNear * crowd.largest_target);
       beyond = std::max(beyond, force);
       silent += crowd.largest_displacement > 8 * crowd.largest_target &&
                 !(crowd.flags & (PALPATE_STEP_REGULARISED | PALPATE_STEP_SOLVE_INEXACT));

@@ -1,0 +1,420 @@
+#include "runtime/contact/contact_matrix.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/dense/dense_rows.h"
+
+namespace palpate {
+namespace {
+
+// Without a branch for each number.
+bool are_equal(const Mat3& a, const Mat3& b) {
+  bool differ = false;
+  for (int i = 0; i < 9; ++i) differ |= (&a.m[0][0])[i] != (&b.m[0][0])[i];
+  return !differ;
+}
+
+bool are_equal(const ContactDisc& a, const ContactDisc& b) {
+  const auto differ = [](Vec3 c, Vec3 d) { return (c.x != d.x) | (c.y != d.y) | (c.z != d.z); };
+  if (a.radius == 0 && b.radius == 0) return true;
+  return !((a.radius != b.radius) | (a.wide[0] != b.wide[0]) | (a.wide[1] != b.wide[1]) | differ(a.place, b.place) |
+           differ(a.outward, b.outward) | differ(a.gradient, b.gradient) | differ(a.normal_root, b.normal_root)) &&
+         are_equal(a.tangent_root, b.tangent_root);
+}
+
+bool is_of_the_same(const ContactConstraint& a, const ContactConstraint& b) {
+  return a.tool == b.tool && a.point == b.point && a.part == b.part;
+}
+
+bool comes_before(const ContactConstraint& a, const ContactConstraint& b) {
+  if (a.tool != b.tool) return a.tool < b.tool;
+  if (a.point != b.point) return a.point < b.point;
+  return a.part < b.part;
+}
+
+// N, along x, y and z.
+Vec3 force_of(const ContactConstraint& constraint, const RowsOfConstraint& rows, const double* reaction) {
+  Vec3 sum;
+  for (int i = 0; i < 3; ++i) {
+    const std::int32_t row = rows.at[i];
+    if (row < 0) continue;
+    if (!constraint.framed)
+      sum[i] = reaction[row];
+    else
+      sum += reaction[row] * load3(constraint.frame.m[i]);
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool ContactMatrix::create(SceneMemory& memory, const Limits& limits) {
+  capacity_ = 3 * limits.constraints;
+  const std::size_t rows = static_cast<std::size_t>(capacity_), nodes = static_cast<std::size_t>(limits.nodes),
+                    constraints = static_cast<std::size_t>(limits.constraints);
+  stride_ = odd_lines(rows);
+  matrix_ = memory.array<double>(rows * stride_);
+  if (limits.predicts) between_ = memory.array<double>(rows * stride_);
+  scale_ = memory.array<double>(rows);
+  spread_ = memory.array<Mat3>(nodes);
+  rows_ = memory.array<Rows>(constraints);
+  held_.nodes = memory.array<ContactNode>(nodes);
+  held_.constraints = memory.array<ContactConstraint>(constraints);
+  held_.rows = memory.array<Rows>(constraints);
+  held_.ended = memory.array<bool>(constraints);
+  is_kept_ = memory.array<bool>(constraints);
+  stayed_ = memory.array<bool>(constraints);
+  carried_ = memory.array<Vec3>(constraints);
+  leaving_ = memory.array<std::int32_t>(rows);
+  coming_ = memory.array<std::int32_t>(rows);
+  memory.keep(rows_end_);
+  memory.keep(free_row_);
+  memory.keep(held_.count);
+  memory.keep(held_.node_count);
+  memory.keep(held_.discs);
+  memory.keep_array(matrix_, rows * stride_, rows_end_, stride_);
+  memory.keep_array(scale_, rows, rows_end_);
+  memory.keep_array(held_.rows, constraints, held_.count);
+  memory.keep_array(held_.constraints, constraints, held_.count);
+  memory.keep_array(held_.nodes, nodes, held_.node_count);
+  return compliance_.create(memory, limits.nodes, limits.columns, limits.columns_of_surface) && !memory.failed();
+}
+
+// The compliance between nodes is read again: it has the same bits whenever a node came under contact.
+void ContactMatrix::restored(const Tensors& tensors) {
+  ContactConstraints held;
+  held.nodes = held_.nodes, held.node_count = held_.node_count;
+  compliance_.forget();
+  compliance_.hold(tensors, held);
+  std::copy(held_.rows, held_.rows + held_.count, rows_);
+  for (std::int32_t p = 0, row = 0; p < held_.count; ++p) {
+    if (!held_.constraints[p].joined) row = p;
+    for (std::int32_t q = 0, column = 0; q <= p; ++q) {
+      if (!held_.constraints[q].joined) column = q;
+      Mat3 of_discs = q == p ? Mat3{} : compliance_between(held_.constraints[p], held_.constraints[q]);
+      if (row == column) add_scaled(of_discs, 1, of_discs);
+      remember_between(rows_[row], rows_[column], of_discs, row != p || column != q);
+    }
+  }
+}
+
+void ContactMatrix::forget() {
+  compliance_.forget();
+  std::fill(scale_, scale_ + rows_end_, 0.0);
+  rows_end_ = free_row_ = held_.count = held_.node_count = held_.discs = 0;
+  forget_ended();
+}
+
+void ContactMatrix::forget_ended() {
+  if (held_.any_ended) std::fill(held_.ended, held_.ended + capacity_ / 3, false);
+  held_.any_ended = false;
+}
+
+void ContactMatrix::end(std::int32_t tool, std::int32_t point) {
+  for (std::int32_t p = 0; p < held_.count; ++p) held_.ended[p] = held_.ended[p] || is_of(p, tool, point);
+  held_.any_ended = true;
+}
+
+void ContactMatrix::retire(const std::int32_t* rows, int count) {
+  for (int k = 0; k < count; ++k) scale_[rows[k]] = 0;
+}
+
+// ---- rows that stay, leave and come ----------------------------------------------------------------------------------
+
+bool ContactMatrix::same(const ContactConstraints& set, const ContactConstraint& now,
+                         const ContactConstraint& before) const {
+  if (now.node_count != before.node_count || now.axes != before.axes || now.framed != before.framed ||
+      now.joined != before.joined)
+    return false;
+  for (std::int32_t v = 0; v < now.node_count; ++v) {
+    const ContactNode &a = set.nodes[now.first_node + v], &b = held_.nodes[before.first_node + v];
+    if (a.column != b.column || a.weight != b.weight) return false;
+  }
+  return are_equal(now.local, before.local) && (!now.framed || are_equal(now.frame, before.frame)) &&
+         are_equal(now.discs[0], before.discs[0]) && are_equal(now.discs[1], before.discs[1]);
+}
+
+// The same of constraint p with those that share its rows, and kept constraint k.
+bool ContactMatrix::same_with_joined(const ContactConstraints& set, std::int32_t p, std::int32_t k) const {
+  const std::int32_t count = end_of_joined(set.constraints, set.constraint_count, p) - p;
+  if (end_of_joined(held_.constraints, held_.count, k) - k != count) return false;
+  for (std::int32_t part = 0; part < count; ++part) {
+    const ContactConstraint &now = set.constraints[p + part], &before = held_.constraints[k + part];
+    if (held_.ended[k + part] || !is_of_the_same(now, before) || !same(set, now, before)) return false;
+  }
+  return true;
+}
+
+const ContactConstraint* ContactMatrix::kept(const ContactConstraint& like, std::int32_t number) const {
+  if (number < held_.count && is_of_the_same(held_.constraints[number], like)) return held_.constraints + number;
+  const ContactConstraint *const first = held_.constraints, *const end = first + held_.count;
+  const ContactConstraint* const at = std::lower_bound(first, end, like, comes_before);
+  return at != end && is_of_the_same(*at, like) ? at : nullptr;
+}
+
+bool ContactMatrix::holds(const ContactConstraints& set, std::int32_t p) const {
+  const ContactConstraint* const before = kept(set.constraints[p], p);
+  return before && !held_.ended[before - held_.constraints] && same(set, set.constraints[p], *before);
+}
+
+// Finds which constraints were there in the last step. Both lists ascend by tool, point and part, so one walk through the two
+// is enough. leaving_ gets the rows of constraints that are gone; a constraint that needs new rows is marked by first row -2.
+bool ContactMatrix::match(const Tensors& tensors, const ContactConstraints& set, const double* reaction, bool again) {
+  if (!compliance_.hold(tensors, set)) return false;
+  leaving_count_ = changed_contacts_ = joining_rows_ = 0;
+  const ContactConstraint* counted = nullptr;
+  const auto count = [&](const ContactConstraint& of) {
+    changed_contacts_ += !counted || of.tool != counted->tool || of.point != counted->point;
+    counted = &of;
+  };
+  const auto leave = [&](std::int32_t k) {
+    count(held_.constraints[k]);
+    for (const std::int32_t row : held_.rows[k].at)
+      if (row >= 0) leaving_[leaving_count_++] = row;
+  };
+  std::int32_t k = 0;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    while (k < held_.count && comes_before(held_.constraints[k], constraint)) leave(k++);
+    const bool known = k < held_.count && is_of_the_same(constraint, held_.constraints[k]);
+    is_kept_[p] = constraint.joined ? is_kept_[p - 1] : known && same_with_joined(set, p, k);
+    if (is_kept_[p]) {
+      rows_[p] = held_.rows[k];
+    } else {
+      carried_[p] = Vec3{};
+      for (int i = 0; known && i < 3; ++i)
+        if (const std::int32_t row = held_.rows[k].at[i]; row >= 0) carried_[p][i] = reaction[row];
+      rows_[p] = {{-2, -1, -1}};
+      if (known) leave(k);
+      count(constraint);
+      for (int axis = 0; axis < 3; ++axis) joining_rows_ += static_cast<std::int32_t>(constraint.axes >> axis & 1u);
+    }
+    if (known) ++k;
+  }
+  while (k < held_.count) leave(k++);
+  if (!again) std::copy_n(is_kept_, set.constraint_count, stayed_);
+  return true;
+}
+
+void ContactMatrix::drop_leaving(double* reaction) {
+  if (leaving_count_ == 0) return;
+  free_row_ = 0;
+  for (std::int32_t l = 0; l < leaving_count_; ++l) scale_[leaving_[l]] = 0, reaction[leaving_[l]] = 0;
+  while (rows_end_ > 0 && scale_[rows_end_ - 1] == 0) --rows_end_;
+}
+
+std::int32_t ContactMatrix::take_row() {
+  while (free_row_ < rows_end_ && scale_[free_row_] != 0) ++free_row_;
+  rows_end_ = std::max(rows_end_, free_row_ + 1);
+  return free_row_;
+}
+
+// H C: displacement of the constraint per unit force on each contact node, by the node's slot.
+const Mat3* ContactMatrix::spread_of(const ContactConstraints& set, const ContactConstraint& constraint) {
+  const std::int32_t first = constraint.first_node;
+  if (constraint.node_count == 1 && set.nodes[first].weight == 1)
+    return compliance_.at(compliance_.slot_of_contact_node(first));
+  std::fill(spread_, spread_ + compliance_.slots(), Mat3{});
+  for (std::int32_t e = first; e < first + constraint.node_count; ++e) {
+    // Of slots that are not in use nothing is read.
+    const Mat3* c = compliance_.at(compliance_.slot_of_contact_node(e));
+    add_rows(9 * compliance_.slots(), set.nodes[e].weight, &c->m[0][0], &spread_->m[0][0]);
+  }
+  return spread_;
+}
+
+void ContactMatrix::remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add) {
+  for (int i = 0; i < 3 && between_; ++i)
+    for (int j = 0; j < 3; ++j) {
+      if (rows.at[i] < 0 || columns.at[j] < 0) continue;
+      const auto row = static_cast<std::size_t>(rows.at[i]), column = static_cast<std::size_t>(columns.at[j]);
+      const double before = add ? between_[row * stride_ + column] : 0;
+      between_[row * stride_ + column] = between_[column * stride_ + row] = before + between.m[i][j];
+    }
+}
+
+// H W H^T of two constraints; spread: of the first one.
+Mat3 ContactMatrix::between(const ContactConstraints& set, const Mat3* spread, const ContactConstraint& one,
+                            const ContactConstraint& other) const {
+  const ContactNode* held = set.nodes + other.first_node;
+  Mat3 sum = spread[compliance_.slot_of_contact_node(other.first_node)];
+  if (other.node_count > 1 || held->weight != 1) {
+    sum = Mat3{};
+    for (std::int32_t w = 0; w < other.node_count; ++w)
+      add_scaled(sum, held[w].weight, spread[compliance_.slot_of_contact_node(other.first_node + w)]);
+  }
+  if (one.framed) sum = one.frame * sum;
+  return other.framed ? times_transposed(sum, other.frame) : sum;
+}
+
+// own: its own block. A row without compliance cannot move (its nodes are fixed along it): it gets no force. leads: constraints share the
+// first row, and bound_joined() tells.
+void ContactMatrix::take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads, Rows* rows) {
+  *rows = {{-1, -1, -1}};
+  for (int i = 0; i < 3; ++i) {
+    if (!(constraint.axes >> i & 1u) || (own.m[i][i] <= 0 && !leads)) continue;
+    rows->at[i] = take_row();
+    scale_[rows->at[i]] = leads ? 1 : 1 / std::sqrt(own.m[i][i]);
+  }
+}
+
+// The row that several constraints share, when all of them are in it.
+void ContactMatrix::bound_joined(Rows* rows) {
+  const std::int32_t row = rows->at[0];
+  if (row < 0) return;
+  double& own = at(row, row);
+  own = std::max(own, kLeastOfJoined * most_joined_);
+  scale_[row] = own > 0 ? 1 / std::sqrt(own) : 0;
+  if (!(own > 0)) rows->at[0] = -1, free_row_ = std::min(free_row_, row);
+}
+
+// Fills the rows of constraint p and their columns in H W H^T. False where a number is not finite.
+bool ContactMatrix::fill_rows(const ContactConstraints& set, std::int32_t p) {
+  const ContactConstraint& constraint = set.constraints[p];
+  const Mat3* const spread = spread_of(set, constraint);
+  Mat3 own = between(set, spread, constraint, constraint);
+  add_scaled(own, 1, constraint.local);
+  std::int32_t first = p;
+  while (set.constraints[first].joined) --first;
+  const bool last = end_of_joined(set.constraints, set.constraint_count, p) == p + 1;
+  if (first == p)
+    take_rows(constraint, own, !last, &rows_[p]);
+  else
+    rows_[p] = {{-1, -1, -1}};
+  most_joined_ = std::max(first == p ? 0 : most_joined_, own.m[0][0]);
+  const Rows& rows = rows_[first];
+  for (std::int32_t q = 0, leads = 0; q < set.constraint_count; ++q) {
+    const ContactConstraint& other = set.constraints[q];
+    if (!other.joined) leads = q;
+    const Rows& columns = rows_[leads];
+    if (columns.at[0] < -1) continue;
+    Mat3 c = q == p ? own : between(set, spread, constraint, other), of_discs;
+    if (q != p && has_disc(constraint) && has_disc(other)) {
+      of_discs = compliance_between(constraint, other);
+      add_scaled(c, 1, of_discs);
+    }
+    const bool add = constraint.joined || other.joined;
+    remember_between(rows, columns, of_discs, add);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const std::int32_t row = rows.at[i], column = columns.at[j];
+        if (row < 0 || column < 0) continue;
+        // Within one constraint both halves take the upper half's numbers.
+        double value = q == p && j < i ? c.m[j][i] : c.m[i][j];
+        if (add) value += at(row, column);
+        if (!std::isfinite(value)) return false;
+        at(row, column) = at(column, row) = value;
+      }
+  }
+  if (last && first != p) bound_joined(&rows_[first]);
+  return true;
+}
+
+bool ContactMatrix::add_coming(const ContactConstraints& set, double* reaction) {
+  coming_count_ = 0;
+  const auto is_new = [](const Rows& rows) { return rows.at[0] < -1; };
+  for (std::int32_t p = 0, first = 0; p < set.constraint_count; ++p) {
+    if (!is_new(rows_[p])) continue;
+    if (!fill_rows(set, p)) return false;
+    if (!set.constraints[p].joined) first = p;
+    if (end_of_joined(set.constraints, set.constraint_count, p) > p + 1) continue;
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_[first].at[i]; row >= 0)
+        coming_[coming_count_++] = row, reaction[row] = carried_[first][i];
+  }
+  return true;
+}
+
+void ContactMatrix::keep(const ContactConstraints& set) {
+  std::copy(set.nodes, set.nodes + set.node_count, held_.nodes);
+  std::copy(set.constraints, set.constraints + set.constraint_count, held_.constraints);
+  std::copy(rows_, rows_ + set.constraint_count, held_.rows);
+  held_.count = set.constraint_count, held_.node_count = set.node_count;
+  held_.discs = static_cast<std::int32_t>(std::count_if(
+      set.constraints, set.constraints + set.constraint_count,
+      [](const ContactConstraint& constraint) { return has_disc(constraint) && !is_gradient(constraint.discs[0]); }));
+  forget_ended();
+}
+
+// ---- asked by others ---------------------------------------------------------------------------------------------------
+
+int ContactMatrix::rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const {
+  int count = 0;
+  for (std::int32_t p = 0; p < held_.count; ++p) {
+    if (!is_of(p, tool, point)) continue;
+    for (const std::int32_t at : held_.rows[p].at)
+      if (at >= 0 && count < kMostRowsOfAContact) row[count++] = at;
+  }
+  return count;
+}
+
+// m, [rows_end]: what the rows of discs move beyond the mesh by the reactions of other discs.
+void ContactMatrix::measure_between_discs(const double* reaction, double* moved) const {
+  for (std::int32_t row = 0; row < rows_end_; ++row)
+    moved[row] = scale_[row] == 0 || !couples()
+                     ? 0
+                     : dot_rows(rows_end_, between_ + static_cast<std::size_t>(row) * stride_, reaction);
+}
+
+Vec3 ContactMatrix::beyond_mesh(const double* reactions, const ContactDisc& disc, std::int32_t tool,
+                                std::int32_t point) const {
+  Vec3 sum;
+  for (std::int32_t p = 0; p < held_.count; ++p) {
+    const ContactConstraint& other = held_.constraints[p];
+    if (!has_disc(other) || is_of(p, tool, point)) continue;
+    Vec3 reaction;
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = held_.rows[p].at[i]; row >= 0) reaction[i] = reactions[row];
+    for (const ContactDisc& of_other : other.discs)
+      if (of_other.radius > 0) sum += compliance_between(disc, of_other) * reaction;
+  }
+  return sum;
+}
+
+Vec3 ContactMatrix::reaction(const double* reaction, std::int32_t p) const {
+  while (held_.constraints[p].joined) --p;
+  Vec3 r;
+  for (int i = 0; i < 3; ++i)
+    if (const std::int32_t row = rows_[p].at[i]; row >= 0) r[i] = reaction[row];
+  return r;
+}
+
+Vec3 ContactMatrix::reached(const double* reaction, std::int32_t p) const {
+  Vec3 sum;
+  for (int i = 0; i < 3; ++i)
+    if (const std::int32_t row = rows_[p].at[i]; row >= 0) sum[i] = dot_rows(rows_end_, this->row(row), reaction);
+  return sum;
+}
+
+Vec3 ContactMatrix::displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const {
+  const Mat3* c = compliance_.at(compliance_.slot_of_contact_node(e));
+  Vec3 u;
+  for (std::int32_t b = 0; b < set.node_count; ++b) u += c[compliance_.slot_of_contact_node(b)] * force[b];
+  return u;
+}
+
+Mat3 ContactMatrix::compliance_between_nodes(const ContactConstraints& set, std::int32_t p, std::int32_t q) const {
+  const ContactConstraint &one = set.constraints[p], &other = set.constraints[q];
+  Mat3 sum;
+  for (std::int32_t a = one.first_node; a < one.first_node + one.node_count; ++a) {
+    const Mat3* c = compliance_.at(compliance_.slot_of_contact_node(a));
+    for (std::int32_t b = other.first_node; b < other.first_node + other.node_count; ++b)
+      add_scaled(sum, set.nodes[a].weight * set.nodes[b].weight, c[compliance_.slot_of_contact_node(b)]);
+  }
+  return sum;
+}
+
+// f = H^T r: adds the reactions of the rows to the forces of their contact nodes.
+void spread_reactions(const ContactConstraint* constraints, const RowsOfConstraint* rows, std::int32_t count,
+                      const ContactNode* nodes, const double* reaction, Vec3* force) {
+  for (std::int32_t p = 0, leads = 0; p < count; ++p) {
+    const ContactConstraint& constraint = constraints[p];
+    if (!constraint.joined) leads = p;
+    const Vec3 sum = force_of(constraint, rows[leads], reaction);
+    for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+      force[e] += nodes[e].weight * sum;
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,143 @@
+// The contact matrix H W H^T, whose rows come and go with the constraints of the steps.
+// W_ab = C_ab is the compliance between contact nodes, H the rows of the constraints. Discs add what the mesh does not resolve,
+// ContactConstraint::local for each and disc_compliance.h between two: where H W H^T is written, that is a part of it.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/contact_laws.h"
+#include "runtime/contact/node_compliance.h"
+
+namespace palpate {
+
+// The constraints of the last solve, and where their rows are.
+struct HeldConstraints {
+  ContactNode* nodes = nullptr;              // [node_capacity]
+  ContactConstraint* constraints = nullptr;  // [constraint_capacity]
+  RowsOfConstraint* rows = nullptr;          // [constraint_capacity]
+  std::int32_t count = 0, node_count = 0;
+  std::int32_t discs = 0;  // constraints with a disc, of a grasp's parts the first
+  bool* ended = nullptr;   // [constraint_capacity] of contacts that have ended since
+  bool any_ended = false;
+};
+
+class ContactMatrix {
+ public:
+  static constexpr int kMostRowsOfAContact = 9;  // a triangle's
+
+  struct Limits {
+    std::int32_t nodes = 0, constraints = 0, columns = 0;  // most of each
+    std::int32_t columns_of_surface = 0;                   // of these; the others are those of a corridor
+    bool predicts = false;                                 // what discs share is asked for
+  };
+  // Memory: at most 72 nodes^2 + 16 (3 constraints)^2 bytes.
+  bool create(SceneMemory& memory, const Limits& limits);
+  void forget();
+  // Completes a restored state (scene_memory.h) by what follows from it.
+  void restored(const Tensors& tensors);
+
+  // A step brings the matrix up to date by these four, in their order.
+  // Finds which constraints were there in the last solve. again: the step has solved before. False where a number is not finite.
+  bool match(const Tensors& tensors, const ContactConstraints& set, const double* reaction, bool again);
+  // Rows of constraints that are gone have no scale and no reaction any more.
+  void drop_leaving(double* reaction);
+  // Fills the rows of constraints that are new; of one that had others in the last solve they begin with the reactions of these. False
+  // where a number is not finite.
+  bool add_coming(const ContactConstraints& set, double* reaction);
+  void keep(const ContactConstraints& set);
+
+  // Of the match.
+  const std::int32_t* coming() const { return coming_; }
+  std::int32_t coming_count() const { return coming_count_; }
+  std::int32_t leaving_count() const { return leaving_count_; }
+  std::int32_t joining_rows() const { return joining_rows_; }  // that the constraints without rows will take at most
+  std::int32_t changed_contacts() const { return changed_contacts_; }  // that have new rows or none any more
+  bool is_kept(std::int32_t p) const { return is_kept_[p]; }           // constraint p had its rows in the last solve
+  bool stayed(std::int32_t p) const { return stayed_[p]; }             // the same, of the first solve of a step
+
+  // All rows in use are below this number. A row that is not in use has no scale.
+  const std::int32_t& rows_end() const { return rows_end_; }
+  std::int32_t capacity() const { return capacity_; }
+  std::size_t stride() const { return stride_; }
+  const double* numbers() const { return matrix_; }
+  const double* row(std::int32_t i) const { return matrix_ + static_cast<std::size_t>(i) * stride_; }
+  double entry(std::int32_t i, std::int32_t j) const { return row(i)[j]; }
+  // D, which scales the diagonal to one; 0: the row is not in use.
+  double scale(std::int32_t row) const { return scale_[row]; }
+  const RowsOfConstraint* rows() const { return rows_; }
+  const RowsOfConstraint& rows_of(std::int32_t p) const { return rows_[p]; }
+  const HeldConstraints& held() const { return held_; }
+  const NodeCompliance& compliance() const { return compliance_; }
+
+  // Whether constraint p has the rows of the last solve.
+  bool holds(const ContactConstraints& set, std::int32_t p) const;
+  // The constraint of the last solve; nullptr where it had none of that tool, point and part. number: which it had as a rule, the one that
+  // it has now.
+  const ContactConstraint* kept(const ContactConstraint& like, std::int32_t number) const;
+  bool is_of(std::int32_t p, std::int32_t tool, std::int32_t point) const {
+    return held_.constraints[p].tool == tool && held_.constraints[p].point == point;
+  }
+  // Rows of the contact in the last solve. Returns how many there are.
+  int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
+  // The contact is not found in the next match. Its rows keep their scales, but for those that retire() names.
+  void end(std::int32_t tool, std::int32_t point);
+  void retire(const std::int32_t* rows, int count);
+
+  // What the rows of discs move beyond the mesh by the reactions of other discs, m, [rows_end].
+  void measure_between_discs(const double* reaction, double* moved) const;
+  bool couples() const { return held_.discs > 1; }
+
+  // m, in x, y, z: how far the discs, without those of the contact (tool, point), move another disc beyond what the mesh shows of it.
+  Vec3 beyond_mesh(const double* reaction, const ContactDisc& disc, std::int32_t tool, std::int32_t point) const;
+
+  // N, of constraint p in its frame: the reactions of its rows, of a joined one those of the rows that it shares.
+  Vec3 reaction(const double* reaction, std::int32_t p) const;
+  // m, of constraint p under the reactions, along the rows of its frame.
+  Vec3 reached(const double* reaction, std::int32_t p) const;
+  // m, of contact node e under forces on all of them. Cost: 9 multiply-adds for each.
+  Vec3 displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const;
+  // m/N, of constraints p and q along x, y and z, without their local parts. Cost: 9 multiply-adds for each pair of their nodes.
+  Mat3 compliance_between_nodes(const ContactConstraints& set, std::int32_t p, std::int32_t q) const;
+
+ private:
+  using Rows = RowsOfConstraint;
+  bool same(const ContactConstraints& set, const ContactConstraint& now, const ContactConstraint& before) const;
+  bool same_with_joined(const ContactConstraints& set, std::int32_t p, std::int32_t k) const;
+  void forget_ended();
+  std::int32_t take_row();
+  const Mat3* spread_of(const ContactConstraints& set, const ContactConstraint& constraint);
+  Mat3 between(const ContactConstraints& set, const Mat3* spread, const ContactConstraint& one,
+               const ContactConstraint& other) const;
+  void take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads, Rows* rows);
+  void bound_joined(Rows* rows);
+  bool fill_rows(const ContactConstraints& set, std::int32_t p);
+  void remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add);
+  double& at(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * stride_ + j]; }
+
+  NodeCompliance compliance_;
+  std::int32_t capacity_ = 0;  // rows
+  std::size_t stride_ = 0;     // numbers per row of the matrix
+  std::int32_t rows_end_ = 0;
+  std::int32_t free_row_ = 0;  // all rows below this number are in use
+  double* matrix_ = nullptr;   // [rows][stride] m/N
+  double* between_ = nullptr;  // [rows][stride] m/N, the part of it between discs; where Limits::predicts
+  double* scale_ = nullptr;    // [rows]
+  Mat3* spread_ = nullptr;     // [node_capacity] H C of the constraint whose rows are being filled
+  double most_joined_ = 0;     // m/N, while rows are filled: the largest compliance of one of those that share a row
+  Rows* rows_ = nullptr;       // [constraint_capacity] of this step
+  HeldConstraints held_;
+  bool* is_kept_ = nullptr;          // [constraint_capacity]
+  bool* stayed_ = nullptr;           // [constraint_capacity]
+  Vec3* carried_ = nullptr;          // [constraint_capacity] N, the last reaction of a constraint that gets new rows
+  std::int32_t* leaving_ = nullptr;  // [rows]
+  std::int32_t* coming_ = nullptr;   // [rows]
+  std::int32_t leaving_count_ = 0, coming_count_ = 0, joining_rows_ = 0, changed_contacts_ = 0;
+};
+
+// f = H^T r: adds the reactions of the rows (N) to the forces of their contact nodes.
+void spread_reactions(const ContactConstraint* constraints, const RowsOfConstraint* rows, std::int32_t count,
+                      const ContactNode* nodes, const double* reaction, Vec3* force);
+
+}  // namespace palpate
