@@ -104,7 +104,7 @@ void add_contacts(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_contact, tool_id, tool, point, triangle, node, state, begun, barycentric, place, normal,
                        depth, gap, force, velocity, tool_point, disc_radius, disc_normal, indentation);
   PYBIND11_NUMPY_DTYPE(palpate_contact_event, kind, tool_id, point, contact, triangle, node, barycentric, place);
-  PYBIND11_NUMPY_DTYPE(palpate_contact_node, node, column, tool, point, modified_displacement, force);
+  PYBIND11_NUMPY_DTYPE(palpate_contact_node, node, column, source, index, point, modified_displacement, force);
   py::class_<HeldContacts, std::shared_ptr<HeldContacts>> type(
       module, "Contacts",
       "The result of touch and the input of shape. Scene.make_contacts makes it; arrays are read-only views of the\n"
@@ -114,9 +114,11 @@ void add_contacts(py::module_& module) {
   type.def_property_readonly("tools", &tool_states,
                              "structured [tools]: force, force_raw, direction ([3] each), contact_count, slip_count,\n"
                              "release_count, flags, id");
-  type.def_property_readonly("nodes", &contact_nodes,
-                             "structured [nodes under contact]: node, column, tool, point, modified_displacement ([3], "
-                             "m), force ([3], N, on the organ)");
+  type.def_property_readonly(
+      "nodes", &contact_nodes,
+      "structured [nodes under contact]: node, column, source (0 a tool, 1 a needle, 2 a link, 3 another organ, 4 a "
+      "link of the world), index, point, modified_displacement ([3], "
+      "m), force ([3], N, on the organ)");
   const auto numbers = [&type](const char* name, auto member, std::size_t count, const char* doc) {
     type.def_property_readonly(
         name,

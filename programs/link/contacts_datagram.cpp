@@ -92,7 +92,8 @@ void pass_tool(Io& io, Tool& tool, Position& position) {
 }
 template <typename Io, typename Node>
 void pass_node(Io& io, Node& node) {
-  io(node.node), io(node.column), io(node.tool), io(node.point), io(node.modified_displacement), io(node.force);
+  io(node.node), io(node.column), io(node.source), io(node.index), io(node.point), io(node.reserved);
+  io(node.modified_displacement), io(node.force);
 }
 
 // The checksum is computed with its own bytes as zero.
@@ -150,8 +151,10 @@ DatagramFault fault_of(const palpate_tool_state& tool, const SceneConfig::Vector
 }
 
 DatagramFault fault_of(const palpate_contact_node& node, int tools, const DatagramLimits& limits) {
+  const bool of_tool = node.source == PALPATE_SOURCE_TOOL;
   if (node.column < 0 || static_cast<std::size_t>(node.column) >= limits.touchable.size() ||
-      node.node != limits.touchable[static_cast<std::size_t>(node.column)] || node.tool < -1 || node.tool >= tools ||
+      node.node != limits.touchable[static_cast<std::size_t>(node.column)] ||
+      !(of_tool || node.source == PALPATE_SOURCE_LINK) || node.index < 0 || (of_tool && node.index >= tools) ||
       node.point < 0)
     return DatagramFault::index;
   return is_sane(node.modified_displacement, 3) && is_sane(node.force, 3) ? DatagramFault::none : DatagramFault::number;

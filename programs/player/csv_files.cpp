@@ -9,9 +9,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::int32_t kToolOfPairs = -2;    // of contact nodes where organs touch (palpate_world.h)
-constexpr std::int32_t kToolOfNeedles = -4;  // of those that a needle holds (palpate.h)
-
 template <typename Row>
 void append(std::ofstream& stream, const Row& row) {
   stream.write(row.data(), static_cast<std::streamsize>(row.size()));
@@ -38,14 +35,17 @@ void add_tool(fmt::memory_buffer& rows, double time, const std::string& name, co
 void add_nodes(fmt::memory_buffer& rows, double time, const std::string& organ, const SceneConfig& scene,
                const palpate_contacts& contacts) {
   const palpate_contact_node* nodes = palpate_contacts_node(&contacts, 0);
-  const auto name = [&](std::int32_t tool) {
-    return tool == kToolOfPairs     ? "organ"
-           : tool == kToolOfNeedles ? "needle"
-           : tool < 0               ? "link"
-                                    : quoted(scene.tools[tool].name);
+  const auto name = [&](const palpate_contact_node& node) {
+    if (node.source == PALPATE_SOURCE_TOOL) return quoted(scene.tools[node.index].name);
+    return std::string(node.source == PALPATE_SOURCE_NEEDLE  ? "needle"
+                       : node.source == PALPATE_SOURCE_ORGAN ? "organ"
+                                                             : "link");
+  };
+  const auto number = [](const palpate_contact_node& node) {
+    return node.source <= PALPATE_SOURCE_NEEDLE ? node.point : node.index;
   };
   for (int n = 0; n < contacts.node_count; ++n)
-    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{}\n", time, organ, name(nodes[n].tool), nodes[n].point,
+    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{}\n", time, organ, name(nodes[n]), number(nodes[n]),
                    nodes[n].node, fmt::join(nodes[n].modified_displacement, ","), fmt::join(nodes[n].force, ","));
 }
 

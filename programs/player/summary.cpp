@@ -86,7 +86,8 @@ void Summary::add_nodes(Organ& organ, double time, const palpate_contacts& conta
   organ.held.add(time);
   for (int n = 0; n < contacts.node_count; ++n) {
     const palpate_contact_node& node = *palpate_contacts_node(&contacts, n);
-    if (node.tool >= 0 && node.point < tools_[node.tool].points) tools_[node.tool].point_touched = true;
+    if (node.source == PALPATE_SOURCE_TOOL && node.point < tools_[node.index].points)
+      tools_[node.index].point_touched = true;
   }
 }
 

@@ -9,9 +9,6 @@
 
 namespace palpate {
 
-// palpate_contact_node::tool of the nodes that a needle holds: the least value that it has.
-inline constexpr std::int32_t kToolOfNeedleNodes = -4;
-
 // Bytes of contacts of this library, with the displacements of field_nodes nodes behind the contact nodes, and the amounts of motions
 // behind these. No sum overflows: the
 // first two counts are below 2^13, and a bundle has less than 2^31 nodes.

@@ -26,13 +26,6 @@ Vec3 mean_of(const ContactConstraints& set, const ContactConstraint& constraint,
   return sum;
 }
 
-template <class A, class B>
-int order(const A& a, const B& b) {
-  if (a.tool != b.tool) return a.tool < b.tool ? -1 : 1;
-  if (a.point != b.point) return a.point < b.point ? -1 : 1;
-  return a.part != b.part ? (a.part < b.part ? -1 : 1) : 0;
-}
-
 }  // namespace
 
 bool BodyBeside::make_mailbox(SceneMemory& memory, std::size_t bytes, std::uint64_t** box) {
@@ -104,10 +97,10 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
   double unknown = 0, way = 0, largest = 0, force = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& now = set.constraints[p];
-    for (; solved != end && order(*solved, now) < 0; ++solved) unknown = std::max(unknown, length(solved->target));
+    for (; solved != end && solved->id < now.id; ++solved) unknown = std::max(unknown, length(solved->target));
     const Vec3 target = in_axes(now, only(now.axes, set.target[p]));
     largest = std::max(largest, length(only(now.axes, acting_.target[p])));
-    if (solved == end || order(*solved, now) != 0) {
+    if (solved == end || solved->id != now.id) {
       unknown = std::max(unknown, length(target));
       continue;
     }
@@ -134,7 +127,7 @@ void BodyBeside::copy(Solution* newest) {
 bool BodyBeside::same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const {
   if (count != set.constraint_count) return false;
   for (std::int32_t p = 0; p < count; ++p)
-    if (order(solved[p], set.constraints[p]) != 0) return false;
+    if (solved[p].id != set.constraints[p].id) return false;
   return true;
 }
 
@@ -163,8 +156,8 @@ double BodyBeside::energy(const Vec3* force) const {
 const BodyBeside::Solved* BodyBeside::solved_of(const ContactConstraint& constraint) const {
   const Solved *const first = solved_[newest_], *const end = first + solved_count_[newest_];
   const Solved* const at =
-      std::partition_point(first, end, [&](const Solved& solved) { return order(solved, constraint) < 0; });
-  return at != end && order(*at, constraint) == 0 ? at : nullptr;
+      std::partition_point(first, end, [&](const Solved& solved) { return solved.id < constraint.id; });
+  return at != end && at->id == constraint.id ? at : nullptr;
 }
 
 // s. Zero where the two solutions have other contacts, or where one had no solution.
@@ -175,7 +168,7 @@ double BodyBeside::share(std::int32_t count, Target target) const {
     return 0;
   double along = 0, squared = 0;
   for (std::int32_t p = 0; p < count; ++p) {
-    if (order(now[p], before[p]) != 0) return 0;
+    if (now[p].id != before[p].id) return 0;
     const Vec3 went = now[p].target - before[p].target;
     along += dot(target(p) - now[p].target, went), squared += dot(went, went);
   }
@@ -314,14 +307,8 @@ void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Out
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k)
         for (int d = 0; d < 3; ++d) turn.m[i][k] += constraint.frame.m[d][i] * body_->frame(p).m[d][k];
-    solved[p] = {constraint.tool,
-                 constraint.point,
-                 constraint.part,
-                 0,
-                 in_axes(constraint, only(constraint.axes, set.target[p])),
-                 turn,
-                 body_->own_stiffness(p),
-                 transposed_times(body_->frame(p), body_->reaction(p))};
+    solved[p] = {constraint.id, in_axes(constraint, only(constraint.axes, set.target[p])), turn,
+                 body_->own_stiffness(p), transposed_times(body_->frame(p), body_->reaction(p))};
   }
   body_->write_field(limits_.surface_nodes, displacement_of(solution));
   body_->write_beyond_linear(limits_.field_nodes, added_of(solution));

@@ -89,7 +89,7 @@ class BodyBeside {
     std::int32_t node_count, constraint_count;
   };
   struct Solved {
-    std::int32_t tool, point, part, unused;
+    ConstraintId id;
     Vec3 target;     // m, in the organ's axes
     Mat3 frame;      // the constraint's own times this is the one along which the solution has its laws
     Mat3 stiffness;  // N/m, of the linear response along the rows that hold

@@ -44,11 +44,10 @@ Vec3 BodyEnergy::place_of(const ContactConstraints& set, std::int32_t p) const {
 
 // The constraint in the last step; nullptr where it was not there.
 const BodyEnergy::Held* BodyEnergy::held(const ContactConstraint& constraint) const {
-  const Held *const end = held_ + count_, *const at =
-                                              std::partition_point(held_, held_ + count_, [&](const Held&before) {
-                                                return number_of(before) < number_of(constraint);
-                                              });
-  return at != end && number_of(*at) == number_of(constraint) ? at : nullptr;
+  const Held *const end = held_ + count_, *const at = std::partition_point(
+                                              held_, held_ + count_,
+                                              [&](const Held&before) { return before.id < constraint.id; });
+  return at != end && at->id == constraint.id ? at : nullptr;
 }
 
 // Tools take the work (f + f') . (p' - p) / 2.
@@ -97,7 +96,7 @@ void BodyEnergy::lengthen(const ContactConstraints& set, double stored) const {
   const double more = stored > 0 && lost_ > 0 ? std::sqrt(1 + lost_ / stored) - 1 : 0;
   for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
     double depth = 0, push = 0;
-    for (; end < set.constraint_count && is_of_one_contact(set.constraints[p], set.constraints[end]); ++end)
+    for (; end < set.constraint_count && set.constraints[p].id.contact == set.constraints[end].id.contact; ++end)
       depth += set.constraints[end].share * set.target[end].x, push += push_on(set, end);
     if (!sliding_[p].slack || *sliding_[p].slack == 0) continue;
     double& slack = *sliding_[p].slack;
@@ -138,8 +137,7 @@ void BodyEnergy::end(const ContactConstraints& set, bool followed) {
   count_ = set.constraint_count;
   for (std::int32_t p = 0; p < count_; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    held_[p] = {constraint.tool,  constraint.point, constraint.part, set.nodes[constraint.first_node].node,
-                place_of(set, p), force_[p]};
+    held_[p] = {constraint.id, set.nodes[constraint.first_node].node, 0, place_of(set, p), force_[p]};
     slides = slides || sliding_[p].slides();
   }
   if (!slides) return end_touch();

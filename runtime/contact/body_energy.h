@@ -40,8 +40,9 @@ class BodyEnergy {
  private:
   // A constraint of the last step.
   struct Held {
-    std::int32_t tool, point, part, node;  // the first node that it holds
-    Vec3 at, force;                        // m and N, in the organ's frame
+    ConstraintId id;
+    std::int32_t node, unused;  // the first node that it holds
+    Vec3 at, force;             // m and N, in the organ's frame
   };
   struct Work {
     double sum = 0;     // J

@@ -50,11 +50,10 @@ void BodyField::forget() {
   norm_ = norm_before_ = path_ = path_set_ = path_before_ = predicted_apart_ = 0;
 }
 
-const BodyField::Contact* BodyField::find(std::int32_t tool, std::int32_t point) const {
+const BodyField::Contact* BodyField::find(const ContactId& id) const {
   const Contact *first = contacts_, *end = contacts_ + contact_count_;
-  const Contact* at = std::partition_point(
-      first, end, [&](const Contact& c) { return c.tool != tool ? c.tool < tool : c.point < point; });
-  return at != end && at->tool == tool && at->point == point ? at : nullptr;
+  const Contact* at = std::partition_point(first, end, [&](const Contact& c) { return c.id < id; });
+  return at != end && at->id == id ? at : nullptr;
 }
 
 Vec3 BodyField::response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node,
@@ -73,11 +72,11 @@ void BodyField::gather(const ContactConstraints& set, const Vec3* force) {
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     Contact* contact = contact_count_ > 0 ? &contacts_[contact_count_ - 1] : nullptr;
-    const bool joins = contact && contact->tool == constraint.tool && contact->point == constraint.point;
+    const bool joins = contact && contact->id == constraint.id.contact;
     if (!joins) {
       contact = &contacts_[contact_count_++];
       *contact = Contact{};
-      contact->tool = constraint.tool, contact->point = constraint.point, contact->first = row;
+      contact->id = constraint.id.contact, contact->first = row;
     }
     for (std::uint32_t axes = constraint.axes & 7u; axes != 0; axes &= axes - 1) ++row;
     contact->end = row;
@@ -104,7 +103,7 @@ void BodyField::find_own_parts() {
     now.own = alone() ? norm_ : solver.response_bound(own_, now.first, now.end);
     const Contact* before = last_;
     const Contact* const end = last_ + last_count_;
-    while (before != end && (before->tool != now.tool || before->point != now.point)) ++before;
+    while (before != end && before->id != now.id) ++before;
     now.own_change = now.own + (before != end ? before->own : 0);
     if (before == end || now.response < 0 || before->response != now.response) continue;
     const double change[3] = {now.sum[0] - before->sum[0], now.sum[1] - before->sum[1], now.sum[2] - before->sum[2]};
@@ -126,8 +125,8 @@ void BodyField::set(const ContactConstraints& set, const Vec3* force, bool solve
   *work += surface_nodes_;
 }
 
-void BodyField::end(std::int32_t tool, std::int32_t point) {
-  if (auto* const own = const_cast<Contact*>(find(tool, point))) own->ended = 1;
+void BodyField::end(const ContactId& id) {
+  if (auto* const own = const_cast<Contact*>(find(id))) own->ended = 1;
 }
 
 Vec3 BodyField::at_node(std::int32_t node, QueryWork* work) const {
@@ -135,8 +134,8 @@ Vec3 BodyField::at_node(std::int32_t node, QueryWork* work) const {
   return read(now_, node);
 }
 
-Vec3 BodyField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work) const {
-  const Contact* const contact = find(tool, point);
+Vec3 BodyField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) const {
+  const Contact* const contact = find(id);
   if (!contact) return at_node(node, work);
   if (alone()) return {};
   return at_node(node, work) - response_at(own_, contact->first, contact->end, node, work);
@@ -144,8 +143,8 @@ Vec3 BodyField::at_node_without(std::int32_t node, std::int32_t tool, std::int32
 
 // The own parts of the contact and of those that have ended are taken away, and the rows of the others that hold stay where they are: with x the linear response,
 // C x = 0 on these rows.
-bool BodyField::predict_without(std::int32_t tool, std::int32_t point, Operations* work) {
-  const Contact* const contact = find(tool, point);
+bool BodyField::predict_without(const ContactId& id, Operations* work) {
+  const Contact* const contact = find(id);
   if (!contact) return false;
   const LargeSolver& solver = body_->solver();
   const std::int32_t rows = contacts_[contact_count_ - 1].end;
@@ -206,30 +205,30 @@ Vec3 BodyField::predicted_at_node(std::int32_t node, QueryWork* work) const {
   return at_node(node, work) - response_at(predicted_, 0, contacts_[contact_count_ - 1].end, node, work);
 }
 
-bool BodyField::pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const {
-  const Contact* const own = find(tool, point);
+bool BodyField::pulls_among_others(const ContactId& id, Vec3 outward) const {
+  const Contact* const own = find(id);
   return own && !alone() && dot(load3(own->force), outward) > 0;
 }
 
-double BodyField::own_norm(std::int32_t tool, std::int32_t point) const {
-  const Contact* const contact = find(tool, point);
+double BodyField::own_norm(const ContactId& id) const {
+  const Contact* const contact = find(id);
   return contact ? contact->own : 0;
 }
 
-double BodyField::norm_without(std::int32_t tool, std::int32_t point) const {
-  const Contact* const contact = find(tool, point);
+double BodyField::norm_without(const ContactId& id) const {
+  const Contact* const contact = find(id);
   return !contact ? norm_ : alone() ? 0 : norm_ + contact->own;
 }
 
-double BodyField::last_change_without(std::int32_t tool, std::int32_t point) const {
-  const Contact* const contact = find(tool, point);
-  const auto same = [&](const Contact& c) { return c.tool == tool && c.point == point; };
+double BodyField::last_change_without(const ContactId& id) const {
+  const Contact* const contact = find(id);
+  const auto same = [&](const Contact& c) { return c.id == id; };
   const Contact* const before = std::find_if(last_, last_ + last_count_, same);
   const double without_before = before == last_ + last_count_ ? norm_before_
                                 : last_count_ == 1            ? 0
                                                               : norm_before_ + before->own;
   const double own = contact ? contact->own_change : before != last_ + last_count_ ? before->own : 0;
-  return std::min(last_change() + own, norm_without(tool, point) + without_before);
+  return std::min(last_change() + own, norm_without(id) + without_before);
 }
 
 }  // namespace palpate

@@ -29,36 +29,37 @@ class BodyField {
 
   bool empty() const { return !moves_ && contact_count_ == 0; }
   // The contact ends. The field stays as it is until the next set(); predictions are of the others alone.
-  void end(std::int32_t tool, std::int32_t point);
+  void end(const ContactId& id);
   Vec3 at_node(std::int32_t node, QueryWork* work) const;
   Vec3 before_at_node(std::int32_t node, QueryWork* work) const {
     work->add(3);
     return read(before_, node);
   }
-  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work) const;
-  bool predict_without(std::int32_t tool, std::int32_t point, Operations* work);
+  Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) const;
+  bool predict_without(const ContactId& id, Operations* work);
   Vec3 predicted_at_node(std::int32_t node, QueryWork* work) const;
-  bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
+  bool pulls_among_others(const ContactId& id, Vec3 outward) const;
   double predicted_norm() const { return norm_ + predicted_apart_; }
   double predicted_apart() const { return predicted_apart_; }
   double norm() const { return norm_; }
   double path() const { return path_; }
   double last_change() const { return path_ - path_before_; }
-  double own_norm(std::int32_t tool, std::int32_t point) const;
-  double norm_without(std::int32_t tool, std::int32_t point) const;
-  double last_change_without(std::int32_t tool, std::int32_t point) const;
+  double own_norm(const ContactId& id) const;
+  double norm_without(const ContactId& id) const;
+  double last_change_without(const ContactId& id) const;
 
  private:
   // A contact: its rows, and what it does.
   struct Contact {
-    std::int32_t tool, point, first, end;  // rows
-    std::int64_t response;                 // LargeSolver::response_id of its only spot; -1: it has several
-    double sum[3];                         // N, its own part as a force on that spot
-    double force[3];                       // N
-    double own, own_change;                // m
-    std::int32_t ended, unused;            // 1: since the last set()
+    ContactId id;
+    std::int32_t first, end;     // rows
+    std::int64_t response;       // LargeSolver::response_id of its only spot; -1: it has several
+    double sum[3];               // N, its own part as a force on that spot
+    double force[3];             // N
+    double own, own_change;      // m
+    std::int32_t ended, unused;  // 1: since the last set()
   };
-  const Contact* find(std::int32_t tool, std::int32_t point) const;
+  const Contact* find(const ContactId& id) const;
   bool alone() const { return contact_count_ == 1; }
   Vec3 response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node, QueryWork* work) const;
   static Vec3 read(const float* field, std::int32_t node) {
@@ -72,7 +73,7 @@ class BodyField {
   std::int32_t surface_nodes_ = 0, contact_count_ = 0, last_count_ = 0, moves_ = 0;
   float *now_ = nullptr, *before_ = nullptr;  // [surface_nodes][3] m: after the last step; after the one before
   Contact *contacts_ = nullptr,
-          *last_ = nullptr;  // [constraint_capacity] ascending by tool and point; of this step and the last
+          *last_ = nullptr;  // [constraint_capacity] ascending; of this step and the last
   double* own_ = nullptr;    // [3 constraint_capacity] N, of each row: the contacts' own parts
   double *predicted_ = nullptr, *column_ = nullptr,
          *together_ = nullptr;  // [3 constraint_capacity]; the last two for a call alone

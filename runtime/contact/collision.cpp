@@ -41,9 +41,9 @@ double Collision::reach(double moved) const {
 
 // m, an estimate of how far other contacts may have moved the place where this point's disc meets the surface: while the disc moves by its
 // radius, that place moves by no more than the longest way on which another contact holds the surface.
-double Collision::may_have_sunk(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) const {
-  if (state.radius == 0 || (!surface_->may_sink(tool, point) && is_zero(state.sunk))) return 0;
-  const double deepest = surface_->deepest_but(tool, point);
+double Collision::may_have_sunk(const PointState& state, Vec3 p, const ContactId& contact) const {
+  if (state.radius == 0 || (!surface_->may_sink(contact) && is_zero(state.sunk))) return 0;
+  const double deepest = surface_->deepest_but(contact);
   return std::min(deepest + length(state.sunk), surface_->sum_of_changes() - state.clear.changes +
                                                     length(p - state.clear.at) / state.radius * deepest);
 }
@@ -62,38 +62,37 @@ Operations Collision::room_to_change(Operations least) const {
 // Runs a test where the step's work allows it. A test that comes first has all that tests have: where that does not suffice, the
 // others have their turn before it comes again.
 template <class Run>
-Collision::Test Collision::take_turn(std::int32_t tool, std::int32_t point, Operations room, Run run) {
+Collision::Test Collision::take_turn(const ContactId& contact, Operations room, Run run) {
   work_->add(surface_->take_work());
   const bool first = turns_.is_first();
   Test test = Test::unfinished;
   room = std::min(work_->tests_left(), room) - overshoot_;
-  if (turns_.take(tool, point, room > 0)) {
+  if (turns_.take(contact.index, contact.point, room > 0)) {
     surface_->limit_work(room);
     test = run();
     work_->add(surface_->take_work());
-    if (test == Test::unfinished && !first) turns_.put_off(tool, point);
+    if (test == Test::unfinished && !first) turns_.put_off(contact.index, contact.point);
   }
   if (test == Test::unfinished) work_->defer();
   return test;
 }
 
-bool Collision::move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
-                     const TrackingLimits& limits) {
+bool Collision::move(PointState& state, Vec3 p, const ContactId& contact, bool hold, const TrackingLimits& limits) {
   bool followed = true;
   if (state.known && length(p - state.last) > (1 + state.waited) * limits.farthest) {
-    if (state.contact && field_) field_->end(tool, point);
+    if (state.contact && field_) field_->end(contact);
     state = PointState{};
     followed = false;
   }
   if (!state.known) {
-    if (take_turn(tool, point, work_->tests_left(), [&] { return see_first(state, p); }) == Test::unfinished)
+    if (take_turn(contact, work_->tests_left(), [&] { return see_first(state, p); }) == Test::unfinished)
       return followed;
   } else if (state.contact) {
-    followed = move_in_contact(state, p, tool, point, hold, limits.release);
+    followed = move_in_contact(state, p, contact, hold, limits.release);
   } else {
-    if (may_have_reached(state.clear, p, surface_->path(), may_have_sunk(state, p, -1, -1))) {
+    if (may_have_reached(state.clear, p, surface_->path(), may_have_sunk(state, p, {}))) {
       const Operations room = state.inside ? work_->tests_left() : room_to_change(next_.least);
-      const Test test = take_turn(tool, point, room, [&] { return test_free(state, p); });
+      const Test test = take_turn(contact, room, [&] { return test_free(state, p); });
       if (test == Test::unfinished) {
         state.unseen += surface_->largest_move(), ++state.waited;
         return followed;
@@ -128,7 +127,7 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   NearestPoint nearest = surface_->nearest({}, p, reach(moved + length(state.sunk)));
   Vec3 sunk;
   bool lacks_nodes = false;
-  const bool sinks = state.radius > 0 && surface_->may_sink(-1, -1) && surface_->may_hold(p, p);
+  const bool sinks = state.radius > 0 && surface_->may_sink({}) && surface_->may_hold(p, p);
   for (int turn = 0; sinks && turn < 2 && nearest.surface_point.triangle >= 0; ++turn) {
     sunk = surface_->below_disc({}, nearest.surface_point, state.radius, &lacks_nodes);
     nearest = surface_->nearest({}, p - sunk, reach(moved + length(sunk - state.sunk)));
@@ -202,22 +201,21 @@ void Collision::begin_contact(PointState& state, const SurfacePoint& surface_poi
   state.rides = false, state.begins = true, state.lean = Vec3{}, state.ridden = state.last;
 }
 
-void Collision::end_contact(PointState& state, std::int32_t tool, std::int32_t point) {
+void Collision::end_contact(PointState& state, const ContactId& contact) {
   state.contact = state.through = state.doubted = false;
   state.has_ended = true;
   state.clear = {};
   // If two contacts could each end because of the other, only the first one ends in this step.
-  if (field_) field_->end(tool, point);
+  if (field_) field_->end(contact);
 }
 
-bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
-                                double release) {
-  if (field_) state.drift += field_->last_change_without(tool, point);
-  const double moved = length(p - state.last) + surface_->largest_move_without(tool, point);
-  const bool pulls = field_ && !hold && field_->pulls_among_others(tool, point, state.outward);
-  if (pulls || may_have_reached(state.clear, p, state.drift, may_have_sunk(state, p, tool, point))) {
-    const Test test = take_turn(tool, point, room_to_change(0),
-                                [&] { return test_contact(state, p, tool, point, hold, moved + state.unseen, pulls); });
+bool Collision::move_in_contact(PointState& state, Vec3 p, const ContactId& contact, bool hold, double release) {
+  if (field_) state.drift += field_->last_change_without(contact);
+  const double moved = length(p - state.last) + surface_->largest_move_without(contact);
+  const bool pulls = field_ && !hold && field_->pulls_among_others(contact, state.outward);
+  if (pulls || may_have_reached(state.clear, p, state.drift, may_have_sunk(state, p, contact))) {
+    const Test test = take_turn(contact, room_to_change(0),
+                                [&] { return test_contact(state, p, contact, hold, moved + state.unseen, pulls); });
     state.unseen = test == Test::unfinished ? state.unseen + moved : 0;
   }
 
@@ -225,23 +223,23 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, std::int32_t tool, st
   if (!is_far && !is_out) return true;
   Vec3 at;
   if (is_far || state.through)
-    if (!ask_pulled(state, p, tool, point, &at)) return true;
+    if (!ask_pulled(state, p, contact, &at)) return true;
   // From where the others take the place, or from rest: contacts that conflict take it anywhere.
   const bool left = is_far && length(at - state.anchor_at_rest) > release,
              stays = state.through && !state.has_no_rows && !is_over_anchor(state, at);
   if (!left && (!is_out || stays)) return true;
   if (may_change())
-    end_contact(state, tool, point);
+    end_contact(state, contact);
   else
     work_->defer();
   return !left || state.contact;
 }
 
 // *at: the tool point p, in contact, less what all other contacts do at its anchor. False where the step's work does not allow that.
-bool Collision::ask_pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, Vec3* at) {
+bool Collision::ask_pulled(const PointState& state, Vec3 p, const ContactId& contact, Vec3* at) {
   work_->add(surface_->take_work());
   surface_->limit_work(room_to_change(0) - overshoot_);
-  *at = p - state.sunk - surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
+  *at = p - state.sunk - surface_->displacement({AskedSurface::kWithout, contact}, state.anchor);
   const bool finished = surface_->finished();
   work_->add(surface_->take_work());
   if (!finished) work_->defer();
@@ -253,9 +251,9 @@ bool Collision::ask_pulled(const PointState& state, Vec3 p, std::int32_t tool, s
 // The others' forces also overcome this contact's resistance, so the surface without this contact's part is not the one that would be
 // there without this contact. Where that matters, because the point has come out or the contact pulls, the surface with the other
 // contacts at their own targets decides; a contact that pulls asks for no other one.
-Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold,
-                                        double moved, bool pulls) {
-  const bool sinks = state.radius > 0 && surface_->may_sink(tool, point);
+Collision::Test Collision::test_contact(PointState& state, Vec3 p, const ContactId& contact, bool hold, double moved,
+                                        bool pulls) {
+  const bool sinks = state.radius > 0 && surface_->may_sink(contact);
   Vec3 at, sunk;
   bool lacks_nodes = false;
   // The anchor's place is a surface point, so the nearest one is not farther away. The margin is for rounding.
@@ -269,16 +267,16 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
   const auto predict = [&] {
     if (hold || !field_) return false;
     Operations work = 0;
-    const Operations least = field_->operations_to_predict(tool, point);
+    const Operations least = field_->operations_to_predict(contact);
     if (least > surface_->work_left()) {
       if (least <= work_->tests_have() / 2) surface_->end_work();
       return false;
     }
-    const bool predicts = field_->predict_without(tool, point, surface_->work_left(), &work);
+    const bool predicts = field_->predict_without(contact, surface_->work_left(), &work);
     surface_->add_work(work);
     return predicts;
   };
-  const AskedSurface without{AskedSurface::kWithout, tool, point}, predicted{AskedSurface::kPredicted, tool, point};
+  const AskedSurface without{AskedSurface::kWithout, contact}, predicted{AskedSurface::kPredicted, contact};
   // Where the surface overlaps itself or has turned inside out, the nearest triangle may be that of another part.
   const auto agrees = [&](const AskedSurface& asked, bool is_in) {
     return (is_in || state.inside) && surface_->finished() && surface_->is_inside(asked, at);
@@ -319,12 +317,12 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, std::int32_t 
 // The point is pulled back with the whole field, this contact's part included: so it stays beside its anchor even if contacts
 // conflict. Without this contact's part it could lie beyond the far side of a thin part, where the nearest surface point is
 // somewhere along the rim.
-void Collision::follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
+void Collision::follow(PointState& state, Vec3 p, const ContactId& contact) {
   if (!field_ || field_->empty()) return slide(state, p);
   work_->add(surface_->take_work());
   surface_->limit_work(room_to_change(0) - overshoot_);
   const Vec3 moved = surface_->displacement({}, state.anchor),
-             others = surface_->displacement({AskedSurface::kWithout, tool, point}, state.anchor);
+             others = surface_->displacement({AskedSurface::kWithout, contact}, state.anchor);
   const bool finished = surface_->finished();
   work_->add(surface_->take_work());
   if (!finished) return work_->defer();
@@ -341,9 +339,9 @@ void Collision::ride(PointState& state, Vec3 p) {
   if (length(along) > kStill) slide(state, state.anchor_at_rest + along);
 }
 
-void Collision::slide_pulled(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) {
+void Collision::slide_pulled(PointState& state, Vec3 p, const ContactId& contact) {
   Vec3 at;
-  if (ask_pulled(state, p, tool, point, &at)) slide(state, at);
+  if (ask_pulled(state, p, contact, &at)) slide(state, at);
 }
 
 void Collision::slide(PointState& state, Vec3 p) {

@@ -77,18 +77,18 @@ class Collision {
   // Points are moved in ascending order of tool and point. Cost: nanoseconds for a point that cannot have reached the surface,
   // else some microseconds. Where the step's work does not allow the test or the change that it may find, or not to its end, a later
   // step does it: until then a contact holds, and a free point stays on its side.
-  bool move(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, const TrackingLimits& limits);
+  bool move(PointState& state, Vec3 p, const ContactId& contact, bool hold, const TrackingLimits& limits);
 
   // Moves the anchor to the point of the rest surface that is nearest to p. The search walks over the surface from the old
   // anchor, so the anchor does not change to the other side of a thin part. Cost: a few microseconds.
   void slide(PointState& state, Vec3 p);
   // Moves the anchor towards the point of the deformed surface that is nearest to the tool point p. It stays where the step's work does
   // not allow that.
-  void follow(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
+  void follow(PointState& state, Vec3 p, const ContactId& contact);
   // The same of a disc that slides almost freely: by what its mean place is off the tool across its axis.
   void ride(PointState& state, Vec3 p);
   // The same by slide(), to p less what all other contacts do at the anchor.
-  void slide_pulled(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point);
+  void slide_pulled(PointState& state, Vec3 p, const ContactId& contact);
 
   void begin();
   void forget() { turns_.forget(); }
@@ -106,19 +106,18 @@ class Collision {
   enum class Test { done, lost, unfinished };
   Test see_first(PointState& state, Vec3 p);
   Test test_free(PointState& state, Vec3 p);
-  bool move_in_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double release);
-  Test test_contact(PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, bool hold, double moved,
-                    bool pulls);
-  double may_have_sunk(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point) const;
+  bool move_in_contact(PointState& state, Vec3 p, const ContactId& contact, bool hold, double release);
+  Test test_contact(PointState& state, Vec3 p, const ContactId& contact, bool hold, double moved, bool pulls);
+  double may_have_sunk(const PointState& state, Vec3 p, const ContactId& contact) const;
   bool look_for_contact(PointState& state, const SurfaceCrossing* crossing, int count, Vec3 way, bool now_inside,
                         const NearestPoint& nearest);
   void begin_contact(PointState& state, const SurfacePoint& surface_point, bool through);
-  void end_contact(PointState& state, std::int32_t tool, std::int32_t point);
+  void end_contact(PointState& state, const ContactId& contact);
   double reach(double moved) const;
   Operations room_to_change(Operations least) const;
-  bool ask_pulled(const PointState& state, Vec3 p, std::int32_t tool, std::int32_t point, Vec3* at);
+  bool ask_pulled(const PointState& state, Vec3 p, const ContactId& contact, Vec3* at);
   template <class Run>
-  Test take_turn(std::int32_t tool, std::int32_t point, Operations room, Run run);
+  Test take_turn(const ContactId& contact, Operations room, Run run);
 
   DeformedSurface* surface_ = nullptr;
   SurfaceIndex* rest_ = nullptr;

@@ -5,32 +5,19 @@
 #include <cstdint>
 
 #include "runtime/base/vec3.h"
+#include "runtime/contact/contact_id.h"
 #include "runtime/contact/disc_compliance.h"
 #include "runtime/include/palpate/palpate.h"
 #include "runtime/surface/surface_index.h"
 
 namespace palpate {
 
-// The tool of constraints that belong to a needle; `point` then names the needle and its place. They come after those of all tools.
-constexpr std::int32_t kToolOfNeedles = PALPATE_MAX_TOOLS;
-
-// The tool of constraints that belong to a link in place of a tool; `point` is then the link's index.
-constexpr std::int32_t kToolOfLinks = PALPATE_MAX_TOOLS + 1;
-
-// The tool of constraints that hold two organs of a world apart; `point` names the pair. They come after those of links.
-constexpr std::int32_t kToolOfPairs = PALPATE_MAX_TOOLS + 2;
-
-// The tool of an organ's constraints for the links of a world; `point` is then the link's index. They come last.
-constexpr std::int32_t kToolOfWorldLinks = PALPATE_MAX_TOOLS + 3;
-
-inline bool is_of_tool(std::int32_t tool) {
-  return tool < PALPATE_MAX_TOOLS;
-}
-
 // One node under one contact, where a force acts. The same node may serve several contacts.
 struct ContactNode {
-  std::int32_t node, column, tool, point;
-  double weight;  // of the node in its constraint
+  std::int32_t node, column;
+  ContactId contact;
+  std::int32_t unused;  // in the place of padding, which a saved state would hold
+  double weight;        // of the node in its constraint
 };
 
 // How the rows of a constraint bind; palpate_contact_law of palpate.h explains the laws. A constraint that is not sticking has
@@ -42,16 +29,15 @@ enum class ContactLaw : std::uint8_t { sticking, sliding, unilateral, coulomb };
 // first_node .. first_node + node_count - 1 at a target.
 struct ContactConstraint {
   std::int32_t first_node, node_count;
-  std::uint32_t axes;  // bits 1, 2, 4: which rows of the frame are imposed
-  std::int32_t tool, point,
-      part;                 // whose constraint it is; ascending through a list. part: which of a TRIANGLE's three
+  std::uint32_t axes;       // bits 1, 2, 4: which rows of the frame are imposed
+  ConstraintId id;          // ascending through a list. part: which of a TRIANGLE's three
   std::uint32_t flags;      // step flags of the disc
   std::int32_t thinned_to;  // of a disc: nodes that it was thinned to; 0: it has all of them
   ContactLaw law;
   bool framed;  // false: the frame is x, y, z
   bool
       joined;  // it has no row of its own: its nodes are held by the row of the constraint before, as the parts of one thread are
-  bool unused[5];   // in the place of padding, which a saved state would hold
+  bool unused[1];   // in the place of padding, which a saved state would hold
   Mat3 frame;       // rows are unit vectors, orthogonal
   Mat3 local;       // m/N, in the frame: compliance under a patch that the mesh does not resolve (contact_patch.h)
   double friction;  // under coulomb: largest tangential force over the normal force

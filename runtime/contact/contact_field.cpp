@@ -80,7 +80,7 @@ bool ContactField::create(SceneMemory& memory, const DisplacementField* field, s
 void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
   if (body_) return;
   tensors_ = &tensors, is_set_ = true;
-  without_tool_ = without_point_ = -1;
+  without_id_ = {};
   solver_ = count() > 0 ? solver : nullptr;  // the last step has left either contacts or a surface at rest
 }
 
@@ -91,7 +91,7 @@ void ContactField::forget() {
     forget_nodes(layer.known);
     expect(layer.known, 0, false);
   }
-  without_tool_ = without_point_ = -1;
+  without_id_ = {};
   solver_ = nullptr;
   norm_ = norm_before_ = linear_norm_ = linear_norm_before_ = path_ = path_set_ = path_before_ = 0;
   deepest_ = {}, second_deepest_ = sum_of_changes_ = 0;
@@ -148,7 +148,7 @@ void ContactField::swap_layers() {
   norm_before_ = norm_, linear_norm_before_ = linear_norm_, path_before_ = path_set_;
   now_->contact_count = now_->adds = 0;
   forget_nodes(now_->known);
-  without_tool_ = without_point_ = -1;
+  without_id_ = {};
 }
 
 void ContactField::begin_moved() {
@@ -156,7 +156,7 @@ void ContactField::begin_moved() {
   if (motions_->stepped() == 0) return;
   path_ += motions_->stepped() / moved_reach_;
   forget_nodes(now_->known);
-  without_tool_ = without_point_ = -1;
+  without_id_ = {};
 }
 
 void ContactField::set_rest() {
@@ -198,10 +198,10 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     Contact* last = now.contact_count > 0 ? &now.contacts[now.contact_count - 1] : nullptr;
-    if (!last || last->tool != constraint.tool || last->point != constraint.point) {
+    if (!last || last->id != constraint.id.contact) {
       last = &now.contacts[now.contact_count++];
       *last = {};
-      last->tool = constraint.tool, last->point = constraint.point, last->first = constraint.first_node;
+      last->id = constraint.id.contact, last->first = constraint.first_node;
       last->ratio = 1, last->kept = true;
       last->way = way_of(set, p), last->place = constraint.discs[0].place, last->radius = constraint.discs[0].radius;
     }
@@ -230,16 +230,16 @@ void ContactField::measure_ways() {
     const Contact& now = now_->contacts[c];
     const double way = length(now.way);
     if (way > deepest_.way)
-      second_deepest_ = deepest_.way, deepest_ = {way, now.tool, now.point};
+      second_deepest_ = deepest_.way, deepest_ = {way, now.id};
     else
       second_deepest_ = std::max(second_deepest_, way);
-    const Contact* const before = find(*before_, now.tool, now.point);
+    const Contact* const before = find(*before_, now.id);
     double own = before ? length(now.way - before->way) : way;
     if (before && now.radius > 0) own += way * std::min(1.0, length(now.place - before->place) / now.radius);
     change = std::max(change, own);
   }
   for (std::int32_t c = 0; c < before_->contact_count; ++c)
-    if (const Contact& before = before_->contacts[c]; !find(*now_, before.tool, before.point))
+    if (const Contact& before = before_->contacts[c]; !find(*now_, before.id))
       change = std::max(change, length(before.way));
   sum_of_changes_ += change;
 }
@@ -258,7 +258,7 @@ void ContactField::share_added_field() {
     for (std::int32_t e = contact.first; e < contact.last; ++e) beside += dot(force_[e], added_->now(nodes_[e].node));
     contact.ratio = contact.work > 0 ? std::clamp((contact.work + beside) / contact.work, least, most) : 1;
     if (now.contact_count > 1) contact.without += longest + std::fabs(contact.ratio - 1) * contact.own;
-    const Contact* const before = find(*before_, contact.tool, contact.point);
+    const Contact* const before = find(*before_, contact.id);
     if (before) contact.ratio_change = std::fabs(contact.ratio - before->ratio) * before->own;
   }
 }
@@ -285,12 +285,8 @@ double ContactField::measure_contacts(double kept, Operations most, Operations* 
   std::int32_t b = 0;
   for (std::int32_t c = 0; c < now_->contact_count; ++c) {
     Contact& now = now_->contacts[c];
-    const auto earlier = [&](const Contact& other) {
-      return other.tool != now.tool ? other.tool < now.tool : other.point < now.point;
-    };
-    for (; b < before_->contact_count && earlier(before_->contacts[b]); ++b) change += before_->contacts[b].own;
-    const bool known =
-        b < before_->contact_count && before_->contacts[b].tool == now.tool && before_->contacts[b].point == now.point;
+    for (; b < before_->contact_count && before_->contacts[b].id < now.id; ++b) change += before_->contacts[b].own;
+    const bool known = b < before_->contact_count && before_->contacts[b].id == now.id;
     const Contact* before = known ? &before_->contacts[b++] : nullptr;
     if (now.kept && known) continue;
     now.own_change = known ? now.own + before->own : now.own;
@@ -349,64 +345,63 @@ double ContactField::measure_whole_change(Operations most, Operations* work) {
   return norm_of_difference(linear_norm_, linear_norm_before_, between);
 }
 
-const ContactField::Contact* ContactField::find(const Layer& layer, std::int32_t tool, std::int32_t point) {
+const ContactField::Contact* ContactField::find(const Layer& layer, const ContactId& id) {
   const Contact *first = layer.contacts, *end = layer.contacts + layer.contact_count;
-  const Contact* at = std::partition_point(
-      first, end, [&](const Contact& c) { return c.tool != tool ? c.tool < tool : c.point < point; });
-  return at != end && at->tool == tool && at->point == point ? at : nullptr;
+  const Contact* at = std::partition_point(first, end, [&](const Contact& c) { return c.id < id; });
+  return at != end && at->id == id ? at : nullptr;
 }
 
-double ContactField::own_norm(std::int32_t tool, std::int32_t point) const {
-  if (body_) return body_->own_norm(tool, point);
-  const Contact* contact = find(*now_, tool, point);
+double ContactField::own_norm(const ContactId& id) const {
+  if (body_) return body_->own_norm(id);
+  const Contact* contact = find(*now_, id);
   if (contact && now_->adds && now_->contact_count == 1)
     return norm_;  // `adds` belongs to large deformation, which refuses motions
   return contact ? contact->ratio * contact->own : 0;
 }
 
-double ContactField::norm_without(std::int32_t tool, std::int32_t point) const {
-  if (body_) return body_->norm_without(tool, point);
-  const Contact* contact = find(*now_, tool, point);
+double ContactField::norm_without(const ContactId& id) const {
+  if (body_) return body_->norm_without(id);
+  const Contact* contact = find(*now_, id);
   return (contact ? contact->without : norm_) + moved_norm();
 }
 
-double ContactField::last_change_without(std::int32_t tool, std::int32_t point) const {
-  if (body_) return body_->last_change_without(tool, point);
-  const Contact *now = find(*now_, tool, point), *before = find(*before_, tool, point);
+double ContactField::last_change_without(const ContactId& id) const {
+  if (body_) return body_->last_change_without(id);
+  const Contact *now = find(*now_, id), *before = find(*before_, id);
   const double own = now ? now->ratio * now->own_change + now->ratio_change : before ? before->ratio * before->own : 0;
   return std::min(last_change() + own,
                   (now ? now->without : norm_) + (before ? before->without : norm_before_) + moved_change());
 }
 
-bool ContactField::pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const {
-  if (body_) return body_->pulls_among_others(tool, point, outward);
-  const Contact* own = find(*now_, tool, point);
+bool ContactField::pulls_among_others(const ContactId& id, Vec3 outward) const {
+  if (body_) return body_->pulls_among_others(id, outward);
+  const Contact* own = find(*now_, id);
   if (!own || now_->contact_count == 1) return false;
   return dot(own->force, outward) > 0;
 }
 
-void ContactField::end(std::int32_t tool, std::int32_t point) {
-  if (body_) return body_->end(tool, point);
-  Contact* const own = const_cast<Contact*>(find(*now_, tool, point));
+void ContactField::end(const ContactId& id) {
+  if (body_) return body_->end(id);
+  Contact* const own = const_cast<Contact*>(find(*now_, id));
   if (!own || own->ended) return;
   own->ended = true;
-  if (solver_) solver_->end(tool, point);
+  if (solver_) solver_->end(id);
 }
 
-Operations ContactField::operations_to_predict(std::int32_t tool, std::int32_t point) const {
-  return body_ || !solver_ ? 0 : solver_->operations_to_predict(tool, point);
+Operations ContactField::operations_to_predict(const ContactId& id) const {
+  return body_ || !solver_ ? 0 : solver_->operations_to_predict(id);
 }
 
-bool ContactField::predict_without(std::int32_t tool, std::int32_t point, Operations most, Operations* work) {
-  if (body_) return body_->predict_without(tool, point, work);
+bool ContactField::predict_without(const ContactId& id, Operations most, Operations* work) {
+  if (body_) return body_->predict_without(id, work);
   forget_nodes(known_predicted_);
-  if (!solver_ || !solver_->predict_without(tool, point, most, predicted_, &predicted_norm_, &predicted_apart_, work))
+  if (!solver_ || !solver_->predict_without(id, most, predicted_, &predicted_norm_, &predicted_apart_, work))
     return false;
   const LoadField& loads = field_->loads();
   predicted_loads_.begin(*tensors_);
   for (std::int32_t e = 0; e < loads.count(); ++e) predicted_loads_.add(loads.column(e), predicted_[e]);
   expect(known_predicted_, predicted_loads_.acting(), are_all(now_->known));
-  predicted_own_ = find(*now_, tool, point);
+  predicted_own_ = find(*now_, id);
   if (!now_->adds) return true;
   std::int32_t gone = 0;
   for_gone([&](const Contact&) { ++gone; });
@@ -460,11 +455,11 @@ Vec3 ContactField::before_at_node(std::int32_t node, QueryWork* work) {
   return known_at(*before_, node, work);
 }
 
-Vec3 ContactField::at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work) {
-  if (body_) return body_->at_node_without(node, tool, point, work);
-  if (tool != without_tool_ || point != without_point_) {
-    without_tool_ = tool, without_point_ = point;
-    without_ = find(*now_, tool, point);
+Vec3 ContactField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {
+  if (body_) return body_->at_node_without(node, id, work);
+  if (id != without_id_) {
+    without_id_ = id;
+    without_ = find(*now_, id);
     forget_nodes(known_without_);
   }
   if (!without_) return at_node(node, work);

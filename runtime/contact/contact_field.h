@@ -54,8 +54,8 @@ class ContactField {
   void set_rest();
   bool empty() const { return body_ ? body_->empty() : count() == 0 && !motions_; }
 
-  // The contact (tool, point) ends. The field stays as it is until the next set(); predictions are of the others alone.
-  void end(std::int32_t tool, std::int32_t point);
+  // The contact ends. The field stays as it is until the next set(); predictions are of the others alone.
+  void end(const ContactId& id);
 
   // Displacement of a surface node, m. The field remembers it until the next set(). Where many have been asked for, it evaluates
   // all others at once.
@@ -65,29 +65,29 @@ class ContactField {
   // The same of the field before the last set(). A step does not evaluate both fields at all nodes where that costs much: the query
   // ends, and in the next step this field is the one before.
   Vec3 before_at_node(std::int32_t node, QueryWork* work);
-  // The same without the part of the contact (tool, point).
-  Vec3 at_node_without(std::int32_t node, std::int32_t tool, std::int32_t point, QueryWork* work);
+  // The same without the part of the contact.
+  Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work);
 
-  // Predicts the field as if the contact (tool, point) ended and all others kept their targets and laws; predicted_at_node()
+  // Predicts the field as if the contact ended and all others kept their targets and laws; predicted_at_node()
   // then reads it. False where the prediction takes more than `most`.
-  bool predict_without(std::int32_t tool, std::int32_t point, Operations most, Operations* work);
+  bool predict_without(const ContactId& id, Operations most, Operations* work);
   // The fewest operations that it takes; zero where it is not possible.
-  Operations operations_to_predict(std::int32_t tool, std::int32_t point) const;
+  Operations operations_to_predict(const ContactId& id) const;
   Vec3 predicted_at_node(std::int32_t node, QueryWork* work);
   // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
-  bool pulls_among_others(std::int32_t tool, std::int32_t point, Vec3 outward) const;
+  bool pulls_among_others(const ContactId& id, Vec3 outward) const;
   // sqrt(J): of the predicted field; of its difference from the field.
   double predicted_norm() const { return body_ ? body_->predicted_norm() : predicted_norm_ + moved_norm(); }
   double predicted_apart() const { return body_ ? body_->predicted_apart() : predicted_apart_; }
 
   // m: as ContactSolver::beyond_mesh(), of the contacts of this field.
-  Vec3 beyond_mesh(const ContactDisc& disc, std::int32_t tool, std::int32_t point, bool predicted) const {
-    return solver_ && !body_ ? solver_->beyond_mesh(disc, tool, point, predicted) : Vec3{};
+  Vec3 beyond_mesh(const ContactDisc& disc, const ContactId& id, bool predicted) const {
+    return solver_ && !body_ ? solver_->beyond_mesh(disc, id, predicted) : Vec3{};
   }
   std::int32_t discs() const { return solver_ && !body_ ? solver_->matrix().held().discs : 0; }
-  // m: the longest way on which a contact holds its place, without that of (tool, point). No contact moves another place farther.
-  double deepest_but(std::int32_t tool, std::int32_t point) const {
-    return body_ ? 0 : deepest_.tool == tool && deepest_.point == point ? second_deepest_ : deepest_.way;
+  // m: the longest way on which a contact holds its place, without that of `id`. No contact moves another place farther.
+  double deepest_but(const ContactId& id) const {
+    return body_ ? 0 : deepest_.id == id ? second_deepest_ : deepest_.way;
   }
   // m: the sum over the steps of the largest change of such a way.
   double sum_of_changes() const { return body_ ? 0 : sum_of_changes_; }
@@ -98,14 +98,15 @@ class ContactField {
   double path() const { return body_ ? body_->path() : path_; }
   double last_change() const { return body_ ? body_->last_change() : path_ - path_before_; }
   // Of the part of one contact; of all others together; of the change of all others by the last set(). Upper bounds.
-  double own_norm(std::int32_t tool, std::int32_t point) const;
-  double norm_without(std::int32_t tool, std::int32_t point) const;
-  double last_change_without(std::int32_t tool, std::int32_t point) const;
+  double own_norm(const ContactId& id) const;
+  double norm_without(const ContactId& id) const;
+  double last_change_without(const ContactId& id) const;
 
  private:
   struct Contact {
-    std::int32_t tool, point, first, last;  // its contact nodes
-    double own, without, own_change;        // sqrt(J)
+    ContactId id;
+    std::int32_t first, last;         // its contact nodes
+    double own, without, own_change;  // sqrt(J)
     // Of what it makes to its linear part, whose norms the others are; 1 without an added field. And what its change adds to own_change.
     double ratio, ratio_change;
     double work;     // J, of its forces on the linear field
@@ -127,7 +128,7 @@ class ContactField {
   };
   // One field: its contacts, and what was evaluated. A surface at rest has no contacts.
   struct Layer {
-    Contact* contacts;  // ascending by tool and point
+    Contact* contacts;  // ascending
     std::int32_t contact_count;
     std::int32_t adds;  // the added field counts: its step's in the layer of now, the one before in the other
     Known known;
@@ -172,7 +173,7 @@ class ContactField {
   void share_added_field();
   template <class Visit>
   void for_gone(Visit visit) const;
-  static const Contact* find(const Layer& layer, std::int32_t tool, std::int32_t point);
+  static const Contact* find(const Layer& layer, const ContactId& id);
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
   double measure_contacts(double kept, Operations most, Operations* work);
@@ -200,7 +201,7 @@ class ContactField {
   LoadField predicted_loads_;
   // Of the field without one contact, and of the predicted one.
   Known known_without_ = {}, known_predicted_ = {};
-  std::int32_t without_tool_ = -1, without_point_ = -1;
+  ContactId without_id_;
   const Contact* without_ = nullptr;
   const Contact* predicted_own_ = nullptr;  // the contact that predict_without() takes away
   bool predicts_rest_ = false;              // with an added field: no contact is left
@@ -212,7 +213,7 @@ class ContactField {
   double path_ = 0, path_set_ = 0, path_before_ = 0;  // now; after the last set(); after the one before
   struct Deepest {
     double way = 0;  // m
-    std::int32_t tool = -1, point = -1;
+    ContactId id;
   };
   Deepest deepest_;
   double second_deepest_ = 0, sum_of_changes_ = 0;  // m

@@ -23,16 +23,6 @@ bool are_equal(const ContactDisc& a, const ContactDisc& b) {
          are_equal(a.tangent_root, b.tangent_root);
 }
 
-bool is_of_the_same(const ContactConstraint& a, const ContactConstraint& b) {
-  return a.tool == b.tool && a.point == b.point && a.part == b.part;
-}
-
-bool comes_before(const ContactConstraint& a, const ContactConstraint& b) {
-  if (a.tool != b.tool) return a.tool < b.tool;
-  if (a.point != b.point) return a.point < b.point;
-  return a.part < b.part;
-}
-
 // N, along x, y and z.
 Vec3 force_of(const ContactConstraint& constraint, const RowsOfConstraint& rows, const double* reaction) {
   Vec3 sum;
@@ -111,8 +101,8 @@ void ContactMatrix::forget_ended() {
   held_.any_ended = false;
 }
 
-void ContactMatrix::end(std::int32_t tool, std::int32_t point) {
-  for (std::int32_t p = 0; p < held_.count; ++p) held_.ended[p] = held_.ended[p] || is_of(p, tool, point);
+void ContactMatrix::end(const ContactId& contact) {
+  for (std::int32_t p = 0; p < held_.count; ++p) held_.ended[p] = held_.ended[p] || is_of(p, contact);
   held_.any_ended = true;
 }
 
@@ -141,16 +131,17 @@ bool ContactMatrix::same_with_joined(const ContactConstraints& set, std::int32_t
   if (end_of_joined(held_.constraints, held_.count, k) - k != count) return false;
   for (std::int32_t part = 0; part < count; ++part) {
     const ContactConstraint &now = set.constraints[p + part], &before = held_.constraints[k + part];
-    if (held_.ended[k + part] || !is_of_the_same(now, before) || !same(set, now, before)) return false;
+    if (held_.ended[k + part] || now.id != before.id || !same(set, now, before)) return false;
   }
   return true;
 }
 
 const ContactConstraint* ContactMatrix::kept(const ContactConstraint& like, std::int32_t number) const {
-  if (number < held_.count && is_of_the_same(held_.constraints[number], like)) return held_.constraints + number;
+  if (number < held_.count && held_.constraints[number].id == like.id) return held_.constraints + number;
   const ContactConstraint *const first = held_.constraints, *const end = first + held_.count;
-  const ContactConstraint* const at = std::lower_bound(first, end, like, comes_before);
-  return at != end && is_of_the_same(*at, like) ? at : nullptr;
+  const ContactConstraint* const at = std::lower_bound(
+      first, end, like, [](const ContactConstraint& a, const ContactConstraint& b) { return a.id < b.id; });
+  return at != end && at->id == like.id ? at : nullptr;
 }
 
 bool ContactMatrix::holds(const ContactConstraints& set, std::int32_t p) const {
@@ -158,14 +149,14 @@ bool ContactMatrix::holds(const ContactConstraints& set, std::int32_t p) const {
   return before && !held_.ended[before - held_.constraints] && same(set, set.constraints[p], *before);
 }
 
-// Finds which constraints were there in the last step. Both lists ascend by tool, point and part, so one walk through the two
+// Finds which constraints were there in the last step. Both lists ascend by contact and part, so one walk through the two
 // is enough. leaving_ gets the rows of constraints that are gone; a constraint that needs new rows is marked by first row -2.
 bool ContactMatrix::match(const Tensors& tensors, const ContactConstraints& set, const double* reaction, bool again) {
   if (!compliance_.hold(tensors, set)) return false;
   leaving_count_ = changed_contacts_ = joining_rows_ = 0;
   const ContactConstraint* counted = nullptr;
   const auto count = [&](const ContactConstraint& of) {
-    changed_contacts_ += !counted || of.tool != counted->tool || of.point != counted->point;
+    changed_contacts_ += !counted || of.id.contact != counted->id.contact;
     counted = &of;
   };
   const auto leave = [&](std::int32_t k) {
@@ -176,8 +167,8 @@ bool ContactMatrix::match(const Tensors& tensors, const ContactConstraints& set,
   std::int32_t k = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    while (k < held_.count && comes_before(held_.constraints[k], constraint)) leave(k++);
-    const bool known = k < held_.count && is_of_the_same(constraint, held_.constraints[k]);
+    while (k < held_.count && held_.constraints[k].id < constraint.id) leave(k++);
+    const bool known = k < held_.count && constraint.id == held_.constraints[k].id;
     is_kept_[p] = constraint.joined ? is_kept_[p - 1] : known && same_with_joined(set, p, k);
     if (is_kept_[p]) {
       rows_[p] = held_.rows[k];
@@ -339,10 +330,10 @@ void ContactMatrix::keep(const ContactConstraints& set) {
 
 // ---- asked by others ---------------------------------------------------------------------------------------------------
 
-int ContactMatrix::rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const {
+int ContactMatrix::rows_of(const ContactId& contact, std::int32_t row[kMostRowsOfAContact]) const {
   int count = 0;
   for (std::int32_t p = 0; p < held_.count; ++p) {
-    if (!is_of(p, tool, point)) continue;
+    if (!is_of(p, contact)) continue;
     for (const std::int32_t at : held_.rows[p].at)
       if (at >= 0 && count < kMostRowsOfAContact) row[count++] = at;
   }
@@ -357,12 +348,11 @@ void ContactMatrix::measure_between_discs(const double* reaction, double* moved)
                      : dot_rows(rows_end_, between_ + static_cast<std::size_t>(row) * stride_, reaction);
 }
 
-Vec3 ContactMatrix::beyond_mesh(const double* reactions, const ContactDisc& disc, std::int32_t tool,
-                                std::int32_t point) const {
+Vec3 ContactMatrix::beyond_mesh(const double* reactions, const ContactDisc& disc, const ContactId& contact) const {
   Vec3 sum;
   for (std::int32_t p = 0; p < held_.count; ++p) {
     const ContactConstraint& other = held_.constraints[p];
-    if (!has_disc(other) || is_of(p, tool, point)) continue;
+    if (!has_disc(other) || is_of(p, contact)) continue;
     Vec3 reaction;
     for (int i = 0; i < 3; ++i)
       if (const std::int32_t row = held_.rows[p].at[i]; row >= 0) reaction[i] = reactions[row];

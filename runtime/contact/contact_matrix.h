@@ -73,24 +73,22 @@ class ContactMatrix {
 
   // Whether constraint p has the rows of the last solve.
   bool holds(const ContactConstraints& set, std::int32_t p) const;
-  // The constraint of the last solve; nullptr where it had none of that tool, point and part. number: which it had as a rule, the one that
+  // The constraint of the last solve; nullptr where it had none of that contact and part. number: which it had as a rule, the one that
   // it has now.
   const ContactConstraint* kept(const ContactConstraint& like, std::int32_t number) const;
-  bool is_of(std::int32_t p, std::int32_t tool, std::int32_t point) const {
-    return held_.constraints[p].tool == tool && held_.constraints[p].point == point;
-  }
+  bool is_of(std::int32_t p, const ContactId& contact) const { return held_.constraints[p].id.contact == contact; }
   // Rows of the contact in the last solve. Returns how many there are.
-  int rows_of(std::int32_t tool, std::int32_t point, std::int32_t row[kMostRowsOfAContact]) const;
+  int rows_of(const ContactId& contact, std::int32_t row[kMostRowsOfAContact]) const;
   // The contact is not found in the next match. Its rows keep their scales, but for those that retire() names.
-  void end(std::int32_t tool, std::int32_t point);
+  void end(const ContactId& contact);
   void retire(const std::int32_t* rows, int count);
 
   // What the rows of discs move beyond the mesh by the reactions of other discs, m, [rows_end].
   void measure_between_discs(const double* reaction, double* moved) const;
   bool couples() const { return held_.discs > 1; }
 
-  // m, in x, y, z: how far the discs, without those of the contact (tool, point), move another disc beyond what the mesh shows of it.
-  Vec3 beyond_mesh(const double* reaction, const ContactDisc& disc, std::int32_t tool, std::int32_t point) const;
+  // m, in x, y, z: how far the discs, without those of the contact, move another disc beyond what the mesh shows of it.
+  Vec3 beyond_mesh(const double* reaction, const ContactDisc& disc, const ContactId& contact) const;
 
   // N, of constraint p in its frame: the reactions of its rows, of a joined one those of the rows that it shares.
   Vec3 reaction(const double* reaction, std::int32_t p) const;

@@ -19,17 +19,17 @@ bool ContactPrediction::create(SceneMemory& memory, ContactMatrix* matrix, Conta
 }
 
 // With a sweep, which laws may ask for.
-Operations ContactPrediction::operations(const ContactSystem& system, std::int32_t tool, std::int32_t point) const {
+Operations ContactPrediction::operations(const ContactSystem& system, const ContactId& contact) const {
   std::int32_t own[kMostRowsOfAContact];
   const Operations squared = Operations{matrix_->rows_end()} * matrix_->rows_end();
-  return (2 * matrix_->rows_of(tool, point, own) + 2) * squared / kDense + operations_of_sweep(system) / kDense + 1;
+  return (2 * matrix_->rows_of(contact, own) + 2) * squared / kDense + operations_of_sweep(system) / kDense + 1;
 }
 
-bool ContactPrediction::predict(const Solution& of, std::int32_t tool, std::int32_t point, Operations most,
-                                Vec3* modified, double* norm, double* apart, Operations* work) {
+bool ContactPrediction::predict(const Solution& of, const ContactId& contact, Operations most, Vec3* modified,
+                                double* norm, double* apart, Operations* work) {
   std::int32_t own[kMostRowsOfAContact];
-  const int count = matrix_->rows_of(tool, point, own);
-  if (count == 0 || operations(of.system, tool, point) > most) return false;
+  const int count = matrix_->rows_of(contact, own);
+  if (count == 0 || operations(of.system, contact) > most) return false;
   const std::int32_t rows = matrix_->rows_end();
   double* const left = without_;
   forget();
@@ -41,8 +41,8 @@ bool ContactPrediction::predict(const Solution& of, std::int32_t tool, std::int3
   if (met_ && !factor_->take_out(own, count, removal_, left)) return false;
   for (int k = 0; k < count; ++k) left[own[k]] = 0;
   // As much is left for the queries that read the prediction.
-  *work += hold_others_to_laws(of, tool, point, (most - taken) / 2 * kDense) / kDense;
-  tool_ = tool, point_ = point;
+  *work += hold_others_to_laws(of, contact, (most - taken) / 2 * kDense) / kDense;
+  last_ = contact;
   *norm = energy_norm(*matrix_, left);
   for (std::int32_t row = 0; row < rows; ++row) change_[row] = left[row] - of.reaction[row];
   *apart = energy_norm(*matrix_, change_);
@@ -56,11 +56,10 @@ bool ContactPrediction::predict(const Solution& of, std::int32_t tool, std::int3
 }
 
 // Returns the multiply-adds that it took. A constraint without rows takes no part.
-std::int64_t ContactPrediction::hold_others_to_laws(const Solution& of, std::int32_t tool, std::int32_t point,
-                                                    std::int64_t most) {
+std::int64_t ContactPrediction::hold_others_to_laws(const Solution& of, const ContactId& contact, std::int64_t most) {
   const HeldConstraints& held = matrix_->held();
   for (std::int32_t p = 0; p < held.count; ++p) {
-    const bool is_gone = held.ended[p] || matrix_->is_of(p, tool, point);
+    const bool is_gone = held.ended[p] || matrix_->is_of(p, contact);
     others_[p] = is_gone ? RowsOfConstraint{{-1, -1, -1}} : held.rows[p];
   }
   ContactSystem others = of.system;
@@ -78,15 +77,15 @@ std::int64_t ContactPrediction::hold_others_to_laws(const Solution& of, std::int
   return taken;
 }
 
-void ContactPrediction::end(const double* reaction, std::int32_t tool, std::int32_t point) {
+void ContactPrediction::end(const double* reaction, const ContactId& contact) {
   std::int32_t own[kMostRowsOfAContact];
-  const int count = matrix_->rows_of(tool, point, own);
-  const bool was_predicted = tool == tool_ && point == point_;
+  const int count = matrix_->rows_of(contact, own);
+  const bool was_predicted = contact == last_;
   const double* const left = was_predicted ? without_ : left_of(reaction);
   if (left != without_ended_) std::copy(left, left + matrix_->rows_end(), without_ended_);
   for (int k = 0; k < count; ++k) without_ended_[own[k]] = 0;
   ended_met_ = was_predicted && met_;
-  matrix_->end(tool, point);
+  matrix_->end(contact);
   forget();
   if (!factor_->exists()) return;
   matrix_->retire(own, count);

@@ -13,7 +13,7 @@ class ContactPrediction {
   bool create(SceneMemory& memory, ContactMatrix* matrix, ContactFactor* factor, LawSolver* laws);
   bool exists() const { return without_ != nullptr; }
   // The last solution is no more: neither are predictions from it.
-  void forget() { tool_ = point_ = -1; }
+  void forget() { last_ = {}; }
 
   // The last solution.
   struct Solution {
@@ -22,18 +22,18 @@ class ContactPrediction {
     double tolerance;        // m, to which laws are solved
     bool by_laws;            // LawSolver decided: the factor does not meet it
   };
-  // modified[e] as it would be if the contact (tool, point) and those that end() has named were gone, and the others kept their
+  // modified[e] as it would be if the contact and those that end() has named were gone, and the others kept their
   // targets and laws. False, with nothing written, where the last solve had no such contact, or `most` operations do not suffice
   // (operations()). *norm, *apart: of the reactions that are left, and of what changed in them, sqrt(J).
   // Cost in multiply-adds: rows^2 per row of the contact, and what LawSolver takes where a law decides.
-  bool predict(const Solution& of, std::int32_t tool, std::int32_t point, Operations most, Vec3* modified, double* norm,
+  bool predict(const Solution& of, const ContactId& contact, Operations most, Vec3* modified, double* norm,
                double* apart, Operations* work);
   // The fewest operations of predict().
-  Operations operations(const ContactSystem& system, std::int32_t tool, std::int32_t point) const;
+  Operations operations(const ContactSystem& system, const ContactId& contact) const;
   // The contact ends: until the next solve all predictions are of the others alone. Its rows leave the factor now, which the next
   // solve then does not do. Its prediction, where there is one, holds the others to their targets and laws. Else the next prediction
   // does so.
-  void end(const double* reaction, std::int32_t tool, std::int32_t point);
+  void end(const double* reaction, const ContactId& contact);
   // [rows_end] N, that the last predict() has left.
   const double* reactions() const { return without_; }
 
@@ -41,7 +41,7 @@ class ContactPrediction {
   static constexpr int kMostRowsOfAContact = ContactMatrix::kMostRowsOfAContact;
   // N, of the contacts that have not ended.
   const double* left_of(const double* reaction) const { return matrix_->held().any_ended ? without_ended_ : reaction; }
-  std::int64_t hold_others_to_laws(const Solution& of, std::int32_t tool, std::int32_t point, std::int64_t most);
+  std::int64_t hold_others_to_laws(const Solution& of, const ContactId& contact, std::int64_t most);
 
   ContactMatrix* matrix_ = nullptr;
   ContactFactor* factor_ = nullptr;
@@ -51,7 +51,7 @@ class ContactPrediction {
   RowsOfConstraint* others_ = nullptr;    // [constraints] the rows of those that are left
   double* without_ = nullptr;             // [rows] N
   double* without_ended_ = nullptr;       // [rows] N, without the contacts that have ended since the last solve
-  std::int32_t tool_ = -1, point_ = -1;   // whose prediction the last one is; -1: there is none
+  ContactId last_;                        // whose prediction the last one is; index -1: there is none
   bool met_ = false, ended_met_ = false;  // the reactions meet the targets of all contacts that are left
 };
 

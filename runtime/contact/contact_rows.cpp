@@ -80,7 +80,7 @@ ContactConstraint& ContactRows::add_constraint(const ContactWish& wish, std::int
   constraint = ContactConstraint{};
   constraint.first_node = set_.node_count;
   constraint.axes = wish.axes;
-  constraint.tool = wish.tool, constraint.point = wish.point, constraint.part = part;
+  constraint.id = {wish.contact, part};
   constraint.law = wish.law, constraint.friction = wish.friction, constraint.share = 1;
   if (set_.place) set_.place[set_.constraint_count].known = 0;
   set_.target[set_.constraint_count++] = wish.displacement;
@@ -90,7 +90,7 @@ ContactConstraint& ContactRows::add_constraint(const ContactWish& wish, std::int
 void ContactRows::add_held_node(const ContactWish& wish, ContactConstraint& constraint, std::int32_t node,
                                 double weight) {
   ++constraint.node_count;
-  set_.nodes[set_.node_count++] = ContactNode{node, source_.column_of_node[node], wish.tool, wish.point, weight};
+  set_.nodes[set_.node_count++] = ContactNode{node, source_.column_of_node[node], wish.contact, 0, weight};
 }
 
 // The frame of a constraint that is not sticking: inward normal and two tangents, of which the law keeps some as rows.
@@ -211,9 +211,7 @@ bool ContactRows::hold_as_before(std::int32_t first, const ContactConstraint* be
   for (std::int32_t part = 0; part < count; ++part) {
     used += before[part].node_count;
     const ContactConstraint &was = before[part], &now = set_.constraints[first + part];
-    if (was.law != now.law || was.tool != now.tool || was.point != now.point || was.part != now.part ||
-        was.joined != now.joined)
-      return false;
+    if (was.law != now.law || was.id != now.id || was.joined != now.joined) return false;
   }
   if (used > set_.node_capacity) return false;
   set_.node_count = set_.constraints[first].first_node;
@@ -237,7 +235,7 @@ std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
   --to_come_;
   if (!made) return -1;
   ContactWish wish;
-  wish.tool = grasp.tool, wish.point = grasp.point;
+  wish.contact = grasp.contact;
   for (int part = 0; part < grasp.parts; ++part) {
     wish.displacement = grasp.target[part];
     ContactConstraint& constraint = add_constraint(wish, part);
@@ -252,12 +250,11 @@ std::int32_t ContactRows::add_needle(const NeedleWish& needle) {
   --to_come_;
   if (!made) return -1;
   ContactWish wish;
-  wish.tool = kToolOfNeedles, wish.point = needle.point, wish.law = needle.law, wish.displacement = needle.target;
+  wish.contact = needle.id.contact, wish.law = needle.law, wish.displacement = needle.target;
   wish.axes = needle.axes;
-  ContactConstraint& constraint = add_constraint(wish, needle.part);
+  ContactConstraint& constraint = add_constraint(wish, needle.id.part);
   for (int v = 0; v < NeedleWish::kNodes; ++v, ++constraint.node_count)
-    set_.nodes[set_.node_count++] =
-        ContactNode{needle.node[v], needle.column[v], wish.tool, wish.point, needle.weight[v]};
+    set_.nodes[set_.node_count++] = ContactNode{needle.node[v], needle.column[v], wish.contact, 0, needle.weight[v]};
   constraint.framed = true, constraint.limit = needle.limit;
   for (int i = 0; i < 3; ++i) {
     store3(needle.frame[i], constraint.frame.m[i]);
@@ -269,7 +266,7 @@ std::int32_t ContactRows::add_needle(const NeedleWish& needle) {
 std::int32_t ContactRows::add_pair(const PairWish& pair) {
   if (set_.constraint_count == set_.constraint_capacity || set_.node_count + pair.count > set_.node_capacity) return -1;
   ContactWish wish;
-  wish.tool = kToolOfPairs, wish.point = pair.point, wish.law = pair.law, wish.friction = pair.friction;
+  wish.contact = pair.contact, wish.law = pair.law, wish.friction = pair.friction;
   ContactConstraint& constraint = add_constraint(wish, 0);
   for (std::int32_t v = 0; v < pair.count; ++v) add_held_node(wish, constraint, pair.node[v], pair.weight[v]);
   for (int i = 0; i < 3; ++i) store3(pair.row[i], constraint.frame.m[i]);
@@ -282,7 +279,7 @@ std::int32_t ContactRows::add_link(const LinkWish& link) {
   const bool made = has_room(1, link.ends[0].count + link.ends[1].count);
   --to_come_;
   if (!made) return -1;
-  make_link(link, kToolOfLinks);
+  make_link(link, ContactSource::link);
   return set_.constraint_count - 1;
 }
 
@@ -290,16 +287,16 @@ std::int32_t ContactRows::add_world_link(const LinkWish& link) {
   if (set_.constraint_count == set_.constraint_capacity ||
       set_.node_count + link.ends[0].count + link.ends[1].count > set_.node_capacity)
     return -1;
-  make_link(link, kToolOfWorldLinks);
+  make_link(link, ContactSource::world_link);
   return set_.constraint_count - 1;
 }
 
-void ContactRows::make_link(const LinkWish& link, std::int32_t tool) {
+void ContactRows::make_link(const LinkWish& link, ContactSource source) {
   const LinkEnd *const a = link.ends, *const b = link.ends + 1;
   ContactWish wish;
-  wish.tool = tool, wish.point = link.thread, wish.law = link.law, wish.displacement = link.target;
+  wish.contact = {source, link.thread, 0}, wish.law = link.law, wish.displacement = link.target;
   ContactConstraint& constraint = add_constraint(wish, link.link - link.thread);
-  constraint.joined = link.joined, wish.point = link.link;
+  constraint.joined = link.joined, wish.contact.index = link.link;
   for (const LinkEnd* end : {a, b})
     for (int v = 0; v < end->count; ++v)
       add_held_node(wish, constraint, end->node[v], (end == a ? link.share : -link.share) * end->weight[v]);
@@ -315,7 +312,7 @@ void ContactRows::make_link(const LinkWish& link, std::int32_t tool) {
     const Vec3 tangent = across(link.along, {}), rows[3] = {link.along, tangent, cross(link.along, tangent)};
     for (int i = 0; i < 3; ++i) store3(rows[i], constraint.frame.m[i]);
     constraint.framed = true, constraint.axes = link.joined ? 0 : 1;
-  } else if (tool == kToolOfWorldLinks) {
+  } else if (source == ContactSource::world_link) {
     constraint.frame = link.frame, constraint.framed = true;
   }
   if (constraint.framed) {
@@ -353,13 +350,11 @@ ContactWish ContactRows::along_own_normal(const ContactWish& wish, const DiscPla
 
 // The patch of the contact in the last step, or nullptr.
 const ContactConstraint* ContactRows::patch_of_last_step(const ContactWish& wish) {
-  const auto before = [&](const ContactConstraint& constraint) {
-    return constraint.tool != wish.tool ? constraint.tool < wish.tool : constraint.point < wish.point;
-  };
+  const auto before = [&](const ContactConstraint& constraint) { return constraint.id.contact < wish.contact; };
   while (next_in_last_ < last_.constraint_count && before(last_.constraints[next_in_last_])) ++next_in_last_;
   if (next_in_last_ == last_.constraint_count) return nullptr;
   const ContactConstraint& old = last_.constraints[next_in_last_];
-  const bool same = old.tool == wish.tool && old.point == wish.point && old.disc_radius > 0 && old.law == wish.law;
+  const bool same = old.id.contact == wish.contact && old.disc_radius > 0 && old.law == wish.law;
   return same ? &old : nullptr;
 }
 

@@ -24,7 +24,7 @@ struct DiscSlide {
 
 // One contact as a tool asks for it, before the contact model turns it into constraints.
 struct ContactWish {
-  std::int32_t tool = 0, point = 0;
+  ContactId contact;
   Vec3 displacement;       // u*, m; zero along axes that are not imposed
   std::uint32_t axes = 7;  // of x, y, z
   double disc_radius = 0;  // m; 0: a point
@@ -67,7 +67,7 @@ struct LinkWish {
 
 // One patch of a grasp as it asks for its rows (grasp.h): constraints on the same nodes with other weights.
 struct GraspWish {
-  std::int32_t tool = 0, point = 0;
+  ContactId contact;
   const std::int32_t* node = nullptr;  // [count]
   std::int32_t count = 0, parts = 0;
   const double* weight[3] = {};        // [parts][count]
@@ -79,7 +79,7 @@ struct GraspWish {
 // One place that a needle holds, as it asks for its rows (needle.h).
 struct NeedleWish {
   static constexpr int kNodes = 4;
-  std::int32_t point = 0, part = 0;                       // ascending over all needles of an organ
+  ConstraintId id;                                        // ascending over all needles of an organ
   const std::int32_t *node = nullptr, *column = nullptr;  // [kNodes]
   const double* weight = nullptr;                         // [kNodes]
   Vec3 frame[3];                                          // unit, orthogonal: the axis and two directions across it
@@ -92,7 +92,7 @@ struct NeedleWish {
 
 // One organ's part in a pair of places of two organs that must not pass through one another.
 struct PairWish {
-  std::int32_t point = 0;              // ascending over the pairs of an organ
+  ContactId contact;                   // ascending over the pairs of an organ; index: the other organ
   const std::int32_t* node = nullptr;  // [count] with a tensor column
   const double* weight = nullptr;      // [count]
   std::int32_t count = 0;
@@ -172,7 +172,7 @@ class ContactRows {
   bool stays(const ContactConstraint& old, const ContactWish& wish, const SurfacePoint& surface_point) const;
   void add_patch_of_last_step(const ContactWish& wish);
   bool has_room(std::int32_t constraints, std::int32_t nodes) const;
-  void make_link(const LinkWish& link, std::int32_t tool);
+  void make_link(const LinkWish& link, ContactSource source);
   std::int32_t nodes_for_one() const;
   ContactConstraint& add_constraint(const ContactWish& wish, std::int32_t part);
   void add_held_node(const ContactWish& wish, ContactConstraint& constraint, std::int32_t node, double weight);

@@ -96,20 +96,20 @@ class ContactSolver {
   }
 
   // ContactPrediction's, of the last solve.
-  bool predict_without(std::int32_t tool, std::int32_t point, Operations most, Vec3* modified, double* norm,
-                       double* apart, Operations* work) {
-    return prediction_.predict(solution(), tool, point, most, modified, norm, apart, work);
+  bool predict_without(const ContactId& contact, Operations most, Vec3* modified, double* norm, double* apart,
+                       Operations* work) {
+    return prediction_.predict(solution(), contact, most, modified, norm, apart, work);
   }
-  Operations operations_to_predict(std::int32_t tool, std::int32_t point) const {
-    return prediction_.operations(system_held(), tool, point);
+  Operations operations_to_predict(const ContactId& contact) const {
+    return prediction_.operations(system_held(), contact);
   }
-  void end(std::int32_t tool, std::int32_t point) {
-    if (prediction_.exists()) prediction_.end(reaction_, tool, point);
+  void end(const ContactId& contact) {
+    if (prediction_.exists()) prediction_.end(reaction_, contact);
   }
-  // m, in x, y, z: how far the discs of the last solve, without those of the contact (tool, point), move another disc beyond what the mesh
+  // m, in x, y, z: how far the discs of the last solve, without those of the contact, move another disc beyond what the mesh
   // shows of it. predicted: under the reactions that predict_without() has left. Cost: kOfTwoDiscs for each.
-  Vec3 beyond_mesh(const ContactDisc& disc, std::int32_t tool, std::int32_t point, bool predicted) const {
-    return matrix_.beyond_mesh(predicted ? prediction_.reactions() : reaction_, disc, tool, point);
+  Vec3 beyond_mesh(const ContactDisc& disc, const ContactId& contact, bool predicted) const {
+    return matrix_.beyond_mesh(predicted ? prediction_.reactions() : reaction_, disc, contact);
   }
 
   // Constraints of the last solve that stick and have no frame, whose targets move alike.

@@ -51,8 +51,8 @@ FieldBound DeformedSurface::bound_of(const AskedSurface& asked) const {
   FieldBound bound{field_->norm(), field_->path(), 0};
   if (!moves() || asked.kind == AskedSurface::kNow) return bound;
   const bool predicted = asked.kind == AskedSurface::kPredicted;
-  bound.apart = predicted ? field_->predicted_apart() : field_->own_norm(asked.tool, asked.point);
-  const double norm = predicted ? field_->predicted_norm() : field_->norm_without(asked.tool, asked.point);
+  bound.apart = predicted ? field_->predicted_apart() : field_->own_norm(asked.contact);
+  const double norm = predicted ? field_->predicted_norm() : field_->norm_without(asked.contact);
   bound.norm = std::min(bound.norm + bound.apart, norm) - bound.apart;
   return bound;
 }
@@ -67,7 +67,7 @@ Vec3 DeformedSurface::displacement_at(std::int32_t vertex, At at) {
 // Of a node of the mesh.
 Vec3 DeformedSurface::at_node(const AskedSurface& asked, std::int32_t node) {
   if (asked.kind == AskedSurface::kPredicted) return field_->predicted_at_node(node, &work_);
-  if (asked.kind == AskedSurface::kWithout) return field_->at_node_without(node, asked.tool, asked.point, &work_);
+  if (asked.kind == AskedSurface::kWithout) return field_->at_node_without(node, asked.contact, &work_);
   return field_->at_node(node, &work_);
 }
 
@@ -166,8 +166,8 @@ bool DeformedSurface::may_hold(Vec3 low, Vec3 high, double margin) const {
   return true;
 }
 
-double DeformedSurface::largest_move_without(std::int32_t tool, std::int32_t point) const {
-  return field_ ? tree_->largest_reach() * field_->last_change_without(tool, point) : 0;
+double DeformedSurface::largest_move_without(const ContactId& id) const {
+  return field_ ? tree_->largest_reach() * field_->last_change_without(id) : 0;
 }
 
 Vec3 DeformedSurface::displacement(const AskedSurface& asked, const SurfacePoint& surface_point) {
@@ -190,7 +190,7 @@ Vec3 DeformedSurface::below_disc(const AskedSurface& asked, const SurfacePoint& 
   *lacks_nodes = disc.lacks_nodes;
   for (int e = 0; e < disc.count; ++e) sum += disc.weight[e] * at_node(asked, disc.node[e]);
   return sum - displacement(asked, surface_point) +
-         field_->beyond_mesh(disc.disc, asked.tool, asked.point, asked.kind == AskedSurface::kPredicted);
+         field_->beyond_mesh(disc.disc, asked.contact, asked.kind == AskedSurface::kPredicted);
 }
 
 void DeformedSurface::corners(std::int32_t triangle, Vec3 corner[3]) {

@@ -17,11 +17,11 @@ struct SurfaceCrossing {
   bool entering = false;
 };
 
-// Which surface is asked about: as it is now; now without what the contact (tool, point) itself does; as
+// Which surface is asked about: as it is now; now without what the contact itself does; as
 // ContactField::predict_without() has predicted it.
 struct AskedSurface {
   enum Kind { kNow, kWithout, kPredicted } kind = kNow;
-  std::int32_t tool = -1, point = -1;
+  ContactId contact;
 };
 
 // A query may end before it is finished, where it has reached the limit of limit_work(). finished() then tells it, and its answer has
@@ -58,7 +58,7 @@ class DeformedSurface {
   double farthest_from_rest() const;
   // Whether a point lies in the box around the surface as it is and was before the last solve. margin: m, more.
   bool may_hold(Vec3 low, Vec3 high, double margin = 0) const;
-  double largest_move_without(std::int32_t tool, std::int32_t point) const;
+  double largest_move_without(const ContactId& id) const;
   // sqrt(J): grows with every change of the surface (NearestPoint::per_path).
   double path() const { return field_ ? field_->path() : 0; }
 
@@ -68,12 +68,10 @@ class DeformedSurface {
   // below it, and other discs move that beyond what the mesh shows (disc_compliance.h). So its contact has no force where it
   // begins. *lacks_nodes: the disc has held nodes, too, which its row leaves out. Cost: some microseconds.
   Vec3 below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius, bool* lacks_nodes);
-  // Whether it may be other than zero, for the disc of (tool, point).
-  bool may_sink(std::int32_t tool, std::int32_t point) const { return discs_.patch && deepest_but(tool, point) > 0; }
+  // Whether it may be other than zero, for the disc of a contact.
+  bool may_sink(const ContactId& id) const { return discs_.patch && deepest_but(id) > 0; }
   // m, its bound, and a bound for its changes as long as the disc stays (ContactField).
-  double deepest_but(std::int32_t tool, std::int32_t point) const {
-    return field_ ? field_->deepest_but(tool, point) : 0;
-  }
+  double deepest_but(const ContactId& id) const { return field_ ? field_->deepest_but(id) : 0; }
   double sum_of_changes() const { return field_ ? field_->sum_of_changes() : 0; }
   // m, where the corners of a triangle are now.
   void corners(std::int32_t triangle, Vec3 corner[3]);

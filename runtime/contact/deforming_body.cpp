@@ -62,13 +62,9 @@ void DeformingBody::find_known(const ContactConstraints& set) {
   std::int32_t k = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& now = set.constraints[p];
-    const auto order = [&](const Kept& before) {
-      if (before.tool != now.tool) return before.tool - now.tool;
-      return before.point != now.point ? before.point - now.point : before.part - now.part;
-    };
-    while (k < kept_count_ && order(kept_[k]) < 0) ++k;
-    const bool known = k < kept_count_ && order(kept_[k]) == 0;
-    now_[p] = known ? kept_[k] : Kept{now.tool, now.point, now.part, 0, {0, 0, 0}, {}};
+    while (k < kept_count_ && kept_[k].id < now.id) ++k;
+    const bool known = k < kept_count_ && kept_[k].id == now.id;
+    now_[p] = known ? kept_[k] : Kept{now.id, 0, 0, {0, 0, 0}, {}};
     now_[p].known = known;
   }
 }

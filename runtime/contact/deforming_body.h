@@ -108,9 +108,10 @@ class DeformingBody {
  private:
   // Of a constraint, from step to step.
   struct Kept {
-    std::int32_t tool, point, part, known;  // known: 1 where the last step had it
-    double force[3];                        // N, along the axes of its frame
-    Vec3 turned;                            // the unit normal along which its laws act, less that at rest
+    ConstraintId id;
+    std::int32_t known, unused;  // known: 1 where the last step had it
+    double force[3];             // N, along the axes of its frame
+    Vec3 turned;                 // the unit normal along which its laws act, less that at rest
   };
   void find_known(const ContactConstraints& set);
   Mat3 present_frame(const ContactConstraints& set, std::int32_t p);

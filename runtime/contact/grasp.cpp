@@ -135,7 +135,7 @@ std::uint32_t Grasps::add_rows(std::int32_t t, const Tool& tool, std::int32_t fi
     }
     if (grasp.closed == Grasp::kClosesAnew) continue;
     GraspWish wish;
-    wish.tool = t, wish.point = first + p, wish.node = patch.node, wish.count = patch.count;
+    wish.contact = {ContactSource::tool, t, first + p}, wish.node = patch.node, wish.count = patch.count;
     wish.parts = patch.has_gradients ? 3 : 1, wish.discs = patch.discs;
     for (int part = 0; part < wish.parts; ++part) {
       wish.weight[part] = patch.weight[part], wish.local[part] = patch.local[part];
@@ -264,7 +264,8 @@ void Grasps::request_of_tool(TouchStep& step, std::int32_t t) {
   const ContactConstraints& set = state.rows.set();
   for (std::int32_t p = 0; made > 0 && p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    if (constraint.tool != t || constraint.part != 0 || !is_of_grasp(step, t, constraint.point)) continue;
+    const ContactId& contact = constraint.id.contact;
+    if (!is_of_tool(contact) || contact.index != t || constraint.id.part != 0 || !is_of_grasp(step, contact)) continue;
     if (!state.solver.matrix().holds(set, p)) state.admission.pay();
     step.count_contact(t, set.target[p] - step.moved(set, constraint));
   }

@@ -139,9 +139,8 @@ NeedleWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, cons
 std::uint32_t Needles::add_rows(std::int32_t t, const Tool& tool, ContactRows& rows) {
   NeedleInTissue& needle = needles_[t];
   if (!needle.touches) return 0;
-  const std::int32_t first = t * kPointsOfOne;
   const auto add = [&](NeedleWish& wish, std::int32_t point, std::int32_t part) {
-    wish.point = first + point, wish.part = part;
+    wish.id = {{ContactSource::needle, t, point}, part};
     return rows.add_needle(wish);
   };
   NeedleWish tip = wish_of(needle, tool, needle.tip, 0.5 * tool.needle.spacing);
@@ -335,14 +334,15 @@ void Needles::take_reactions(TouchStep& step, bool solved) {
 
 bool Needles::note_sliding(const TouchStep& step, const ContactConstraints&, const ContactConstraint& constraint,
                            SlideEnergy::Sliding* sliding) {
-  if (constraint.tool != kToolOfNeedles) return false;
-  const std::int32_t t = tool_of(constraint.point);
+  const ContactId& contact = constraint.id.contact;
+  if (contact.source != ContactSource::needle) return false;
+  const std::int32_t t = contact.index;
   const palpate_needle& given = step.state->input.tool(t).needle;
   // Of one that something brakes, friction and cutting take more than new places may give.
   if (has_motions(step.context->def) || given.friction != 0 || given.cutting_force != 0) return false;
-  NeedlePlace& place = place_of(constraint.point);
-  const NeedleInTissue& needle = needles_[t];
-  const bool is_tip = &place == &needle.tip;
+  NeedleInTissue& needle = needles_[t];
+  const bool is_tip = contact.point == 0;
+  NeedlePlace& place = is_tip ? needle.tip : needle.place[contact.point - 1];
   // The tip begins where it meets the surface, a place where the needle is.
   sliding->aside = &place.aside, sliding->at = needle.position;
   sliding->from = is_tip ? place.rest : needle.position;

@@ -54,8 +54,6 @@ struct NeedleInTissue {
 
 class Needles final : public RowSource {
  public:
-  static constexpr std::int32_t kPointsOfOne =
-      NeedleInTissue::kMostPlaces + 1;  // of constraints: the tip, then the places
   // All borrowed.
   struct Source {
     TetrahedronGeometry geometry;                       // nodes: at rest, preload included
@@ -80,8 +78,6 @@ class Needles final : public RowSource {
   const palpate_needle_state& state(std::int32_t t) const { return needles_[t].state; }
   // m, of a node that a needle may hold.
   Vec3 at_rest(std::int32_t node) const { return load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(node)); }
-  // Of a constraint: the place of the tool whose needle it belongs to.
-  static std::int32_t tool_of(std::int32_t point) { return point / kPointsOfOne; }
   static std::int32_t constraints_of_one(std::int32_t most_places) { return most_places + 2; }
   // What a needle takes beside its rows in a step with so many contact nodes, at most: where the tissue at the tip and at its places is,
   // and the search for the tetrahedron into which the tip goes.
@@ -100,12 +96,6 @@ class Needles final : public RowSource {
   // set: as it was solved. Returns step flags. Cost: a search for a tetrahedron where the tip moves in the tissue.
   std::uint32_t end_tool(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
                          const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum, Vec3* torque);
-  // What a constraint's `point` names.
-  NeedlePlace& place_of(std::int32_t point) const {
-    NeedleInTissue& needle = needles_[tool_of(point)];
-    const std::int32_t number = point % kPointsOfOne;
-    return number > 0 ? needle.place[number - 1] : needle.tip;
-  }
   bool find_place(Vec3 x, NeedlePlace* place) const;
   void enter(NeedleInTissue& needle, const Tool& tool) const;
   Vec3 displacement(const NeedlePlace& place) const;

@@ -17,11 +17,10 @@ class Report {
   void for_each_contact(Visit visit) const {
     const ContactConstraints& set = state_.rows.set();
     for (std::int32_t first = 0, end = 0; first < set.constraint_count; first = end) {
-      if (!is_of_tool(set.constraints[first].tool)) return;
-      while (end < set.constraint_count && set.constraints[end].tool == set.constraints[first].tool &&
-             set.constraints[end].point == set.constraints[first].point)
-        ++end;
-      if (is_of_grasp(step_, set.constraints[first].tool, set.constraints[first].point)) continue;
+      if (!is_of_tool(set.constraints[first].id.contact)) return;
+      const ContactId& contact = set.constraints[first].id.contact;
+      while (end < set.constraint_count && set.constraints[end].id.contact == contact) ++end;
+      if (is_of_grasp(step_, contact)) continue;
       visit(first, end);
     }
   }
@@ -46,28 +45,28 @@ class Report {
   ReportedContact reported(std::int32_t first, std::int32_t end) {
     const ContactConstraints& set = state_.rows.set();
     const ContactConstraint& constraint = set.constraints[first];
-    const Tool& tool = state_.input.tool(constraint.tool);
+    const std::int32_t t = constraint.id.contact.index, point = constraint.id.contact.point;
+    const Tool& tool = state_.input.tool(t);
     ReportedContact contact;
-    contact.tool = constraint.tool, contact.point = constraint.point;
+    contact.tool = t, contact.point = point;
     contact.state = state_of(first, end);
-    if (constraint.point < tool.point_count) {
-      contact.surface_point = state_.points[constraint.tool][constraint.point].anchor;
+    if (point < tool.point_count) {
+      contact.surface_point = state_.points[t][point].anchor;
       if (has_fine_contacts(state_)) {
-        const FineContact& fine = state_.fine_contacts[constraint.tool][constraint.point];
+        const FineContact& fine = state_.fine_contacts[t][point];
         contact.fine = fine.anchor, contact.surface_point = fine.beneath;
       }
-    } else if (const palpate_grip& grip = tool.grips[constraint.point - tool.point_count];
-               grip.kind == PALPATE_GRIP_NODE) {
+    } else if (const palpate_grip& grip = tool.grips[point - tool.point_count]; grip.kind == PALPATE_GRIP_NODE) {
       contact.node = grip.node;
     } else {
       contact.surface_point = surface_point_of(grip.triangle, grip.barycentric);
     }
-    contact.holder = step_.holder(tool, constraint.point);
+    contact.holder = step_.holder(tool, point);
     Vec3 linear;
     for (std::int32_t p = first; p < end; ++p)
       for (std::int32_t e = 0; e < set.constraints[p].node_count; ++e) {
         const Vec3 force = state_.force[set.constraints[p].first_node + e];
-        contact.force += -1 * corrected(step_, constraint.tool, force), linear += force;
+        contact.force += -1 * corrected(step_, t, force), linear += force;
       }
     if (!is_finite(contact.force)) contact.force = Vec3{};
     if (constraint.disc_radius > 0) describe_disc(constraint, linear, &contact);
@@ -77,7 +76,7 @@ class Report {
   // The disc below a contact, and how deep its own force on the organ, N, would press it into a half-space.
   void describe_disc(const ContactConstraint& constraint, Vec3 force, ReportedContact* contact) const {
     const FineContact* fine =
-        contact->fine.triangle >= 0 ? &state_.fine_contacts[constraint.tool][constraint.point] : nullptr;
+        contact->fine.triangle >= 0 ? &state_.fine_contacts[contact->tool][contact->point] : nullptr;
     const Vec3 outward = fine ? fine->outward : outward_at(state_, constraint.surface_point);
     const double pressed =
         -dot(force, outward) * state_.measure.tissue(constraint.surface_point).normal / constraint.disc_radius;
@@ -94,11 +93,11 @@ class Report {
       report.hold_tool(t, tool.index < 0 ? -1 : tool.id);
     }
     for_each_contact([&](std::int32_t first, std::int32_t) {
-      report.hold(set.constraints[first].tool, set.constraints[first].point);
+      report.hold(set.constraints[first].id.contact.index, set.constraints[first].id.contact.point);
     });
     report.end_missing();
     for_each_contact([&](std::int32_t first, std::int32_t end) {
-      report.add(reported(first, end), state_.input.tool(set.constraints[first].tool).index);
+      report.add(reported(first, end), state_.input.tool(set.constraints[first].id.contact.index).index);
     });
     for (std::int32_t t = 0; t < state_.input.count(); ++t) {
       const Tool& tool = state_.input.tool(t);

@@ -61,8 +61,8 @@ SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactC
     const ContactConstraint& constraint = acting.constraints[p];
     const Vec3 reaction = solver.reaction(p), target = acting.target[p], force = in_organ(constraint, reaction);
     const double energy = energy_of(solver, acting, p, met);
-    while (before != end && number_of(*before) < number_of(constraint)) leave();
-    const bool had = before != end && number_of(*before) == number_of(constraint);
+    while (before != end && before->id < constraint.id) leave();
+    const bool had = before != end && before->id == constraint.id;
     sum.created += energy - (had ? before->energy : 0);
     if (sliding[p].slides()) {
       const Sliding& now = sliding[p];
@@ -118,7 +118,8 @@ void SlideEnergy::lengthen(const ContactConstraints& acting, const Sliding* slid
   const double more = stored > 0 && lost_ > 0 ? std::sqrt(1 + lost_ / stored) - 1 : 0;
   for (std::int32_t p = 0, end = 0; p < acting.constraint_count; p = end) {
     double depth = 0, force = 0;
-    for (; end < acting.constraint_count && is_of_one_contact(acting.constraints[p], acting.constraints[end]); ++end)
+    for (; end < acting.constraint_count && acting.constraints[p].id.contact == acting.constraints[end].id.contact;
+         ++end)
       depth += acting.constraints[end].share * acting.target[end].x, force += held_[end].reaction.x;
     if (!sliding[p].slack || *sliding[p].slack == 0) continue;
     double& slack = *sliding[p].slack;
@@ -138,8 +139,7 @@ bool SlideEnergy::end(const ContactSolver& solver, const ContactConstraints& act
     const ContactConstraint& constraint = acting.constraints[p];
     const Vec3 reaction = solver.reaction(p), target = acting.target[p];
     Held& held = held_[p];
-    held.tool = constraint.tool, held.point = constraint.point, held.part = constraint.part;
-    held.slides = sliding[p].slides();
+    held.id = constraint.id, held.slides = sliding[p].slides();
     held.target = target, held.reaction = reaction;
     held.energy = energy_of(solver, acting, p, met);
     held.force = in_organ(constraint, reaction), held.at = sliding[p].at, held.axis = sliding[p].axis;

@@ -16,16 +16,6 @@
 
 namespace palpate {
 
-// Ascends through the constraints of a step.
-template <class Constraint>
-std::array<std::int32_t, 3> number_of(const Constraint& of) {
-  return {of.tool, of.point, of.part};
-}
-
-inline bool is_of_one_contact(const ContactConstraint& a, const ContactConstraint& b) {
-  return a.tool == b.tool && a.point == b.point;
-}
-
 class SlideEnergy {
  public:
   // What a touch knows about constraint p of a step.
@@ -56,7 +46,8 @@ class SlideEnergy {
  private:
   // A constraint of the last step.
   struct Held {
-    std::int32_t tool, point, part, slides;
+    ConstraintId id;
+    std::int32_t slides, unused;
     Vec3 target, reaction;  // m and N, in its frame
     double energy;          // J
     Vec3 force, at, axis;   // N and m, in the organ's frame

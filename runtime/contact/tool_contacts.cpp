@@ -8,6 +8,10 @@
 namespace palpate {
 namespace {
 
+ContactId point_of(std::int32_t tool, std::int32_t point) {
+  return {ContactSource::tool, tool, point};
+}
+
 // Below this coefficient of friction the law of a disc is along the disc's own normal. Above it friction takes more than the normal at rest is
 // off by.
 constexpr double kAlmostFree = 0.1;
@@ -44,7 +48,8 @@ class Contacts {
       const bool was_in_contact = state.contact;
       state.paid = state.owed, state.owed = false;
       state.radius = tool.disc_radius;
-      if (!state_.collision.move(state, p, t, i, tool.hold, limits)) step_.raise(t, PALPATE_STEP_TRACKING_LOST);
+      if (!state_.collision.move(state, p, point_of(t, i), tool.hold, limits))
+        step_.raise(t, PALPATE_STEP_TRACKING_LOST);
       if (state.contact != was_in_contact) change_contact(state, state.contact);
       if (!state.contact && (state.in_surface || (was_in_contact && state.over_held)))
         step_.raise(t, PALPATE_STEP_NOT_TOUCHABLE);
@@ -57,9 +62,9 @@ class Contacts {
       if (state.rides)
         state_.collision.ride(state, p);
       else if (context_.def.contact == PALPATE_CONTACT_NODE)
-        state_.collision.slide_pulled(state, p, t, i);
+        state_.collision.slide_pulled(state, p, point_of(t, i));
       else
-        state_.collision.follow(state, p, t, i);
+        state_.collision.follow(state, p, point_of(t, i));
       if (differ(anchor, state.anchor)) change_contact(state, false);
     }
     if (state_.work.deferred() > deferred) step_.raise(t, PALPATE_STEP_WORK_DEFERRED);
@@ -97,7 +102,7 @@ class Contacts {
       PointState& state = state_.points[t][i];
       if (!state.contact) continue;
       ContactWish wish;
-      wish.tool = t, wish.point = i;
+      wish.contact = point_of(t, i);
       wish.displacement = step_.point(tool, i) - state.anchor_at_rest;
       wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction;
       wish.slack = state.slack + state.lift;
@@ -124,7 +129,7 @@ class Contacts {
     Vec3 sum;
     QueryWork work;
     work.limit(state_.work.left());
-    if (!state_.deformed.may_sink(wish.tool, wish.point) || !work.take(ContactPatch::kToPress)) return sum;
+    if (!state_.deformed.may_sink(wish.contact) || !work.take(ContactPatch::kToPress)) return sum;
     Vec3 slope[ContactPatch::kMaxNodes];
     DiscPlace place;
     ContactPatch& patch = state_.patch;
@@ -140,9 +145,7 @@ class Contacts {
     state.begins = false;
     const ContactConstraints& set = state_.rows.set();
     const std::int32_t p = set.constraint_count - 1;
-    if (!wish.slide || p < 0 || set.constraints[p].tool != wish.tool || set.constraints[p].point != wish.point ||
-        !set.place[p].known)
-      return;
+    if (!wish.slide || p < 0 || set.constraints[p].id.contact != wish.contact || !set.place[p].known) return;
     state.lift = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
   }
   bool discs_slide() const { return kHasEffects && state_.rows.discs_slide(); }
@@ -180,7 +183,7 @@ class Contacts {
     for (std::int32_t g = 0; g < tool.grip_count; ++g) {
       const palpate_grip& grip = tool.grips[g];
       ContactWish wish;
-      wish.tool = t, wish.point = tool.point_count + g;
+      wish.contact = point_of(t, tool.point_count + g);
       wish.axes = grip.axes;
       for (int i = 0; i < 3; ++i) wish.displacement[i] = grip.axes >> i & 1u ? grip.displacement[i] : 0.0;
       if (grip.kind == PALPATE_GRIP_NODE) {
@@ -204,14 +207,15 @@ class Contacts {
     bool made = false;
     const std::int32_t first = state_.rows.set().constraint_count;
     if (!may_press(wish, surface_point, paid)) {
-      step_.raise(wish.tool, PALPATE_STEP_WORK_DEFERRED);
-      if (state_.rows.add_contact_as_before(wish) && admit(wish.tool, first, false))
-        step_.count_contact(wish.tool, wish.displacement - moved(surface_point));
+      step_.raise(wish.contact.index, PALPATE_STEP_WORK_DEFERRED);
+      if (state_.rows.add_contact_as_before(wish) && admit(wish.contact.index, first, false))
+        step_.count_contact(wish.contact.index, wish.displacement - moved(surface_point));
       return true;
     }
     const std::uint32_t flags = state_.rows.add_contact(wish, surface_point, &made);
-    if (flags) step_.raise(wish.tool, flags);
-    if (made && admit(wish.tool, first, paid)) step_.count_contact(wish.tool, wish.displacement - moved(surface_point));
+    if (flags) step_.raise(wish.contact.index, flags);
+    if (made && admit(wish.contact.index, first, paid))
+      step_.count_contact(wish.contact.index, wish.displacement - moved(surface_point));
     return made;
   }
   // Whether the step has room for a disc that is to be computed anew. Under large deformation body.operations_to_renew() counts it.
@@ -228,8 +232,8 @@ class Contacts {
     return admitted;
   }
   void record_contact(const ContactWish& wish, std::uint32_t flags, bool made) {
-    if (flags) step_.raise(wish.tool, flags);
-    if (made) step_.count_contact(wish.tool, wish.displacement);
+    if (flags) step_.raise(wish.contact.index, flags);
+    if (made) step_.count_contact(wish.contact.index, wish.displacement);
   }
   // m, by the motions, of a surface point.
   Vec3 moved(const SurfacePoint& surface_point, Vec3 (Motions::*by)(std::int32_t) const = &Motions::now) const {
@@ -248,7 +252,7 @@ class Contacts {
     for (std::int32_t p = 0; p < set.constraint_count; ++p) {
       const ContactConstraint& constraint = set.constraints[p];
       if (!state_.slide_energy.sliding()[p].slack) continue;
-      PointState& state = state_.points[constraint.tool][constraint.point];
+      PointState& state = state_.points[constraint.id.contact.index][constraint.id.contact.point];
       const Operations cost = 9 * Operations{constraint.node_count} * set.node_count / kDense;
       state.rides = solved && set.place[p].known && cost <= state_.work.left();
       if (!state.rides) continue;
@@ -271,18 +275,17 @@ class Contacts {
     state_.admission.begin_debts();
     for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
       const ContactConstraint& first = set.constraints[p];
-      if (!is_of_tool(first.tool)) return;
+      const ContactId& contact = first.id.contact;
+      if (!is_of_tool(contact)) return;
       bool sticks = false;
-      for (; end < set.constraint_count && set.constraints[end].tool == first.tool &&
-             set.constraints[end].point == first.point;
-           ++end)
+      for (; end < set.constraint_count && set.constraints[end].id.contact == contact; ++end)
         sticks = !gives_way(end) || sticks;
       if (first.law != ContactLaw::coulomb || sticks) continue;
-      if (!state_.slides.take(first.tool, first.point, may_owe(first))) {
-        step_.raise(first.tool, PALPATE_STEP_WORK_DEFERRED);
+      if (!state_.slides.take(contact.index, contact.point, may_owe(first))) {
+        step_.raise(contact.index, PALPATE_STEP_WORK_DEFERRED);
         continue;
       }
-      PointState& state = state_.points[first.tool][first.point];
+      PointState& state = state_.points[contact.index][contact.point];
       Vec3 along;
       for (std::int32_t part = p; part < end; ++part) along += left_behind(part);
       state_.collision.slide(state, state.anchor_at_rest + along);
@@ -302,8 +305,8 @@ class Contacts {
   bool gives_way(std::int32_t p) {
     const ContactConstraint& constraint = state_.rows.set().constraints[p];
     const GivesWay gone = palpate::gives_way(constraint, step_.reaction(p));
-    step_.result[constraint.tool].sum.releases += gone.released;
-    step_.result[constraint.tool].sum.slips += gone.slips && !gone.released;
+    step_.result[constraint.id.contact.index].sum.releases += gone.released;
+    step_.result[constraint.id.contact.index].sum.slips += gone.slips && !gone.released;
     return gone.released || gone.slips;
   }
   // m, across the normal: how far the tool has moved past the anchor, times the constraint's share in it. Under large deformation
@@ -370,12 +373,13 @@ void ToolContacts::end(TouchStep& step) {
 
 bool ToolContacts::note_sliding(const TouchStep& step, const ContactConstraints& set,
                                 const ContactConstraint& constraint, SlideEnergy::Sliding* sliding) {
-  if (!is_of_tool(constraint.tool) || !contacts_may_slide(step.context->def)) return false;
-  const Tool& tool = step.state->input.tool(constraint.tool);
-  if (constraint.point >= tool.point_count) return false;
-  PointState& state = step.state->points[constraint.tool][constraint.point];
+  const auto [source, t, point] = constraint.id.contact;
+  if (source != ContactSource::tool || !contacts_may_slide(step.context->def)) return false;
+  const Tool& tool = step.state->input.tool(t);
+  if (point >= tool.point_count) return false;
+  PointState& state = step.state->points[t][point];
   const Vec3 by_motions = step.moved(set, constraint);
-  sliding->slack = &state.slack, sliding->at = step.point(tool, constraint.point) - by_motions;
+  sliding->slack = &state.slack, sliding->at = step.point(tool, point) - by_motions;
   sliding->from = state.ridden - by_motions;
   return true;
 }

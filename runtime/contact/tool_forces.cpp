@@ -104,13 +104,13 @@ void add_forces(TouchStep& step) {
   const ContactConstraints& set = state.rows.set();
   for (std::int32_t e = 0; e < set.node_count; ++e) {
     const ContactNode& held = set.nodes[e];
-    if (!is_of_tool(held.tool)) continue;
+    if (!is_of_tool(held.contact)) continue;
     const Vec3 force = state.force[e];
-    ToolResult& result = step.result[held.tool];
+    ToolResult& result = step.result[held.contact.index];
     result.sum.resultant += force;
-    const Tool& tool = state.input.tool(held.tool);
-    if (!tool.has_torque || is_of_grasp(step, held.tool, held.point)) continue;
-    const Vec3 arm = step.holder(tool, held.point) - state.organ.point_to_organ(tool.reference);
+    const Tool& tool = state.input.tool(held.contact.index);
+    if (!tool.has_torque || is_of_grasp(step, held.contact)) continue;
+    const Vec3 arm = step.holder(tool, held.contact.point) - state.organ.point_to_organ(tool.reference);
     result.sum.moment += cross(arm, force);
     if (corrects_force(step.context->def))
       result.sum.moment_along += cross(arm, part_along(force, result.direction.unit));

@@ -129,16 +129,15 @@ void write_nodes(TouchStep& step) {
   palpate_contact_node* node = nodes_behind(*step.out);
   for (std::int32_t e = 0; e < set.node_count; ++e, ++node) {
     const ContactNode& held = set.nodes[e];
-    node->node = held.node, node->column = held.column, node->point = held.point;
-    const bool of_tool = is_of_tool(held.tool);
-    // Of links -1, of pairs -2, of links of the world -3, of needles -4.
-    node->tool = of_tool                       ? state.input.tool(held.tool).index
-                 : held.tool == kToolOfNeedles ? kToolOfNeedleNodes
-                                               : kToolOfLinks - 1 - held.tool;
+    const ContactId& contact = held.contact;
+    const std::int32_t t = tool_of(contact);
+    node->node = held.node, node->column = held.column;
+    node->source = static_cast<palpate_contact_source>(contact.source), node->point = contact.point, node->reserved = 0;
+    node->index = t < 0 ? contact.index : state.input.tool(t).index;
     store3(state.modified[e], node->modified_displacement);
     // A steep response may turn a finite force into an infinite one.
-    const Vec3 force = of_tool ? corrected(step, held.tool, state.force[e]) : state.force[e];
-    if (!is_finite(force)) step.raise(held.tool, PALPATE_STEP_UNSOLVED);
+    const Vec3 force = is_of_tool(contact) ? corrected(step, t, state.force[e]) : state.force[e];
+    if (!is_finite(force)) step.raise(t, PALPATE_STEP_UNSOLVED);
     store3(is_finite(force) ? force : Vec3{}, node->force);
   }
 }

@@ -67,7 +67,8 @@ class Solve {
     if (!met) state_.work.add(cost);
     if (energy.end(state_.solver, *step_.acting, energy.sliding(), met)) return;
     for (std::int32_t p = 0; p < step_.acting->constraint_count; ++p)
-      if (energy.sliding()[p].slides()) step_.raise(owner_of(step_.acting->constraints[p]), PALPATE_STEP_SOLVE_INEXACT);
+      if (energy.sliding()[p].slides())
+        step_.raise(tool_of(step_.acting->constraints[p].id.contact), PALPATE_STEP_SOLVE_INEXACT);
   }
   // The same as solve(), of the hyperelastic body.
   void deform() {
@@ -122,7 +123,7 @@ class Solve {
   void end_body_energy(const ContactConstraints& set, bool followed) {
     BodyEnergy& energy = state_.body_energy;
     for (std::int32_t p = 0; energy.gives_much() && p < set.constraint_count; ++p)
-      if (energy.sliding()[p].slides()) step_.raise(set.constraints[p].tool, PALPATE_STEP_SOLVE_INEXACT);
+      if (energy.sliding()[p].slides()) step_.raise(tool_of(set.constraints[p].id.contact), PALPATE_STEP_SOLVE_INEXACT);
     energy.end(set, followed);
   }
 
@@ -175,12 +176,12 @@ class Solve {
     std::uint32_t flag = 0;
     if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
     if (outcome == ContactSolver::Outcome::unsolved) flag = PALPATE_STEP_UNSOLVED;
-    for (std::int32_t e = 0; flag && e < set.node_count; ++e) step_.raise(set.nodes[e].tool, flag);
+    for (std::int32_t e = 0; flag && e < set.node_count; ++e) step_.raise(tool_of(set.nodes[e].contact), flag);
     add_forces(step_);
     for (std::int32_t p = 0; p < set.constraint_count; ++p) {
       const ContactSolver::Doubt doubt = state_.solver.doubt_of(p);
-      if (doubt.inexact) step_.raise(owner_of(set.constraints[p]), PALPATE_STEP_SOLVE_INEXACT);
-      if (doubt.conflict) step_.raise(owner_of(set.constraints[p]), PALPATE_STEP_REGULARISED);
+      if (doubt.inexact) step_.raise(tool_of(set.constraints[p].id.contact), PALPATE_STEP_SOLVE_INEXACT);
+      if (doubt.conflict) step_.raise(tool_of(set.constraints[p].id.contact), PALPATE_STEP_REGULARISED);
     }
     if (state_.displacement.exists()) state_.displacement.set(context_.tensors, set, state_.modified, step_.is_solved);
     if (!follows_deformed_surface(context_.def)) return;

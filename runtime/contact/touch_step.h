@@ -61,7 +61,7 @@ struct TouchStep {
   TouchStep() {}
   void begin(const StepContext& of_scene, TouchState& of_steps, const ToolsInWorld* tools, palpate_contacts& written);
   void raise(std::int32_t tool, std::uint32_t flag) {
-    if (is_of_tool(tool)) state->input.tool(tool).flags |= flag;
+    if (tool >= 0) state->input.tool(tool).flags |= flag;
     flags |= flag;
   }
   void count_contact(std::int32_t t, Vec3 displacement) {
@@ -88,14 +88,10 @@ inline Vec3 outward_at(const TouchState& state, const SurfacePoint& surface_poin
   const Vec3 outward = state.measure.outward(surface_point);
   return length(outward) == 0 ? state.surface.outward(surface_point.triangle) : outward;
 }
-// The place of the tool whose constraint it is; PALPATE_MAX_TOOLS or more: of none.
-inline std::int32_t owner_of(const ContactConstraint& constraint) {
-  return constraint.tool == kToolOfNeedles ? Needles::tool_of(constraint.point) : constraint.tool;
-}
-// Whether the tool's `point` is a patch of its grasp: they come after its points and grips.
-inline bool is_of_grasp(const TouchStep& step, std::int32_t t, std::int32_t point) {
-  const Tool& tool = step.state->input.tool(t);
-  return point >= tool.point_count + tool.grip_count;
+// Whether a tool's contact is a patch of its grasp: they come after its points and grips.
+inline bool is_of_grasp(const TouchStep& step, const ContactId& contact) {
+  const Tool& tool = step.state->input.tool(contact.index);
+  return contact.point >= tool.point_count + tool.grip_count;
 }
 
 }  // namespace palpate

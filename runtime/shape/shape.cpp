@@ -7,6 +7,7 @@
 
 #include "runtime/base/alignment.h"
 #include "runtime/base/contact_nodes.h"
+#include "runtime/base/host_struct.h"
 #include "runtime/dense/superposition.h"
 
 namespace palpate {
@@ -143,8 +144,9 @@ class Shape {
 
   // Contacts may have come through a socket, so the step trusts no number in them.
   bool is_sound(const palpate_contact_node& node, std::int32_t tool_count) const {
-    if (node.column < 0 || node.column >= context_.tensors.all_columns() || node.tool < kToolOfNeedleNodes ||
-        node.tool >= tool_count)
+    const bool of_tool = node.source == PALPATE_SOURCE_TOOL || node.source == PALPATE_SOURCE_NEEDLE;
+    if (node.column < 0 || node.column >= context_.tensors.all_columns() || enum_number(node.source) < 0 ||
+        node.source > PALPATE_SOURCE_WORLD_LINK || (of_tool && (node.index < 0 || node.index >= tool_count)))
       return false;
     for (const double u : node.modified_displacement)
       if (!(std::fabs(u) <= 1e12)) return false;
@@ -215,7 +217,8 @@ class Shape {
         continue;
       }
       // Where organs come near one another most of their contact nodes have no force.
-      if (!belongs(node.tool) || is_zero(load3(node.modified_displacement))) continue;
+      const std::int32_t tool = node.source == PALPATE_SOURCE_TOOL ? node.index : -1;
+      if (!belongs(tool) || is_zero(load3(node.modified_displacement))) continue;
       std::int32_t& slot = shape_state_.slot_of_column[node.column];
       if (slot == 0) slot = 1 + add_columns(node.column, group);
       for (int j = 0; j < 3; ++j) shape_state_.sum[slot - 1 + j] += node.modified_displacement[j];

@@ -38,7 +38,8 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
     const ContactSolver& solver = *organs[o].solver;
     const ContactConstraints& set = *organs[o].set;
     std::fill(row_of(o), row_of(o) + solver.matrix().rows_end(), -1);
-    for (std::int32_t p = 0; p < set.constraint_count && set.constraints[p].tool < kToolOfPairs; ++p) {
+    for (std::int32_t p = 0; p < set.constraint_count && set.constraints[p].id.contact.source < ContactSource::pair;
+         ++p) {
       const Vec3 target = target_of_rows(set, p);
       constraints_[constraint_count_] = set.constraints[p];
       RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};

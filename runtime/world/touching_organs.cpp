@@ -90,7 +90,7 @@ std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
   }
   if (count == 0) return -1;
   PairWish wish;
-  wish.point = (other << 26) + (group.second ? 1 << 25 : 0) + pair.vertex;
+  wish.contact = {ContactSource::pair, other, (group.second ? 1 << 25 : 0) + pair.vertex};
   wish.node = node, wish.weight = weight, wish.count = count;
   wish.law = law_of(pair), wish.friction = friction_;
   const Vec3 row[3] = {pair.normal, pair.tangent, cross(pair.normal, pair.tangent)};
@@ -208,7 +208,7 @@ void TouchingOrgans::take_reactions(const std::int32_t* members, std::int32_t co
   for (std::int32_t m = 0; m < count; ++m) {
     TouchState& own = touch(members[m]);
     const ContactConstraints& set = own.rows.set();
-    const auto is_pair = [&](std::int32_t p) { return set.constraints[p].tool >= kToolOfPairs; };
+    const auto is_pair = [&](std::int32_t p) { return set.constraints[p].id.contact.source >= ContactSource::pair; };
     for (std::int32_t p = 0; p < set.constraint_count; ++p)
       if (is_pair(p)) own.rows.set_target(p, {});
     const ContactConstraints& unmoved = acting(members[m]);

@@ -123,11 +123,10 @@ class WorldTouch {
     Vec3 force, torque;
     const palpate_contact_node* const nodes = nodes_behind(contacts);
     for (std::int32_t e = 0; e < contacts.node_count; ++e) {
-      const bool of_needle = nodes[e].tool == kToolOfNeedleNodes;
-      if (nodes[e].tool < 0 && !of_needle) continue;
+      if (nodes[e].source > PALPATE_SOURCE_NEEDLE) continue;
       const Vec3 f = load3(nodes[e].force);
       force += f;
-      if (of_needle)
+      if (nodes[e].source == PALPATE_SOURCE_NEEDLE)
         torque += cross(scene.touch.needles.at_rest(nodes[e].node), f);
       else if (scene.touch.rest)
         torque += cross(load3(scene.touch.rest + 3 * static_cast<std::size_t>(nodes[e].node)), f);

@@ -795,7 +795,7 @@ class Links(unittest.TestCase):
         self.assertEqual(states["tension"][1], 0)
         np.testing.assert_allclose(np.linalg.norm(states["force"][0]), states["tension"][0], rtol=1e-9)
         np.testing.assert_allclose(np.linalg.norm(states["ends"][0][1] - states["ends"][0][0]), states["length"][0], rtol=1e-9)
-        self.assertTrue((contacts.nodes["tool"] == -1).all())
+        self.assertTrue((contacts.nodes["source"] == 2).all())
 
     def test_a_broken_link_says_so(self):
         link = palpate.Link("clip", (self.first, self.second), breaking_force=1)

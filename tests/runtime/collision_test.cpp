@@ -76,7 +76,7 @@ TEST(Collision, MakesAContactOnTheWayInAndEndsItOnTheWayOut) {
   const double pressed = hand.force().norm();
   hand.move({place - 0.001 * out});
   EXPECT_NEAR(hand.force().norm(), pressed / 2, 1e-9 * pressed);  // linear: from 2 mm back to 1 mm
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(hand.contacts.nodes()[0].tool, 0, 0);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(hand.contacts.nodes()[0].index, 0);
   hand.move({place + 0.0001 * out});
   EXPECT_FALSE(hand.touches());
   EXPECT_EQ(hand.force().norm(), 0);
@@ -298,8 +298,8 @@ double beside_the_place(palpate_contact_law law) {
   Eigen::Vector3d place[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   for (int e = 0; e < hand.contacts->node_count; ++e) {
     const palpate_contact_node& node = hand.contacts.nodes()[e];
-    const double weight = Eigen::Vector3d(node.force).norm() / hand.force(node.tool).norm();
-    place[node.tool] +=
+    const double weight = Eigen::Vector3d(node.force).norm() / hand.force(node.index).norm();
+    place[node.index] +=
         weight * (box.node(node.node) + Eigen::Map<const Eigen::Vector3f>(&u[3 * node.node]).cast<double>());
   }
   return std::max((place[0] - first - -0.005 * out).norm(), (place[1] - second - -0.004 * out).norm());

@@ -58,9 +58,9 @@ class Three {
     std::vector<palpate_contact_node> nodes;
     for (std::int32_t n = 0; n < contacts_->node_count; ++n)
       if (const auto& node = *palpate_contacts_node(contacts_, n);
-          palpate_contacts_tool(contacts_, node.tool)->id == kIds[t]) {
+          palpate_contacts_tool(contacts_, node.index)->id == kIds[t]) {
         nodes.push_back(node);
-        nodes.back().tool = 0;  // its index may differ
+        nodes.back().index = 0;  // its index may differ
       }
     return nodes;
   }

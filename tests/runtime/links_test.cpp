@@ -252,8 +252,8 @@ TEST(Links, ActAndReact) {
     double size = 0;
     std::int32_t nodes = 0;
     for (std::int32_t n = 0; n < linked.contacts->node_count; ++n) {
-      if (linked.contacts.nodes()[n].point != link) continue;
-      EXPECT_EQ(linked.contacts.nodes()[n].tool, -1);
+      if (linked.contacts.nodes()[n].index != link) continue;
+      EXPECT_EQ(linked.contacts.nodes()[n].source, PALPATE_SOURCE_LINK);
       sum += Vector3d(linked.contacts.nodes()[n].force);
       size += Vector3d(linked.contacts.nodes()[n].force).norm(), ++nodes;
     }

@@ -412,7 +412,7 @@ void RandomScene::take_out(const RandomPoint& p, const Eigen::Vector3d& outward,
   Eigen::Vector3d force = Eigen::Vector3d::Zero();
   for (std::int32_t e = 0; e < rest->node_count; ++e) {
     auto* node = const_cast<palpate_contact_node*>(palpate_contacts_node(rest, e));
-    if (node->tool != p.tool || node->point != p.point) continue;
+    if (node->source != PALPATE_SOURCE_TOOL || node->index != p.tool || node->point != p.point) continue;
     force += Eigen::Vector3d(node->force);
     std::fill(node->modified_displacement, node->modified_displacement + 3, 0.0);
   }

@@ -59,7 +59,7 @@ palpate_pose moving_pose() {
 }
 
 // These structs have no padding, so every byte is a result.
-static_assert(sizeof(palpate_contact_node) == 4 * sizeof(std::int32_t) + 6 * sizeof(double));
+static_assert(sizeof(palpate_contact_node) == 6 * sizeof(std::int32_t) + 6 * sizeof(double));
 static_assert(sizeof(palpate_tool_state) == 6 * sizeof(std::int32_t) + 15 * sizeof(double));
 
 // skinned: floats of the scene's render mesh, 0 without one. looks_inside: the scene tells stress.

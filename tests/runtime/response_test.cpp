@@ -184,7 +184,7 @@ TEST(Radial, AddsTheCorrectedContributionsOfTwoTools) {
     return displacements(linear.get(), one.get(), box().body.surface_nodes);
   };
   ASSERT_EQ(contacts->node_count, 2);
-  ASSERT_EQ(nodes[0].tool, 0);
+  ASSERT_EQ(nodes[0].index, 0);
   const auto first = alone(0), second = alone(1);
   const Step corrected = step(corrected_def(), grips);
   const Eigen::Vector3d direction = d.normalized();

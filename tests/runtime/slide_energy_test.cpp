@@ -246,8 +246,13 @@ class LimitedRow {
     set_.nodes = node_, set_.constraints = constraint_, set_.target = target_;
     set_.node_capacity = set_.constraint_capacity = set_.node_count = set_.constraint_count = 2;
     for (const int p : {0, 1}) {
-      node_[p] = {bulged_block().touchable.at(static_cast<std::size_t>(column[p])), column[p], p, 0, 1};
-      constraint_[p].first_node = p, constraint_[p].node_count = 1, constraint_[p].tool = p, constraint_[p].axes = 1;
+      node_[p] = {bulged_block().touchable.at(static_cast<std::size_t>(column[p])),
+                  column[p],
+                  {ContactSource::tool, p, 0},
+                  0,
+                  1};
+      constraint_[p].first_node = p, constraint_[p].node_count = 1, constraint_[p].id.contact = node_[p].contact,
+      constraint_[p].axes = 1;
       constraint_[p].framed = true, constraint_[p].share = 1;
       constraint_[p].frame = {{{0, 0, -1}, {1, 0, 0}, {0, -1, 0}}};
     }

@@ -47,7 +47,7 @@ static const palpate_web_field fields[] = {
     STRUCT(palpate_link_end, kind, triangle, barycentric, point),
     STRUCT(palpate_link, kind, id, runs_on, ends, rest_length, stiffness, breaking_force, radius),
     STRUCT(palpate_link_state, id, condition, broken, rest_length, length, tension, force, ends),
-    STRUCT(palpate_contact_node, node, tool, modified_displacement, force),
+    STRUCT(palpate_contact_node, node, source, index, modified_displacement, force),
     STRUCT(palpate_tool_state, force, force_raw, torque, torque_raw, contact_count, flags),
     STRUCT(palpate_contacts, used_bytes, flags, node_count),
     STRUCT(palpate_shape_out, displacements, positions, node_capacity, node_count),

@@ -721,14 +721,25 @@ static inline palpate_tool palpate_default_tool(void) {
   return tool;
 }
 
+/* What holds a node under contact. */
+typedef enum palpate_contact_source {
+  PALPATE_SOURCE_TOOL = 0, /* a tool point, a grip or a grasp                     */
+  PALPATE_SOURCE_NEEDLE = 1,
+  PALPATE_SOURCE_LINK = 2,      /* of the organ                                        */
+  PALPATE_SOURCE_ORGAN = 3,     /* another organ, which touches this one               */
+  PALPATE_SOURCE_WORLD_LINK = 4 /* to another organ or a place of the world            */
+} palpate_contact_source;
+
 /* One node under contact. */
 typedef struct palpate_contact_node {
   int32_t node;   /* mesh node index                                                                 */
   int32_t column; /* index of the node in tensors/nodes: its tensor column. Of an interior node: the number of touchable
                      nodes plus its index in corridor/nodes                                                          */
-  int32_t tool;   /* index of the tool in this step; -1: a link holds the node; -2: another organ; -3: a
-                     link of the world (palpate_world.h); -4: a needle                                               */
-  int32_t point;  /* index of the tool point, or point_count + index of the grip; of a link its index */
+  palpate_contact_source source; /* what holds the node                                                             */
+  int32_t index; /* of the tool in this step, also of the needle's; of the link in the list; of the other organ     */
+  int32_t point; /* TOOL: index of the tool point, or point_count + index of the grip, or behind these that of the
+                     grasp's patch; NEEDLE: 0, the tip, or a place on the shaft; else for the library's use          */
+  int32_t reserved;                /* 0                                                                              */
   double modified_displacement[3]; /* u~ of eq. 8, m; of an interior node its force, N; LARGE: 0                      */
   double force[3];                 /* N, on the organ at this node, after the correction by Q                         */
 } palpate_contact_node;

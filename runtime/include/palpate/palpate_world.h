@@ -110,7 +110,7 @@ PALPATE_API void palpate_world_watch_passes(palpate_world* world, palpate_pass_w
  * - More vertices than max_pairs that are near: those that are farther away are not held (CONTACTS_DROPPED).
  * - Links and grasps of a scene hold their organ as in a scene; their rows are part of the one system. Motions move it as in a scene, and volumes
  *   that are held are followed.
- * - The contact nodes of pairs have the tool -2 in the palpate_contacts of both organs.
+ * - The contact nodes of pairs have the source ORGAN in the palpate_contacts of both organs.
  * - The search for pairs, their rows and the one system come on top of palpate_scene_most_operations(). */
 
 /* ---- links between organs ------------------------------------------------------------------------------------------- */
@@ -142,7 +142,7 @@ static inline palpate_world_link palpate_default_world_link(void) {
  * - The organs that a link with a force joins are solved as one system, those of tools and pairs included, whether they touch or not.
  * - Each organ has its pose: the line between the ends is that in the world, and turns with the poses and the tissue.
  * - A link that breaks raises LINK_BROKE in the flags of the world's step, not in those of an organ. Its organs' reports tell nothing of it.
- * - The contact nodes of these links have the tool -3 in the palpate_contacts of their organ, and the link's index as their point.
+ * - The contact nodes of these links have the source WORLD_LINK in the palpate_contacts of their organ.
  * Refused with PALPATE_ERROR_ARGUMENT, and the world keeps its links: what palpate_scene_set_links refuses; an organ that the world does
  * not have. error may be NULL. Never allocates or locks. Call it in the thread of palpate_world_touch.
  * Cost     A link with a force is one row of the joint system (a clip three). Each link, a slack one too, costs a step 9 multiply-adds for

@@ -255,7 +255,8 @@ Eigen::Vector3d RandomLinks::on_organ(std::size_t organ, std::size_t link) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::int32_t n = 0; n < of.node_count; ++n) {
     const palpate_contact_node& node = *palpate_contacts_node(&of, n);
-    if (node.tool == -3 && node.point == static_cast<std::int32_t>(link)) sum += Eigen::Vector3d(node.force);
+    if (node.source == PALPATE_SOURCE_WORLD_LINK && node.index == static_cast<std::int32_t>(link))
+      sum += Eigen::Vector3d(node.force);
   }
   return turn_of(organ) * sum;
 }

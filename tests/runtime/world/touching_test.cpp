@@ -368,7 +368,7 @@ TEST(Touching, AToolPressesOneOrganOnTheOther) {
   EXPECT_EQ(both.contacts->tool(0).organ_count, 1);
   bool of_pair = false;
   for (std::int32_t n = 0; n < both.contacts->organ(1).node_count; ++n)
-    of_pair = of_pair || palpate_contacts_node(&both.contacts->organ(1), n)->tool == -2;
+    of_pair = of_pair || palpate_contacts_node(&both.contacts->organ(1), n)->source == PALPATE_SOURCE_ORGAN;
   EXPECT_TRUE(of_pair);
 }
 

@@ -134,7 +134,8 @@ class Linked {
     VectorXd force = VectorXd::Zero(organs[static_cast<std::size_t>(k)].body->dofs());
     for (std::int32_t n = 0; n < of.node_count; ++n) {
       const palpate_contact_node& node = *palpate_contacts_node(&of, n);
-      if (link < 0 || (node.tool == -3 && node.point == link)) force.segment<3>(3 * node.node) += Vector3d(node.force);
+      if (link < 0 || (node.source == PALPATE_SOURCE_WORLD_LINK && node.index == link))
+        force.segment<3>(3 * node.node) += Vector3d(node.force);
     }
     return force;
   }
