@@ -92,7 +92,7 @@ void pass_tool(Io& io, Tool& tool, Position& position) {
 }
 template <typename Io, typename Node>
 void pass_node(Io& io, Node& node) {
-  io(node.node), io(node.column), io(node.source), io(node.index), io(node.point), io(node.reserved);
+  io(node.column), io(node.source), io(node.index), io(node.point);
   io(node.modified_displacement), io(node.force);
 }
 
@@ -153,7 +153,6 @@ DatagramFault fault_of(const palpate_tool_state& tool, const SceneConfig::Vector
 DatagramFault fault_of(const palpate_contact_node& node, int tools, const DatagramLimits& limits) {
   const bool of_tool = node.source == PALPATE_SOURCE_TOOL;
   if (node.column < 0 || static_cast<std::size_t>(node.column) >= limits.touchable.size() ||
-      node.node != limits.touchable[static_cast<std::size_t>(node.column)] ||
       !(of_tool || node.source == PALPATE_SOURCE_LINK) || node.index < 0 || (of_tool && node.index >= tools) ||
       node.point < 0)
     return DatagramFault::index;
@@ -236,8 +235,10 @@ DatagramFault decode_contacts(std::span<const unsigned char> bytes, const Datagr
     fault = fault_of(tool_of(contacts, t), note->positions[t]);
   }
   for (std::uint32_t n = 0; n < nodes && fault == DatagramFault::none; ++n) {
-    pass_node(in, node_of(contacts, n));
-    fault = fault_of(node_of(contacts, n), contacts->tool_count, limits);
+    palpate_contact_node& node = node_of(contacts, n) = palpate_contact_node{};
+    pass_node(in, node);
+    fault = fault_of(node, contacts->tool_count, limits);
+    if (fault == DatagramFault::none) node.node = limits.touchable[static_cast<std::size_t>(node.column)];
   }
   return fault;
 }

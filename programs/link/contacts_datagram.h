@@ -13,7 +13,7 @@
 namespace palpate {
 
 inline constexpr std::uint32_t kDatagramVersion = 3;
-inline constexpr std::size_t kDatagramHeaderBytes = 176, kDatagramToolBytes = 160, kDatagramNodeBytes = 72;
+inline constexpr std::size_t kDatagramHeaderBytes = 176, kDatagramToolBytes = 160, kDatagramNodeBytes = 64;
 inline constexpr std::size_t kMostDatagramBytes = 65507;  // what UDP over IPv4 carries
 inline constexpr int kMostDatagramNodes =
     (kMostDatagramBytes - kDatagramHeaderBytes - PALPATE_MAX_TOOLS * kDatagramToolBytes) / kDatagramNodeBytes;

@@ -66,6 +66,7 @@ class ContactMatrix {
   double entry(std::int32_t i, std::int32_t j) const { return row(i)[j]; }
   // D, which scales the diagonal to one; 0: the row is not in use.
   double scale(std::int32_t row) const { return scale_[row]; }
+  const double* scales() const { return scale_; }
   const RowsOfConstraint* rows() const { return rows_; }
   const RowsOfConstraint& rows_of(std::int32_t p) const { return rows_[p]; }
   const HeldConstraints& held() const { return held_; }

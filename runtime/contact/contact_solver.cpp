@@ -23,7 +23,7 @@ bool joins(const ContactConstraints& set) {
 
 bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
   if (!matrix_.create(memory, limits.of) || !factor_.create(memory, &matrix_, limits.operations) ||
-      !limit_.create(memory, &matrix_))
+      !limit_.create(memory, matrix_.capacity()))
     return false;
   if (limits.of.predicts && !prediction_.create(memory, &matrix_, &factor_, &laws_)) return false;
   const auto rows = static_cast<std::size_t>(matrix_.capacity());
@@ -44,7 +44,7 @@ bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
 
 void ContactSolver::restored(const Tensors& tensors) {
   matrix_.restored(tensors);
-  limit_.set(matrix_.held().constraints, matrix_.held().count, most_target_);
+  set_limits(matrix_.held().constraints, matrix_.held().count);
 }
 
 void ContactSolver::forget() {
@@ -200,10 +200,22 @@ void ContactSolver::measure_stiffness(const ContactConstraints& set, const Moved
   if (!known) factor_.leave_soft();
 }
 
+void ContactSolver::set_limits(const ContactConstraint* constraints, std::int32_t count) {
+  limit_.set(matrix_.scales(), matrix_.rows_end(), constraints, matrix_.rows(), count, most_target_);
+}
+
+// m, how far the reactions move a contact node at most; below 0: there is no room to tell. kept: operations that come after it.
+double ContactSolver::thrown(const ContactConstraints& set, Operations kept, Vec3* force, StepWork* work) const {
+  const Operations cost = 9 * Operations{set.node_count} * set.node_count / kDense;
+  if (cost + kept > work->left()) return -1;
+  work->add(cost);
+  return largest_displacement(set, force);
+}
+
 ContactSolver::Limiting ContactSolver::limit_forces(const ContactConstraints& set, Operations kept, Vec3* force,
                                                     StepWork* work) {
   constexpr auto all = ReactionLimit::Rows::all;
-  const double most = limit_.exceeded(all, set, reaction_, kept, force, work);
+  const double most = limit_.exceeded(all, reaction_, [&] { return thrown(set, kept, force, work); });
   if (most == 0) return Limiting::within;
   const Operations rows = factor_.used(),
                    cost = (squared_rows() * rows / 6 + ContactFactor::kSoftSolves * squared_rows()) / kDense;
@@ -223,11 +235,12 @@ ContactSolver::Limiting ContactSolver::limit_forces(const ContactConstraints& se
 
 // The same for contacts that do not give way, where laws have decided. A law that is missed only after this conflicts with them.
 void ContactSolver::limit_grips(const ContactSystem& laws, const ContactConstraints& set, Vec3* force, StepWork* work) {
+  constexpr auto beside = ReactionLimit::Rows::beside_laws;
   const Operations look = operations_to_look(laws);
-  const double most = limit_.exceeded(ReactionLimit::Rows::beside_laws, set, reaction_, look, force, work);
+  const double most = limit_.exceeded(beside, reaction_, [&] { return thrown(set, look, force, work); });
   if (most == 0) return;
   for (std::int32_t row = 0; row < matrix_.rows_end(); ++row)
-    softened_[row] = matrix_.scale(row) != 0 && limit_.covers(ReactionLimit::Rows::beside_laws, row)
+    softened_[row] = matrix_.scale(row) != 0 && limit_.covers(beside, row)
                          ? ContactFactor::kSoftShift / (matrix_.scale(row) * matrix_.scale(row))
                          : factor_.soft()[row];
   ContactSystem soft = laws;
@@ -241,7 +254,7 @@ void ContactSolver::limit_grips(const ContactSystem& laws, const ContactConstrai
     std::fill(reaction_, reaction_ + matrix_.rows_end(), 0.0);
   effort_.sweeps += before.sweeps, effort_.newton_steps += before.newton_steps, effort_.operations += before.operations;
   std::swap_ranges(reaction_, reaction_ + matrix_.rows_end(), met);
-  limit_.go_within(ReactionLimit::Rows::beside_laws, most, met, reaction_);
+  limit_.go_within(beside, most, met, reaction_);
   std::copy(reaction_, reaction_ + matrix_.rows_end(), coarse_);
   Doubt* const exact = doubt_ + laws.constraint_count;
   std::copy(doubt_, doubt_ + laws.constraint_count, exact);
@@ -346,7 +359,7 @@ bool ContactSolver::prepare(const Tensors& tensors, const ContactConstraints& se
 ContactSolver::Outcome ContactSolver::take_reactions(const ContactConstraints& set, const LawEffort& effort,
                                                      Vec3* force, Vec3* modified) {
   take_targets(set);
-  limit_.set(set.constraints, set.constraint_count, most_target_);
+  set_limits(set.constraints, set.constraint_count);
   effort_ = effort, gives_way_ = decided_ = 1;
   measure_laws(system(set.constraints, set.constraint_count));
   return write_forces(set, force, modified) ? Outcome::solved : fail(set, force, modified);
@@ -361,7 +374,7 @@ ContactSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contac
   take_targets(set);
   std::copy(reaction_, reaction_ + matrix_.rows_end(), last_);
   last_energy_ = energy_;
-  limit_.set(set.constraints, set.constraint_count, most_target_);
+  set_limits(set.constraints, set.constraint_count);
   if (!renew_factor(work)) return fail(set, force, modified);
   const ContactSystem laws = system(set.constraints, set.constraint_count);
   const bool have_laws = std::any_of(set.constraints, set.constraints + set.constraint_count, may_give_way);

@@ -56,6 +56,11 @@ class ContactSolver {
     reaction_[row] = reaction, coarse_[row] = coarse;
   }
 
+  // m: how far the reactions move a contact node at most. force: [node_count], overwritten.
+  double largest_displacement(const ContactConstraints& set, Vec3* force) const {
+    return palpate::largest_displacement(matrix_, set, reaction_, force);
+  }
+
   const ContactMatrix& matrix() const { return matrix_; }
   double reaction_of(std::int32_t row) const { return reaction_[row]; }
   // Of constraint p of the last solve, in its frame: the reactions of its rows (N); where they bring it, and by how much it misses its
@@ -156,6 +161,8 @@ class ContactSolver {
   ContactPrediction::Solution solution() const;
   SolvedReactions solved() const { return {reaction_, last_, target_, again_}; }
   void take_targets(const ContactConstraints& set);
+  void set_limits(const ContactConstraint* constraints, std::int32_t count);
+  double thrown(const ContactConstraints& set, Operations kept, Vec3* force, StepWork* work) const;
   bool write_forces(const ContactConstraints& set, Vec3* force, Vec3* modified) const;
   Outcome fail(const ContactConstraints& set, Vec3* force, Vec3* modified);
   enum class Limiting { within, limited, no_room };

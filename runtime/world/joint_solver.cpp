@@ -19,12 +19,12 @@ bool JointSolver::create(SceneMemory& memory, std::int32_t organ_count, std::int
   rows_of_organ_ = static_cast<std::size_t>(rows_of_organ);
   stride_ = odd_lines(all);
   matrix_ = memory.array<double>(all * stride_);
-  for (double** array : {&soft_, &target_, &most_, &reaction_, &coarse_, &before_}) *array = memory.array<double>(all);
+  for (double** array : {&soft_, &target_, &scale_, &reaction_, &coarse_, &met_}) *array = memory.array<double>(all);
   constraints_ = memory.array<ContactConstraint>(static_cast<std::size_t>(constraints));
   rows_ = memory.array<RowsOfConstraint>(static_cast<std::size_t>(constraints));
   row_of_ = memory.array<std::int32_t>(static_cast<std::size_t>(organ_count) * rows_of_organ_);
   list_ = memory.array<std::int32_t>(rows_of_organ_);
-  return laws_.create(memory, rows) && !memory.failed();
+  return laws_.create(memory, rows) && limit_.create(memory, rows) && !memory.failed();
 }
 
 void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
@@ -122,27 +122,42 @@ void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_coun
   bound_joined(organs, pairs, pair_count);
 }
 
-// As ContactSolver does: where rows that do not give way contradict one another, as clips from one place to two, a second solution in which
-// these rows are soft is bounded. The answer is on the line between the two, as near to the first one as the limit of the forces allows.
-void JointSolver::limit(const ContactSystem& system, double largest, std::int64_t operations) {
-  const auto most = [&](std::int32_t i) { return ReactionLimit::kMostForceNear * largest / entry(i, i); };
-  const auto is_limited = [&](std::int32_t i) { return !std::isfinite(most_[i]); };
-  bool within = true;
+void JointSolver::set_reactions(const JointOrgan* organs, std::int32_t organ_count) {
+  for (std::int32_t o = 0; o < organ_count; ++o)
+    for (std::int32_t row = 0; row < organs[o].solver->matrix().rows_end(); ++row)
+      if (const std::int32_t joint = row_of(o)[row]; joint >= 0)
+        organs[o].solver->set_reaction(row, reaction_[joint], coarse_[joint]);
+}
+
+// Where rows that do not give way contradict one another, as clips from one place to two (ContactSolver::limit_grips()).
+void JointSolver::limit(const JointOrgan* organs, std::int32_t organ_count, const ContactSystem& system, double largest,
+                        std::int64_t operations) {
+  constexpr auto beside = ReactionLimit::Rows::beside_laws;
+  std::int64_t left = operations - effort_.operations;
+  const double most = limit_.exceeded(beside, reaction_, [&] {
+    double thrown = 0;
+    for (std::int32_t o = 0; o < organ_count; ++o) {
+      const std::int64_t nodes = organs[o].set->node_count;
+      if (left < 9 * nodes * nodes) return -1.0;
+      left -= 9 * nodes * nodes;
+      thrown = std::max(thrown, organs[o].solver->largest_displacement(*organs[o].set, organs[o].force));
+    }
+    return thrown;
+  });
+  if (most == 0) return;
   for (std::int32_t i = 0; i < rows_end_; ++i)
-    within = within && (!is_limited(i) || std::fabs(reaction_[i]) <= most(i));
-  const std::int64_t left = operations - effort_.operations;
-  if (within || left < LawSolver::fewest_operations(system)) return;
-  std::copy(reaction_, reaction_ + rows_end_, before_);
-  for (std::int32_t i = 0; i < rows_end_; ++i)
-    if (is_limited(i)) soft_[i] = ContactFactor::kSoftShift * entry(i, i), reaction_[i] = 0;
-  laws_.solve(system, kSettled * largest, left, reaction_);
-  double share = 1;
-  for (std::int32_t i = 0; i < rows_end_; ++i)
-    if (const double sharp = std::fabs(before_[i]), soft = std::fabs(reaction_[i]);
-        is_limited(i) && sharp > most(i) && sharp > soft)
-      share = std::min(share, std::max(0.0, (most(i) - soft) / (sharp - soft)));
-  for (std::int32_t i = 0; i < rows_end_; ++i)
-    coarse_[i] = reaction_[i] = reaction_[i] + share * (before_[i] - reaction_[i]);
+    if (limit_.covers(beside, i)) soft_[i] = ContactFactor::kSoftShift * entry(i, i);
+  std::copy(reaction_, reaction_ + rows_end_, met_);
+  if (left >= LawSolver::fewest_operations(system)) {
+    std::fill(reaction_, reaction_ + rows_end_, 0.0);
+    laws_.solve_without_shift(system, kSettled * largest, ContactSolver::kMet * largest, ContactFactor::kSoftSolves,
+                              left, reaction_, coarse_);
+  } else {
+    std::fill(reaction_, reaction_ + rows_end_, 0.0);
+  }
+  std::swap(reaction_, met_);
+  limit_.go_within(beside, most, met_, reaction_);
+  std::copy(reaction_, reaction_ + rows_end_, coarse_);
 }
 
 bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
@@ -153,26 +168,21 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
   for (std::int32_t i = 0; i < rows_end_; ++i) largest = std::max(largest, std::fabs(target_[i]));
   ContactSystem system;
   system.matrix = matrix_, system.stride = stride_, system.rows_end = rows_end_;
-  system.soft = soft_, system.target = target_, system.most = most_;
+  system.soft = soft_, system.target = target_, system.most = limit_.of_laws();
   system.constraints = constraints_, system.rows = rows_, system.constraint_count = constraint_count_;
-  for (std::int32_t c = 0; c < constraint_count_; ++c) {
-    const bool gives_way = may_give_way(constraints_[c]);
-    for (const std::int32_t row : rows_[c].at) {
-      if (row < 0) continue;
-      soft_[row] = ContactFactor::kShift * entry(row, row);
-      most_[row] = gives_way ? ReactionLimit::kMostForce * largest / entry(row, row) : INFINITY;
-    }
+  for (std::int32_t i = 0; i < rows_end_; ++i) {
+    scale_[i] = 1 / std::sqrt(entry(i, i));
+    soft_[i] = ContactFactor::kShift * entry(i, i);
   }
+  limit_.set(scale_, rows_end_, constraints_, rows_, constraint_count_, largest);
   const double met = ContactSolver::kMet * largest + ContactSolver::kLeastMiss;
   const bool is_met = laws_.solve_without_shift(system, kSettled * largest, met, ContactFactor::kMostSolves, operations,
                                                 reaction_, coarse_) <= met;
   effort_ = laws_.effort();
-  limit(system, largest, operations);
+  set_reactions(organs, organ_count);
+  limit(organs, organ_count, system, largest, operations);
+  set_reactions(organs, organ_count);
   effort_.sweeps = std::max(1, effort_.sweeps);  // laws have decided
-  for (std::int32_t o = 0; o < organ_count; ++o)
-    for (std::int32_t row = 0; row < organs[o].solver->matrix().rows_end(); ++row)
-      if (const std::int32_t joint = row_of(o)[row]; joint >= 0)
-        organs[o].solver->set_reaction(row, reaction_[joint], coarse_[joint]);
   for (std::int32_t q = 0; q < pair_count; ++q) {
     if (pairs[q].joined) {
       pairs[q].reaction = pairs[q - 1].reaction;

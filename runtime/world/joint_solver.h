@@ -15,6 +15,7 @@ namespace palpate {
 struct JointOrgan {
   ContactSolver* solver = nullptr;
   const ContactConstraints* set = nullptr;  // with the targets of contacts, without what motions do
+  Vec3* force = nullptr;                    // [node_count] N, overwritten
 };
 struct JointPair {
   std::int32_t organ[2] = {};             // among the JointOrgans
@@ -51,18 +52,21 @@ class JointSolver {
   void bound_joined(const JointOrgan* organs, const JointPair* pairs, std::int32_t pair_count);
   void sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
                     std::int32_t pair_count);
-  void limit(const ContactSystem& system, double largest, std::int64_t operations);
+  void set_reactions(const JointOrgan* organs, std::int32_t organ_count);
+  void limit(const JointOrgan* organs, std::int32_t organ_count, const ContactSystem& system, double largest,
+             std::int64_t operations);
 
   std::size_t stride_ = 0, rows_of_organ_ = 0;
   double* matrix_ = nullptr;  // [rows][stride]
-  double *soft_ = nullptr, *target_ = nullptr, *most_ = nullptr, *reaction_ = nullptr;
-  double *coarse_ = nullptr, *before_ = nullptr;
+  double *soft_ = nullptr, *target_ = nullptr, *scale_ = nullptr, *reaction_ = nullptr;
+  double *coarse_ = nullptr, *met_ = nullptr;
   ContactConstraint* constraints_ = nullptr;
   RowsOfConstraint* rows_ = nullptr;
   std::int32_t* row_of_ = nullptr;  // [organs][rows of an organ] joint row; -1: none
   std::int32_t* list_ = nullptr;    // [rows of an organ]
   std::int32_t rows_end_ = 0, constraint_count_ = 0;
   LawSolver laws_;
+  ReactionLimit limit_;
   LawEffort effort_;
 };
 

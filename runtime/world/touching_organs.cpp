@@ -163,7 +163,7 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
   for (std::int32_t m = 0; m < count; ++m) {
     TouchState& own = touch(members[m]);
     place[members[m]] = m;
-    member_[m] = {&own.solver, &acting(members[m])};
+    member_[m] = {&own.solver, &acting(members[m]), own.force};
     is_joint_[members[m]] = true;
     prepared = own.solver.prepare(organs_[members[m]]->context.tensors, *member_[m].set, &own.work) && prepared;
     operations += own.work.left() * kDense;

@@ -252,8 +252,8 @@ Mat3 WorldLinks::compliance_between(const WorldLink& one, const WorldLink& other
       if (one.constraint[side] < 0 || other.constraint[of_other] < 0 || one.organ[side] != other.organ[of_other])
         continue;
       const TouchState& own = touch(one, side);
-      const Mat3 compliance =
-          own.solver.matrix().compliance_between_nodes(own.rows.set(), one.constraint[side], other.constraint[of_other]);
+      const Mat3 compliance = own.solver.matrix().compliance_between_nodes(own.rows.set(), one.constraint[side],
+                                                                           other.constraint[of_other]);
       const Mat3& axes = own.organ.pose().axes;
       add_scaled(sum, 1 / (one.link.share * other.link.share),
                  own.organ.is_set() ? times_transposed(axes * compliance, axes) : compliance);

@@ -124,8 +124,8 @@ TEST_F(ContactsDatagram, HasTheLayoutThatTheReadmeGives) {
   EXPECT_EQ(u32(84), 2u);    // tools
   const std::uint32_t nodes = u32(88);
   EXPECT_EQ(nodes, static_cast<std::uint32_t>(got_->get()->node_count));
-  EXPECT_EQ(pressed_.size(), 176 + 2 * 160 + 72 * nodes);
-  EXPECT_EQ(u32(176 + 2 * 160), static_cast<std::uint32_t>(palpate_contacts_node(got_->get(), 0)->node));
+  EXPECT_EQ(pressed_.size(), 176 + 2 * 160 + 64 * nodes);
+  EXPECT_EQ(u32(176 + 2 * 160), static_cast<std::uint32_t>(palpate_contacts_node(got_->get(), 0)->column));
 }
 
 TEST_F(ContactsDatagram, CutAtAnyByteIsRefused) {
@@ -170,12 +170,12 @@ TEST_F(ContactsDatagram, SaysWhatIsWrong) {
     EXPECT_EQ(decode_changed(tool + 8 * number, nan, 8), DatagramFault::number) << number;
   EXPECT_EQ(decode_changed(tool + 72, std::bit_cast<std::uint64_t>(2.0), 8), DatagramFault::number);  // no direction
   EXPECT_EQ(decode_changed(tool + 144, 0xffffffff, 4), DatagramFault::counts);
-  for (std::size_t index = 0; index < 5; ++index)  // node, column, source, index, point
+  for (std::size_t index = 0; index < 4; ++index)  // column, source, index, point
     EXPECT_EQ(decode_changed(node + 4 * index, 0xfffffffe, 4), DatagramFault::index) << index;
-  EXPECT_EQ(decode_changed(node + 4, limits_.touchable.size(), 4), DatagramFault::index);
-  EXPECT_EQ(decode_changed(node + 12, 2, 4), DatagramFault::index);
+  EXPECT_EQ(decode_changed(node, limits_.touchable.size(), 4), DatagramFault::index);
+  EXPECT_EQ(decode_changed(node + 8, 2, 4), DatagramFault::index);
   for (std::size_t number = 0; number < 6; ++number)
-    EXPECT_EQ(decode_changed(node + 24 + 8 * number, nan, 8), DatagramFault::number) << number;
+    EXPECT_EQ(decode_changed(node + 16 + 8 * number, nan, 8), DatagramFault::number) << number;
 
   Bytes damaged = pressed_;
   damaged[node + 20] ^= 1;
