@@ -11,19 +11,24 @@ constexpr double kRefined = 1e-9;
 
 }  // namespace
 
-bool ContactFactor::create(SceneMemory& memory, const ContactMatrix* matrix, Operations operations) {
+bool ContactFactor::create(SceneMemory& memory, const RowMatrix* matrix, Operations operations, bool lasts) {
   matrix_ = matrix, most_operations_ = operations;
-  const auto rows = static_cast<std::size_t>(matrix->capacity());
+  const auto rows = static_cast<std::size_t>(matrix->capacity);
   shift_ = memory.array<double>(rows);
   soft_ = memory.array<double>(rows);
   work_ = memory.array<double>(2 * rows);
   row_at_ = memory.array<std::int32_t>(rows);
   list_ = memory.array<std::int32_t>(rows);
+  if (!lasts) return !memory.failed();
   memory.keep(used_);
-  for (double** array : {&shift_, &soft_}) memory.keep_array(*array, rows, matrix->rows_end());
+  for (double** array : {&shift_, &soft_}) memory.keep_array(*array, rows, matrix->rows_end);
   memory.keep_array(row_at_, rows);
-  return factor_.create(memory, matrix->capacity()) && soft_factor_.create(memory, matrix->capacity()) &&
-         !memory.failed();
+  return factor_.create(memory, matrix->capacity) && soft_factor_.create(memory, matrix->capacity);
+}
+
+void ContactFactor::shift_rows() {
+  for (std::int32_t row = 0; row < matrix_->rows_end; ++row)
+    soft_[row] = kShift * matrix_->entry(row, row);
 }
 
 void ContactFactor::forget() {
@@ -39,7 +44,7 @@ std::int32_t ContactFactor::close_up() {
   std::int32_t stay = 0, positions = 0;
   for (std::int32_t at = 0; at < used_; ++at) {
     const std::int32_t row = row_at_[at];
-    if (matrix_->scale(row) == 0)
+    if (matrix_->scale[row] == 0)
       list_[positions++] = at;
     else
       row_at_[stay++] = row;
@@ -81,7 +86,7 @@ void ContactFactor::write_scaled(const std::int32_t* order, const std::int32_t* 
     const double* from = matrix_->row(row);
     double* to = factor->coming(at);
     for (std::int32_t q = std::max(0, at - size); q < count; ++q)
-      to[q] = matrix_->scale(row) * matrix_->scale(rows[q]) * from[rows[q]];
+      to[q] = matrix_->scale[row] * matrix_->scale[rows[q]] * from[rows[q]];
     if (at >= size) to[at - size] = 1 + shift;
   }
 }
@@ -93,7 +98,7 @@ bool ContactFactor::append(const std::int32_t* rows, std::int32_t count) {
   used_ += count;
   for (std::int32_t q = 0; q < count && !has_factor; ++q) {
     const std::int32_t row = rows[q];
-    shift_[row] = kShift, soft_[row] = kShift / (matrix_->scale(row) * matrix_->scale(row));
+    shift_[row] = kShift, soft_[row] = kShift / (matrix_->scale[row] * matrix_->scale[row]);
   }
   if (!has_factor || count == 0) return true;
   write_scaled(row_at_, rows, count, kShift, &factor_);
@@ -105,7 +110,7 @@ bool ContactFactor::append(const std::int32_t* rows, std::int32_t count) {
     const std::int32_t row = rows[q];
     if (raised[q] > kShift) return false;
     shift_[row] = kShift + raised[q];
-    soft_[row] = shift_[row] / (matrix_->scale(row) * matrix_->scale(row));
+    soft_[row] = shift_[row] / (matrix_->scale[row] * matrix_->scale[row]);
   }
   return true;
 }
@@ -118,9 +123,9 @@ template <class Shift>
 double ContactFactor::refine(const UpdatedCholesky& factor, Shift shift, int most_solves, const double* target,
                              double* reaction) const {
   const std::int32_t rows = factor.size();
-  double *change = work_, *sum = work_ + matrix_->capacity();
+  double *change = work_, *sum = work_ + matrix_->capacity;
   for (std::int32_t at = 0; at < rows; ++at)
-    change[at] = matrix_->scale(row_at_[at]) * target[row_at_[at]], sum[at] = 0;
+    change[at] = matrix_->scale[row_at_[at]] * target[row_at_[at]], sum[at] = 0;
   double part = 1, next = 0;  // share of the last change in the sum; that expected of the next one
   for (int solve = 0; solve < most_solves; ++solve) {
     factor.solve(change);
@@ -136,7 +141,7 @@ double ContactFactor::refine(const UpdatedCholesky& factor, Shift shift, int mos
     next = before > 0 ? part * part / before : 0;
     if (solve > 0 && next <= kRefined) break;
   }
-  for (std::int32_t at = 0; at < rows; ++at) reaction[row_at_[at]] = matrix_->scale(row_at_[at]) * sum[at];
+  for (std::int32_t at = 0; at < rows; ++at) reaction[row_at_[at]] = matrix_->scale[row_at_[at]] * sum[at];
   return next;
 }
 
@@ -165,18 +170,18 @@ bool ContactFactor::hold_rows(const std::int32_t* rows, std::int32_t count) {
 // those rows, left = r - Z (Z_gone)^-1 r_gone.
 bool ContactFactor::take_out(const std::int32_t* gone, int count, double* removal, double* left) const {
   const std::int32_t size = factor_.size();
-  std::int32_t position[ContactMatrix::kMostRowsOfAContact] = {};
-  double* z[ContactMatrix::kMostRowsOfAContact];  // [size] each, by position
+  std::int32_t position[kMostRowsOfAContact] = {};
+  double* z[kMostRowsOfAContact];  // [size] each, by position
   for (int k = 0; k < count; ++k) {
-    z[k] = removal + static_cast<std::size_t>(k) * static_cast<std::size_t>(matrix_->capacity());
+    z[k] = removal + static_cast<std::size_t>(k) * static_cast<std::size_t>(matrix_->capacity);
     for (std::int32_t at = 0; at < size; ++at) {
-      z[k][at] = row_at_[at] == gone[k] ? matrix_->scale(gone[k]) : 0;
+      z[k][at] = row_at_[at] == gone[k] ? matrix_->scale[gone[k]] : 0;
       if (row_at_[at] == gone[k]) position[k] = at;
     }
     factor_.solve(z[k]);
-    for (std::int32_t at = 0; at < size; ++at) z[k][at] *= matrix_->scale(row_at_[at]);
+    for (std::int32_t at = 0; at < size; ++at) z[k][at] *= matrix_->scale[row_at_[at]];
   }
-  double system[ContactMatrix::kMostRowsOfAContact][ContactMatrix::kMostRowsOfAContact + 1];
+  double system[kMostRowsOfAContact][kMostRowsOfAContact + 1];
   for (int i = 0; i < count; ++i) {
     for (int k = 0; k < count; ++k) system[i][k] = z[k][position[i]];
     system[i][count] = left[gone[i]];
@@ -189,7 +194,7 @@ bool ContactFactor::take_out(const std::int32_t* gone, int count, double* remova
       for (int k = i; k <= count && factor != 0; ++k) system[r][k] -= factor * system[i][k];
     }
   }
-  double share[ContactMatrix::kMostRowsOfAContact];
+  double share[kMostRowsOfAContact];
   for (int k = 0; k < count; ++k) share[k] = system[k][count] / system[k][k];
   for (std::int32_t at = 0; at < size; ++at)
     for (int k = 0; k < count; ++k) left[row_at_[at]] -= share[k] * z[k][at];

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "runtime/base/step_work.h"
-#include "runtime/contact/contact_matrix.h"
+#include "runtime/contact/row_matrix.h"
 #include "runtime/dense/updated_cholesky.h"
 
 namespace palpate {
@@ -24,8 +24,9 @@ class ContactFactor {
   static constexpr double kSoftShift = 0.15;
   static constexpr int kSoftSolves = 8;
 
-  // Memory: 16 rows^2 bytes. operations: of a step (StepWork).
-  bool create(SceneMemory& memory, const ContactMatrix* matrix, Operations operations);
+  // Memory: 16 rows^2 bytes. operations: of a step (StepWork). lasts: false: there is no factor and no state,
+  // and soft() alone is of use.
+  bool create(SceneMemory& memory, const RowMatrix* matrix, Operations operations, bool lasts);
   void forget();
 
   // The rows in use, in the order of the factor; and whether there is a factor of all of them.
@@ -34,6 +35,9 @@ class ContactFactor {
   bool exists() const { return factor_.size() == used_; }
   // What stands on the diagonal of the matrix, [rows_end] m/N.
   const double* soft() const { return soft_; }
+
+  // Where there is no factor: of all rows of the matrix.
+  void shift_rows();
 
   void leave() {
     if (used_ > 0) factor_.clear();
@@ -54,6 +58,7 @@ class ContactFactor {
   // The same by the second factor, which is computed where it is not there. False where a number is not finite.
   bool solve_soft(const double* target, double* reaction);
 
+  static constexpr int kMostRowsOfAContact = 9;  // a triangle's
   // Sets the reactions of the `gone` rows to zero while all other rows keep their targets. removal: [count][capacity]. False where the
   // system is not definite. There is a factor.
   bool take_out(const std::int32_t* gone, int count, double* removal, double* left) const;
@@ -84,7 +89,7 @@ class ContactFactor {
   double refine(const UpdatedCholesky& factor, Shift shift, int most_solves, const double* target,
                 double* reaction) const;
 
-  const ContactMatrix* matrix_ = nullptr;
+  const RowMatrix* matrix_ = nullptr;
   Operations most_operations_ = INT64_MAX;
   UpdatedCholesky factor_;
   UpdatedCholesky soft_factor_;     // in the order of factor_; without rows where it is not computed

@@ -40,13 +40,10 @@ Vec3 force_of(const ContactConstraint& constraint, const RowsOfConstraint& rows,
 }  // namespace
 
 bool ContactMatrix::create(SceneMemory& memory, const Limits& limits) {
-  capacity_ = 3 * limits.constraints;
-  const std::size_t rows = static_cast<std::size_t>(capacity_), nodes = static_cast<std::size_t>(limits.nodes),
+  if (!matrix_.create(memory, 3 * limits.constraints)) return false;
+  const std::size_t rows = static_cast<std::size_t>(matrix_.capacity), nodes = static_cast<std::size_t>(limits.nodes),
                     constraints = static_cast<std::size_t>(limits.constraints);
-  stride_ = odd_lines(rows);
-  matrix_ = memory.array<double>(rows * stride_);
-  if (limits.predicts) between_ = memory.array<double>(rows * stride_);
-  scale_ = memory.array<double>(rows);
+  if (limits.predicts) between_ = memory.array<double>(rows * matrix_.stride);
   spread_ = memory.array<Mat3>(nodes);
   rows_ = memory.array<Rows>(constraints);
   held_.nodes = memory.array<ContactNode>(nodes);
@@ -58,13 +55,13 @@ bool ContactMatrix::create(SceneMemory& memory, const Limits& limits) {
   carried_ = memory.array<Vec3>(constraints);
   leaving_ = memory.array<std::int32_t>(rows);
   coming_ = memory.array<std::int32_t>(rows);
-  memory.keep(rows_end_);
+  memory.keep(matrix_.rows_end);
   memory.keep(free_row_);
   memory.keep(held_.count);
   memory.keep(held_.node_count);
   memory.keep(held_.discs);
-  memory.keep_array(matrix_, rows * stride_, rows_end_, stride_);
-  memory.keep_array(scale_, rows, rows_end_);
+  memory.keep_array(matrix_.numbers, rows * matrix_.stride, matrix_.rows_end, matrix_.stride);
+  memory.keep_array(matrix_.scale, rows, matrix_.rows_end);
   memory.keep_array(held_.rows, constraints, held_.count);
   memory.keep_array(held_.constraints, constraints, held_.count);
   memory.keep_array(held_.nodes, nodes, held_.node_count);
@@ -91,13 +88,13 @@ void ContactMatrix::restored(const Tensors& tensors) {
 
 void ContactMatrix::forget() {
   compliance_.forget();
-  std::fill(scale_, scale_ + rows_end_, 0.0);
-  rows_end_ = free_row_ = held_.count = held_.node_count = held_.discs = 0;
+  std::fill(matrix_.scale, matrix_.scale + matrix_.rows_end, 0.0);
+  matrix_.rows_end = free_row_ = held_.count = held_.node_count = held_.discs = 0;
   forget_ended();
 }
 
 void ContactMatrix::forget_ended() {
-  if (held_.any_ended) std::fill(held_.ended, held_.ended + capacity_ / 3, false);
+  if (held_.any_ended) std::fill(held_.ended, held_.ended + matrix_.capacity / 3, false);
   held_.any_ended = false;
 }
 
@@ -107,7 +104,7 @@ void ContactMatrix::end(const ContactId& contact) {
 }
 
 void ContactMatrix::retire(const std::int32_t* rows, int count) {
-  for (int k = 0; k < count; ++k) scale_[rows[k]] = 0;
+  for (int k = 0; k < count; ++k) matrix_.scale[rows[k]] = 0;
 }
 
 // ---- rows that stay, leave and come ----------------------------------------------------------------------------------
@@ -191,13 +188,13 @@ bool ContactMatrix::match(const Tensors& tensors, const ContactConstraints& set,
 void ContactMatrix::drop_leaving(double* reaction) {
   if (leaving_count_ == 0) return;
   free_row_ = 0;
-  for (std::int32_t l = 0; l < leaving_count_; ++l) scale_[leaving_[l]] = 0, reaction[leaving_[l]] = 0;
-  while (rows_end_ > 0 && scale_[rows_end_ - 1] == 0) --rows_end_;
+  for (std::int32_t l = 0; l < leaving_count_; ++l) matrix_.scale[leaving_[l]] = 0, reaction[leaving_[l]] = 0;
+  while (matrix_.rows_end > 0 && matrix_.scale[matrix_.rows_end - 1] == 0) --matrix_.rows_end;
 }
 
 std::int32_t ContactMatrix::take_row() {
-  while (free_row_ < rows_end_ && scale_[free_row_] != 0) ++free_row_;
-  rows_end_ = std::max(rows_end_, free_row_ + 1);
+  while (free_row_ < matrix_.rows_end && matrix_.scale[free_row_] != 0) ++free_row_;
+  matrix_.rows_end = std::max(matrix_.rows_end, free_row_ + 1);
   return free_row_;
 }
 
@@ -220,8 +217,8 @@ void ContactMatrix::remember_between(const Rows& rows, const Rows& columns, cons
     for (int j = 0; j < 3; ++j) {
       if (rows.at[i] < 0 || columns.at[j] < 0) continue;
       const auto row = static_cast<std::size_t>(rows.at[i]), column = static_cast<std::size_t>(columns.at[j]);
-      const double before = add ? between_[row * stride_ + column] : 0;
-      between_[row * stride_ + column] = between_[column * stride_ + row] = before + between.m[i][j];
+      const double before = add ? between_[row * matrix_.stride + column] : 0;
+      between_[row * matrix_.stride + column] = between_[column * matrix_.stride + row] = before + between.m[i][j];
     }
 }
 
@@ -246,7 +243,7 @@ void ContactMatrix::take_rows(const ContactConstraint& constraint, const Mat3& o
   for (int i = 0; i < 3; ++i) {
     if (!(constraint.axes >> i & 1u) || (own.m[i][i] <= 0 && !leads)) continue;
     rows->at[i] = take_row();
-    scale_[rows->at[i]] = leads ? 1 : 1 / std::sqrt(own.m[i][i]);
+    matrix_.scale[rows->at[i]] = leads ? 1 : 1 / std::sqrt(own.m[i][i]);
   }
 }
 
@@ -254,9 +251,9 @@ void ContactMatrix::take_rows(const ContactConstraint& constraint, const Mat3& o
 void ContactMatrix::bound_joined(Rows* rows) {
   const std::int32_t row = rows->at[0];
   if (row < 0) return;
-  double& own = at(row, row);
+  double& own = matrix_.entry(row, row);
   own = std::max(own, kLeastOfJoined * most_joined_);
-  scale_[row] = own > 0 ? 1 / std::sqrt(own) : 0;
+  matrix_.scale[row] = own > 0 ? 1 / std::sqrt(own) : 0;
   if (!(own > 0)) rows->at[0] = -1, free_row_ = std::min(free_row_, row);
 }
 
@@ -293,9 +290,9 @@ bool ContactMatrix::fill_rows(const ContactConstraints& set, std::int32_t p) {
         if (row < 0 || column < 0) continue;
         // Within one constraint both halves take the upper half's numbers.
         double value = q == p && j < i ? c.m[j][i] : c.m[i][j];
-        if (add) value += at(row, column);
+        if (add) value += matrix_.entry(row, column);
         if (!std::isfinite(value)) return false;
-        at(row, column) = at(column, row) = value;
+        matrix_.entry(row, column) = matrix_.entry(column, row) = value;
       }
   }
   if (last && first != p) bound_joined(&rows_[first]);
@@ -342,10 +339,10 @@ int ContactMatrix::rows_of(const ContactId& contact, std::int32_t row[kMostRowsO
 
 // m, [rows_end]: what the rows of discs move beyond the mesh by the reactions of other discs.
 void ContactMatrix::measure_between_discs(const double* reaction, double* moved) const {
-  for (std::int32_t row = 0; row < rows_end_; ++row)
-    moved[row] = scale_[row] == 0 || !couples()
+  for (std::int32_t row = 0; row < matrix_.rows_end; ++row)
+    moved[row] = matrix_.scale[row] == 0 || !couples()
                      ? 0
-                     : dot_rows(rows_end_, between_ + static_cast<std::size_t>(row) * stride_, reaction);
+                     : dot_rows(matrix_.rows_end, between_ + static_cast<std::size_t>(row) * matrix_.stride, reaction);
 }
 
 Vec3 ContactMatrix::beyond_mesh(const double* reactions, const ContactDisc& disc, const ContactId& contact) const {
@@ -373,8 +370,20 @@ Vec3 ContactMatrix::reaction(const double* reaction, std::int32_t p) const {
 Vec3 ContactMatrix::reached(const double* reaction, std::int32_t p) const {
   Vec3 sum;
   for (int i = 0; i < 3; ++i)
-    if (const std::int32_t row = rows_[p].at[i]; row >= 0) sum[i] = dot_rows(rows_end_, this->row(row), reaction);
+    if (const std::int32_t row = rows_[p].at[i]; row >= 0)
+      sum[i] = dot_rows(matrix_.rows_end, matrix_.row(row), reaction);
   return sum;
+}
+
+double ContactMatrix::largest_displacement(const ContactConstraints& set, const double* reaction, Vec3* force) const {
+  std::fill(force, force + set.node_count, Vec3{});
+  spread_reactions(set.constraints, rows_, set.constraint_count, set.nodes, reaction, force);
+  double most = 0;
+  for (std::int32_t e = 0; e < set.node_count; ++e) {
+    const Vec3 u = displacement(set, force, e);
+    most = std::max({most, std::fabs(u.x), std::fabs(u.y), std::fabs(u.z)});
+  }
+  return most;
 }
 
 Vec3 ContactMatrix::displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const {

@@ -1,6 +1,6 @@
 // The contact matrix H W H^T, whose rows come and go with the constraints of the steps.
-// W_ab = C_ab is the compliance between contact nodes, H the rows of the constraints. Discs add what the mesh does not resolve,
-// ContactConstraint::local for each and disc_compliance.h between two: where H W H^T is written, that is a part of it.
+// W_ab = C_ab is the compliance between contact nodes. H has the rows of the constraints. Discs add the compliance that the mesh does not
+// resolve: ContactConstraint::local for each, disc_compliance.h between two. H W H^T includes it.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include "runtime/contact/contact_constraints.h"
 #include "runtime/contact/contact_laws.h"
 #include "runtime/contact/node_compliance.h"
+#include "runtime/contact/row_matrix.h"
 
 namespace palpate {
 
@@ -57,17 +58,8 @@ class ContactMatrix {
   bool is_kept(std::int32_t p) const { return is_kept_[p]; }           // constraint p had its rows in the last solve
   bool stayed(std::int32_t p) const { return stayed_[p]; }             // the same, of the first solve of a step
 
-  // All rows in use are below this number. A row that is not in use has no scale.
-  const std::int32_t& rows_end() const { return rows_end_; }
-  std::int32_t capacity() const { return capacity_; }
-  std::size_t stride() const { return stride_; }
-  const double* numbers() const { return matrix_; }
-  const double* row(std::int32_t i) const { return matrix_ + static_cast<std::size_t>(i) * stride_; }
-  double entry(std::int32_t i, std::int32_t j) const { return row(i)[j]; }
-  // D, which scales the diagonal to one; 0: the row is not in use.
-  double scale(std::int32_t row) const { return scale_[row]; }
-  const double* scales() const { return scale_; }
-  const RowsOfConstraint* rows() const { return rows_; }
+  const RowMatrix& rows() const { return matrix_; }
+  const RowsOfConstraint* rows_of_constraints() const { return rows_; }
   const RowsOfConstraint& rows_of(std::int32_t p) const { return rows_[p]; }
   const HeldConstraints& held() const { return held_; }
   const NodeCompliance& compliance() const { return compliance_; }
@@ -95,6 +87,9 @@ class ContactMatrix {
   Vec3 reaction(const double* reaction, std::int32_t p) const;
   // m, of constraint p under the reactions, along the rows of its frame.
   Vec3 reached(const double* reaction, std::int32_t p) const;
+  // m, along the axis along which the reactions move a contact node most; the square of a length of 1e-290 m would be zero. force:
+  // [node_count], overwritten. Cost: 9 multiply-adds for each pair of nodes.
+  double largest_displacement(const ContactConstraints& set, const double* reaction, Vec3* force) const;
   // m, of contact node e under forces on all of them. Cost: 9 multiply-adds for each.
   Vec3 displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const;
   // m/N, of constraints p and q along x, y and z, without their local parts. Cost: 9 multiply-adds for each pair of their nodes.
@@ -113,16 +108,11 @@ class ContactMatrix {
   void bound_joined(Rows* rows);
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
   void remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add);
-  double& at(std::int32_t i, std::int32_t j) { return matrix_[static_cast<std::size_t>(i) * stride_ + j]; }
 
   NodeCompliance compliance_;
-  std::int32_t capacity_ = 0;  // rows
-  std::size_t stride_ = 0;     // numbers per row of the matrix
-  std::int32_t rows_end_ = 0;
   std::int32_t free_row_ = 0;  // all rows below this number are in use
-  double* matrix_ = nullptr;   // [rows][stride] m/N
+  RowMatrix matrix_;           // H W H^T
   double* between_ = nullptr;  // [rows][stride] m/N, the part of it between discs; where Limits::predicts
-  double* scale_ = nullptr;    // [rows]
   Mat3* spread_ = nullptr;     // [node_capacity] H C of the constraint whose rows are being filled
   double most_joined_ = 0;     // m/N, while rows are filled: the largest compliance of one of those that share a row
   Rows* rows_ = nullptr;       // [constraint_capacity] of this step

@@ -9,7 +9,7 @@ namespace palpate {
 
 bool ContactPrediction::create(SceneMemory& memory, ContactMatrix* matrix, ContactFactor* factor, LawSolver* laws) {
   matrix_ = matrix, factor_ = factor, laws_ = laws;
-  const auto rows = static_cast<std::size_t>(matrix->capacity());
+  const auto rows = static_cast<std::size_t>(matrix->rows().capacity);
   removal_ = memory.array<double>(kMostRowsOfAContact * rows);
   change_ = memory.array<double>(rows);
   others_ = memory.array<RowsOfConstraint>(rows / 3);
@@ -21,7 +21,7 @@ bool ContactPrediction::create(SceneMemory& memory, ContactMatrix* matrix, Conta
 // With a sweep, which laws may ask for.
 Operations ContactPrediction::operations(const ContactSystem& system, const ContactId& contact) const {
   std::int32_t own[kMostRowsOfAContact];
-  const Operations squared = Operations{matrix_->rows_end()} * matrix_->rows_end();
+  const Operations squared = Operations{matrix_->rows().rows_end} * matrix_->rows().rows_end;
   return (2 * matrix_->rows_of(contact, own) + 2) * squared / kDense + operations_of_sweep(system) / kDense + 1;
 }
 
@@ -30,7 +30,7 @@ bool ContactPrediction::predict(const Solution& of, const ContactId& contact, Op
   std::int32_t own[kMostRowsOfAContact];
   const int count = matrix_->rows_of(contact, own);
   if (count == 0 || operations(of.system, contact) > most) return false;
-  const std::int32_t rows = matrix_->rows_end();
+  const std::int32_t rows = matrix_->rows().rows_end;
   double* const left = without_;
   forget();
   std::copy(left_of(of.reaction), left_of(of.reaction) + rows, left);
@@ -43,9 +43,9 @@ bool ContactPrediction::predict(const Solution& of, const ContactId& contact, Op
   // As much is left for the queries that read the prediction.
   *work += hold_others_to_laws(of, contact, (most - taken) / 2 * kDense) / kDense;
   last_ = contact;
-  *norm = energy_norm(*matrix_, left);
+  *norm = energy_norm(matrix_->rows(), left);
   for (std::int32_t row = 0; row < rows; ++row) change_[row] = left[row] - of.reaction[row];
-  *apart = energy_norm(*matrix_, change_);
+  *apart = energy_norm(matrix_->rows(), change_);
   const HeldConstraints& held = matrix_->held();
   const NodeCompliance& compliance = matrix_->compliance();
   std::fill(modified, modified + held.node_count, Vec3{});
@@ -82,7 +82,7 @@ void ContactPrediction::end(const double* reaction, const ContactId& contact) {
   const int count = matrix_->rows_of(contact, own);
   const bool was_predicted = contact == last_;
   const double* const left = was_predicted ? without_ : left_of(reaction);
-  if (left != without_ended_) std::copy(left, left + matrix_->rows_end(), without_ended_);
+  if (left != without_ended_) std::copy(left, left + matrix_->rows().rows_end, without_ended_);
   for (int k = 0; k < count; ++k) without_ended_[own[k]] = 0;
   ended_met_ = was_predicted && met_;
   matrix_->end(contact);

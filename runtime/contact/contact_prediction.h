@@ -1,9 +1,10 @@
-// What the contacts would be without one of them, from the solution with all.
+// Predicts the contacts without one of them, from the solution with all of them.
 #pragma once
 
 #include <cstdint>
 
 #include "runtime/contact/contact_factor.h"
+#include "runtime/contact/contact_matrix.h"
 #include "runtime/contact/law_solver.h"
 
 namespace palpate {

@@ -175,9 +175,9 @@ Vec3 Grasps::excess_of(const Grasp& grasp, const Tool& tool, const ContactSolver
 }
 
 bool Grasps::slip(const ToolInput& input, Operations kept, ContactSolver& solver, ContactRows& rows, StepWork* work) {
-  constexpr int most = 3 * ContactSolver::kMostMovedAlike;
-  std::int32_t slipping[ContactSolver::kMostMovedAlike];
-  ContactSolver::MovedAlike patches[ContactSolver::kMostMovedAlike];
+  constexpr int most = 3 * SystemSolver::kMostMovedAlike;
+  std::int32_t slipping[SystemSolver::kMostMovedAlike];
+  SystemSolver::MovedAlike patches[SystemSolver::kMostMovedAlike];
   double stiffness[most * most], back[most];
   int count = 0;
   for (std::int32_t t = 0; t < input.count(); ++t) {
@@ -188,7 +188,7 @@ bool Grasps::slip(const ToolInput& input, Operations kept, ContactSolver& solver
     store3(excess, back + 3 * count), slipping[count++] = t;
   }
   if (count == 0) return false;
-  solver.measure_stiffness(rows.set(), patches, count, kept, work, stiffness);
+  solver.system().measure_stiffness(patches, count, kept, work, stiffness);
   solve_positive(3 * count, stiffness, back);
   for (int i = 0; i < count; ++i) {
     Grasp& grasp = grasps_[slipping[i]];

@@ -5,18 +5,6 @@
 
 namespace palpate {
 
-double largest_displacement(const ContactMatrix& matrix, const ContactConstraints& set, const double* reaction,
-                            Vec3* force) {
-  std::fill(force, force + set.node_count, Vec3{});
-  spread_reactions(set.constraints, matrix.rows(), set.constraint_count, set.nodes, reaction, force);
-  double most = 0;
-  for (std::int32_t e = 0; e < set.node_count; ++e) {
-    const Vec3 u = matrix.displacement(set, force, e);
-    most = std::max({most, std::fabs(u.x), std::fabs(u.y), std::fabs(u.z)});
-  }
-  return most;
-}
-
 bool ReactionLimit::create(SceneMemory& memory, std::int32_t rows) {
   most_ = memory.array<double>(static_cast<std::size_t>(rows));
   return !memory.failed();

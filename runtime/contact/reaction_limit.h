@@ -4,7 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "runtime/contact/contact_matrix.h"
+#include "runtime/base/scene_memory.h"
+#include "runtime/contact/contact_laws.h"
 
 namespace palpate {
 
@@ -65,10 +66,5 @@ class ReactionLimit {
   double most_target_ = 0;
   double* most_ = nullptr;  // [rows]
 };
-
-// m, along the axis along which the reactions move a contact node most; the square of a length of 1e-290 m would be zero. force:
-// [node_count], overwritten. Cost: 9 multiply-adds for each pair of nodes.
-double largest_displacement(const ContactMatrix& matrix, const ContactConstraints& set, const double* reaction,
-                            Vec3* force);
 
 }  // namespace palpate

@@ -22,10 +22,35 @@ double work_on_local(const ContactMatrix& matrix, const ContactConstraints& set,
   return work;
 }
 
+// J, on the local part of a constraint: of its reactions, and of their change.
+struct OnLocal {
+  double reaction, change;
+};
+// The norms of constraint p alone. change: [rows] N, filled for its rows.
+OnLocal measure_own(const ContactMatrix& matrix, const ContactConstraints& set, const SolvedReactions& solved,
+                    std::int32_t p, double* change, ConstraintNorms* of) {
+  *of = {};
+  of->kept = matrix.is_kept(p) && !solved.again;
+  const auto& rows = matrix.rows_of(p).at;
+  for (const std::int32_t i : rows)
+    if (i >= 0) change[i] = of->kept ? solved.reaction[i] - solved.last[i] : 0;
+  double own = 0, own_change = 0;
+  for (const std::int32_t i : rows)
+    for (const std::int32_t j : rows) {
+      if (i < 0 || j < 0) continue;
+      own += solved.reaction[i] * matrix.rows().entry(i, j) * solved.reaction[j];
+      own_change += change[i] * matrix.rows().entry(i, j) * change[j];
+    }
+  const OnLocal local = {work_on_local(matrix, set, p, solved.reaction), work_on_local(matrix, set, p, change)};
+  of->own = std::sqrt(std::max(0.0, own - local.reaction));
+  of->own_change = std::sqrt(std::max(0.0, own_change - local.change));
+  return local;
+}
+
 }  // namespace
 
-double energy_norm(const ContactMatrix& matrix, const double* reaction) {
-  const std::int32_t rows = matrix.rows_end();
+double energy_norm(const RowMatrix& matrix, const double* reaction) {
+  const std::int32_t rows = matrix.rows_end;
   double energy = 0;
   for (std::int32_t row = 0; row < rows; ++row)
     if (reaction[row] != 0) energy += reaction[row] * dot_rows(rows, matrix.row(row), reaction);
@@ -40,25 +65,11 @@ ReactionNorms bound_norms(const ContactMatrix& matrix, const ContactConstraints&
   ReactionNorms norms;
   double *const change = scratch, offered = 0, sum = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    each[p] = {};
-    each[p].kept = matrix.is_kept(p) && !solved.again;
-    double own = 0, own_change = 0;
+    const OnLocal local = measure_own(matrix, set, solved, p, change, each + p);
     for (const std::int32_t i : matrix.rows_of(p).at)
-      if (i >= 0)
-        offered += (1 + rounding) * solved.reaction[i] * solved.target[i],
-            change[i] = solved.reaction[i] - solved.last[i];
-    for (const std::int32_t i : matrix.rows_of(p).at)
-      for (const std::int32_t j : matrix.rows_of(p).at) {
-        if (i < 0 || j < 0) continue;
-        own += solved.reaction[i] * matrix.entry(i, j) * solved.reaction[j];
-        own_change += change[i] * matrix.entry(i, j) * change[j];
-      }
-    const double local = work_on_local(matrix, set, p, solved.reaction);
-    if (!matrix.couples())
-      offered -= local;  // else what discs share may be less than the sum of their parts, but not below 0
-    own -= local, own_change -= work_on_local(matrix, set, p, change);
-    each[p].own = std::sqrt(std::max(0.0, own));
-    if (each[p].kept) each[p].own_change = std::sqrt(std::max(0.0, own_change));
+      if (i >= 0) offered += (1 + rounding) * solved.reaction[i] * solved.target[i];
+    // Else what discs share may be less than the sum of their parts, but not below 0.
+    if (!matrix.couples()) offered -= local.reaction;
     sum += each[p].own;
   }
   norms.whole = std::min(std::sqrt(std::max(0.0, offered)), sum);
@@ -70,48 +81,35 @@ ReactionNorms bound_norms(const ContactMatrix& matrix, const ContactConstraints&
 ReactionNorms measure_norms(const ContactMatrix& matrix, const ContactConstraints& set, const SolvedReactions& solved,
                             double* scratch, ConstraintNorms* each) {
   ReactionNorms norms;
-  double energy = 0, local_change = 0, *const change = scratch, *const between = scratch + matrix.capacity();
-  std::fill(change, change + matrix.rows_end(), 0.0);
+  double energy = 0, local_change = 0, *const change = scratch, *const between = scratch + matrix.rows().capacity;
+  std::fill(change, change + matrix.rows().rows_end, 0.0);
   matrix.measure_between_discs(solved.reaction, between);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    each[p] = {};
-    each[p].kept = matrix.is_kept(p) && !solved.again;
-    double own = 0, own_change = 0;
+    const OnLocal local = measure_own(matrix, set, solved, p, change, each + p);
     for (int axis = 0; axis < 3; ++axis) {
       const std::int32_t i = matrix.rows_of(p).at[axis];
       if (i < 0) continue;
-      if (each[p].kept) change[i] = solved.reaction[i] - solved.last[i];
-      each[p].displacement[axis] = dot_rows(matrix.rows_end(), matrix.row(i), solved.reaction);
+      each[p].displacement[axis] = dot_rows(matrix.rows().rows_end, matrix.rows().row(i), solved.reaction);
       each[p].work += solved.reaction[i] * (each[p].displacement[axis] - between[i]);
       each[p].displacement[axis] -= between[i];
       for (int other = 0; other < 3; ++other)
         if (const std::int32_t j = matrix.rows_of(p).at[other]; j >= 0)
           each[p].displacement[axis] -= set.constraints[p].local.m[axis][other] * solved.reaction[j];
     }
-    for (const std::int32_t i : matrix.rows_of(p).at)
-      for (const std::int32_t j : matrix.rows_of(p).at) {
-        if (i < 0 || j < 0) continue;
-        own += solved.reaction[i] * matrix.entry(i, j) * solved.reaction[j];
-        own_change += change[i] * matrix.entry(i, j) * change[j];
-      }
-    const double local = work_on_local(matrix, set, p, solved.reaction);
-    const double changed = work_on_local(matrix, set, p, change);
-    each[p].work -= local, local_change += changed;
-    each[p].own = std::sqrt(std::max(0.0, own - local));
-    each[p].own_change = std::sqrt(std::max(0.0, own_change - changed));
+    each[p].work -= local.reaction, local_change += local.change;
     energy += each[p].work;
   }
   norms.whole = std::sqrt(std::max(0.0, energy));
   matrix.measure_between_discs(change, between);
-  for (std::int32_t i = 0; i < matrix.rows_end(); ++i) local_change += change[i] * between[i];
-  const double whole_change = energy_norm(matrix, change);
+  for (std::int32_t i = 0; i < matrix.rows().rows_end; ++i) local_change += change[i] * between[i];
+  const double whole_change = energy_norm(matrix.rows(), change);
   norms.change_of_kept = std::sqrt(std::max(0.0, whole_change * whole_change - local_change));
   norms.operations = operations_to_measure(matrix);
   return norms;
 }
 
 Operations operations_to_measure(const ContactMatrix& matrix) {
-  const Operations squared = Operations{matrix.rows_end()} * matrix.rows_end(), whole = 2 * squared / kDense;
+  const Operations squared = Operations{matrix.rows().rows_end} * matrix.rows().rows_end, whole = 2 * squared / kDense;
   return matrix.couples() ? 2 * whole : whole;
 }
 

@@ -28,7 +28,7 @@ struct SolvedReactions {
 };
 
 // sqrt(J), with the discs' part. Rows that are not in use have a reaction of zero. Cost: rows^2 multiply-adds.
-double energy_norm(const ContactMatrix& matrix, const double* reaction);
+double energy_norm(const RowMatrix& matrix, const double* reaction);
 
 // scratch: [2][capacity] scratch; each: [constraint_count]. Cost: operations_to_measure().
 ReactionNorms measure_norms(const ContactMatrix& matrix, const ContactConstraints& set, const SolvedReactions& solved,

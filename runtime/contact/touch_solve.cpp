@@ -62,7 +62,8 @@ class Solve {
   void end_slide_energy(ContactSolver::Outcome outcome) {
     SlideEnergy& energy = state_.slide_energy;
     note_sliding(*step_.acting, energy.sliding());
-    const Operations rows = state_.solver.matrix().rows_end(), cost = is_trusted(outcome) ? 0 : rows * rows / kDense;
+    const Operations rows = state_.solver.matrix().rows().rows_end,
+                     cost = is_trusted(outcome) ? 0 : rows * rows / kDense;
     const bool met = cost == 0 || cost > state_.work.left();
     if (!met) state_.work.add(cost);
     if (energy.end(state_.solver, *step_.acting, energy.sliding(), met)) return;

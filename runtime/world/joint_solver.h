@@ -29,45 +29,40 @@ struct JointPair {
   double gap = 0;       // m, along the normal, when it was solved
 };
 
-class JointSolver {
+class JointSolver final : NodesOfRows {
  public:
   // organs: the solvers of all organs that may be solved together; rows and constraints: of all of them, pairs and links counted once.
   bool create(SceneMemory& memory, std::int32_t organ_count, std::int32_t rows_of_organ, std::int32_t rows,
               std::int32_t constraints);
 
   // Solves the organs' constraints and the pairs, and sets the reactions of the organs' solvers, which have been prepared. Returns whether
-  // the laws are met. operations: multiply-adds that it may take.
+  // the laws are met. operations: that it may take.
   // Cost: the sum of the squares of the organs' rows, and the laws (law_solver.h).
   bool solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
-             std::int64_t operations);
-  const LawEffort& effort() const { return effort_; }
+             Operations operations);
+  const LawEffort& effort() const { return system_.effort(); }
 
  private:
-  double& entry(std::int32_t i, std::int32_t j) {
-    return matrix_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)];
-  }
   std::int32_t* row_of(std::int32_t organ) { return row_of_ + static_cast<std::size_t>(organ) * rows_of_organ_; }
   void list_rows(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs, std::int32_t pair_count);
   void join_row(const JointOrgan* organs, const JointPair& pair, RowsOfConstraint* first);
   void bound_joined(const JointOrgan* organs, const JointPair* pairs, std::int32_t pair_count);
   void sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
                     std::int32_t pair_count);
-  void set_reactions(const JointOrgan* organs, std::int32_t organ_count);
-  void limit(const JointOrgan* organs, std::int32_t organ_count, const ContactSystem& system, double largest,
-             std::int64_t operations);
+  void set_reactions();
+  double farthest(const double* reaction, Operations kept, StepWork* work) override;
+  const SharedNodes* share(Operations, StepWork*) override { return nullptr; }
 
-  std::size_t stride_ = 0, rows_of_organ_ = 0;
-  double* matrix_ = nullptr;  // [rows][stride]
-  double *soft_ = nullptr, *target_ = nullptr, *scale_ = nullptr, *reaction_ = nullptr;
-  double *coarse_ = nullptr, *met_ = nullptr;
+  std::size_t rows_of_organ_ = 0;
+  RowMatrix matrix_;
+  SystemSolver system_;
+  const JointOrgan* organs_ = nullptr;  // during a solve
+  std::int32_t organ_count_ = 0;
   ContactConstraint* constraints_ = nullptr;
   RowsOfConstraint* rows_ = nullptr;
   std::int32_t* row_of_ = nullptr;  // [organs][rows of an organ] joint row; -1: none
   std::int32_t* list_ = nullptr;    // [rows of an organ]
-  std::int32_t rows_end_ = 0, constraint_count_ = 0;
-  LawSolver laws_;
-  ReactionLimit limit_;
-  LawEffort effort_;
+  std::int32_t constraint_count_ = 0;
 };
 
 }  // namespace palpate

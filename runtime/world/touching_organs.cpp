@@ -132,7 +132,7 @@ bool TouchingOrgans::is_held_pair(std::int32_t i) const {
 // ---- the solve -------------------------------------------------------------------------------------------------------
 
 std::uint32_t TouchingOrgans::solve_slipping(const std::int32_t* members, std::int32_t count, std::int32_t pair_count,
-                                             std::int64_t operations) {
+                                             Operations operations) {
   bool met = true;
   for (int solve = 0; solve < kMostSlipSolves; ++solve) {
     // A grasp that slips has moved its targets.
@@ -158,7 +158,7 @@ Vec3 TouchingOrgans::target_of(std::int32_t i) {
 std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::int32_t count) {
   std::int32_t place[PALPATE_MAX_ORGANS];
   std::fill(place, place + PALPATE_MAX_ORGANS, -1);
-  std::int64_t operations = 0;
+  Operations operations = 0;
   bool prepared = true;
   for (std::int32_t m = 0; m < count; ++m) {
     TouchState& own = touch(members[m]);
@@ -166,7 +166,7 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
     member_[m] = {&own.solver, &acting(members[m]), own.force};
     is_joint_[members[m]] = true;
     prepared = own.solver.prepare(organs_[members[m]]->context.tensors, *member_[m].set, &own.work) && prepared;
-    operations += own.work.left() * kDense;
+    operations += own.work.left();
   }
   if (!prepared) {
     for (std::int32_t m = 0; m < count; ++m) {
@@ -298,7 +298,7 @@ bool TouchingOrgans::is_missed(std::int32_t l) const {
         missed += touch(links[l].organ[side]).solver.reached(p);
   } while (++l < acting_links_ && links[l].joined);
   missed = missed - target;
-  const double most = ContactSolver::kMet * length(target) + ContactSolver::kLeastMiss;
+  const double most = SystemSolver::kMet * length(target) + SystemSolver::kLeastMiss;
   return !((one_row ? std::fabs(missed.x) : length(missed)) <= most);
 }
 

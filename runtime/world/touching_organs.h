@@ -63,7 +63,7 @@ class TouchingOrgans {
   void take_reactions(const std::int32_t* members, std::int32_t count);
   bool follow_volumes(const std::int32_t* members, std::int32_t count, int solve, std::uint32_t* flags);
   std::uint32_t solve_slipping(const std::int32_t* members, std::int32_t count, std::int32_t pair_count,
-                               std::int64_t operations);
+                               Operations operations);
 
   palpate_scene* const* organs_ = nullptr;
   std::int32_t organ_count_ = 0;
