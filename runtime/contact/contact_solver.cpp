@@ -162,7 +162,6 @@ SystemSolver::Outcome ContactSolver::take_reactions(const ContactConstraints& se
 SystemSolver::Outcome ContactSolver::solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force,
                                            Vec3* modified, StepWork* work, bool again) {
   again_ = again, last_constraints_ = matrix_.held().count, shares_ = false;
-  for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};
   if (!update(tensors, set, work)) return fail(set, force, modified);
   take_targets(set);
   system_.begin(rows_for(set));

@@ -10,16 +10,18 @@ bool ReactionLimit::create(SceneMemory& memory, std::int32_t rows) {
   return !memory.failed();
 }
 
-void ReactionLimit::set(const double* scale, std::int32_t rows_end, const ContactConstraint* constraints,
+bool ReactionLimit::set(const double* scale, std::int32_t rows_end, const ContactConstraint* constraints,
                         const RowsOfConstraint* rows_of, std::int32_t count, double most_target) {
   scale_ = scale, rows_end_ = rows_end, most_target_ = most_target;
   std::fill(most_, most_ + rows_end, INFINITY);
-  if (std::none_of(constraints, constraints + count, may_give_way)) return;
+  bool any = false;
   for (std::int32_t p = 0; p < count; ++p) {
     if (!may_give_way(constraints[p])) continue;
+    any = true;
     for (const std::int32_t row : rows_of[p].at)
       if (row >= 0) most_[row] = kMostForce * most_target_ * scale_[row] * scale_[row];
   }
+  return any;
 }
 
 // The largest reaction over the force that its row alone would need for the largest target; kMostForce where none exceeds it, as a

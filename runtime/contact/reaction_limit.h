@@ -31,7 +31,8 @@ class ReactionLimit {
   // rows: most of the system.
   bool create(SceneMemory& memory, std::int32_t rows);
   // A system whose largest target is most_target (m). scale: [rows_end] 1 / sqrt(A_ii); 0: the row is not in use. rows_of: [count].
-  void set(const double* scale, std::int32_t rows_end, const ContactConstraint* constraints,
+  // Returns whether laws limit any.
+  bool set(const double* scale, std::int32_t rows_end, const ContactConstraint* constraints,
            const RowsOfConstraint* rows_of, std::int32_t count, double most_target);
 
   // [rows_end] N, of rows whose laws limit them; infinite for all others.

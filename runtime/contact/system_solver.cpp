@@ -246,24 +246,23 @@ void SystemSolver::take_reactions(const ConstraintRows& of, const LawEffort& eff
 SystemSolver::Outcome SystemSolver::solve(NodesOfRows& nodes, StepWork* work) {
   if (!renew_factor(work)) return Outcome::unsolved;
   const ContactSystem laws = system(of_);
-  const bool have_laws = std::any_of(of_.constraints, of_.constraints + of_.count, may_give_way);
   // Of the laws, or of a second solution without a soft factor.
-  const Operations least = have_laws ? least_operations() : 0;
+  const Operations least = has_laws_ ? least_operations() : 0;
   bool obeys = false;
   Outcome outcome = Outcome::solved;
   Limiting limiting = Limiting::within;
   if (const Operations cost = 3 * squared_rows() / kDense; lasts_ && factor_.exists() && cost + least <= work->left()) {
     work->add(cost);
     outcome = factor_.solve(target_, reaction_) > kConflict ? Outcome::regularised : Outcome::solved;
-    obeys = obeys_laws(laws, reaction_);
+    obeys = !has_laws_ || obeys_laws(laws, reaction_);
     if (obeys) limiting = limit_forces(nodes, least, work);
     limited_ = limiting == Limiting::limited;
-    if (limited_) outcome = Outcome::regularised, obeys = obeys_laws(laws, reaction_);
+    if (limited_) outcome = Outcome::regularised, obeys = !has_laws_ || obeys_laws(laws, reaction_);
     measure_residual();
   }
   gives_way_ = 0;
   if (!obeys || limiting == Limiting::no_room) {
-    decide_by_laws(nodes, obeys && !have_laws, work);
+    decide_by_laws(nodes, obeys && !has_laws_, work);
     outcome = Outcome::solved;
   }
   return outcome;

@@ -111,7 +111,7 @@ class SystemSolver {
   Vec3 reaction(std::int32_t p) const;
   void take_rows(const ConstraintRows& of);
   void set_limits() {
-    limit_.set(matrix_->scale, matrix_->rows_end, of_.constraints, of_.rows, of_.count, most_target_);
+    has_laws_ = limit_.set(matrix_->scale, matrix_->rows_end, of_.constraints, of_.rows, of_.count, most_target_);
   }
   bool renew_factor(StepWork* work);
   bool contacts_give_way() const;
@@ -151,7 +151,8 @@ class SystemSolver {
   // either, as a rule: it is not renewed.
   std::int32_t gives_way_ = 0;
   std::int32_t decided_ = 0;
-  bool limited_ = false;  // the last solve brought forces within their limit
+  bool has_laws_ = false;  // some constraints may give way
+  bool limited_ = false;   // the last solve brought forces within their limit
 };
 
 }  // namespace palpate
