@@ -71,16 +71,18 @@ inline bool may_give_way(const ContactConstraint& constraint) {
 
 // Of a friction or a reaction: nearer than this share of its limit it is at its limit.
 constexpr double kAtLimit = 1e-9;
-// How the law of a constraint acts otherwise than by holding, under the reactions r (N) along its frame.
+// How the law of a constraint acts otherwise than by holding, under the reactions r (N) along its frame: the one answer for all who ask.
 struct GivesWay {
   bool released, slips, at_limit;
   bool any() const { return released || slips || at_limit; }
 };
+inline GivesWay gives_way(ContactLaw law, double friction, double limit, Vec3 r) {
+  const bool rubs = law == ContactLaw::coulomb, may_release = rubs || law == ContactLaw::unilateral;
+  return {may_release && !(r.x > 0), rubs && length({0, r.y, r.z}) >= friction * r.x * (1 - kAtLimit),
+          limit > 0 && std::fabs(r.x) >= limit * (1 - kAtLimit)};
+}
 inline GivesWay gives_way(const ContactConstraint& constraint, Vec3 r) {
-  const bool rubs = constraint.law == ContactLaw::coulomb,
-             may_release = rubs || constraint.law == ContactLaw::unilateral;
-  return {may_release && !(r.x > 0), rubs && length({0, r.y, r.z}) >= constraint.friction * r.x * (1 - kAtLimit),
-          constraint.limit > 0 && std::fabs(r.x) >= constraint.limit * (1 - kAtLimit)};
+  return gives_way(constraint.law, constraint.friction, constraint.limit, r);
 }
 
 // Where a disc that slides meets the surface at rest, and what changes as its anchor moves (contact_rows.h).

@@ -12,14 +12,12 @@ constexpr Operations kOfATetrahedron = 12, kFactorNumbers = 6;
 constexpr double kShift = 1e-6;
 // The laws are solved to this share of the largest target; what remains is the body's part.
 constexpr double kSettled = 1e-6;
-// Rounding of a friction that is at its limit.
-constexpr double kRounding = 1e-9;
 // Of what a contact's frame is off the surface's normal, the share that it follows in a step.
 constexpr double kFollows = 0.25;
 // Off by less, rad, it stays: targets that stand still then are the same ones.
 constexpr double kTurned = 1e-3;
 
-bool gives_way(const ContactConstraint& constraint) {
+bool may_release(const ContactConstraint& constraint) {
   return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
 }
 
@@ -181,18 +179,16 @@ void DeformingBody::decide(const ContactConstraints& set, const double* reaction
   for (std::int32_t r = 0; r < row_count_; ++r) place_[r] = rows_[r].target;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    if (!gives_way(constraint)) continue;
+    if (!may_release(constraint)) continue;
     const std::int32_t* const row = rows_of_[p].at;
     const auto of = [&](int i) { return row[i] >= 0 ? reaction[row[i]] : 0.0; };
-    const bool released = !(of(0) > 0);
-    const double across = length({0, of(1), of(2)}), most = constraint.friction * of(0);
-    const bool slips = released || across >= most * (1 - kRounding);
-    if (released && row[0] >= 0) holds_[row[0]] = 0;
+    const GivesWay gone = gives_way(constraint, {of(0), of(1), of(2)});
+    if (gone.released && row[0] >= 0) holds_[row[0]] = 0;
     for (int i = 1; i < 3; ++i) {
       const std::int32_t r = row[i];
-      if (r < 0 || !slips) continue;
+      if (r < 0 || !(gone.released || gone.slips)) continue;
       slips_[r] = 1;
-      holds_[r] = !released && most > 0;
+      holds_[r] = !gone.released && constraint.friction > 0;
       if (!holds_[r]) continue;
       const double* const c = solver_.compliance() + static_cast<std::size_t>(r) * solver_.compliance_stride();
       place_[r] = free_[r];
@@ -244,7 +240,7 @@ bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_
 // Makes the reaction of a constraint obey its law: a step ends near its solution, not on it.
 void DeformingBody::obey(const ContactConstraint& constraint, std::int32_t p) {
   Vec3& r = reaction_[p];
-  if (!gives_way(constraint)) return;
+  if (!may_release(constraint)) return;
   if (!(r.x > 0)) {
     r = Vec3{};
     return;
@@ -263,7 +259,7 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
   bool may_give_way = false;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     row_count_ = add_rows(set, p, row_count_);
-    may_give_way = may_give_way || gives_way(set.constraints[p]);
+    may_give_way = may_give_way || may_release(set.constraints[p]);
   }
   take_start(set);
   has_beside_ = fill_beside(set, work);

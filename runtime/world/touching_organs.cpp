@@ -8,8 +8,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kRounding = 1e-9;
-
 // The pair of a fixed vertex gives way by this share of the compliance that the other organ has there. Without it the system would be
 // singular where more fixed vertices lie on the other organ than it has nodes there. So a fixed vertex sinks in by this share of what its
 // force presses.
@@ -276,8 +274,8 @@ std::uint32_t TouchingOrgans::solve() {
   for (std::int32_t i = 0; i < search_.count(); ++i) {
     OrganPair& pair = search_.pair(i);
     const Vec3 r = pair.reaction = is_finite(pairs_[i].reaction) ? pairs_[i].reaction : Vec3{};
-    const bool presses = r.x > 0,
-               sticks = search_.rubs(pair) && presses && length({0, r.y, r.z}) < friction_ * r.x * (1 - kRounding);
+    const GivesWay gone = gives_way(pairs_[i].law, friction_, 0, r);
+    const bool presses = !gone.released, sticks = search_.rubs(pair) && presses && !gone.slips;
     pair.slips = 0, pair.rubs = presses ? kRubs : std::max<std::int16_t>(1, pair.rubs) - 1;
     if (!sticks) search_.let_slip(i);
   }
