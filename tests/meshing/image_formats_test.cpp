@@ -78,7 +78,7 @@ class ImageFormats : public testing::Test {
 
   LabelImage read(const std::string& name, const std::string& bytes) const {
     write_bytes(folder_ / name, bytes);
-    return read_label_image({(folder_ / name).string()}, {});
+    return read_label_image((folder_ / name).string());
   }
   void expect_image(const std::string& name, const std::string& bytes) const {
     SCOPED_TRACE(name);
@@ -386,35 +386,6 @@ TEST_F(ImageFormats, PlacesVoxelsOfNiftiWhereNifticlibPlacesThem) {
       EXPECT_TRUE(std::equal(ours.values.begin(), ours.values.end(), labels));
       nifti_image_free(theirs);
     }
-}
-
-TEST_F(ImageFormats, PngOfFewBitsKeepsItsLabels) {
-  const auto big = [](std::uint32_t v) {
-    return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8),
-                       static_cast<char>(v)};
-  };
-  const auto chunk = [&](const std::string& type, const std::string& data) {
-    const std::string body = type + data;
-    const auto sum = crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<unsigned>(body.size()));
-    return big(static_cast<std::uint32_t>(data.size())) + body + big(static_cast<std::uint32_t>(sum));
-  };
-  for (const int depth : {1, 2, 4}) {
-    // one row of 16 pixels whose labels are 0, 1, 2 ... as far as the bits reach
-    std::string row(1, '\0');
-    std::vector<float> labels;
-    for (int p = 0, bits = 0, held = 0; p < 16; ++p) {
-      const int label = p % (1 << depth);
-      labels.push_back(static_cast<float>(label));
-      held = held << depth | label;
-      if ((bits += depth) == 8) row += static_cast<char>(held), bits = held = 0;
-    }
-    write_bytes(folder_ / "slice.png",
-                "\x89PNG\r\n\x1a\n" +
-                    chunk("IHDR", big(16) + big(1) + std::string{static_cast<char>(depth), 0, 0, 0, 0}) +
-                    chunk("IDAT", deflated(row)) + chunk("IEND", ""));
-    const LabelImage read = read_label_image({(folder_ / "slice.png").string()}, std::array<double, 3>{1, 1, 1});
-    EXPECT_EQ(read.values, labels) << depth;
-  }
 }
 
 }  // namespace
