@@ -8,12 +8,12 @@
 #include <cstring>
 #include <limits>
 
-#include "formats/errors.h"
 #include "formats/program.h"
 #include "meshing/image/label_image.h"
 #include "meshing/image/label_names.h"
 #include "tests/meshing/surface_images.h"
 #include "tests/support/program_run.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -23,12 +23,6 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
 
 template <class T>
 void put(std::string& bytes, std::size_t at, T value) {
@@ -95,12 +89,7 @@ class ImageFormats : public testing::Test {
   template <class Matcher>
   void expect_refused(const std::string& name, const std::string& bytes, const Matcher& says) const {
     SCOPED_TRACE(name);
-    try {
-      read(name, bytes);
-      ADD_FAILURE() << "was read";
-    } catch (const InputError& refused) {
-      EXPECT_THAT(refused.what(), AllOf(HasSubstr(name), says));
-    }
+    EXPECT_THAT(input_error([&] { read(name, bytes); }), AllOf(HasSubstr(name), says));
   }
   // The NRRD with its positions in a space, whose x and y are those of LPS times the signs.
   std::string nrrd_in(const std::string& space, int x, int y, const std::string& scale = "") const {

@@ -11,6 +11,7 @@
 #include "tests/meshing/run_surface.h"
 #include "tests/meshing/surface_images.h"
 #include "tests/support/closed_surfaces.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -18,12 +19,6 @@ namespace {
 using namespace tests;
 using testing::AllOf;
 using testing::HasSubstr;
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
 
 class SurfaceDamage : public testing::Test {
  protected:
