@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "bench/worst_step.h"
+#include "runtime/base/vec3.h"
 #include "runtime/bundle/bundle.h"
 #include "runtime/include/palpate/palpate.h"
 
@@ -82,20 +83,35 @@ void spread(benchmark::internal::Benchmark* b) {
   for (const int count : {1, 2, 4, 10, 30, 60, 100}) b->Arg(count);
 }
 
+// A scene without collision, and what a touch with grips writes.
+class Gripped {
+ public:
+  explicit Gripped(palpate_scene_def def = palpate_default_scene_def()) {
+    def.collision = PALPATE_COLLISION_OFF;
+    scene_ = make_scene(def);
+    memory_.resize(palpate_contacts_bytes(scene_.get()) / 8 + 1);
+  }
+  palpate_step_flags touch(const std::vector<palpate_grip>& grips) {
+    palpate_tool tool = palpate_default_tool();
+    tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
+    return palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts(), memory_.size() * sizeof memory_[0]);
+  }
+  palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
+  palpate_scene* scene() { return scene_.get(); }
+
+ private:
+  ScenePointer scene_;
+  std::vector<std::uint64_t> memory_;
+};
+
 // The same state.range(0) nodes are held in every step, as by a tool in contact, so that the runtime keeps its factor.
 void touch_held(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF;
-  const ScenePointer scene = make_scene(def);
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  Gripped gripped;
   auto list = grips(static_cast<int>(state.range(0)), 0);
-  palpate_tool tool = palpate_default_tool();
-  tool.grips = list.data(), tool.grip_count = static_cast<std::int32_t>(list.size());
   Deferred deferred;
   for (auto _ : state) {
     list[0].displacement[0] += 1e-9;
-    deferred.count(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data()),
-                                       memory.size() * sizeof memory[0]));
+    deferred.count(gripped.touch(list));
   }
   deferred.tell(state);
 }
@@ -103,32 +119,60 @@ BENCHMARK(touch_held)->Apply(spread)->Unit(benchmark::kMicrosecond);
 
 // Other nodes in every step: the runtime reads and factors the contact matrix anew.
 void touch_changing(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF;
-  const ScenePointer scene = make_scene(def);
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  Gripped gripped;
   std::vector<std::vector<palpate_grip>> lists;
   for (int turn = 0; turn < 50; ++turn) lists.push_back(grips(static_cast<int>(state.range(0)), turn));
   std::size_t turn = 0;
   Deferred deferred;
-  for (auto _ : state) {
-    const auto& list = lists[turn++ % lists.size()];
-    palpate_tool tool = palpate_default_tool();
-    tool.grips = list.data(), tool.grip_count = static_cast<std::int32_t>(list.size());
-    deferred.count(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data()),
-                                       memory.size() * sizeof memory[0]));
-  }
+  for (auto _ : state) deferred.count(gripped.touch(lists[turn++ % lists.size()]));
   deferred.tell(state);
 }
 BENCHMARK(touch_changing)->Apply(spread)->Unit(benchmark::kMicrosecond);
 
+// Nodes beside one another, as below one tool, or scattered; others in each step. The touch, and as shape_us the shape after it, both
+// medians: they compare the forms of a bundle.
+void touch_and_shape(benchmark::State& state) {
+  const bool scattered = state.range(0) != 0;
+  const std::int32_t surface_nodes = palpate_bundle_describe(bundle).surface_node_count;
+  const auto touchable = grips(palpate_bundle_describe(bundle).touchable_count, 0);
+  const auto place = [](const palpate_grip& grip) {
+    return palpate::load3(palpate_bundle_nodes(bundle) + 3 * grip.node);
+  };
+  Gripped gripped;
+  palpate_bundle_prefault(bundle, 0, nullptr);  // no time has a page fault in it
+  std::vector<float> u(3 * static_cast<std::size_t>(surface_nodes));
+  palpate_shape_out out = palpate_default_shape_out();
+  out.displacements = u.data(), out.node_capacity = surface_nodes;
+  std::vector<double> touches, shapes;
+  for (auto _ : state) {
+    const int count = static_cast<int>(state.range(1)), turn = static_cast<int>(touches.size());
+    auto list = scattered ? grips(count, turn) : touchable;
+    if (!scattered) {
+      const auto middle = place(touchable[37u * static_cast<std::size_t>(turn) % touchable.size()]);
+      std::partial_sort(list.begin(), list.begin() + count, list.end(),
+                        [&](const palpate_grip& a, const palpate_grip& b) {
+                          return length(place(a) - middle) < length(place(b) - middle);
+                        });
+      list.resize(static_cast<std::size_t>(count));
+      for (int g = 0; g < count; ++g) list[g].displacement[2] = 1e-3 + 1e-5 * g;
+    }
+    const auto start = std::chrono::steady_clock::now();
+    gripped.touch(list);
+    touches.push_back(seconds_since(start));
+    const auto touched = std::chrono::steady_clock::now();
+    benchmark::DoNotOptimize(palpate_scene_shape(gripped.scene(), gripped.contacts(), &out));
+    shapes.push_back(seconds_since(touched));
+    state.SetIterationTime(touches.back() + shapes.back());
+  }
+  state.counters["touch_us"] = 1e6 * median(touches), state.counters["shape_us"] = 1e6 * median(shapes);
+}
+BENCHMARK(touch_and_shape)->ArgsProduct({{0, 1}, {1, 3, 10, 30}})->UseManualTime()->Unit(benchmark::kMicrosecond);
+
 // A moving area contact: of `count` neighbouring nodes, three leave and three come in every step.
 void touch_moving(benchmark::State& state) {
   palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_OFF;
   def.max_points = 400, def.max_contact_nodes = 400;
-  const ScenePointer scene = make_scene(def);
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  Gripped gripped(def);
   const int count = static_cast<int>(state.range(0)), touchable = palpate_bundle_describe(bundle).touchable_count;
   std::vector<palpate_grip> window(static_cast<std::size_t>(count));
   int first = 0;
@@ -143,12 +187,9 @@ void touch_moving(benchmark::State& state) {
       window[g].axes = 7, window[g].displacement[2] = 1e-3 + 1e-5 * g;
     }
     first += 3;
-    palpate_tool tool = palpate_default_tool();
-    tool.grips = window.data(), tool.grip_count = count;
     const auto start = std::chrono::steady_clock::now();
-    deferred.count(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(memory.data()),
-                                       memory.size() * sizeof memory[0]));
-    state.SetIterationTime(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    deferred.count(gripped.touch(window));
+    state.SetIterationTime(seconds_since(start));
   }
   deferred.tell(state);
 }
@@ -305,7 +346,7 @@ void shape_against_read(benchmark::State& state) {
   palpate_error error = {};
   const auto id = palpate::formats::SectionId::displacement_surface;
   const auto* entry = palpate::formats::find_section(bundle->index, id);
-  if (!entry) return state.SkipWithError("compares with reading rows; see packed_bench for the compliance in blocks");
+  if (!entry) return state.SkipWithError("compares with reading rows; touch_and_shape measures blocks");
   const float* rows = palpate::section_as<float>(bundle, id, &error);
   const std::size_t per_node =
       entry->bytes / 4 / entry->shape[0];  // of a node's three columns, in words whatever their form

@@ -183,7 +183,7 @@ const std::vector<ConfigKey>& config_keys() {
       {B, "facing", "within", "number", "degrees", "required", "above 0, at most 180"},
       {B, "label", "labels", "numbers", "-", "required", "values of the image"},
       {B, "label", "within", "number", "`mesh_unit`", "0", "0 or above"},
-      {B, "label", "image", "file", "mm", "-", "a format that `palpate-surface` reads, but no PNG slices"},
+      {B, "label", "image", "file", "mm", "-", "a format that `palpate-surface` reads"},
       {B, "preload", "gravity", "table", "-", "required", ""},
       {B, "gravity", "value", "point", "`unit`", "required", "components of at most 1e6 m/s^2"},
       {B, "gravity", "unit", "choice", "-", "required", "m/s^2"},

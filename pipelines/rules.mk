@@ -134,7 +134,7 @@ force:
 	mv $$now $@
 MADE_BY = $(WORK)/mesh-options.txt
 MESH_IS_MADE ?=
-# The programs write which files they have read: slices of an image, data files of a header, what a TOML file names.
+# The programs write which files they have read: data files of a header, what a TOML file names.
 -include $(wildcard $(WORK)/*.d $(DATA)/$(ORGAN)/*.d)
 
 SOURCE = $(or $(IMAGE),$(SURFACE))

@@ -28,7 +28,6 @@ struct Options {
   std::vector<std::string> inputs;
   std::filesystem::path output, report;
   LabelSelection selection;
-  std::vector<double> spacing;
   std::optional<double> smooth_mm;
   SurfaceTarget target;
   std::string spread = "even", components = "1%", cavities, unit = "mm";
@@ -41,8 +40,7 @@ struct Options {
 void define(CLI::App& app, Options& options) {
   app.add_option(
          "input", options.inputs,
-         "Label image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd), PNG slices (a folder, a glob or a list), or "
-         "segmented surface (.off .obj .ply .stl)")
+         "Label image (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd) or segmented surface (.off .obj .ply .stl)")
       ->required();
   auto* list = app.add_flag("--list", options.list,
                             "Print each label of an image: name, volume, pieces, box, whether it touches the border");
@@ -50,7 +48,6 @@ void define(CLI::App& app, Options& options) {
   auto* labels = app.add_option("--labels", options.selection.labels, "Values of the organ, united: 255 or 255,127")
                      ->delimiter(',');
   app.add_option("--threshold", options.selection.threshold, "Everything at or above this value")->excludes(labels);
-  app.add_option("--spacing", options.spacing, "Voxel size x,y,z in mm, for PNG slices")->delimiter(',')->expected(3);
   app.add_option("--smooth", options.smooth_mm, "Gaussian width in mm; 0 for none (default: 1.5 mean voxel sides)")
       ->check(non_negative_number());
   auto* triangles = app.add_option("--triangles", options.target.triangles,
@@ -119,14 +116,9 @@ void tell(const ExtractedSurface& extracted, double smooth_mm) {
   }
 }
 
-std::optional<std::array<double, 3>> spacing_of(const Options& options) {
-  if (options.spacing.empty()) return {};
-  return std::array<double, 3>{options.spacing[0], options.spacing[1], options.spacing[2]};
-}
-
 void from_image(const Options& options) {
   const std::string& name = options.inputs.front();
-  const LabelImage image = read_label_image(options.inputs, spacing_of(options));
+  const LabelImage image = read_label_image(name);
   const std::array<double, 3> spacing = image.grid.spacing();
   note(fmt::format("{}: {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", name, image.grid.size[0],
                    image.grid.size[1], image.grid.size[2], spacing[0], spacing[1], spacing[2]));
@@ -246,11 +238,8 @@ void wrap(const Options& options, const TriangleSurface& soup, std::optional<Pro
 
 void from_surface(const Options& options) {
   const std::string& name = options.inputs.front();
-  if (options.inputs.size() > 1) throw InputError(fmt::format("{}: one surface at a time", options.inputs[1]));
-  if (!options.selection.labels.empty() || options.selection.threshold || options.smooth_mm ||
-      !options.spacing.empty()) {
-    throw InputError(fmt::format("{}: --labels, --threshold, --spacing and --smooth are for images", name));
-  }
+  if (!options.selection.labels.empty() || options.selection.threshold || options.smooth_mm)
+    throw InputError(fmt::format("{}: --labels, --threshold and --smooth are for images", name));
   const TriangleSurface soup = read_surface(name, millimetres(options.unit));
   const double limit = processor_limit(options, soup);
   std::optional<ProcessorLimit> ends_the_program;
@@ -271,7 +260,7 @@ void from_surface(const Options& options) {
 void list(const Options& options) {
   const std::string& name = options.inputs.front();
   if (!is_image_name(name)) throw InputError(fmt::format("{}: --list is for images; a surface has no labels", name));
-  const std::vector<LabelEntry> labels = list_labels(read_label_image(options.inputs, spacing_of(options)), name);
+  const std::vector<LabelEntry> labels = list_labels(read_label_image(name), name);
   if (labels.empty())
     throw InputError(fmt::format("{}: expected a segmented organ, found an image that is 0 everywhere", name));
   if (!options.report.empty()) write_text_atomically(options.report, label_list_json(labels).dump(2) + "\n");
@@ -279,6 +268,9 @@ void list(const Options& options) {
 }
 
 void run(Options& options) {
+  if (options.inputs.size() > 1)
+    throw InputError(fmt::format("{}: expected one image or surface at a time; save slices as one NRRD or NIfTI",
+                                 options.inputs[1]));
   if (options.list) return list(options);
   check_output_name(options.output);
   if (options.spread == "curvature") options.target.spread = SurfaceTarget::Spread::curvature;

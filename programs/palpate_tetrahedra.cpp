@@ -36,7 +36,6 @@ struct Options {
   bool nested_regions = false, keep_surface = false;
   FillOptions fill;
   LabelImageOptions image;
-  std::vector<double> spacing;
   std::string cavities;                   // empty: decided by the orientation of the shells
   std::optional<std::string> components;  // default: all pieces of a surface, 1% for an image
   QualityGate gate{10, 0.05};
@@ -55,7 +54,6 @@ void define_for_images(CLI::App& app, Options& o) {
       ->check(positive_number());
   image(app.add_option("--smooth", o.image.smooth_mm, "Gaussian width, mm (default: 1.5 mean voxel sides)"))
       ->check(non_negative_number());
-  image(app.add_option("--spacing", o.spacing, "Voxel size x,y,z in mm, for PNG slices"))->delimiter(',')->expected(3);
 }
 
 void define(CLI::App& app, Options& o) {
@@ -159,6 +157,8 @@ MeshReport mesh_surfaces(Options& o) {
 }
 
 MeshReport mesh_image(Options& o) {
+  if (o.inputs.size() > 1)
+    throw InputError(fmt::format("{}: expected one image at a time; save slices as one NRRD or NIfTI", o.inputs[1]));
   if (o.labels.empty())
     throw InputError(
         fmt::format("{} is a label image: say which tissues to mesh, as in --labels 255=liver,127=kidney; for one "
@@ -167,8 +167,7 @@ MeshReport mesh_image(Options& o) {
   o.image.tissues = parse_tissues(o.labels);
   o.image.keep_cavities = o.cavities == "keep";
   o.image.components = o.components.value_or(o.image.components);
-  if (!o.spacing.empty()) o.image.spacing = {o.spacing[0], o.spacing[1], o.spacing[2]};
-  return tetrahedra_from_image(o.inputs, o.image, o.fill);
+  return tetrahedra_from_image(o.inputs.front(), o.image, o.fill);
 }
 
 MeshReport mesh_one_geometry(const Options& o) {

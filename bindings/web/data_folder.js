@@ -1,10 +1,10 @@
 // What the viewer's server shows of a data folder (pipelines/rules.mk), under data/: the bundles DATA/ORGAN/RESOLUTION/CASE/bundle.h5, each
-// with its picture and the organ's finer surface, listed in bundles.json; the studies of palpate-accuracy, listed in studies.json.
+// with its picture and the organ's finer surface, listed in bundles.json; the reports of palpate-accuracy, listed in studies.json.
 import { existsSync, readdirSync, statSync } from "node:fs";
 import { basename, dirname, join, resolve, sep } from "node:path";
 
 const PICTURES = ["pictures/boundary.png", "pictures/mesh.png"]; // the first that is there
-const SERVED = [".h5", ".ply", ".png", "/accuracy.json"];
+const SERVED = [".h5", ".ply", ".png", "/report.html"];
 
 /** @param {string} folder @returns {import("./viewer/src/served").ServedBundle[]} */
 export function bundlesOf(folder) {
@@ -18,16 +18,11 @@ export function bundlesOf(folder) {
   }).sort((a, b) => a.organ.localeCompare(b.organ) || a.bytes - b.bytes);
 }
 
-/** Studies: DATA/ORGAN/accuracy/BC/accuracy.json, with their bundles under bundles/.
- *  @param {string} folder @returns {import("./viewer/src/accuracy_study").ServedStudy[]} */
+/** Reports of studies: DATA/ORGAN/accuracy/BC/report.html. Their points open the bundles beside them.
+ *  @param {string} folder @returns {import("./viewer/src/served").ServedStudy[]} */
 export function studiesOf(folder) {
-  return foldersWith(folder, "accuracy.json").filter((parts) => parts[parts.length - 2] === "accuracy").map((parts) => {
-    const organ = parts.slice(0, -2).join("/"), here = parts.join("/"), bundles = join(folder, here, "bundles");
-    return {
-      organ, boundary: parts[parts.length - 1], address: `data/${here}`, finer: finerSurface(folder, organ),
-      bundles: existsSync(bundles) ? readdirSync(bundles).filter((file) => file.endsWith(".h5")).map((file) => `bundles/${file}`) : [],
-    };
-  });
+  return foldersWith(folder, "report.html").filter((parts) => parts[parts.length - 2] === "accuracy").map((parts) =>
+    ({ organ: parts.slice(0, -2).join("/"), boundary: parts[parts.length - 1], report: `data/${parts.join("/")}/report.html` }));
 }
 
 // The folders, as their names, that hold a file of this name and lie at least two folders deep in an organ's.

@@ -12,11 +12,12 @@ const here = import.meta.dirname ?? new URL(".", import.meta.url).pathname;
 const wasm = resolve(process.env.PALPATE_WASM ?? `${here}/../../build/web`);
 const out = resolve(process.env.PALPATE_VIEWER ?? `${here}/../../build/viewer`);
 
+const TYPES = { ".png": "image/png", ".html": "text/html; charset=utf-8" };
 // file: absent, or not there: answers 404 with the reason.
 function send(response, file, reason) {
   try {
     response.setHeader("Content-Length", statSync(file).size);
-    response.setHeader("Content-Type", file.endsWith(".png") ? "image/png" : "application/octet-stream");
+    response.setHeader("Content-Type", TYPES[file.slice(file.lastIndexOf("."))] ?? "application/octet-stream");
     createReadStream(file).pipe(response);
   } catch {
     response.statusCode = 404;
@@ -54,7 +55,7 @@ export default defineConfig({
   base: "./",
   resolve: { alias: { "@wasm": wasm } },
   build: { outDir: out, emptyOutDir: true, assetsInlineLimit: 0, chunkSizeWarningLimit: 1000, target: "es2022",
-    rollupOptions: { input: ["index", "world", "compare", "gallery", "accuracy"].map((page) => `${here}/viewer/${page}.html`) } },
+    rollupOptions: { input: ["index", "world", "compare", "gallery"].map((page) => `${here}/viewer/${page}.html`) } },
   worker: { format: "es" },
   preview: { headers, host: "127.0.0.1", port: 5173 },
   plugins: [serveFiles, fillWords(`${here}/viewer`)],

@@ -83,31 +83,4 @@ path beside(const path& header, const std::string& name) {
   return data.is_absolute() ? data : header.parent_path() / data;
 }
 
-PngHeader read_png_header(const path& file) {
-  const std::uint64_t bytes = file_bytes(file);
-  std::ifstream in(file, std::ios::binary);
-  std::string head(33, '\0');
-  in.read(head.data(), 33);
-  if (in.gcount() != 33 || !head.starts_with("\x89PNG\r\n\x1a\n") || head.compare(12, 4, "IHDR") != 0) {
-    throw InputError(fmt::format("{}: expected a PNG image", file.string()));
-  }
-  const double width = number_at<std::uint32_t>(head, 16, true), height = number_at<std::uint32_t>(head, 20, true);
-  const auto size = three_sizes(file, {width, height, 1});
-  const int depth = static_cast<unsigned char>(head[24]);
-  // PNG compresses with deflate, which shrinks data at most 1032 times.
-  const std::uint64_t needed = static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]) / 8 *
-                               static_cast<std::uint64_t>(std::min(depth, 8)) / 1032;
-  if (bytes < needed) {
-    throw InputError(
-        fmt::format("{}: the header asks for {} bytes of voxels, the file has {}; it is cut off, or its "
-                    "header is wrong",
-                    file.string(), needed, bytes));
-  }
-  in.seekg(static_cast<std::streamoff>(bytes) - 8);
-  std::string end(8, '\0');
-  in.read(end.data(), 8);
-  if (end.compare(0, 4, "IEND") != 0) throw InputError(fmt::format("{}: the PNG image is cut off", file.string()));
-  return {size[0], size[1]};
-}
-
 }  // namespace palpate

@@ -33,12 +33,6 @@ ImageHeader read_nifti_header(const std::filesystem::path& file);
 ImageHeader read_nrrd_header(const std::filesystem::path& file);
 ImageHeader read_meta_header(const std::filesystem::path& file);
 
-// Checks the header of a PNG file, which libpng reads, and that the file has an end.
-struct PngHeader {
-  int width = 0, height = 0;
-};
-PngHeader read_png_header(const std::filesystem::path& file);
-
 // ---- what the readers share ----------------------------------------------------------------------------------------
 
 // Returns the three sizes of an image. Accepts more than three numbers when each further one is 1. Errors: InputError unless

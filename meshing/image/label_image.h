@@ -34,15 +34,12 @@ struct LabelImage {
   std::map<float, std::string> names{};  // of labels, where read_label_names finds them
 };
 
-// Reads INR (.inr, .inr.gz), NRRD (.nrrd, .nhdr), NIfTI (.nii, .nii.gz, .hdr), MetaImage (.mha, .mhd) or PNG slices.
-// PNG slices are given as a folder, a pattern ("slices/*.png") or a list of files; the function sorts them by the
-// numbers in their names. spacing (mm) is required for PNG and refused for every other format. INR stores no
+// Reads INR (.inr, .inr.gz), NRRD (.nrrd, .nhdr), NIfTI (.nii, .nii.gz, .hdr) or MetaImage (.mha, .mhd). INR stores no
 // directions: its axes are taken as LPS. Errors: InputError when the input is not a complete, valid image. The
 // function compares the stated size with the file before it takes memory.
-LabelImage read_label_image(const std::vector<std::string>& inputs,
-                            const std::optional<std::array<double, 3>>& spacing);
+LabelImage read_label_image(const std::string& name);
 
-// Returns whether the name of a file, folder or pattern is one that read_label_image accepts.
+// Returns whether the name means an image: one that read_label_image reads, or slices (a folder, PNG), which it refuses.
 bool is_image_name(const std::string& input);
 
 // Lists the values of the image with their names and numbers of voxels, for messages: "0 (25413011 voxels), 255 liver

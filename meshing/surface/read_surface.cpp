@@ -360,7 +360,7 @@ TriangleSurface read_surface(const std::filesystem::path& file, double millimetr
   } else {
     throw InputError(
         fmt::format("{}: expected a surface (.off .obj .ply .stl) or an image (.inr .inr.gz .nrrd .nhdr .nii "
-                    ".nii.gz .mha .mhd, PNG slices)",
+                    ".nii.gz .mha .mhd)",
                     file.string()));
   }
   TriangleSurface surface = finite(file, std::move(stated));

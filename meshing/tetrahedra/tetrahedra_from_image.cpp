@@ -304,10 +304,8 @@ std::vector<Tissue> parse_tissues(const std::vector<std::string>& texts) {
   return tissues;
 }
 
-MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const LabelImageOptions& options,
-                                 const FillOptions& fill) {
-  const std::string& name = inputs.front();
-  const LabelImage image = read_label_image(inputs, options.spacing);
+MeshReport tetrahedra_from_image(const std::string& name, const LabelImageOptions& options, const FillOptions& fill) {
+  const LabelImage image = read_label_image(name);
   const double voxel_mm = std::cbrt(image.grid.voxel_volume());
   std::vector<VoxelMask> masks =
       tissue_masks(image, options.tissues, 3 * options.smooth_mm.value_or(1.5 * voxel_mm), name);

@@ -14,7 +14,6 @@ namespace palpate {
 
 struct LabelImageOptions {
   std::vector<Tissue> tissues;
-  std::optional<std::array<double, 3>> spacing;  // mm; for PNG slices only
   std::optional<double>
       smooth_mm;       // Gaussian width; default: 1.5 times the mean voxel side, less where a tissue shrinks
   double edge_mm = 0;  // largest edge of triangles; 0: a twelfth of the tissues' size; a small tissue's are shorter
@@ -32,7 +31,6 @@ std::vector<Tissue> parse_tissues(const std::vector<std::string>& texts);
 // volume (move_to_volumes), with shorter edges where this move would be too long. Errors: those of read_label_image, tetrahedra_from_tissues and fill_with_tetrahedra; InputError for a
 // tissue that vanishes or loses more than half its volume; VerificationError when no attempt gives a manifold outer
 // surface.
-MeshReport tetrahedra_from_image(const std::vector<std::string>& inputs, const LabelImageOptions& options,
-                                 const FillOptions& fill);
+MeshReport tetrahedra_from_image(const std::string& name, const LabelImageOptions& options, const FillOptions& fill);
 
 }  // namespace palpate

@@ -103,7 +103,7 @@ LabelledNodes labelled_nodes(const TetrahedralMesh& mesh, const OrganConfig& org
     std::vector<std::array<double, 3>> points;
     for (const auto& p : mesh.nodes) points.push_back({turned * p[0], turned * p[1], mm * p[2]});
     try {
-      if (!images->contains(file)) images->emplace(file, read_label_image({file.string()}, {}));
+      if (!images->contains(file)) images->emplace(file, read_label_image(file.string()));
       return near_labels(images->at(file), s.labels, s.number * mm, points);
     } catch (const InputError& error) {
       const std::string name = file.string(), text = error.what();

@@ -155,7 +155,7 @@ void measure_labels(const LabelImage& image, const std::vector<LabelEntry>& chos
 
 void measure_image(const OrganRequest& request, OrganSource& source) {
   const std::string name = request.image.string();
-  const LabelImage image = read_label_image({name}, {});
+  const LabelImage image = read_label_image(name);
   measure_labels(image, chosen_labels(request.label, list_labels(image, name), name, "LABEL"), name, source);
 }
 
@@ -317,7 +317,7 @@ std::vector<NamedLabel> parse_named_labels(const std::string& text) {
 
 OrganGroup measure_group(const OrganRequest& request, const std::vector<NamedLabel>& labels) {
   const std::string name = request.image.string();
-  const LabelImage image = read_label_image({name}, {});
+  const LabelImage image = read_label_image(name);
   const std::vector<LabelEntry> entries = list_labels(image, name);
   OrganGroup group;
   for (const NamedLabel& label : labels) {

@@ -181,7 +181,7 @@ Loads Compliance::covered(const Side& side, const Loads& loads, int first, int n
 }
 
 // While a block is applied, the next one is on its way from memory: blocks are short and lie apart, so that the processor foresees nothing.
-// More blocks ahead, or fetching to the first-level cache, took as long or longer (packed_bench).
+// More blocks ahead, or fetching to the first-level cache, took as long or longer (touch_and_shape of runtime_bench).
 void Compliance::apply_blocks(const Loads& loads) {
   for (int first = 0, next = 0; first < loads.count; first = next) {
     next = end_of_cluster(loads, first);

@@ -22,7 +22,7 @@ using Kernel = void (*)(const void* const* column, const float* coefficient, std
 using Half = std::uint16_t;
 
 // Distance in bytes at which each column is prefetched: a read from memory takes 0.1 us, in which three columns advance by six lines, and
-// twelve by less. 256 to 512 take a fifth less time than 1024, whose requests wait for one another (packed_bench). Without it, the
+// twelve by less. 256 to 512 take a fifth less time than 1024, whose requests wait for one another (touch_and_shape of runtime_bench). Without it, the
 // processor's own prefetcher starts again at every page of every column.
 constexpr std::size_t kAhead = 384;
 

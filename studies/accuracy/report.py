@@ -8,6 +8,17 @@ import page as report  # noqa: E402
 from page import ELEMENTS, Plot, number, percent  # noqa: E402
 
 MODELS = {"linear": ("#c2410c", "s"), "response": ("#a16207", "v"), "large": ("#0b6fa4", "o")}
+# Where the viewer's server shows the report (make gallery), a point of the fronts is a link to its bundle in the viewer.
+LINKS = """<script>
+if (location.protocol.startsWith("http"))
+  for (const point of document.querySelectorAll("[data-opens]")) {
+    const here = decodeURI(location.pathname).replace(/^\\/|[^/]*$/g, ""), [bundle, setting] = point.dataset.opens.split("#");
+    const link = document.createElementNS("http://www.w3.org/2000/svg", "a");
+    link.setAttribute("href", `/index.html?${new URLSearchParams({ bundle: here + bundle, finer: here.replace(/accuracy\\/.*/, "render.ply") })}#${setting}`);
+    point.replaceWith(link);
+    link.append(point);
+  }
+</script>"""
 CONTACTS = {"node": ("#c2410c", "s"), "triangle": ("#a16207", "v"), "point": ("#7c3aed", "D"), "patch": ("#0b6fa4", "o")}
 
 
@@ -136,7 +147,7 @@ def front_plot(study, title, x, x_label, error, error_label, reference):
             def curve(some, label, hollow):
                 some = [p for p in some if p["element"] == element and (p["contact"] == "patch") == contact_is_patch]
                 plot.curve(some, x, lambda p: 100 * p[error], told, joined=False, color=colour, marker=marker, faint=not contact_is_patch,
-                           label=label if some or contact_is_patch and not hollow else None, hollow=hollow)
+                           opens=lambda p: f"{p['bundle']}#contact={p['contact']}&disc={study.all['radius_mm']:g}", label=label if some or contact_is_patch and not hollow else None, hollow=hollow)
             curve(measured, element if contact_is_patch else f"{element}, other contacts", False)
             curve(predicted, f"{element}, size and precompute predicted" if contact_is_patch else None, True)
     plot.front([p[x] for p in points], [100 * p[error] for p in points], [p["name"] for p in points])
@@ -149,7 +160,8 @@ def fronts(page, study):
     page.heading("Error against cost")
     page.words(f"{conditions(study)} Each point is one setting: mesh, element, storage, contact model. Put the pointer on a point for its name and "
                "figures. A setting on the dark line has no other that is both cheaper and more accurate, so choose one on the line, as far to "
-               "the left as its error allows. Faint points are contacts on a node, a triangle or a point. Both axes are logarithmic."
+               "the left as its error allows. Faint points are contacts on a node, a triangle or a point. Both axes are logarithmic. "
+               "Where <code>make -f Makefile.data gallery</code> shows this page, a click on a point opens its bundle."
                + (" Hollow points were measured with columns near the sites alone; the size of their bundle and the time of their precompute are what "
                   "<code>palpate-precompute --plan</code> predicts for all columns. One on the reference's own mesh stands at the reference's estimated error."
                   if study.predicted() else ""))
@@ -159,6 +171,7 @@ def fronts(page, study):
                 (front_plot(study, "Field error against the time of shape", "shape_us", "time of one shape (surface update), median, us", "field_error", "error of the surface displacement, %", field), "field-shape", ""),
                 (front_plot(study, "Force error against the time of the precompute", "precompute_s", "time of the precompute, s", "force_error", "error of the tool's force, %", force), "force-precompute", ""),
                 (front_plot(study, "Force error against the size of the bundle", "bundle_MB", "size of the bundle, MB", "force_error", "error of the tool's force, %", force), "force-bundle", "")])
+    page.words(LINKS)
 
 
 def against_vertices(title, points, groups, key, y, y_label, scale=1, band=None, log_y=True):

@@ -93,10 +93,10 @@ class Plot:
                 axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
         self.axes.grid(True, which="major", alpha=0.35)
         self.axes.grid(True, which="minor", alpha=0.12)
-        self.names, self.series, self.labels, self.legend_at = {}, 0, [], "best"
+        self.names, self.opens, self.series, self.labels, self.legend_at = {}, {}, 0, [], "best"
 
-    def points(self, xs, ys, names, label=None, joined=False, faint=False, hollow=False, **style):
-        """Points with names; joined: connected by a line."""
+    def points(self, xs, ys, names, label=None, joined=False, faint=False, hollow=False, opens=(), **style):
+        """Points with names; joined: connected by a line; opens: what each opens, data-opens of its element, for a script of the page."""
         colour = style.pop("color", COLOURS[self.series % len(COLOURS)])
         marker = style.pop("marker", MARKERS[self.series % len(MARKERS)])
         self.series += 1
@@ -105,14 +105,15 @@ class Plot:
         for n, (x, y, name) in enumerate(zip(xs, ys, names)):
             gid = f"point-{len(self.names)}"
             self.names[gid] = name
+            self.opens[gid] = f' data-opens="{html.escape(opens[n])}"' if opens else ""
             self.axes.plot([x], [y], marker, color=colour, markerfacecolor="white" if hollow else colour, gid=gid, markersize=5 if faint else 6.5,
                            alpha=0.45 if faint else 1, label=label if n == 0 else None, linestyle="none")
         return colour
 
-    def curve(self, rows, x, y, told, joined=True, **style):
-        """A point for each row of a study. x, y: keys of the row, or functions of it; told: a function that names it."""
+    def curve(self, rows, x, y, told, joined=True, opens=None, **style):
+        """A point for each row of a study. x, y: keys of the row, or functions of it; told: a function that names it; opens: see points."""
         xs, ys = ([of(row) if callable(of) else row[of] for row in rows] for of in (x, y))
-        self.points(xs, ys, [told(row) for row in rows], joined=joined, **style)
+        self.points(xs, ys, [told(row) for row in rows], joined=joined, opens=[opens(row) for row in rows] if opens else (), **style)
 
     def front(self, xs, ys, names):
         """Draws the Pareto front as steps, and names its points where there is room."""
@@ -154,7 +155,7 @@ class Plot:
         svg = svg[svg.index("<svg"):]
         svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
         for gid, name in self.names.items():
-            svg = svg.replace(f'<g id="{gid}">', f'<g id="point-{prefix}-{gid[6:]}"><title>{html.escape(name)}</title>', 1)
+            svg = svg.replace(f'<g id="{gid}">', f'<g id="point-{prefix}-{gid[6:]}"{self.opens[gid]}><title>{html.escape(name)}</title>', 1)
         return svg
 
     def _place_the_legend(self):

@@ -11,10 +11,10 @@
 #include <sstream>
 
 #include "formats/config_keys.h"
-#include "formats/errors.h"
 #include "formats/organ_config.h"
 #include "formats/scene_config.h"
 #include "tests/support/test_files.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -129,14 +129,11 @@ TEST(FilesPage, HasAnExampleOfEachFileThatTheReaderAcceptsAndThatShowsEveryKey) 
 // The refusal of a text of that kind, or nothing where the reader accepts it.
 std::string refusal(ConfigFile kind, const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file) << text;
-  try {
+  return tests::input_error([&] {
     if (kind == ConfigFile::organ) read_organ_config(file);
     if (kind == ConfigFile::boundary) read_boundary_config(file);
     if (kind == ConfigFile::scene) read_scene_config(file);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
+  });
 }
 
 TEST(FilesPage, ARefusalOfAMissingKeyShowsALineWithWhichTheExampleIsReadAgain) {

@@ -9,6 +9,7 @@
 #include "studies/bodies/box_mesh.h"
 #include "tests/support/msh_files.h"
 #include "tests/support/test_files.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -40,12 +41,7 @@ TetrahedralMesh two_regions() {
 
 // The sentence with which the reader refuses; empty where it accepts.
 std::string refusal(const std::string& bytes) {
-  try {
-    parse_mesh(bytes, "a.msh");
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  return tests::input_error([&] { parse_mesh(bytes, "a.msh"); });
 }
 
 TEST(MeshFile, ReadsBackWhatItWrote) {

@@ -17,6 +17,7 @@
 #include "formats/command_line.h"
 #include "formats/errors.h"
 #include "tests/support/test_files.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -200,12 +201,7 @@ TEST(AtomicFile, KeepsTheOldFileWhenTheNewOneFails) {
 
 TEST(AtomicFile, NamesAFolderThatIsNotThere) {
   const auto folder = fresh_folder();
-  try {
-    AtomicFile file(folder / "no" / "a.txt");
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("does not exist"));
-  }
+  EXPECT_THAT(tests::input_error([&] { AtomicFile file(folder / "no" / "a.txt"); }), HasSubstr("does not exist"));
   EXPECT_THROW(AtomicFile(folder.string()), InputError);  // a folder cannot be the file
 }
 

@@ -17,7 +17,6 @@ Eigen: Eigen/
 CGAL: CGAL/ boost/
 gmsh: gmsh
 ITK: itk
-libpng: png.h
 VTK: vtk
 zlib: zlib.h
 pybind11: pybind11/
@@ -43,7 +42,7 @@ formats/checksum.: LAYOUT:
 formats/half.h: LAYOUT:
 formats/compliance_blocks.h: LAYOUT:
 formats/response_check.: LAYOUT:
-meshing/image/: meshing/image/ formats/: plumbing libpng zlib
+meshing/image/: meshing/image/ formats/: plumbing zlib
 meshing/image/thickness.cpp: meshing/image/: ITK
 meshing/surface/: meshing/surface/ meshing/image/ formats/: plumbing Eigen CGAL
 meshing/tetrahedra/: meshing/tetrahedra/ meshing/surface/ meshing/image/ formats/: plumbing Eigen CGAL gmsh

@@ -11,6 +11,7 @@
 #include "tests/meshing/run_surface.h"
 #include "tests/meshing/surface_images.h"
 #include "tests/support/closed_surfaces.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -18,12 +19,6 @@ namespace {
 using namespace tests;
 using testing::AllOf;
 using testing::HasSubstr;
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
 
 class SurfaceDamage : public testing::Test {
  protected:
@@ -151,18 +146,11 @@ TEST_F(SurfaceDamage, VoxelSizesMustBeAboveZero) {
   expect_refused("a.nii", nifti, HasSubstr("voxel sizes above 0"));
 }
 
-TEST_F(SurfaceDamage, PngSlicesMustFitOneAnother) {
-  write_png_stack(folder_ / "slices", ball_);
-  expect_refused_input("slices", HasSubstr("--spacing"));
-  expect_refused_input("slices", HasSubstr("voxel sizes above 0"), "--spacing 1,0,1");
-  const std::vector<std::uint8_t> small(25, 7);
-  write_bytes(folder_ / "slices" / "slice12.png", as_png(5, 5, small.data()));
-  expect_refused_input("slices", AllOf(HasSubstr("slice12.png"), HasSubstr("24 x 24")), "--spacing 1,1,1");
-  const std::string whole = as_png(24, 24, ball_.values.data());
-  write_bytes(folder_ / "slices" / "slice12.png", whole.substr(0, whole.size() - 20));
-  expect_refused_input("slices", AllOf(HasSubstr("slice12.png"), HasSubstr("cut off")), "--spacing 1,1,1");
-  std::filesystem::create_directories(folder_ / "none");
-  expect_refused_input("none", HasSubstr("found none"), "--spacing 1,1,1");
+TEST_F(SurfaceDamage, SlicesAreRefusedWithAWayOn) {
+  std::filesystem::create_directories(folder_ / "slices");
+  expect_refused_input("slices", AllOf(HasSubstr("found a folder"), HasSubstr("NRRD or NIfTI")));
+  expect_refused("slice1.png", "", AllOf(HasSubstr("found another ending"), HasSubstr("NRRD or NIfTI")));
+  expect_refused_input("slice1.png", HasSubstr("one image or surface at a time"), (folder_ / "slice1.png").string());
 }
 
 // Remeshing such an image would take minutes.
@@ -263,7 +251,6 @@ TEST_F(SurfaceDamage, BrokenSurfaceFilesNameTheLineOrByte) {
 TEST_F(SurfaceDamage, OptionsThatDoNotFitTheInputAreRefused) {
   write_surface(folder_ / "good.off", sphere_surface(2, 10));
   expect_refused_input("good.off", HasSubstr("for images"), "--labels 1");
-  expect_refused("a.nrrd", as_nrrd(ball_, false, false), HasSubstr("--spacing is for PNG"), "--spacing 1,1,1");
 }
 
 }  // namespace

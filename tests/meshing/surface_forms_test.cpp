@@ -5,13 +5,13 @@
 #include <functional>
 #include <sstream>
 
-#include "formats/errors.h"
 #include "formats/program.h"
 #include "meshing/surface/repair_surface.h"
 #include "meshing/surface/surface_file.h"
 #include "tests/meshing/surface_images.h"
 #include "tests/support/closed_surfaces.h"
 #include "tests/support/program_run.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -103,12 +103,7 @@ class SurfaceForms : public testing::Test {
   void expect_refused(const std::string& name, const std::string& bytes, const Matcher& says) const {
     SCOPED_TRACE(name);
     write_bytes(folder_ / name, bytes);
-    try {
-      read_surface(folder_ / name, 1);
-      ADD_FAILURE() << "was read";
-    } catch (const InputError& refused) {
-      EXPECT_THAT(refused.what(), AllOf(HasSubstr(name), says));
-    }
+    EXPECT_THAT(input_error([&] { read_surface(folder_ / name, 1); }), AllOf(HasSubstr(name), says));
   }
 };
 

@@ -37,7 +37,7 @@ class ObliqueThickSlices : public testing::Test {
   const std::filesystem::path folder_ = fresh_folder();
 
   void expect_ellipsoid(const std::filesystem::path& file) {
-    const LabelImage read = read_label_image({file.string()}, {});
+    const LabelImage read = read_label_image(file.string());
     ASSERT_EQ(read.grid.size, image_.grid.size);
     for (int c = 0; c < 3; ++c) {
       // NIfTI stores single precision: at 1200 mm its error is 1e-4 mm
@@ -95,29 +95,13 @@ TEST(SurfaceImage, InrAndGzippedInrAreReadAlike) {
   write_bytes(folder / "a.inr", as_inr(shape));
   write_bytes(folder / "a.inr.gz", gzipped(as_inr(shape)));
   for (const char* name : {"a.inr", "a.inr.gz"}) {
-    const LabelImage read = read_label_image({(folder / name).string()}, {});
+    const LabelImage read = read_label_image((folder / name).string());
     EXPECT_EQ(read.grid.size, shape.grid.size);
     EXPECT_TRUE(std::equal(read.values.begin(), read.values.end(), shape.values.begin()));
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(read.grid.origin[c], shape.grid.origin[c], 1e-5);  // ImageIO stores TX in single precision
       EXPECT_EQ(read.grid.axis[c][c], shape.grid.axis[c][c]);
     }
-  }
-}
-
-TEST(SurfaceImage, PngSlicesAreStackedByTheNumbersInTheirNames) {
-  const std::filesystem::path folder = fresh_folder();
-  // the image is a cone, so its slices differ: a test with slice 10 before slice 2 would fail
-  const ShapeImage shape = shape_image(
-      {50, 50, 24}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 2}}}, {0, 0, 0},
-      [](const Point& p) { return std::abs(p[2]) < 20 && std::hypot(p[0], p[1]) < 10 + p[2] / 2 ? 255 : 0; });
-  write_png_stack(folder / "slices", shape);
-  const std::array<double, 3> spacing = {1, 1, 2};
-  for (const std::string& input : {(folder / "slices").string(), (folder / "slices" / "slice*.png").string()}) {
-    const LabelImage read = read_label_image({input}, spacing);
-    EXPECT_EQ(read.grid.size, shape.grid.size);
-    EXPECT_TRUE(std::equal(read.values.begin(), read.values.end(), shape.values.begin()));
-    EXPECT_EQ(read.grid.spacing(), spacing);
   }
 }
 

@@ -141,39 +141,4 @@ std::string as_inr(const ShapeImage& image) {
   return head + "##}\n" + voxel_bytes(image);
 }
 
-std::string as_png(int width, int height, const std::uint8_t* values) {
-  const auto big = [](std::uint32_t v) {
-    return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8),
-                       static_cast<char>(v)};
-  };
-  const auto chunk = [&](const std::string& type, const std::string& data) {
-    const std::string body = type + data;
-    return big(static_cast<std::uint32_t>(data.size())) + body +
-           big(static_cast<std::uint32_t>(
-               crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<unsigned>(body.size()))));
-  };
-  std::string rows;
-  for (int y = 0; y < height; ++y) {
-    rows += '\0';
-    rows.append(reinterpret_cast<const char*>(values) + static_cast<std::ptrdiff_t>(y) * width,
-                static_cast<std::size_t>(width));
-  }
-  std::string packed(compressBound(rows.size()), '\0');
-  uLongf bytes = packed.size();
-  compress(reinterpret_cast<Bytef*>(packed.data()), &bytes, reinterpret_cast<const Bytef*>(rows.data()), rows.size());
-  packed.resize(bytes);
-  return "\x89PNG\r\n\x1a\n" +
-         chunk("IHDR", big(static_cast<std::uint32_t>(width)) + big(static_cast<std::uint32_t>(height)) +
-                           std::string{8, 0, 0, 0, 0}) +
-         chunk("IDAT", packed) + chunk("IEND", "");
-}
-
-void write_png_stack(const std::filesystem::path& folder, const ShapeImage& image) {
-  std::filesystem::create_directories(folder);
-  for (int k = 0; k < image.grid.size[2]; ++k) {
-    write_bytes(folder / ("slice" + std::to_string(k + 1) + ".png"),
-                as_png(image.grid.size[0], image.grid.size[1], image.values.data() + image.grid.index(0, 0, k)));
-  }
-}
-
 }  // namespace palpate::tests

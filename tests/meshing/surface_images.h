@@ -52,9 +52,4 @@ std::string as_nifti(const ShapeImage& image, int unit);
 // Writes INR, which has no directions: the axes must lie along x, y and z.
 std::string as_inr(const ShapeImage& image);
 
-// Writes one 8-bit grey PNG.
-std::string as_png(int width, int height, const std::uint8_t* values);
-
-void write_png_stack(const std::filesystem::path& folder, const ShapeImage& image);
-
 }  // namespace palpate::tests

@@ -16,6 +16,7 @@
 #include "meshing/tetrahedra/tetrahedra_from_image.h"
 #include "meshing/tetrahedra/triangle_crossings.h"
 #include "tests/meshing/run_tetrahedra.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -290,13 +291,8 @@ TEST(TetrahedraFromLabels, ALabelThatVanishesOrIsAbsentIsNamed) {
   const auto folder = fresh_folder();
   const std::string image = write_ball(
       folder, [](double x, double y, double z) { return std::abs(x) + std::abs(y) + std::abs(z) < 2 ? 7 : 1; });
-  const auto sentence = [&](const std::vector<std::string>& tissues) -> std::string {
-    try {
-      tetrahedra_from_image({image}, options_for(tissues), {});
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+  const auto sentence = [&](const std::vector<std::string>& tissues) {
+    return tests::input_error([&] { tetrahedra_from_image({image}, options_for(tissues), {}); });
   };
   EXPECT_THAT(sentence({"1=liver", "7=speck"}), testing::HasSubstr("speck"));
   EXPECT_THAT(sentence({"1=liver", "9=spleen"}), testing::AllOf(testing::HasSubstr("9"), testing::HasSubstr("7")));

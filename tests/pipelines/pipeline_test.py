@@ -364,7 +364,7 @@ class MadeBy(unittest.TestCase):
         self.assertEqual(run.returncode, 2)
         self.assertIn("path.csv: expected a CSV file with a tool's path, found none", run.stdout)
 
-    def test_slices_of_an_image_and_data_beside_a_header_belong_to_the_surface(self):
+    def test_data_beside_a_header_belong_to_the_surface(self):
         header, raw = os.path.join(self.elsewhere, "scan.mhd"), os.path.join(self.elsewhere, "scan.raw")
         voxels = np.zeros((30, 30, 30), np.uint8)
         voxels[5:25, 5:25, 5:25] = 1

@@ -11,6 +11,7 @@
 #include "formats/organ_config.h"
 #include "formats/program.h"
 #include "studies/bodies/box_mesh.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -32,15 +33,11 @@ auto read_text(Read read, const std::string& text) {
 
 template <class Read>
 std::string refusal(Read read, const std::string& text) {
-  try {
-    read_text(read, text);
-  } catch (const InputError& error) {
-    const std::string sentence = error.what();
-    EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
-    EXPECT_THAT(sentence, HasSubstr(file().string()));
-    return sentence.substr(file().string().size());
-  }
-  return "";
+  const std::string sentence = input_error([&] { read_text(read, text); });
+  if (sentence.empty()) return sentence;
+  EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
+  EXPECT_THAT(sentence, HasSubstr(file().string()));
+  return sentence.substr(file().string().size());
 }
 
 const std::string kOrgan = R"(name = "liver"
@@ -62,12 +59,6 @@ young = { value = 3156, unit = "Pa", source = "e" }
 poisson = { value = 0.3, source = "f" }
 degree = 7
 )";
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
 
 // Each change of the text is refused by a sentence that holds this noun.
 template <class Read>
@@ -362,12 +353,7 @@ class Selectors : public ::testing::Test {
     return select_nodes(boundary.fixed[0].select, mesh_, surface_, file());
   }
   std::string refused(const std::string& selector) {
-    try {
-      select(selector);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return input_error([&] { select(selector); });
   }
   void SetUp() override {
     mesh_ = box_mesh({2, 2, 2}, {2, 2, 2});

@@ -10,6 +10,7 @@
 #include "precompute/tensors/corridor_columns.h"
 #include "precompute/tensors/probe_columns.h"
 #include "tests/precompute/support.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -159,12 +160,7 @@ TEST(CorridorNodes, OfSeveralCorridorsAreOneAscendingList) {
 }
 
 std::string refusal_of(const TetrahedralMesh& mesh, const std::vector<BoundaryConfig::Corridor>& corridors) {
-  try {
-    body_with(mesh, corridors);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return input_error([&] { body_with(mesh, corridors); });
 }
 
 TEST(CorridorNodes, ThatAreNoneOrTooManyAreRefusedInOneSentence) {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <fstream>
 
-#include "formats/errors.h"
 #include "precompute/elements/elastic_body.h"
 #include "studies/bodies/box_mesh.h"
 #include "tests/support/test_files.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -89,12 +89,7 @@ class LabelledBox : public ::testing::Test {
     return count;
   }
   std::string refused(const std::filesystem::path& image) {
-    try {
-      held(40, {"mm", 1e-3}, "LPS", image);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return input_error([&] { held(40, {"mm", 1e-3}, "LPS", image); });
   }
   std::filesystem::path folder_;
   Selector selector_ = {.kind = Selector::Kind::label, .labels = {3}, .line = 5};

@@ -15,6 +15,7 @@
 #include "studies/validation/shapes.h"
 #include "tests/precompute/support.h"
 #include "tests/support/test_files.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -319,12 +320,7 @@ TEST(MotionsOfFiles, AFieldIsTheRowNearestToEachSupport) {
 
 // The sentence of what makes no body, or "".
 std::string refused(const BoundaryConfig& boundary, double density = 1060) {
-  try {
-    body_with(box(), boundary, 0.45, density);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return input_error([&] { body_with(box(), boundary, 0.45, density); });
 }
 
 TEST(MotionsOfFiles, AreRefusedWithOneSentence) {

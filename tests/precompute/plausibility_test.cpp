@@ -7,6 +7,7 @@
 
 #include "studies/bodies/box_mesh.h"
 #include "tests/support/test_files.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -25,12 +26,6 @@ young = { value = 5.4, unit = "kPa", source = "Author 1999, table 1" }
 poisson = { value = 0.45, source = "assumed" }
 )";
 const std::string kHeldAtOneEnd = "name = \"end\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"x0\" }\n";
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
 
 class Plausibility : public testing::Test {
  protected:
@@ -59,9 +54,9 @@ TEST_F(Plausibility, SaysNothingOfAnOrganAsTheyAre) {
 }
 
 TEST_F(Plausibility, WarnsOfAnOrganBelowACentimetreOrAboveAMetre) {
-  EXPECT_THAT(warned(with(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
+  EXPECT_THAT(warned(replaced(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
               ElementsAre(HasSubstr("box.msh: the organ is 104 m long, expected 1 cm to 1 m; mesh_unit is \"m\" in ")));
-  EXPECT_THAT(warned(with(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
+  EXPECT_THAT(warned(replaced(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
               ElementsAre(HasSubstr("; with mesh_unit = \"mm\" it would be 104 mm long")));
   EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}),
               ElementsAre(HasSubstr("is 0.000104 m long, expected 1 cm to 1 m; mesh_unit is \"mm\" in ")));
@@ -72,15 +67,15 @@ TEST_F(Plausibility, WarnsOfAnOrganBelowACentimetreOrAboveAMetre) {
 }
 
 TEST_F(Plausibility, WarnsOfAStiffnessThatNoTissueHas) {
-  EXPECT_THAT(warned(with(kOrgan, "kPa", "GPa")),
+  EXPECT_THAT(warned(replaced(kOrgan, "kPa", "GPa")),
               ElementsAre(HasSubstr(
                   "organ.toml: [[region]] \"spleen\": young is 5.4 GPa, expected 100 Pa to 10 MPa, within which "
                   "soft tissue lies; was 5.4 MPa meant, in another unit?")));
-  EXPECT_THAT(warned(with(kOrgan, "kPa", "Pa")),
+  EXPECT_THAT(warned(replaced(kOrgan, "kPa", "Pa")),
               ElementsAre(HasSubstr("young is 5.4 Pa, expected 100 Pa to 10 MPa, within which "
                                     "soft tissue lies; was 5.4 kPa meant")));
-  EXPECT_THAT(warned(with(kOrgan, "5.4", "0.101")), IsEmpty());
-  EXPECT_THAT(warned(with(kOrgan, "5.4", "9999")), IsEmpty());
+  EXPECT_THAT(warned(replaced(kOrgan, "5.4", "0.101")), IsEmpty());
+  EXPECT_THAT(warned(replaced(kOrgan, "5.4", "9999")), IsEmpty());
 }
 
 TEST_F(Plausibility, WarnsOfASmallHeldArea) {
@@ -101,7 +96,7 @@ TEST_F(Plausibility, WarnsOfASmallHeldArea) {
                      "stiffness = { value = 30, unit = \"N/m\", source = \"assumed\" }\n"),
               IsEmpty());
   // Held along one axis is held: 60 x 50 of 14,800 mm2.
-  EXPECT_THAT(warned(kOrgan, {60, 50, 40}, with(with(kHeldAtOneEnd, "xyz", "z"), "x0", "z0")), IsEmpty());
+  EXPECT_THAT(warned(kOrgan, {60, 50, 40}, replaced(replaced(kHeldAtOneEnd, "xyz", "z"), "x0", "z0")), IsEmpty());
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "formats/errors.h"
 #include "tests/precompute/support.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -120,12 +121,7 @@ class CurveFile {
 
 std::string curve_refusal(const std::string& text) {
   const CurveFile file(text);
-  try {
-    read_measured_curve(file.path());
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return input_error([&] { read_measured_curve(file.path()); });
 }
 
 TEST(MeasuredCurve, IsReadInMetresWithoutItsOrigin) {

@@ -10,6 +10,7 @@
 #include "studies/bodies/imposed.h"
 #include "tests/precompute/support.h"
 #include "tests/support/joined_meshes.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -292,13 +293,8 @@ TEST(SoftSupports, SharesOfASpringFollowTheAreaAndAddUp) {
 }
 
 TEST(SoftSupports, RefuseAFoundationWithoutATriangleAndASpringThatEndsWhereItBegins) {
-  const auto refused = [](const BoundaryConfig& boundary) -> std::string {
-    try {
-      supported(box_mesh({2, 2, 2}, {2, 2, 2}), {5400, 0.3, 0}, boundary);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+  const auto refused = [](const BoundaryConfig& boundary) {
+    return input_error([&] { supported(box_mesh({2, 2, 2}, {2, 2, 2}), {5400, 0.3, 0}, boundary); });
   };
   BoundaryConfig boundary;
   boundary.foundations = {foundation(nearest({0, 0, 0}), 1, 1)};

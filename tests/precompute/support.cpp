@@ -1,4 +1,5 @@
 #include "tests/precompute/support.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 
@@ -24,12 +25,7 @@ std::vector<Eigen::Index> free_dofs(const ElasticBody& body) {
 }
 
 std::string refusal(const ElasticBody& body) {
-  try {
-    check_support(body, "bc.toml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return input_error([&] { check_support(body, "bc.toml"); });
 }
 
 }  // namespace palpate::tests

@@ -4,7 +4,6 @@
     guards.py SOURCE --check                                            only checks that the list fits the sources
 """
 import argparse
-import html
 import json
 import os
 import pathlib
@@ -16,8 +15,6 @@ import subprocess
 import sys
 import time
 import tomllib
-
-from stability_report import STYLE
 
 FOLDERS = ("bench", "bindings", "cmake", "formats", "meshing", "pipelines", "precompute", "programs", "runtime", "studies", "tests")
 FILES = ("CMakeLists.txt", "CMakePresets.json", "LICENSE")
@@ -161,23 +158,6 @@ def line(found):
     return f"{found['verdict']:9} {found['seconds']:4} s  {found['file']}: {found['name']}{': ' if cases else ''}{cases}"
 
 
-def page(results, summary):
-    rows, group = [], None
-    for r in sorted(results, key=lambda r: r["group"]):
-        if r["group"] != group:
-            group = r["group"]
-            rows.append(f"<tr class=threat><td colspan=5><b>{group}</b></td></tr>")
-        cases = "<br>".join(f"{case} {what}" for case, what in r["cases"].items())
-        lost = "" if r["verdict"] == "caught" else " class=lost"
-        rows.append(f"<tr{lost}><td>{html.escape(r['name'])}</td><td>{r['file']}</td><td>{r['verdict']}</td><td>{cases}</td>"
-                    f"<td class=n>{r['seconds']}</td></tr>")
-    head = ("<tr><th style='width:36%'>without it<th style='width:19%'>file<th style='width:9%'>removed<th>by"
-            "<th style='width:3em'>s</tr>")
-    return (f"<!doctype html><meta charset=utf-8><title>Guards</title><style>{STYLE} table{{table-layout:fixed}}"
-            f"td{{overflow-wrap:anywhere}}</style><h1>Guards</h1><p>{html.escape(summary)}</p>"
-            f"<table>{head}{''.join(rows)}</table>\n")
-
-
 def study(guards, copy):
     """A verdict for each guard, or none where a case fails with every guard in its place."""
     programs = sorted({g["program"] for g in guards})
@@ -197,7 +177,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("source", type=pathlib.Path)
     parser.add_argument("build", nargs="?", type=pathlib.Path)
-    parser.add_argument("-o", "--output", type=pathlib.Path, help="a folder for guards.json and guards.html")
+    parser.add_argument("-o", "--output", type=pathlib.Path, help="a folder for guards.json")
     parser.add_argument("--only", default="", help="the guards that have this in their name or file; no table is written")
     parser.add_argument("--cmake", default="", help="more options for cmake")
     parser.add_argument("--check", action="store_true", help="only whether the list fits the sources")
@@ -225,8 +205,7 @@ def main():
     if options.output and not options.only:
         options.output.mkdir(parents=True, exist_ok=True)
         (options.output / "guards.json").write_text(json.dumps(results, indent=1) + "\n")
-        (options.output / "guards.html").write_text(page(results, summary))
-        print(options.output / "guards.html")
+        print(options.output / "guards.json")
     return 2 if count["does not compile"] else 3 if count["UNNOTICED"] else 0
 
 

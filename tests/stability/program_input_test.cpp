@@ -7,10 +7,10 @@
 #include <cstring>
 #include <regex>
 
-#include "formats/errors.h"
 #include "tests/stability/programs.h"
 #include "tests/stability/stability_case.h"
 #include "tests/support/msh_files.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -71,12 +71,6 @@ class Verdicts {
   long runs_ = 0, wrong_ = 0;
 };
 
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::logic_error("no " + from);
-  return text.replace(at, from.size(), to);
-}
-
 TEST(StabilityProgramInput, OrganAndBoundaryFiles) {
   StabilityCase attack(
       "TOML allows nan and inf, and a wrong unit makes 1e308. Every comparison with NaN is false, so that a check "
@@ -86,7 +80,7 @@ TEST(StabilityProgramInput, OrganAndBoundaryFiles) {
   const auto try_all = [&](const std::string& file, const std::string& good, const std::string& field,
                            const std::string& before, const std::string& after) {
     for (const std::string& word : odd_words()) {
-      programs.write(file, with(good, field, before + word + after));
+      programs.write(file, replaced(good, field, before + word + after));
       const ProgramRun ended = programs.precompute("x.h5");
       verdicts.judge(
           file + ": " + before, word, ended, ".toml", [&] { return programs.verifies("x.h5"); }, "x.h5");
@@ -131,7 +125,7 @@ TEST(StabilityProgramInput, MeasuredCurves) {
   const std::string curve = "displacement_mm,force_N\n0.5,0.1\n1,0.25\n1.5,0.5\n2,0.9\n2.5,1.5\n";
   for (const char* const field : {"1.5,", "0.25"})
     for (const std::string& word : odd_words()) {
-      programs.write("curve.csv", with(curve, field, word + (field[3] == ',' ? "," : "")));
+      programs.write("curve.csv", replaced(curve, field, word + (field[3] == ',' ? "," : "")));
       const ProgramRun ended = programs.precompute("x.h5");
       verdicts.judge(
           field, word, ended, "curve.csv", [&] { return programs.verifies("x.h5"); }, "x.h5");
@@ -235,18 +229,18 @@ box = { min = [59, -1, -1], max = [61, 1, 1] }
     const std::string text = field,
                       tail = std::isdigit(text.back()) || text.back() == '5' ? "" : text.substr(text.size() - 1);
     for (const std::string& word : odd_words())
-      play(field, word, with(scene, field, " " + word + tail), rod, "odd.toml");
+      play(field, word, replaced(scene, field, " " + word + tail), rod, "odd.toml");
   }
   // A path of 30 years: every answer is wrong, because its steps are more than the program can count.
   for (const std::string word : {"1e9", "1e308"}) {
-    programs.write("odd.toml", with(scene, "0.12", word));
+    programs.write("odd.toml", replaced(scene, "0.12", word));
     verdicts.judge(
         "a path's last time", word, programs.run("odd.toml -o out --quiet"), "odd.toml: rate.touch",
         [] { return false; }, "out");
   }
   for (const char* const field : {"0.1,", "52"})
     for (const std::string& word : odd_words())
-      play(field, word, scene, with(rod, field, word + (field[0] == '0' ? "," : "")),
+      play(field, word, scene, replaced(rod, field, word + (field[0] == '0' ? "," : "")),
            is_number(word) ? "odd." : "odd.csv");
   verdicts.hold(attack);
 }
@@ -294,7 +288,7 @@ spacing = 5
     for (const std::string& word : odd_words()) {
       const std::string key = field == "3\n" ? "friction = 3\n" : field == "5\n" ? "spacing = 5\n" : field;
       const std::string before = key.substr(0, key.size() - field.size());
-      play(key, word, with(scene, key, before + " " + word + field.substr(field.size() - 1)));
+      play(key, word, replaced(scene, key, before + " " + word + field.substr(field.size() - 1)));
     }
   verdicts.hold(attack);
 }
@@ -360,7 +354,7 @@ TEST(StabilityProgramInput, HeadersOfImages) {
       "ElementSpacing = @ 1 1\nDimSize = 32 32 32\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" +
       voxels;
   const auto text = [](std::string of, const std::string& spacing, const std::string& origin) {
-    return with(with(std::move(of), "@", spacing), "#", origin);
+    return replaced(replaced(std::move(of), "@", spacing), "#", origin);
   };
   for (const auto& [name, header] : {std::pair{"cube.nrrd", nrrd}, {"cube.mha", mha}}) {
     programs.write(name, text(header, "1", "0"));

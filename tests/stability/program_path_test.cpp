@@ -4,19 +4,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "formats/errors.h"
 #include "tests/stability/programs.h"
 #include "tests/stability/stability_case.h"
 #include "tests/support/joined_meshes.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::logic_error("no " + from);
-  return text.replace(at, from.size(), to);
-}
 
 std::vector<std::string> elements() {
   return quick_or_long(std::vector<std::string>{"p1-anp"}, {"p1-anp", "p1", "p2-p0"});
@@ -41,8 +35,8 @@ TEST(StabilityProgramPath, ForceOfADiscAsPoissonsRatioGoesToAHalf) {
     double force[3] = {};
     const char* const elements[3] = {"p1", "p1-anp", "p2-p0"};
     for (int e = 0; e < 3; ++e) {
-      programs.write("organ.toml", with(with(programs.organ(), "\"p1\"", fmt::format("\"{}\"", elements[e])), "0.45",
-                                        fmt::format("{}", nu)));
+      programs.write("organ.toml", replaced(replaced(programs.organ(), "\"p1\"", fmt::format("\"{}\"", elements[e])),
+                                            "0.45", fmt::format("{}", nu)));
       const ProgramRun made = programs.precompute("x.h5");
       failed += made.code != 0 || !programs.verifies("x.h5");
       unsaid += e == 0 && (made.errors.find("\"p1\" locks") == std::string::npos) != (nu <= 0.4);
@@ -161,7 +155,7 @@ TEST(StabilityProgramPath, DamagedMeshes) {
   double wrong = 0, left = 0;
   for (const std::string& element : elements())
     for (const Damage& damage : damages) {
-      programs.write("organ.toml", with(programs.organ(), "\"p1\"", fmt::format("\"{}\"", element)));
+      programs.write("organ.toml", replaced(programs.organ(), "\"p1\"", fmt::format("\"{}\"", element)));
       TetrahedralMesh mesh = box_mesh({3, 2, 2}, {60, 50, 40});
       damage.change(mesh);
       mesh.patches.clear();
@@ -207,7 +201,7 @@ TEST(StabilityProgramPath, Supports) {
   double wrong = 0;
   for (const std::string& element : elements())
     for (const auto& support : supports) {
-      programs.write("organ.toml", with(programs.organ(), "\"p1\"", fmt::format("\"{}\"", element)));
+      programs.write("organ.toml", replaced(programs.organ(), "\"p1\"", fmt::format("\"{}\"", element)));
       programs.write("bc.toml", "name = \"s\"\n" + support.fixed);
       const ProgramRun ended = programs.precompute("x.h5");
       const bool right = ended.code == support.code && ended.errors.find(support.sentence) != std::string::npos &&
@@ -224,7 +218,7 @@ TEST(StabilityProgramPath, HostileScenes) {
       "far "
       "outside, steps of a microsecond and of a second: played, with every force within its limits.");
   Programs programs;
-  programs.write("organ.toml", with(programs.organ(), "\"p1\"", "\"p1-anp\""));
+  programs.write("organ.toml", replaced(programs.organ(), "\"p1\"", "\"p1-anp\""));
   ASSERT_EQ(programs.precompute("x.h5").code, 0);
   const std::string head = "name = \"odd\"\nbundle = \"x.h5\"\nunit = \"mm\"\n[limits]\nforce = 3\nforce_slew = 500\n";
   const std::string conflict =

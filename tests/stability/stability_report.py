@@ -1,24 +1,20 @@
-"""Runs the cases of tests/stability. Writes their figures as a table in HTML and as JSON, and a picture of the sweeps.
+"""Runs the cases of tests/stability. Writes their figures and their sweeps as a page and as JSON.
 
     stability_report.py PROGRAM... -o FOLDER [--long] [--filter PATTERN]
 """
 import argparse
 import html
+import itertools
 import json
 import os
 import pathlib
 import subprocess
 import sys
-import textwrap
 
-STYLE = """body{font:15px/1.4 sans-serif;max-width:76em;margin:2em auto;padding:0 1em}table{border-collapse:collapse;width:100%}
-td,th{text-align:left;vertical-align:top;padding:.25em .6em;border-bottom:1px solid #ddd}td.n{text-align:right;white-space:nowrap}
-tr.threat td{background:#f4f4f4}tr.lost td{background:#fdd}img{max-width:100%}"""
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "studies" / "report"))
+from page import ELEMENTS, Page, Plot  # noqa: E402
 
-# An element looks as it does on the pages of studies/.
-STYLES = {"p1": {"color": "#c2410c"}, "p1-anp": {"color": "#0b6fa4"}, "p2-p0": {"color": "#3f7d20"}}
-
-# The sweeps in the order of the picture: title, axis labels, scales, and what the reader should conclude.
+# The sweeps in the order of the page: title, axis labels, scales, and what the reader should conclude.
 SWEEPS = {
     "node against nu": (
         "Force on one displaced node against Poisson's ratio", "1/2 - Poisson's ratio (incompressible to the left)", "force over that of p2-p0", "log", "linear",
@@ -76,58 +72,27 @@ def margin(figure):
     return f"{bound / measured:.3g}"
 
 
-def short(x):
-    return x if isinstance(x, str) else f"{x:.3g}"
+def tables(page, figures):
+    for (group, case, threat), own in itertools.groupby(figures, lambda f: (f["group"], f["case"], f["threat"])):
+        page.heading(f"{group.removeprefix('Stability')}: {case}", 3)
+        page.words(html.escape(threat))
+        page.table(("figure", "measured", "bound", "margin", "held", "reason of the bound", "s"),
+                   [(f["figure"], f["measured"], f["bound"], margin(f), "held" if f["held"] else "LOST", f["reason"], f["seconds"]) for f in own], whole=True)
 
 
-def table(figures):
-    rows, threat = [], None
-    for f in figures:
-        name = f"{f['group'].removeprefix('Stability')}: {f['case']}"
-        if (name, f["threat"]) != threat:
-            threat = (name, f["threat"])
-            rows.append(f"<tr class=threat><td colspan=6><b>{html.escape(name)}</b> {html.escape(f['threat'])}</td></tr>")
-        rows.append(
-            f"<tr{'' if f['held'] else ' class=lost'}><td>{html.escape(f['figure'])}</td><td class=n>{short(f['measured'])}</td>"
-            f"<td class=n>{short(f['bound'])}</td><td class=n>{margin(f)}</td><td>{html.escape(f['reason'])}</td>"
-            f"<td class=n>{f['seconds']:.2f}</td></tr>")
-    head = "<tr><th>figure<th>measured<th>bound<th>margin<th>reason of the bound<th>s</tr>"
-    return f"<table>{head}{''.join(rows)}</table>"
-
-
-def draw(points, folder):
-    """Draws the sweeps that have points into one PNG file; returns its name, or nothing."""
-    try:
-        import matplotlib
-    except ImportError:
-        print("no picture: matplotlib (python3-matplotlib) is not installed", file=sys.stderr)
-        return []
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    sweeps = {}
-    for p in points:
-        if not isinstance(p["y"], str):
-            sweeps.setdefault(p["sweep"], {}).setdefault(p["curve"], []).append((p["x"], p["y"]))
-    if not sweeps:
-        return []
-    ordered = [name for name in SWEEPS if name in sweeps]
-    rows = (len(ordered) + 1) // 2
-    figure, panels = pyplot.subplots(rows, 2, figsize=(12, 5.4 * rows), squeeze=False)
-    for axes in panels.flat[len(ordered):]:
-        axes.set_axis_off()
-    for axes, sweep in zip(panels.flat, ordered):
-        title, x_name, y_name, x_scale, y_scale, conclusion = SWEEPS[sweep]
-        for name, values in sweeps[sweep].items():
-            axes.plot(*zip(*sorted(values)), marker=".", label=name, **STYLES.get(name, {}))
-        axes.set(xlabel=x_name, ylabel=y_name, xscale=x_scale, yscale=y_scale)
-        axes.set_title(title, loc="left", fontsize=11, fontweight="bold")
-        axes.grid(alpha=0.3)
-        axes.legend(fontsize=8)
-        axes.text(0, -0.17, "\n".join(textwrap.wrap(conclusion, 80)), transform=axes.transAxes, va="top", fontsize=9)
-    figure.subplots_adjust(left=0.07, right=0.98, top=1 - 0.35 / (5.4 * rows), bottom=1.6 / (5.4 * rows), wspace=0.18, hspace=0.5)
-    figure.savefig(folder / "sweeps.png", dpi=80)
-    return ["sweeps.png"]
+def sweeps(page, points):
+    plots = []
+    for sweep, (title, x_name, y_name, x_scale, y_scale, conclusion) in SWEEPS.items():
+        curves = {}
+        for p in points:
+            if p["sweep"] == sweep and not isinstance(p["y"], str):
+                curves.setdefault(p["curve"], []).append((p["x"], p["y"]))
+        plot = Plot(title, x_name, y_name, log_x=x_scale == "log", log_y=y_scale == "log")
+        for name, values in curves.items():
+            plot.line(*zip(*sorted(values)), name, marker=".", **({"color": ELEMENTS[name][0]} if name in ELEMENTS else {}))
+        if curves:
+            plots.append((plot, sweep.replace(" ", "-"), conclusion))
+    page.plots(plots)
 
 
 def main():
@@ -149,7 +114,6 @@ def main():
     if not figures:
         print(f"no case matches {options.filter}", file=sys.stderr)
         return 2
-    pictures = draw(points, options.output)
     lost = sum(not f["held"] for f in figures)
     form = "long" if options.long else "quick"
     cases = len({(f["group"], f["case"]) for f in figures})
@@ -157,9 +121,10 @@ def main():
     summary = (f"{cases} cases, {len(figures)} figures, {form} form, {seconds:.0f} s of processor time; "
                f"{lost} figures outside their bounds. {'; '.join(failed)}")
     (options.output / "report.json").write_text(json.dumps(lines, indent=1) + "\n")
-    (options.output / "report.html").write_text(
-        f"<!doctype html><meta charset=utf-8><title>Stability</title><style>{STYLE}</style><h1>Stability</h1>"
-        f"<p>{html.escape(summary)}</p>{''.join(f'<img src={name!r} alt={name!r}>' for name in pictures)}{table(figures)}\n")
+    page = Page("Stability", html.escape(summary))
+    sweeps(page, points)
+    tables(page, figures)
+    page.write(str(options.output / "report.html"))
     print(f"{summary}\n{options.output}/report.html")
     return 3 if lost or failed else 0
 

@@ -4,6 +4,7 @@
 #include "tests/stability/extended_precision.h"
 #include "tests/stability/stability_case.h"
 #include "tests/support/joined_meshes.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -147,12 +148,9 @@ TEST(StabilitySupport, WithEverythingFixedIsRefused) {
   everything.fixed[0].dofs = {true, true, true};
   everything.fixed[0].select.emplace_back();
   everything.fixed[0].select[0].kind = Selector::Kind::everything;
-  std::string said;
-  try {
+  const std::string said = input_error([&] {
     make_elastic_body(mesh, organ, everything, {"box.msh", "organ.toml", "bc.toml"});
-  } catch (const InputError& error) {
-    said = error.what();
-  }
+  });
   attack.hold("taken, or refused without naming file and cause",
               said.find("bc.toml: no node can be touched") == std::string::npos, 0, "elastic_body.h");
 }

@@ -12,12 +12,12 @@ export async function violations(page) {
 }
 
 // At each width nothing is wider than the page, axe-core finds nothing, and NAME-WIDTH.png shows it. before: what comes first, by the width.
-export async function looksRight(page, name, { fullPage = true, before = async () => {}, axe: finds = true } = {}) {
+export async function looksRight(page, name, { fullPage = true, before = async () => {} } = {}) {
   for (const width of [1440, 820, 390]) {
     await page.setViewportSize({ width, height: 900 });
     await before(width);
     await frame(page);
-    if (finds) assert.deepEqual(await violations(page), []);
+    assert.deepEqual(await violations(page), []);
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${name} at ${width} px: nothing is wider than the page`);
     await frame(page);
     await page.screenshot({ path: `${folder}/${name}-${width}.png`, fullPage });

@@ -6,7 +6,7 @@ import { cpSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { get } from "node:http";
 import { test } from "node:test";
 import { looksRight } from "./axe.mjs";
-import { bundle, closed, drag, folder, inState, notice, noTools, open, ready, renderMesh } from "./page.mjs";
+import { bundle, closed, drag, folder, inState, notice, noTools, open, packageFolder, ready, renderMesh } from "./page.mjs";
 
 const data = `${folder}/data`, PICTURE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
 rmSync(data, { recursive: true, force: true });
@@ -17,6 +17,12 @@ if (renderMesh) cpSync(renderMesh, `${data}/plate/render.ply`);
 cpSync(bundle, `${data}/liver-tumour/1700/face-healthy/bundle.h5`);
 cpSync(bundle, `${data}/bundle.h5`); // of no case
 writeFileSync(`${data}/notes.txt`, "not for the page");
+// A point and the links of a report as studies/accuracy/report.py writes them.
+const study = `${data}/plate/accuracy/corners`, point = '<g data-opens="bundles/there.h5#contact=node&amp;disc=10"><circle r="40"/></g>';
+mkdirSync(`${study}/bundles`, { recursive: true });
+cpSync(bundle, `${study}/bundles/there.h5`);
+const links = execFileSync("/usr/bin/python3", ["-c", "import report; print(report.LINKS)"], { cwd: `${packageFolder}/../../studies/accuracy` });
+writeFileSync(`${study}/report.html`, `<!DOCTYPE html><svg viewBox="-50 -50 100 100" height="100">${point}</svg>${links}`);
 execFileSync(process.env.WRITE_TINY_BUNDLE, [`${data}/liver-tumour/1700/face/bundle.h5`, "nodule"]);
 
 const gallery = async (options = {}, folderOfData = data, language = "en") => {
@@ -44,6 +50,19 @@ test("the gallery lists each bundle with organ, boundary set, size and picture; 
   await page.click("#compare");
   await page.waitForFunction(() => globalThis.palpateCompare?.areOpen);
   assert.match(await page.getAttribute("#viewer", "href"), /plate/, "Compare opens the same bundle and leads back to it");
+  await closed(page);
+});
+
+test("a report of accuracy is listed, and a point of it opens its bundle with its contact and the study's disc", async () => {
+  const page = await gallery();
+  await page.click("#studies a");
+  await page.click("circle");
+  await page.waitForURL(/index\.html/);
+  await inState(page, "ready");
+  assert.match(await page.textContent("#facts"), /64 mesh points/);
+  assert.equal(/drawn: /.test(await page.textContent("#facts")), !!renderMesh);
+  assert.equal(await page.inputValue('[data-effect="contact"]'), "node");
+  assert.equal(await page.textContent("#radius-mm"), "10 mm");
   await closed(page);
 });
 

@@ -8,12 +8,12 @@ import { test } from "node:test";
 const viewer = process.argv[2];
 const { withParts } = await import(`${resolve(viewer)}/../fill_words.js`);
 const words = JSON.parse(readFileSync(`${viewer}/words/words.json`, "utf8"));
-const pages = Object.fromEntries(["index", "world", "compare", "gallery", "accuracy"].map((page) => [page, withParts(readFileSync(`${viewer}/${page}.html`, "utf8"), viewer)]));
+const pages = Object.fromEntries(["index", "world", "compare", "gallery"].map((page) => [page, withParts(readFileSync(`${viewer}/${page}.html`, "utf8"), viewer)]));
 const html = pages.index;
 const SAME_EVERYWHERE = /^(Palpate|[AB]|p1|p1-anp|p2-p0|\d*(\.\d+)?|–|\d* ?(N|mm|µs|ms|Hz))$/;
 
 // The pages' and the element's own source, and the worker's that says sentences: their first files and what these import, without comments.
-const FIRST = [...["main", "world", "world.worker", "compare", "gallery", "accuracy"].map((name) => `${viewer}/src/${name}.ts`), `${viewer}/../component/element.ts`];
+const FIRST = [...["main", "world", "world.worker", "compare", "gallery"].map((name) => `${viewer}/src/${name}.ts`), `${viewer}/../component/element.ts`];
 function sources(files = FIRST, found = new Map()) {
   for (const file of files.map((name) => resolve(name))) {
     if (found.has(file) || !existsSync(file)) continue;

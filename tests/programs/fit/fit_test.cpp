@@ -7,6 +7,7 @@
 #include <random>
 
 #include "formats/errors.h"
+#include "tests/support/texts.h"
 
 namespace palpate::fit {
 namespace {
@@ -112,12 +113,7 @@ TEST(Fit, TakesTheSlopeAtDepthZeroWhereAsked) {
 TEST(Fit, RefusesPlacesThatCannotTellTheParameterFromTheModulus) {
   // All spots change by the same factor.
   const StiffnessModel model({0.3, 0.4}, {{1, 2, 3, 4, 5, 6, 7, 8}, {1.2, 2.4, 3.6, 4.8, 6, 7.2, 8.4, 9.6}});
-  try {
-    fit_forces(make({}), model, {});
-    ADD_FAILURE();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("all change by the same factor"));
-  }
+  EXPECT_THAT(tests::input_error([&] { fit_forces(make({}), model, {}); }), HasSubstr("all change by the same factor"));
 }
 
 TEST(Fit, RefusesForcesThatDoNotPush) {

@@ -5,9 +5,9 @@
 #include <regex>
 
 #include "formats/bundle_reader.h"
-#include "formats/errors.h"
 #include "formats/scene_config.h"
 #include "tests/programs/player/played_scene.h"
+#include "tests/support/texts.h"
 
 namespace palpate::tests {
 namespace {
@@ -108,12 +108,8 @@ TEST_F(Recorded, CutOrChangedAnywhereIsRefused) {
   const std::string whole = record();
   const auto refused = [&](const std::string& text) {
     write_record_text(text);
-    try {
-      read_record(folder_ / "run.record");
-    } catch (const InputError& error) {
-      return std::string(error.what()).find("run.record: expected") != std::string::npos;
-    }
-    return false;
+    const std::string said = tests::input_error([&] { read_record(folder_ / "run.record"); });
+    return said.find("run.record: expected") != std::string::npos;
   };
   for (std::size_t bytes = 0; bytes < whole.size(); bytes += bytes < 140 ? 1 : 997)
     EXPECT_TRUE(refused(whole.substr(0, bytes))) << bytes;

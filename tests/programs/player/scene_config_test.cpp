@@ -6,6 +6,7 @@
 
 #include "formats/errors.h"
 #include "formats/scene_holds.h"
+#include "tests/support/texts.h"
 
 namespace palpate {
 namespace {
@@ -34,24 +35,15 @@ class SceneFile : public testing::Test {
         write("scene.toml", "name = \"s\"\nunit = \"mm\"\n" + head + "[[tool]]\nname = \"t\"\n" + tool));
   }
 
-  // The sentence with which a file is refused; empty where it is taken.
-  template <class Read>
-  static std::string refusal(Read read) {
-    try {
-      read();
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  }
   std::string refusal_of(const std::string& tool) {
-    return refusal([&] { read(tool); });
+    return tests::input_error([&] { read(tool); });
   }
   void expect_refused(const std::string& tool, const std::string& head, const std::string& part_of_sentence) {
-    EXPECT_THAT(refusal([&] { read(tool, head); }), AllOf(HasSubstr("scene.toml:"), HasSubstr(part_of_sentence)));
+    EXPECT_THAT(tests::input_error([&] { read(tool, head); }),
+                AllOf(HasSubstr("scene.toml:"), HasSubstr(part_of_sentence)));
   }
   void expect_file_refused(const std::string& text, const std::string& part_of_sentence) {
-    EXPECT_THAT(refusal([&] { read_scene_config(write("scene.toml", text)); }), HasSubstr(part_of_sentence));
+    EXPECT_THAT(tests::input_error([&] { read_scene_config(write("scene.toml", text)); }), HasSubstr(part_of_sentence));
   }
 
   std::filesystem::path folder_;

@@ -3,9 +3,9 @@
 
 #include <gmock/gmock.h>
 
-#include "formats/errors.h"
 #include "programs/player/player.h"
 #include "tests/support/test_files.h"
+#include "tests/support/texts.h"
 #include "tests/support/tiny_bundle.h"
 
 namespace palpate {
@@ -37,12 +37,7 @@ class ToolPlace : public testing::Test {
   }
 
   void expect_refused(const SceneConfig::Place& where, const std::string& frame, const std::string& part) {
-    try {
-      place(where, frame);
-      ADD_FAILURE() << "expected an error with " << part;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("scene.toml:4: tool \"finger\": " + part));
-    }
+    EXPECT_THAT(input_error([&] { place(where, frame); }), HasSubstr("scene.toml:4: tool \"finger\": " + part));
   }
 
   const std::filesystem::path folder_ = fresh_folder();
@@ -107,14 +102,11 @@ TEST_F(ToolPlace, IsRefusedOnAPartThatIsHeldRatherThanMovedToAnotherPart) {
   ASSERT_EQ(palpate_bundle_open_file((folder_ / "half.h5").c_str(), nullptr, &bundle, nullptr), PALPATE_OK);
   const std::unique_ptr<palpate_bundle, void (*)(palpate_bundle*)> open(bundle, palpate_bundle_close);
   const PlaceFinder finder(bundle, PlaceFinder::Where::touchable);
-  try {
-    finder.nearest({-0.005, 0.025, 0.02}, "near");
-    ADD_FAILURE() << "expected a refusal";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(),
-                HasSubstr("near: expected a place that can be touched, found [0, 25, 20] mm, which is held or "
-                          "outside [touchable]; the nearest one that can be touched is"));
-  }
+  EXPECT_THAT(input_error([&] {
+                finder.nearest({-0.005, 0.025, 0.02}, "near");
+              }),
+              HasSubstr("near: expected a place that can be touched, found [0, 25, 20] mm, which is held or "
+                        "outside [touchable]; the nearest one that can be touched is"));
   // Beside the border the triangles with a held corner cannot be touched, and the place is the nearest one that can.
   EXPECT_NEAR(finder.nearest({0.036, 0.025, 0.045}, "near").point[0], 0.04,
               0.002);  // nodes are off a grid by a tenth of a cell

@@ -2,6 +2,7 @@
 """A short accuracy study of an ellipsoid on small meshes, with the real programs. Usage: accuracy_test.py BIN [TEST ...]"""
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -115,6 +116,8 @@ class Accuracy(StudyTest):
         page = self.page()
         self.assertEqual(page.count("class=card>"), 3)
         self.assertIn("<title>1700 p1-anp", page)
+        for opened in set(re.findall(r'data-opens="([^"#]*)#contact=\w+&amp;disc=20"', page)) or ["none"]:
+            self.assertTrue(os.path.isfile(os.path.join(self.folder, opened)), opened)
         self.assertEqual([r["name"] for r in self.rows("accuracy.csv")], [p["name"] for p in self.all["points"]])
         self.assert_pictures("force-touch", "field-shape", "force-precompute", "force-bundle", "contact-force", "tolerance-error")
 

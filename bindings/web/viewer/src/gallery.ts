@@ -1,6 +1,6 @@
-// The gallery: every bundle of the server's data folder, and the task of finding the hidden nodule.
+// The gallery: every bundle of the server's data folder, the reports of accuracy, and the task of finding the hidden nodule.
 import { element } from "./elements";
-import { megabytes, servedBundles, viewerAddress, type ServedBundle } from "./served";
+import { megabytes, servedBundles, servedStudies, viewerAddress, type ServedBundle } from "./served";
 import { chosenLanguage, decimal, offerLanguages, speak, tell, word, type Key } from "./words";
 
 const TASK_ORGAN = "liver-tumour";
@@ -33,7 +33,8 @@ function show(bundles: ServedBundle[]) {
 }
 
 speak(chosenLanguage());
-const bundles = await servedBundles();
+const bundles = await servedBundles(), studies = await servedStudies();
+document.getElementById("studies")!.replaceChildren(...studies.flatMap(({ organ, boundary, report }) => [element("a", { href: report }, `${organ}, ${boundary}`), " "]));
 document.getElementById("none")!.hidden = bundles.length > 0;
 show(bundles);
 offerLanguages(() => show(bundles));

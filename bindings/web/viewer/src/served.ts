@@ -1,5 +1,4 @@
 // The bundles that the page's server has: the one that it was started with, and those of its data folder.
-import type { ServedStudy } from "./accuracy_study";
 
 export interface ServedBundle {
   organ: string;
@@ -9,6 +8,13 @@ export interface ServedBundle {
   bundle: string; // address
   finer: string | null; // address of the finer surface to draw
   picture: string | null;
+}
+
+// The report of a study of palpate-accuracy.
+export interface ServedStudy {
+  organ: string;
+  boundary: string;
+  report: string; // address
 }
 
 export interface ServedFiles {
