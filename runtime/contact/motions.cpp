@@ -10,6 +10,8 @@ namespace {
 
 // A held volume counts as met where its pressure would change by what moves no node farther than this, or by this share.
 constexpr double kLeastMove = 1e-9, kMet = 1e-7;  // m; 1
+// After the last solve the step is not trusted where the pressure would still move a node farther than this and this share.
+constexpr double kFarOff = 1e-5, kOff = 1e-4;  // m; 1
 // Farther no node may be moved.
 constexpr double kFarthest = 1e6;  // m
 
@@ -183,7 +185,7 @@ bool Motions::solve_pumps(double* by) const {
 // along the line between the last two (Anderson's method of depth one, for a single volume the secant): contacts that stick then are
 // met in the third solve.
 bool Motions::follow_volumes(const ContactConstraints& set, const Vec3* force, int solve, std::uint32_t* flags) {
-  if (pumps_ == 0 || solve + 1 >= kMostSolves) return false;
+  if (pumps_ == 0) return false;
   double by[kMost];
   for (std::int32_t m = 0; m < count(); ++m) by[m] = holds_[m] ? volume_of(m, set, force) : 0;
   if (!solve_pumps(by)) return false;
@@ -191,6 +193,10 @@ bool Motions::follow_volumes(const ContactConstraints& set, const Vec3* force, i
   for (std::int32_t m = 0; m < count(); ++m)
     moves += std::fabs(by[m]) * longest_[m], size += std::fabs(now_[m]) * longest_[m];
   if (!(moves > kLeastMove + kMet * size) || !std::isfinite(moves)) return false;
+  if (solve + 1 >= kMostSolves) {
+    if (moves > kFarOff + kOff * size) *flags |= PALPATE_STEP_SOLVE_INEXACT;
+    return false;
+  }
   double next[kMost], along = 0, squared = 0;
   for (std::int32_t m = 0; m < count(); ++m) {
     next[m] = now_[m] + by[m];

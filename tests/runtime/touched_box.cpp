@@ -60,9 +60,10 @@ PlaceOnFace place_at(const TouchedBody& of, Eigen::Vector3d outward, Eigen::Vect
   for (std::size_t t = 0; t < of.body.triangles.size(); ++t) {
     const auto triangle = static_cast<std::int32_t>(t);
     if (of.outward(triangle).dot(outward) < 0.99) continue;
-    Eigen::Matrix3d corners;
-    for (int v = 0; v < 3; ++v) corners.col(v) = of.node(of.body.triangles[t][v]);
-    Eigen::Vector3d k = corners.fullPivLu().solve(p);
+    // The last row makes the weights one for a face through the origin, too.
+    Eigen::Matrix<double, 4, 3> corners = Eigen::Matrix<double, 4, 3>::Ones();
+    for (int v = 0; v < 3; ++v) corners.col(v).head<3>() = of.node(of.body.triangles[t][v]);
+    Eigen::Vector3d k = corners.colPivHouseholderQr().solve(Eigen::Vector4d(p[0], p[1], p[2], 1));
     if (k.minCoeff() < -1e-9) continue;
     k = k.cwiseMax(0);
     return {triangle, k / k.sum()};

@@ -1,0 +1,161 @@
+#include "tests/effects/effects.h"
+
+#include "tests/support/box_corridor.h"
+#include "tests/support/box_motions.h"
+#include "tests/support/packed_bundle.h"
+
+namespace palpate::tests {
+namespace {
+
+const DenseBody& dense() {
+  static const DenseBody body = dense_box({});
+  return body;
+}
+
+const Eigen::MatrixXd& dense_answers() {
+  static const Eigen::MatrixXd c = dense_compliance(dense());
+  return c;
+}
+
+const DenseMotions& moved_by_motions() {
+  static const DenseMotions motions = dense_motions(dense());
+  return motions;
+}
+
+// A body force along y; its largest displacement is 1 mm.
+const Eigen::VectorXd& sag() {
+  static const Eigen::VectorXd field = [] {
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(dense_answers().rows());
+    for (Eigen::Index n = 0; n < force.size() / 3; ++n) force[3 * n + 1] = -1;
+    const Eigen::VectorXd u = dense_answers() * force;
+    return Eigen::VectorXd(1e-3 / u.cwiseAbs().maxCoeff() * u);
+  }();
+  return field;
+}
+
+// y = x + x^2 / scale on [0, range] as Chebyshev coefficients.
+std::vector<double> quadratic(double range, double scale) {
+  const double a = range / 2, b = a * a / scale;
+  return {a + 1.5 * b, a + 2 * b, 0.5 * b};
+}
+
+void add_sections(BundleParts& parts, Store store) {
+  using formats::SectionId;
+  add_motions(parts, dense());
+  add_whole_corridor(parts, dense());
+  add_large_deformation(parts);
+  parts.set(SectionId::preload_displacement, {parts.sections.at(SectionId::nodes).shape[0], 3},
+            std::vector<double>(sag().begin(), sag().end()));
+  // Beyond what the scenes reach: nothing is flagged.
+  parts.set(SectionId::response_radial, {3}, quadratic(0.02, 0.02));
+  parts.set(SectionId::response_force, {3}, quadratic(8, 8));
+  parts.set(SectionId::response_range, {2}, std::vector<double>{0.02, 8});
+  if (store == Store::f16) store_as_f16(parts);
+  if (store == Store::interior_f16) store_interior_as_f16(parts);
+  if (store == Store::blocks) store_in_blocks(parts, {formats::ElementType::f32, 1e-5});
+}
+
+void needs_patch(SceneOfEffects& scene, const std::set<Slot>& named) {
+  if (!named.count(Slot::contact)) scene.def.contact = PALPATE_CONTACT_PATCH;
+}
+void needs_deformed(SceneOfEffects& scene, const std::set<Slot>&) {
+  scene.def.collision = PALPATE_COLLISION_DEFORMED;
+}
+
+}  // namespace
+
+EffectBody::EffectBody(Store store)
+    : compliance(dense_answers()),
+      motions(moved_by_motions().field),
+      preload(sag()),
+      sweep(moved_by_motions().sweep),
+      touched(dense(), [&](BundleParts& parts) { add_sections(parts, store); }) {}
+
+const EffectBody& body_of(Store store) {
+  static const EffectBody bodies[] = {EffectBody(Store::f32), EffectBody(Store::f16), EffectBody(Store::blocks),
+                                      EffectBody(Store::interior_f16)};
+  return bodies[static_cast<int>(store)];
+}
+
+const FineHost& effect_fine() {
+  static const FineHost host = fine_of(body_of(Store::f32).touched.body, 1, 0);
+  return host;
+}
+
+const palpate_render_mesh& effect_skin() {
+  static const std::vector<float> positions = [] {
+    std::vector<float> all;
+    const TouchedBody& body = body_of(Store::f32).touched;
+    for (std::size_t t = 0; t < body.body.triangles.size(); ++t) {
+      const Eigen::Vector3d p = body.place(static_cast<std::int32_t>(t), {0.5, 0.3, 0.2});
+      for (int d = 0; d < 3; ++d) all.push_back(static_cast<float>(p[d]));
+    }
+    return all;
+  }();
+  static const palpate_render_mesh mesh =
+      render_mesh(positions.data(), nullptr, static_cast<std::int32_t>(positions.size() / 3));
+  return mesh;
+}
+
+const std::vector<Effect>& effects() {
+  using S = SceneOfEffects;
+  static const std::vector<Effect> list = {
+      {"collision deformed", Slot::collision, [](S& s) { s.def.collision = PALPATE_COLLISION_DEFORMED; }},
+      {"contact node", Slot::contact, [](S& s) { s.def.contact = PALPATE_CONTACT_NODE; }},
+      {"contact triangle", Slot::contact, [](S& s) { s.def.contact = PALPATE_CONTACT_TRIANGLE; }},
+      {"contact point", Slot::contact, [](S& s) { s.def.contact = PALPATE_CONTACT_POINT; }},
+      {"contact patch", Slot::contact, [](S& s) { s.def.contact = PALPATE_CONTACT_PATCH; }},
+      {"law sticking", Slot::law, [](S& s) { s.def.law = PALPATE_LAW_STICKING; }},
+      {"law sliding", Slot::law, [](S& s) { s.def.law = PALPATE_LAW_SLIDING; }},
+      {"law unilateral", Slot::law, [](S& s) { s.def.law = PALPATE_LAW_UNILATERAL; }},
+      {"law coulomb", Slot::law, [](S& s) { s.def.law = PALPATE_LAW_COULOMB; }},
+      {"force response (Q)", Slot::own, [](S& s) { s.def.force = PALPATE_FORCE_RESPONSE; }},
+      {"radial response (P)", Slot::own, [](S& s) { s.def.radial = PALPATE_RADIAL_RESPONSE; }},
+      {"shape volume", Slot::own, [](S& s) { s.def.shape = PALPATE_SHAPE_VOLUME; }},
+      {"relaxation", Slot::own,
+       [](S& s) {
+         s.def.relaxation.model = PALPATE_RELAXATION_PRONY, s.def.relaxation.terms = 2;
+         s.def.relaxation.share[0] = 0.3, s.def.relaxation.time[0] = 0.02;
+         s.def.relaxation.share[1] = 0.2, s.def.relaxation.time[1] = 0.3;
+       }},
+      {"preload", Slot::own, [](S& s) { s.def.preload = PALPATE_PRELOAD_ON; }},
+      {"queries", Slot::own, [](S& s) { s.def.queries = PALPATE_QUERIES_ON; }},
+      {"report", Slot::own, [](S& s) { s.def.report = PALPATE_REPORT_CONTACTS; }},
+      {"inside", Slot::own, [](S& s) { s.def.inside = PALPATE_INSIDE_ON, s.def.shape = PALPATE_SHAPE_VOLUME; }},
+      {"fine surface", Slot::own, [](S& s) { s.fine = true; }},
+      {"skin", Slot::own, [](S& s) { s.skin = true; }},
+      {"dent", Slot::own,
+       [](S& s) { s.skin = true, s.def.dent = PALPATE_DENT_DISCS, s.def.report = PALPATE_REPORT_CONTACTS; },
+       needs_patch},
+      {"motions", Slot::own, [](S& s) { s.motions = true, s.def.motions = 1; }, needs_deformed},
+      {"volumes held", Slot::own, [](S& s) { s.motions = s.holds_volume = true, s.def.motions = 1; }, needs_deformed},
+      {"grasps", Slot::own, [](S& s) { s.grasps = true, s.def.grasps = 1; }, needs_patch},
+      {"links", Slot::own, [](S& s) { s.links = true, s.def.max_links = 4; }},
+      {"needles", Slot::own, [](S& s) { s.needles = true, s.def.needles = 1, s.def.needle_places = 12; }},
+      {"organs that touch", Slot::own, [](S& s) { s.touching = true; }, needs_deformed},
+      {"links between organs", Slot::own, [](S& s) { s.world_links = true; }},
+      {"large", Slot::deformation, [](S& s) { s.def.deformation = PALPATE_DEFORMATION_LARGE; }},
+      {"large beside", Slot::deformation, [](S& s) { s.def.deformation = PALPATE_DEFORMATION_LARGE_BESIDE; }},
+      {"large renewed", Slot::deformation, [](S& s) { s.def.deformation = PALPATE_DEFORMATION_LARGE_RENEWED; }},
+      {"rows f32", Slot::store, [](S& s) { s.store = Store::f32; }},
+      {"rows f16", Slot::store, [](S& s) { s.store = Store::f16; }},
+      {"blocks", Slot::store, [](S& s) { s.store = Store::blocks; }},
+      {"interior f16", Slot::store, [](S& s) { s.store = Store::interior_f16, s.def.shape = PALPATE_SHAPE_VOLUME; }},
+  };
+  return list;
+}
+
+SceneOfEffects scene_with(const Effect& a, const Effect& b) {
+  SceneOfEffects scene;
+  // A few constraints: the scene's matrices stay small.
+  scene.def.max_tools = 4, scene.def.max_points = 4;
+  scene.def.torque_limit = scene.def.torque_slew = INFINITY;
+  const std::set<Slot> named = {a.slot, b.slot};
+  for (const Effect* effect : {&a, &b}) {
+    effect->apply(scene);
+    if (effect->needs) effect->needs(scene, named);
+  }
+  return scene;
+}
+
+}  // namespace palpate::tests

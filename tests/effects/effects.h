@@ -1,0 +1,57 @@
+// The effects of a scene, one by one, and the scene that has two of them.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/runtime/world/played_world.h"
+#include "tests/support/fine_body.h"
+
+namespace palpate::tests {
+
+// How the bundle stores displacements.
+enum class Store { f32, f16, blocks, interior_f16 };
+
+// A box whose bundle has all sections, in one store, with the dense answers: supports at x = 0, four motions, a corridor through all inner
+// nodes, a preload, both response curves and an order of elimination.
+struct EffectBody {
+  explicit EffectBody(Store store);
+  const Eigen::MatrixXd& compliance;  // [3N][3N] m/N
+  const Eigen::MatrixXd& motions;     // [3N][4], of amounts that move the box by about a millimetre each
+  const Eigen::VectorXd& preload;     // [3N] m
+  const Eigen::VectorXd& sweep;       // [3N]: of displacements the volume that the surface of the pressure sweeps, m^3
+  TouchedBody touched;
+};
+const EffectBody& body_of(Store store);
+
+// What a scene has, and who acts on it.
+struct SceneOfEffects {
+  palpate_scene_def def = unlimited_def();
+  Store store = Store::f32;
+  bool grasps = false, links = false, needles = false, motions = false, holds_volume = false, skin = false,
+       fine = false, touching = false, world_links = false;
+  bool is_world() const { return touching || world_links; }
+};
+
+// Of effects in one slot a scene has one: contact models, laws, ways to deform, stores.
+enum class Slot { collision, contact, law, deformation, store, own };
+
+struct Effect {
+  const char* name;
+  Slot slot;
+  void (*apply)(SceneOfEffects& scene);
+  void (*needs)(SceneOfEffects& scene,
+                const std::set<Slot>& named) = nullptr;  // what it asks of slots that nobody has named
+};
+
+const std::vector<Effect>& effects();
+
+// The scene with both; a and b may be the same one.
+SceneOfEffects scene_with(const Effect& a, const Effect& b);
+
+// Meshes that a scene_def borrows. The fine surface is the body's own, its edges halved; the render mesh has vertices on every triangle.
+const palpate_render_mesh& effect_skin();
+const FineHost& effect_fine();
+
+}  // namespace palpate::tests

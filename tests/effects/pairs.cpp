@@ -1,0 +1,194 @@
+#include "tests/effects/pairs.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "tests/effects/referee.h"
+
+namespace palpate::tests {
+namespace {
+
+// ---- refusals ----------------------------------------------------------------------------------------------------------
+
+// Why two effects exclude one another. These are all: the test fails where a scene is refused and stands in none of them, and where one of
+// them is not refused.
+struct Refusal {
+  const char* key;
+  std::vector<const char*> some, others;
+  const char* reason;
+};
+const std::vector<Refusal>& refusals() {
+  static const std::vector<const char*> large = {"large", "large beside", "large renewed"},
+                                        points = {"contact node", "contact triangle", "contact point"};
+  static const std::vector<Refusal> list = {
+      {"a",
+       {"force response (Q)", "radial response (P)"},
+       large,
+       "Q and P correct a linear answer by curves that were measured under large strains; a hyperelastic body has "
+       "these in its law."},
+      {"b",
+       {"grasps"},
+       points,
+       "Jaws turn the tissue that they hold. A disc takes up a torque; a point, and a node, take none."},
+      {"c", {"dent"}, points, "A dent is that of a disc, and a point presses no disc."},
+      {"n",
+       {"grasps", "needles", "links", "motions", "volumes held", "organs that touch", "links between organs"},
+       large,
+       "next: these hold or move a linear organ alone so far."},
+      {"o",
+       {"needles"},
+       {"rows f16"},
+       "open: a corridor is stored in single precision, and a sum of columns reads one precision."},
+      {"p", {"organs that touch"}, {"fine surface"}, "open: pairs are looked for between the bundles' own triangles."},
+  };
+  return list;
+}
+
+bool has(const std::vector<const char*>& names, const char* name) {
+  return std::any_of(names.begin(), names.end(), [&](const char* n) { return std::strcmp(n, name) == 0; });
+}
+
+const Refusal* refusal_of(const Effect& a, const Effect& b) {
+  for (const Refusal& refusal : refusals())
+    if ((has(refusal.some, a.name) && has(refusal.others, b.name)) ||
+        (has(refusal.some, b.name) && has(refusal.others, a.name)))
+      return &refusal;
+  return nullptr;
+}
+
+// Two that act together, though steps are flagged where they should not be.
+constexpr const char* kOpen[] = {"volumes held", "organs that touch"};
+bool is_open(const Effect& a, const Effect& b) {
+  return (a.name == std::string(kOpen[0]) && b.name == std::string(kOpen[1])) ||
+         (a.name == std::string(kOpen[1]) && b.name == std::string(kOpen[0]));
+}
+
+// ---- a pair ------------------------------------------------------------------------------------------------------------
+
+// What the referee asks of a scene beside its effects: a report, and under large deformation the displacement of every node.
+SceneOfEffects watched(SceneOfEffects of) {
+  of.def.report = PALPATE_REPORT_CONTACTS;
+  if (of.def.deformation != PALPATE_DEFORMATION_LINEAR) of.def.shape = PALPATE_SHAPE_VOLUME;
+  return of;
+}
+
+// The tools and the contact nodes, to the bit.
+bool same_touch(Stage& one, Stage& other) {
+  bool same = one.flags == other.flags;
+  for (int k = 0; k < one.organs(); ++k) {
+    const palpate_contacts &a = one.contacts(k), &b = other.contacts(k);
+    same = same && a.tool_count == b.tool_count && a.node_count == b.node_count &&
+           std::memcmp(palpate_contacts_tool(&a, 0), palpate_contacts_tool(&b, 0),
+                       static_cast<std::size_t>(a.tool_count) * a.tool_state_bytes) == 0 &&
+           std::memcmp(palpate_contacts_node(&a, 0), palpate_contacts_node(&b, 0),
+                       static_cast<std::size_t>(a.node_count) * a.node_bytes) == 0;
+  }
+  return same;
+}
+
+constexpr int kRestoredAt = 100;
+// Steps at the end that stand still, in which nothing may be flagged, and how many of all may be.
+constexpr int kMustTrust = 20, kMayFlag = 60;
+
+// Plays the scene; a second one with what the referee asks for, which must feel the same bits; and from the middle on a third one that
+// begins with the state of the first.
+PairFound play(const Effect& a, const Effect& b) {
+  PairFound found;
+  found.effects[0] = a.name, found.effects[1] = b.name;
+  found.alternatives = &a != &b && a.slot == b.slot && a.slot != Slot::own;
+  if (found.alternatives) return found;
+  const Refusal* const refusal = refusal_of(a, b);
+  const SceneOfEffects of = scene_with(a, b);
+  Stage plain(of);
+  if (!plain.made() || refusal) {
+    if (plain.made())
+      found.faults = "The scene is made, though the page gives a reason against it. ";
+    else if (!refusal)
+      found.faults = fmt::format("Refused: {}. ", plain.refusal().text);
+    else if (plain.refusal().text[0] == '\0')
+      found.faults = "Refused without a sentence. ";
+    found.refusal = refusal ? refusal->key : "?";
+    return found;
+  }
+  Stage seen(watched(of)), restored(of);
+  Referee referee(watched(of), seen);
+  int differs = -1, goes_on = -1, flagged = -1;
+  for (int s = 0; s < kSteps; ++s) {
+    plain.step(s), seen.step(s);
+    referee.check(s);
+    if (differs < 0 && !same_touch(plain, seen)) differs = s;
+    if (s == kRestoredAt) restored.restore(plain);
+    if (s > kRestoredAt) {
+      restored.step(s);
+      if (goes_on < 0 && !same_touch(plain, restored)) goes_on = s;
+    }
+    if (seen.flags != 0 && s >= kSteps - kMustTrust) flagged = s;
+  }
+  if (differs >= 0) found.faults += fmt::format("A report changes the bits of step {}. ", differs);
+  if (goes_on >= 0) found.faults += fmt::format("A restored scene has other bits in step {}. ", goes_on);
+  if (flagged >= 0 && !is_open(a, b)) found.faults += fmt::format("Step {} stands still and is flagged. ", flagged);
+  if (referee.trusted < kSteps - kMayFlag && !is_open(a, b))
+    found.faults += fmt::format("Only {} steps are trusted. ", referee.trusted);
+  found.error = referee.worst(), found.open = is_open(a, b);
+  for (const auto& [kind, error] : referee.errors())
+    if (!(error <= kWorst)) found.faults += fmt::format("{}: {:.2g}. ", kind, error);
+  return found;
+}
+
+// ---- the page ----------------------------------------------------------------------------------------------------------
+
+// A pair's cell: the smallest class that holds its error.
+std::string cell_of(const PairFound& found) {
+  if (found.alternatives) return "·";
+  if (!found.refusal.empty()) return found.refusal;
+  for (std::size_t c = 0; c < std::size(kClasses); ++c)
+    if (found.error <= kClasses[c]) return std::to_string(c + 1) + (found.open ? " f" : "");
+  return "!";
+}
+
+}  // namespace
+
+std::vector<PairFound> play_pairs_of(std::size_t first) {
+  std::vector<PairFound> found;
+  for (std::size_t second = 0; second <= first; ++second) found.push_back(play(effects()[first], effects()[second]));
+  return found;
+}
+
+std::string page_of(const std::vector<std::vector<PairFound>>& found) {
+  std::string page =
+      "# Every pair of effects\n\n"
+      "Any two effects act together, or a scene with both is refused for a reason. `make -f Makefile.data "
+      "effects-page` plays every pair and "
+      "writes\nthis page; a test ([tests/effects](../tests/effects/README.md)) plays them again and compares.\n\n"
+      "Each scene has both effects on a box of 64 nodes, 200 steps long: a finger that presses, drags, leaves and "
+      "comes again, a grip, and what "
+      "the\ntwo effects add. In each step the forces that it tells are put on the dense body, and what follows is "
+      "compared with the step: "
+      "places that are\nheld, laws, sums, torques, corrections, shapes. The error is the largest of all these, in "
+      "parts of 3 mm or of the largest "
+      "force. A scene that\ngoes on from a saved state, and one with a report, must have the same bits.\n\n"
+      "| cell | meaning |\n|---|---|\n"
+      "| 1 | they act together; the error is at most 1e-5, that of single precision |\n"
+      "| 2 | at most 1e-3: half precision; the end of iterations where lines or normals turn with the surface |\n"
+      "| 3 | at most 3e-2: normals that lag behind the surface; the end of the steps of a hyperelastic body or of a "
+      "held volume |\n"
+      "| f | open: where organs press one another on the surfaces whose volumes are held, pressures take more solves "
+      "than a step has, and the "
+      "steps say so (`SOLVE_INEXACT`) |\n"
+      "| · | two values of one effect: a scene has one of them |\n";
+  for (const Refusal& refusal : refusals()) page += fmt::format("| {} | {} |\n", refusal.key, refusal.reason);
+  page += "\nRows and columns are the same effects, in the same order.\n\n| |";
+  for (std::size_t i = 0; i < found.size(); ++i) page += fmt::format(" {} |", i + 1);
+  page += "\n|---|";
+  for (std::size_t i = 0; i < found.size(); ++i) page += "---|";
+  page += "\n";
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    page += fmt::format("| {} {} |", i + 1, found[i][i].effects[0]);
+    for (std::size_t j = 0; j < found.size(); ++j) page += fmt::format(" {} |", j <= i ? cell_of(found[i][j]) : "");
+    page += "\n";
+  }
+  return page;
+}
+
+}  // namespace palpate::tests

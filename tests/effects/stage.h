@@ -1,0 +1,77 @@
+// A scene of effects in time: who touches what in each of 200 steps.
+//
+// The box is 60 x 50 x 40 mm, held at x = 0. A finger comes down on its top, drags, leaves, comes again and drags; a grip draws on the face
+// y = 50 mm; jaws pull and turn the bottom; a needle goes in at y = 0; links hold the face y = 50 mm; a second box comes against x = 60 mm. In
+// the last 40 steps everything stands still. The organ is somewhere in the world, turned.
+#pragma once
+
+#include "tests/effects/effects.h"
+
+namespace palpate::tests {
+
+inline constexpr int kSteps = 200, kStandsFrom = 160, kHoldsVolumeFrom = 80;
+inline constexpr double kStepTime = 1e-3;
+inline constexpr double kPairFriction = 0.3, kFingerFriction = 0.4, kFingerRadius = 0.004;
+
+class Stage {
+ public:
+  // Makes the scene, or keeps the refusal.
+  explicit Stage(const SceneOfEffects& of);
+  // Goes on from the state of another one with the same scene.
+  void restore(const Stage& from);
+
+  const palpate_error& refusal() const { return refusal_; }
+  bool made() const { return scene_ || world_; }
+  void step(int s);
+
+  int organs() const { return world_ ? 2 : 1; }
+  palpate_scene* scene(int organ) { return world_ ? palpate_world_scene(world_.get(), organ) : scene_.get(); }
+  const palpate_contacts& contacts(int organ) { return world_ ? world_contacts_->organ(organ) : *contacts_->get(); }
+  palpate_world* world() { return world_.get(); }
+  WorldContacts& world_contacts() { return *world_contacts_; }
+  // As the host means it, in the frame of organ 0; the scene gets it in the world.
+  const palpate_tool& tool(int t) const { return tools_[static_cast<std::size_t>(t)]; }
+  int tool_of_grasp() const { return tool_of_grasp_; }
+  int tool_of_needle() const { return tool_of_needle_; }
+  const Eigen::Vector4d& amounts() const { return amounts_; }
+  double held_volume() const { return held_volume_; }  // m^3; NaN: none is held
+  const palpate_pose& pose(int organ) const { return poses_[static_cast<std::size_t>(organ)]; }
+  const std::vector<palpate_link>& links() const { return links_; }
+  const std::vector<palpate_world_link>& world_links() const { return world_links_; }
+  palpate_step_flags flags = 0;
+
+  // A point or direction of an organ in the world, and a direction back.
+  Eigen::Vector3d in_world(int organ, const Eigen::Vector3d& p) const;
+  Eigen::Vector3d direction_in_world(int organ, const Eigen::Vector3d& v) const;
+  Eigen::Vector3d direction_in_organ(const double* v) const;
+
+ private:
+  void move_tools(int s);
+  void send_tools();
+  palpate_pose pose_of_second(double nearer, double aside) const;
+  void move_organs(int s);
+  void set_links(int s);
+  Eigen::Vector3d rest_of(const palpate_link_end& end) const;
+
+  SceneOfEffects of_;
+  const TouchedBody& body_;
+  palpate_error refusal_ = {};
+  ScenePointer scene_;
+  std::unique_ptr<Contacts> contacts_;
+  WorldPointer world_;
+  std::unique_ptr<WorldContacts> world_contacts_;
+  palpate_pose poses_[2];
+  std::vector<palpate_tool> tools_, sent_;
+  Eigen::Vector3d finger_, sent_finger_;
+  palpate_grip grip_;
+  palpate_grasp grasp_, sent_grasp_;
+  palpate_needle needle_, sent_needle_;
+  std::vector<palpate_link> links_;
+  std::vector<palpate_world_link> world_links_;
+  Eigen::Vector4d amounts_ = Eigen::Vector4d::Zero();
+  double apart_[2] = {};  // m, of the ends of the world's links at first
+  double held_volume_ = NAN;
+  int tool_of_grasp_ = -1, tool_of_needle_ = -1;
+};
+
+}  // namespace palpate::tests
