@@ -30,6 +30,10 @@ Vector3d vector(const double* v) {
   return Vector3d(v);
 }
 
+bool is_of(const palpate_contact_node& node, palpate_contact_source source, std::int32_t index) {
+  return node.source == source && node.index == index;
+}
+
 struct Direction {
   explicit Direction(const palpate_tool_state& state)
       : share(vector(state.direction).norm()), unit(vector(state.direction) / (share > 0 ? share : 1)) {}
@@ -154,7 +158,8 @@ void Referee::add_corrected_shape(Organ& organ) {
   std::map<std::int32_t, VectorXd> parts;
   for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
     const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e));
-    const std::int32_t tool = of_.def.radial == PALPATE_RADIAL_RESPONSE ? std::max(node.tool, -1) : -1;
+    const std::int32_t tool =
+        of_.def.radial == PALPATE_RADIAL_RESPONSE && node.source == PALPATE_SOURCE_TOOL ? node.index : -1;
     VectorXd& f = parts.try_emplace(tool, VectorXd::Zero(organ.f.size())).first->second;
     f.segment<3>(3 * node.node) += organ.of_node[e];
   }
@@ -174,12 +179,13 @@ void Referee::add_corrected_shape(Organ& organ) {
 }
 
 // The nodes of one constraint: their weights follow from their forces, which are all along one resultant.
-Referee::Held Referee::held_by(const Organ& organ, std::int32_t tool, std::int32_t point) const {
+Referee::Held Referee::held_by(const Organ& organ, palpate_contact_source source, std::int32_t index,
+                               std::int32_t point) const {
   Held held;
   std::vector<std::size_t> of;
   for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
     const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e));
-    if (node.tool != tool || node.point != point) continue;
+    if (!is_of(node, source, index) || node.point != point) continue;
     of.push_back(e), held.nodes.push_back(node.node), held.force += organ.of_node[e];
   }
   if (held.force.norm() < kNoForce) return held;
@@ -250,7 +256,7 @@ void Referee::check_tools(const Organ& organ) {
     Vector3d sum = Vector3d::Zero(), torque = Vector3d::Zero();
     for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
       const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e));
-      if (node.tool == t) sum += organ.of_node[e];
+      if (is_of(node, PALPATE_SOURCE_TOOL, t)) sum += organ.of_node[e];
     }
     double stretch = 0;
     if (of_.def.force == PALPATE_FORCE_RESPONSE) stretch = direction.share * (q_.ratio(sum.dot(direction.unit)) - 1);
@@ -259,7 +265,7 @@ void Referee::check_tools(const Organ& organ) {
     };
     for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
       const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e));
-      if (node.tool == t)
+      if (is_of(node, PALPATE_SOURCE_TOOL, t))
         miss("forces of nodes", (corrected(organ.of_node[e]) - vector(node.force)).norm(), largest_force_);
     }
     Vector3d force = -corrected(sum);
@@ -274,7 +280,7 @@ void Referee::check_tools(const Organ& organ) {
       const palpate_needle_state& needle = *palpate_scene_needle_state(organ.scene, state.id);
       Vector3d on_tissue = Vector3d::Zero();
       for (std::size_t e = 0; e < organ.of_node.size(); ++e)
-        if (palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e))->tool == -4)
+        if (is_of(*palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e)), PALPATE_SOURCE_NEEDLE, t))
           on_tissue += organ.of_node[e];
       const Vector3d felt = stage_.direction_in_organ(needle.force);
       miss("force of the needle", (on_tissue + felt).norm(), largest_force_);
@@ -315,7 +321,7 @@ void Referee::check_contact(const Organ& organ, const palpate_contact& contact) 
   const auto& nodes = body_.touched.body.triangles[static_cast<std::size_t>(contact.triangle)];
   const double* const k = contact.barycentric;
   miss("places of contacts", (place(contact.triangle, k, organ.u) - vector(contact.place)).norm(), kLength);
-  const Held held = held_by(organ, contact.tool, contact.point);
+  const Held held = held_by(organ, PALPATE_SOURCE_TOOL, contact.tool, contact.point);
   const Vector3d target = vector(contact.tool_point) - place(contact.triangle, k, VectorXd::Zero(rest_.size()));
   if (of_.def.contact == PALPATE_CONTACT_NODE) {
     check_law(contact, organ.u.segment<3>(3 * held.nodes.at(0)) - target, held.force);
@@ -327,7 +333,8 @@ void Referee::check_contact(const Organ& organ, const palpate_contact& contact) 
       Vector3d force = Vector3d::Zero();
       for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
         const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e));
-        if (node.tool == contact.tool && node.point == contact.point && node.node == n) force = organ.of_node[e];
+        if (is_of(node, PALPATE_SOURCE_TOOL, contact.tool) && node.point == contact.point && node.node == n)
+          force = organ.of_node[e];
       }
       // Where it slips, the report has the place where the anchor goes on, and not that of the step.
       if (contact.state != PALPATE_CONTACT_SLIPS)
@@ -400,7 +407,7 @@ void Referee::check_grasp(const Organ& organ) {
   VectorXd f = VectorXd::Zero(3 * organ.contacts->node_count);
   for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
     const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e));
-    if (node.tool != stage_.tool_of_grasp()) continue;
+    if (!is_of(node, PALPATE_SOURCE_TOOL, stage_.tool_of_grasp())) continue;
     const auto at = index.try_emplace(node.node, static_cast<Eigen::Index>(index.size())).first->second;
     f.segment<3>(3 * at) += organ.of_node[e];
   }
@@ -432,13 +439,13 @@ void Referee::check_needle(const Organ& organ) {
   std::set<std::int32_t> points;
   for (std::int32_t e = 0; e < organ.contacts->node_count; ++e) {
     const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, e);
-    if (node.tool == -4) points.insert(node.point);
+    if (is_of(node, PALPATE_SOURCE_NEEDLE, stage_.tool_of_needle())) points.insert(node.point);
   }
   const Vector3d along(needle.direction), tip(needle.tip);
   const bool inside = state.condition >= PALPATE_NEEDLE_INSIDE;
   miss("the needle's force is missing", inside && step_ > 100 && vector(state.force).norm() < kNoForce ? 1 : 0, 1);
   for (const std::int32_t point : points) {
-    const Held held = held_by(organ, -4, point);
+    const Held held = held_by(organ, PALPATE_SOURCE_NEEDLE, stage_.tool_of_needle(), point);
     if (held.force.norm() < kNoForce || !inside) continue;
     const Vector3d from_tip = held.rest + held.moved - tip, off = from_tip - from_tip.dot(along) * along;
     const Vector3d across = held.force - held.force.dot(along) * along;
@@ -495,7 +502,7 @@ void Referee::check_links(const Organ& organ) {
     }
     for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
       const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e));
-      if (node.tool == -1 && node.point == static_cast<std::int32_t>(l))
+      if (is_of(node, PALPATE_SOURCE_LINK, static_cast<std::int32_t>(l)))
         expected.try_emplace(node.node, Vector3d::Zero()).first->second -= organ.of_node[e];
     }
     for (const auto& [node, missing] : expected) miss("forces of links", missing.norm(), largest_force_);
@@ -514,7 +521,7 @@ void Referee::check_world_links() {
       Vector3d sum = Vector3d::Zero();
       for (std::size_t i = 0; i < organ.of_node.size(); ++i) {
         const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(i));
-        if (node.tool == -3 && node.point == static_cast<std::int32_t>(l)) sum += organ.of_node[i];
+        if (is_of(node, PALPATE_SOURCE_WORLD_LINK, static_cast<std::int32_t>(l))) sum += organ.of_node[i];
       }
       const Vector3d on_end = (e == 0 ? 1 : -1) * vector(state.force);
       miss("forces of links", (stage_.direction_in_world(link.organ[e], sum) - on_end).norm(), largest_force_);
@@ -548,7 +555,8 @@ void Referee::check_pairs() {
     const Organ& organ = organs_[static_cast<std::size_t>(k)];
     Vector3d nodes = Vector3d::Zero();
     for (std::size_t i = 0; i < organ.of_node.size(); ++i)
-      if (palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(i))->tool == -2) nodes += organ.of_node[i];
+      if (is_of(*palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(i)), PALPATE_SOURCE_ORGAN, 1 - k))
+        nodes += organ.of_node[i];
     miss("forces of pairs", (stage_.direction_in_world(k, nodes) - sum[k]).norm(), largest_force_);
     miss("forces of pairs", (vector(contacts.state(k).pressed) - sum[k]).norm(), largest_force_);
   }

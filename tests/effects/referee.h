@@ -47,7 +47,7 @@ class Referee {
   void read(Organ& organ, int k);
   Eigen::Vector4d amounts_of(const Organ& organ);
   void add_corrected_shape(Organ& organ);
-  Held held_by(const Organ& organ, std::int32_t tool, std::int32_t point) const;
+  Held held_by(const Organ& organ, palpate_contact_source source, std::int32_t index, std::int32_t point) const;
   Eigen::Matrix3d stiffness_of(std::int32_t node) const {
     return body_.compliance.block<3, 3>(3 * node, 3 * node).inverse();
   }
