@@ -33,12 +33,6 @@ const Eigen::VectorXd& sag() {
   return field;
 }
 
-// y = x + x^2 / scale on [0, range] as Chebyshev coefficients.
-std::vector<double> quadratic(double range, double scale) {
-  const double a = range / 2, b = a * a / scale;
-  return {a + 1.5 * b, a + 2 * b, 0.5 * b};
-}
-
 void add_sections(BundleParts& parts, Store store) {
   using formats::SectionId;
   add_motions(parts, dense());
@@ -46,10 +40,9 @@ void add_sections(BundleParts& parts, Store store) {
   add_large_deformation(parts);
   parts.set(SectionId::preload_displacement, {parts.sections.at(SectionId::nodes).shape[0], 3},
             std::vector<double>(sag().begin(), sag().end()));
-  // Beyond what the scenes reach: nothing is flagged.
-  parts.set(SectionId::response_radial, {3}, quadratic(0.02, 0.02));
-  parts.set(SectionId::response_force, {3}, quadratic(8, 8));
-  parts.set(SectionId::response_range, {2}, std::vector<double>{0.02, 8});
+  parts.set(SectionId::response_radial, {3}, kRadial.coefficients());
+  parts.set(SectionId::response_force, {3}, kForce.coefficients());
+  parts.set(SectionId::response_range, {2}, std::vector<double>{kRadial.range, kForce.range});
   if (store == Store::f16) store_as_f16(parts);
   if (store == Store::interior_f16) store_interior_as_f16(parts);
   if (store == Store::blocks) store_in_blocks(parts, {formats::ElementType::f32, 1e-5});
@@ -63,6 +56,11 @@ void needs_deformed(SceneOfEffects& scene, const std::set<Slot>&) {
 }
 
 }  // namespace
+
+std::vector<double> ResponseOfBox::coefficients() const {
+  const double a = range / 2, b = a * a / scale;
+  return {a + 1.5 * b, a + 2 * b, 0.5 * b};
+}
 
 EffectBody::EffectBody(Store store)
     : compliance(dense_answers()),

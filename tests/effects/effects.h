@@ -25,6 +25,13 @@ struct EffectBody {
 };
 const EffectBody& body_of(Store store);
 
+// The bundle's response: y = x + x^2 / scale on [0, range], which goes beyond what the scenes reach: nothing is flagged.
+struct ResponseOfBox {
+  double range, scale;
+  std::vector<double> coefficients() const;  // of Chebyshev's polynomials
+};
+inline constexpr ResponseOfBox kRadial{0.02, 0.004}, kForce{8, 1};  // m; N
+
 // What a scene has, and who acts on it.
 struct SceneOfEffects {
   palpate_scene_def def = unlimited_def();

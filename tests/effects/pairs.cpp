@@ -91,48 +91,72 @@ constexpr int kRestoredAt = 100;
 // Steps at the end that stand still, in which nothing may be flagged, and how many of all may be.
 constexpr int kMustTrust = 20, kMayFlag = 60;
 
-// Plays the scene; a second one with what the referee asks for, which must feel the same bits; and from the middle on a third one that
-// begins with the state of the first.
+// Three scenes: the pair; the same with what the referee asks for, which must feel the same bits; and from the middle on one that begins
+// with the state of the first.
+class Played {
+ public:
+  explicit Played(const SceneOfEffects& of)
+      : plain_(of), seen_(watched(of)), restored_(of), referee_(watched(of), seen_) {}
+
+  void step(int s) {
+    plain_.step(s), seen_.step(s);
+    referee_.check(s);
+    if (differs_ < 0 && !same_touch(plain_, seen_)) differs_ = s;
+    if (s == kRestoredAt) restored_.restore(plain_);
+    if (s > kRestoredAt) {
+      restored_.step(s);
+      if (goes_on_ < 0 && !same_touch(plain_, restored_)) goes_on_ = s;
+    }
+    if (seen_.flags != 0 && s >= kSteps - kMustTrust) flagged_ = s;
+  }
+  double worst() const { return referee_.worst(); }
+  // open: steps may be flagged.
+  std::string faults(bool open) const {
+    std::string faults;
+    if (differs_ >= 0) faults += fmt::format("A report changes the bits of step {}. ", differs_);
+    if (goes_on_ >= 0) faults += fmt::format("A restored scene has other bits in step {}. ", goes_on_);
+    if (!open && flagged_ >= 0) faults += fmt::format("Step {} stands still and is flagged. ", flagged_);
+    if (!open && referee_.trusted < kSteps - kMayFlag)
+      faults += fmt::format("Only {} steps are trusted. ", referee_.trusted);
+    for (const auto& [kind, error] : referee_.errors())
+      if (!(error <= kWorst)) faults += fmt::format("{}: {:.2g}. ", kind, error);
+    return faults;
+  }
+
+ private:
+  Stage plain_, seen_, restored_;
+  Referee referee_;
+  int differs_ = -1, goes_on_ = -1, flagged_ = -1;  // the first, and for flagged the last, step
+};
+
+// Whether the scene is refused exactly where the page gives a reason.
+bool is_made(const Effect& a, const Effect& b, PairFound* found) {
+  const Refusal* const refusal = refusal_of(a, b);
+  const Stage stage(scene_with(a, b));
+  if (stage.made() && !refusal) return true;
+  found->refusal = refusal ? refusal->key : "?";
+  if (stage.made())
+    found->faults = "The scene is made, though the page gives a reason against it. ";
+  else if (!refusal)
+    found->faults = fmt::format("Refused: {}. ", stage.refusal().text);
+  else if (stage.refusal().text[0] == '\0')
+    found->faults = "Refused without a sentence. ";
+  return false;
+}
+
 PairFound play(const Effect& a, const Effect& b) {
   PairFound found;
   found.effects[0] = a.name, found.effects[1] = b.name;
   found.alternatives = &a != &b && a.slot == b.slot && a.slot != Slot::own;
-  if (found.alternatives) return found;
-  const Refusal* const refusal = refusal_of(a, b);
-  const SceneOfEffects of = scene_with(a, b);
-  Stage plain(of);
-  if (!plain.made() || refusal) {
-    if (plain.made())
-      found.faults = "The scene is made, though the page gives a reason against it. ";
-    else if (!refusal)
-      found.faults = fmt::format("Refused: {}. ", plain.refusal().text);
-    else if (plain.refusal().text[0] == '\0')
-      found.faults = "Refused without a sentence. ";
-    found.refusal = refusal ? refusal->key : "?";
-    return found;
+  if (found.alternatives || !is_made(a, b, &found)) return found;
+  found.open = is_open(a, b);
+  try {
+    Played played(scene_with(a, b));
+    for (int s = 0; s < kSteps; ++s) played.step(s);
+    found.error = played.worst(), found.faults = played.faults(found.open);
+  } catch (const std::exception& broke) {  // Newton's method that does not converge, a state that is refused
+    found.error = INFINITY, found.faults = broke.what();
   }
-  Stage seen(watched(of)), restored(of);
-  Referee referee(watched(of), seen);
-  int differs = -1, goes_on = -1, flagged = -1;
-  for (int s = 0; s < kSteps; ++s) {
-    plain.step(s), seen.step(s);
-    referee.check(s);
-    if (differs < 0 && !same_touch(plain, seen)) differs = s;
-    if (s == kRestoredAt) restored.restore(plain);
-    if (s > kRestoredAt) {
-      restored.step(s);
-      if (goes_on < 0 && !same_touch(plain, restored)) goes_on = s;
-    }
-    if (seen.flags != 0 && s >= kSteps - kMustTrust) flagged = s;
-  }
-  if (differs >= 0) found.faults += fmt::format("A report changes the bits of step {}. ", differs);
-  if (goes_on >= 0) found.faults += fmt::format("A restored scene has other bits in step {}. ", goes_on);
-  if (flagged >= 0 && !is_open(a, b)) found.faults += fmt::format("Step {} stands still and is flagged. ", flagged);
-  if (referee.trusted < kSteps - kMayFlag && !is_open(a, b))
-    found.faults += fmt::format("Only {} steps are trusted. ", referee.trusted);
-  found.error = referee.worst(), found.open = is_open(a, b);
-  for (const auto& [kind, error] : referee.errors())
-    if (!(error <= kWorst)) found.faults += fmt::format("{}: {:.2g}. ", kind, error);
   return found;
 }
 

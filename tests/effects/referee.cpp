@@ -34,6 +34,10 @@ bool is_of(const palpate_contact_node& node, palpate_contact_source source, std:
   return node.source == source && node.index == index;
 }
 
+Eigen::Quaterniond turn_of(const palpate_grasp& grasp) {
+  return {grasp.orientation[0], grasp.orientation[1], grasp.orientation[2], grasp.orientation[3]};
+}
+
 struct Direction {
   explicit Direction(const palpate_tool_state& state)
       : share(vector(state.direction).norm()), unit(vector(state.direction) / (share > 0 ? share : 1)) {}
@@ -50,12 +54,7 @@ Referee::Referee(const SceneOfEffects& of, Stage& stage)
   rest_.resize(body.dofs());
   for (std::int32_t n = 0; 3 * n < body.dofs(); ++n) rest_.segment<3>(3 * n) = body.node(n);
   if (of.def.preload == PALPATE_PRELOAD_ON) rest_ += body_.preload;
-  // As the bundle has them (effects.cpp).
-  const auto quadratic = [](double range, double scale) {
-    const double a = range / 2, b = a * a / scale;
-    return std::array<double, 3>{a + 1.5 * b, a + 2 * b, 0.5 * b};
-  };
-  p_.set(quadratic(0.02, 0.02).data(), 3, 0.02), q_.set(quadratic(8, 8).data(), 3, 8);
+  p_.set(kRadial.coefficients().data(), 3, kRadial.range), q_.set(kForce.coefficients().data(), 3, kForce.range);
   relaxation_.set(of.def.relaxation);
 }
 
@@ -201,6 +200,7 @@ Referee::Held Referee::held_by(const Organ& organ, palpate_contact_source source
 void Referee::check(int s) {
   step_ = s;
   const bool large = of_.def.deformation != PALPATE_DEFORMATION_LINEAR;
+  last_u_ = s == 0 ? VectorXd(VectorXd::Zero(rest_.size())) : organs_[0].u;
   for (int k = 0; k < stage_.organs(); ++k) read(organs_[static_cast<std::size_t>(k)], k);
   if (s == 0) {
     for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
@@ -219,6 +219,8 @@ void Referee::check(int s) {
   // Beside its steps a hyperelastic body only approaches the solution: what it is held to, it is where all stands still.
   const bool looks = stage_.flags == 0 && (!large || s == kSteps - 1);
   trusted += stage_.flags == 0;
+  if (const int t = stage_.tool_of_grasp(); t >= 0)
+    if (const palpate_grasp* const grasp = stage_.tool(t).grasp; grasp && grasp->id != jaws_.id) close_jaws(*grasp);
   check_tools(organs_[0]);
   for (std::size_t k = 0; k < organs_.size(); ++k) {
     check_shape(organs_[k], static_cast<int>(k));
@@ -249,6 +251,7 @@ void Referee::check_shape(Organ& organ, int) {
 
 // Eqs 5 and 6, relaxation, and the sums.
 void Referee::check_tools(const Organ& organ) {
+  if (step_ == kFingerIsAway[0]) memory_.erase(kIdOfFinger), torque_memory_.erase(kIdOfFinger);
   const palpate_contact_report& report = *palpate_scene_report(organ.scene);
   for (std::int32_t t = 0; t < organ.contacts->tool_count; ++t) {
     const palpate_tool_state& state = *palpate_contacts_tool(organ.contacts, t);
@@ -289,12 +292,13 @@ void Referee::check_tools(const Organ& organ) {
     if (t == stage_.tool_of_grasp()) {
       const palpate_grasp_state& grasp = *palpate_scene_grasp_state(organ.scene, state.id);
       miss("force of the jaws", (sum + stage_.direction_in_organ(grasp.force)).norm(), largest_force_);
-      miss("jaws let go", grasp.condition == PALPATE_GRASP_HOLDS ? 0 : 1, 1);
+      const auto expected = stage_.tool(t).grasp ? PALPATE_GRASP_HOLDS : PALPATE_GRASP_OPEN;
+      miss("jaws let go", grasp.condition == expected ? 0 : 1, 1);
       torque += stage_.direction_in_organ(grasp.torque);
     }
     if (of_.def.relaxation.model == PALPATE_RELAXATION_PRONY) {
-      const Vec3 elastic = vec(force), relaxed = relaxation_.step(memory_[t], elastic, kStepTime);
-      const Vec3 turned = relaxation_.step(torque_memory_[t], vec(torque), kStepTime);
+      const Vec3 elastic = vec(force), relaxed = relaxation_.step(memory_[state.id], elastic, kStepTime);
+      const Vec3 turned = relaxation_.step(torque_memory_[state.id], vec(torque), kStepTime);
       const bool stays = t == stage_.tool_of_needle() ||
                          (state.contact_count > 0 && (t == stage_.tool_of_grasp() || !(dot(relaxed, elastic) < 0)));
       force = stays ? vector(relaxed) : Vector3d(Vector3d::Zero());
@@ -356,7 +360,7 @@ void Referee::check_law(const palpate_contact& contact, const Vector3d& ahead, c
   const bool is_grip = contact.point >= stage_.tool(contact.tool).point_count;
   const Vector3d out = smooth_normal(contact.triangle, contact.barycentric);
   const double pushed = -force.dot(out);
-  const std::pair<int, int> key(contact.tool, contact.point);
+  const std::pair<int, int> key(contact.tool_id, contact.point);
   const bool stuck = stuck_[key];
   stuck_[key] = contact.state == PALPATE_CONTACT_STICKS;
   if (is_grip || of_.def.law == PALPATE_LAW_STICKING) return miss(is_grip ? "grip" : "sticking", ahead.norm(), kLength);
@@ -388,21 +392,23 @@ void Referee::check_law(const palpate_contact& contact, const Vector3d& ahead, c
 
 // ---- jaws and needles --------------------------------------------------------------------------------------------------
 
+// The jaws close on the tissue where the last step has left it.
+void Referee::close_jaws(const palpate_grasp& grasp) {
+  std::vector<std::array<double, 3>> nodes;
+  for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
+    nodes.push_back({rest(n)[0], rest(n)[1], rest(n)[2]});
+  grasped_ = studies::grasped_surface(nodes, body_.touched.body.surface_nodes, body_.touched.body.triangles,
+                                      body_.touched.touchable);
+  studies::GraspedRows jaws(grasped_, *body_.touched.bundle(), surface_point_of(grasp.triangle, grasp.barycentric),
+                            grasp.radius);
+  jaws_.id = grasp.id, jaws_.position = vector(grasp.position), jaws_.turn = turn_of(grasp);
+  jaws_.rows = jaws.rows(jaws_.position, Vector3d::Zero(), Eigen::Quaterniond::Identity());
+  jaws_.closed_on = last_u_;
+}
+
 void Referee::check_grasp(const Organ& organ) {
-  if (stage_.tool_of_grasp() < 0) return;
+  if (stage_.tool_of_grasp() < 0 || !stage_.tool(stage_.tool_of_grasp()).grasp) return;
   const palpate_grasp& grasp = *stage_.tool(stage_.tool_of_grasp()).grasp;
-  if (!jaws_) {
-    std::vector<std::array<double, 3>> nodes;
-    for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
-      nodes.push_back({rest(n)[0], rest(n)[1], rest(n)[2]});
-    grasped_ = studies::grasped_surface(nodes, body_.touched.body.surface_nodes, body_.touched.body.triangles,
-                                        body_.touched.touchable);
-    jaws_ = std::make_unique<studies::GraspedRows>(grasped_, *body_.touched.bundle(),
-                                                   surface_point_of(grasp.triangle, grasp.barycentric), grasp.radius);
-    jaws_at_ = vector(grasp.position);
-  }
-  const Eigen::Quaterniond turn(grasp.orientation[0], grasp.orientation[1], grasp.orientation[2], grasp.orientation[3]);
-  const std::vector<studies::Row> rows = jaws_->rows(jaws_at_, vector(grasp.position) - jaws_at_, turn);
   std::map<std::int32_t, Eigen::Index> index;
   VectorXd f = VectorXd::Zero(3 * organ.contacts->node_count);
   for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
@@ -411,24 +417,28 @@ void Referee::check_grasp(const Organ& organ) {
     const auto at = index.try_emplace(node.node, static_cast<Eigen::Index>(index.size())).first->second;
     f.segment<3>(3 * at) += organ.of_node[e];
   }
-  const auto count = static_cast<Eigen::Index>(rows.size());
+  const auto count = static_cast<Eigen::Index>(jaws_.rows.size());
+  const Eigen::Quaterniond turn = turn_of(grasp) * jaws_.turn.inverse();
   MatrixXd h = MatrixXd::Zero(3 * static_cast<Eigen::Index>(index.size()), count);
-  VectorXd ahead(count);
-  for (Eigen::Index r = 0; r < count; ++r) {
-    const studies::Row& row = rows[static_cast<std::size_t>(r)];
-    ahead[r] = -row.target;
-    for (const studies::Row::Term& term : row.terms) {
-      const auto at = index.find(static_cast<std::int32_t>(term.dof / 3));
+  VectorXd ahead = VectorXd::Zero(count);
+  for (Eigen::Index r = 0; r < count; ++r)
+    for (const studies::Row::Term& term : jaws_.rows[static_cast<std::size_t>(r)].terms) {
+      const auto node = static_cast<std::int32_t>(term.dof / 3);
+      const auto at = index.find(node);
       if (at == index.end()) return miss("nodes of the jaws", 1, 1);
-      h(3 * at->second + term.dof % 3, r) = term.weight, ahead[r] += term.weight * organ.u[term.dof];
+      h(3 * at->second + term.dof % 3, r) = term.weight;
+      // The node's motion since the jaws closed, less that of the jaws.
+      const Vector3d closed = jaws_.closed_on.segment<3>(3 * node), y = rest(node) + closed,
+                     moved = turn * (y - jaws_.position) + vector(grasp.position) - y;
+      ahead[r] += term.weight * (organ.u[term.dof] - closed[term.dof % 3] - moved[term.dof % 3]);
     }
-  }
   const VectorXd held = f.head(h.rows()), reaction = h.colPivHouseholderQr().solve(held);
   miss("forces of the jaws' rows", (h * reaction - held).norm(), largest_force_);
   // Of a gradient times the radius.
   for (Eigen::Index r = 0; r < count; ++r)
     miss("jaws",
-         std::fabs(ahead[r] + rows[static_cast<std::size_t>(r)].softness * reaction[r]) * (r < 3 ? 1 : grasp.radius),
+         std::fabs(ahead[r] + jaws_.rows[static_cast<std::size_t>(r)].softness * reaction[r]) *
+             (r < 3 ? 1 : grasp.radius),
          kLength);
 }
 

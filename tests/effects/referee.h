@@ -62,6 +62,7 @@ class Referee {
   void check_contact(const Organ& organ, const palpate_contact& contact);
   void check_law(const palpate_contact& contact, const Eigen::Vector3d& ahead, const Eigen::Vector3d& force);
   void check_tools(const Organ& organ);
+  void close_jaws(const palpate_grasp& grasp);
   void check_grasp(const Organ& organ);
   void check_needle(const Organ& organ);
   void check_links(const Organ& organ);
@@ -83,7 +84,7 @@ class Referee {
   double largest_force_ = 0.05;  // N, so far
   ResponseCurve p_, q_;
   PronySeries relaxation_;
-  PronySeries::Memory memory_[4] = {}, torque_memory_[4] = {};
+  std::map<std::int32_t, PronySeries::Memory> memory_, torque_memory_;  // by the tool's id
   SceneMemory memory_of_surface_;
   std::vector<double> position_;
   std::vector<std::int32_t> triangles_;
@@ -91,8 +92,14 @@ class Referee {
   SurfaceMeasure measure_;
   ContactPatch patch_;
   studies::GraspedSurface grasped_;
-  std::unique_ptr<studies::GraspedRows> jaws_;
-  Eigen::Vector3d jaws_at_;
+  struct Jaws {
+    std::int32_t id = -1;
+    Eigen::Vector3d position;
+    Eigen::Quaterniond turn;
+    std::vector<studies::Row> rows;
+    Eigen::VectorXd closed_on;  // m, of all nodes
+  } jaws_;
+  Eigen::VectorXd last_u_;                     // m, of organ 0 in the last step
   std::map<std::pair<int, int>, bool> stuck_;  // tool, point: it stuck in the last step
   int step_ = 0;
 };

@@ -128,18 +128,22 @@ void Stage::move_tools(int s) {
   finger.points = finger_.data(), finger.point_count = 1;
   finger.disc_radius = kFingerRadius, finger.friction = kFingerFriction;
   grip.grips = &grip_, grip.grip_count = 1;
-  tools_ = {finger, grip};
+  finger.id = kIdOfFinger, grip.id = kIdOfGrip;
+  if (s >= kFingerIsAway[0] && s < kFingerIsAway[1])
+    tools_ = {grip};
+  else
+    tools_ = {finger, grip};
   if (of_.grasps) {
     grasp_ = palpate_default_grasp();
     put(body_, -kUp, kGrasp, grasp_);
-    grasp_.id = 1, grasp_.radius = 0.006, grasp_.friction = 0.9, grasp_.clamp_force = 20;
+    grasp_.id = s < kJawsAreOpen[1] ? 1 : 2, grasp_.radius = 0.006, grasp_.friction = 0.9, grasp_.clamp_force = 20;
     const double pulled = at(s, {{10, 0}, {70, 1}, {110, 0.4}, {155, 1}});
     Eigen::Map<Vector3d>(grasp_.position) = kGrasp + mm * pulled * Vector3d(0.5, -0.4, -1.2);
     const Quaterniond turn(Eigen::AngleAxisd(0.1 * pulled, Vector3d(0.3, 0.2, 1).normalized()));
     grasp_.orientation[0] = turn.w(), grasp_.orientation[1] = turn.x(), grasp_.orientation[2] = turn.y(),
     grasp_.orientation[3] = turn.z();
     palpate_tool jaws = palpate_default_tool();
-    jaws.grasp = &grasp_;
+    jaws.id = kIdOfJaws, jaws.grasp = s >= kJawsAreOpen[0] && s < kJawsAreOpen[1] ? nullptr : &grasp_;
     tool_of_grasp_ = static_cast<int>(tools_.size());
     tools_.push_back(jaws);
   }
@@ -152,12 +156,12 @@ void Stage::move_tools(int s) {
     needle_.id = 1, needle_.radius = 0.5 * mm, needle_.friction = 6, needle_.spacing = 6 * mm;
     needle_.cutting_force = 0.1, needle_.puncture_force = 0.15;
     palpate_tool pierces = palpate_default_tool();
-    pierces.needle = &needle_;
+    pierces.id = kIdOfNeedle, pierces.needle = &needle_;
     tool_of_needle_ = static_cast<int>(tools_.size());
     tools_.push_back(pierces);
   }
   for (palpate_tool& tool : tools_) {
-    tool.id = 3 + static_cast<std::int32_t>(&tool - tools_.data()), tool.has_torque = 1;
+    tool.has_torque = 1;
     Eigen::Map<Vector3d>(tool.reference) = Vector3d(0.1, -0.02, 0.03);
   }
 }

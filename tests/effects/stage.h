@@ -10,6 +10,9 @@
 namespace palpate::tests {
 
 inline constexpr int kSteps = 200, kStandsFrom = 160, kHoldsVolumeFrom = 80;
+// Between these steps the finger is not sent, and the jaws are open; they close anew on tissue that others hold.
+inline constexpr int kFingerIsAway[] = {107, 113}, kJawsAreOpen[] = {92, 98};
+inline constexpr std::int32_t kIdOfFinger = 3, kIdOfGrip = 4, kIdOfJaws = 5, kIdOfNeedle = 6;
 inline constexpr double kStepTime = 1e-3;
 inline constexpr double kPairFriction = 0.3, kFingerFriction = 0.4, kFingerRadius = 0.004;
 
