@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 constexpr double kLength = 3e-3;  // m: what errors of places are a share of, about the largest displacement
 constexpr double kRaised =
     0.05e-3;  // m, by which a dent may raise the surface beside a disc, where the mesh shows more of it than there is
-constexpr double kSlack = 0.6e-3;  // m, more than any of these scenes has
+constexpr double kSlack = 1e-3;    // m, more than any of these scenes has
 constexpr double kNoForce = 1e-6;  // N: a force below has no direction
 
 Vec3 vec(const Vector3d& v) {
@@ -82,9 +82,19 @@ Vector3d Referee::place(std::int32_t triangle, const double* k, const VectorXd& 
   return sum;
 }
 
-// The surface at rest as the runtime measures it; made when it is first asked for, because under LARGE the first step tells where rest is.
-Vector3d Referee::smooth_normal(std::int32_t triangle, const double* k) const {
-  return vector(measure_.outward(surface_point_of(triangle, k)));
+// Between the normals of the nodes, at rest; of a hyperelastic body, which the laws follow, as the step has deformed it.
+Vector3d Referee::smooth_normal(const palpate_contact& contact) {
+  const SurfacePoint at = surface_point_of(contact.triangle, contact.barycentric);
+  if (of_.def.deformation == PALPATE_DEFORMATION_LINEAR) return vector(measure_.outward(at));
+  std::vector<double> deformed = position_;
+  for (std::size_t i = 0; i < deformed.size(); ++i) deformed[i] += organs_[0].u[static_cast<Eigen::Index>(i)];
+  SceneMemory memory{palpate_allocator{}};
+  SurfaceMeasure measure;
+  measure.build(memory, deformed.data(), body_.touched.body.surface_nodes, triangles_.data(),
+                static_cast<std::int32_t>(triangles_.size() / 3));
+  const Vector3d normal = vector(measure.outward(at));
+  memory.release_all();
+  return normal;
 }
 
 // m/N, what the mesh does not resolve below the contact's disc.
@@ -358,7 +368,7 @@ void Referee::check_contact(const Organ& organ, const palpate_contact& contact) 
 // section 6): the tissue then stays behind its target, by less than kSlack. It is never pushed beyond it.
 void Referee::check_law(const palpate_contact& contact, const Vector3d& ahead, const Vector3d& force) {
   const bool is_grip = contact.point >= stage_.tool(contact.tool).point_count;
-  const Vector3d out = smooth_normal(contact.triangle, contact.barycentric);
+  const Vector3d out = smooth_normal(contact);
   const double pushed = -force.dot(out);
   const std::pair<int, int> key(contact.tool_id, contact.point);
   const bool stuck = stuck_[key];

@@ -54,7 +54,7 @@ class Referee {
   palpate_step_flags of_response_range() const { return PALPATE_STEP_RESPONSE_RANGE; }
   Eigen::Vector3d rest(std::int32_t n) const { return rest_.segment<3>(3 * n); }
   Eigen::Vector3d place(std::int32_t triangle, const double* k, const Eigen::VectorXd& u) const;
-  Eigen::Vector3d smooth_normal(std::int32_t triangle, const double* k) const;
+  Eigen::Vector3d smooth_normal(const palpate_contact& contact);
   Eigen::Matrix3d local_of_disc(const palpate_contact& contact);
 
   void check_shape(Organ& organ, int k);
