@@ -42,7 +42,8 @@ class Motions {
   // The constraints of the step with the targets that are left for contacts, until the next call. Cost: for each contact node 3
   // multiply-adds for each motion.
   const ContactConstraints& acting(const ContactConstraints& set);
-  // After a solve: whether held volumes are missed. Their pressures are then new, and the step is to be solved again.
+  // After a solve: whether held volumes are missed. Their pressures are then new, and the step is to be solved again. After the last one:
+  // false, and SOLVE_INEXACT in *flags where they are far off.
   bool follow_volumes(const ContactConstraints& set, const Vec3* force, int solve, std::uint32_t* flags);
   bool holds_volumes() const { return pumps_ > 0; }
   // After the last solve.
