@@ -90,11 +90,6 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.dent != PALPATE_DENT_OFF;
 }
 
-// Strain and stress are told, and meshes carried along.
-[[maybe_unused]] static bool has_inside(const palpate_scene_def& def) {
-  return kHasEffects && def.inside != PALPATE_INSIDE_OFF;
-}
-
 // Links hold places of the organ together.
 [[maybe_unused]] static bool has_links(const palpate_scene_def& def) {
   return kHasEffects && def.max_links > 0;
@@ -138,8 +133,7 @@ constexpr bool kHasEffects = true;
           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
           def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh || def.fine_surface ||
           def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.needles || def.motions ||
-          def.dent != PALPATE_DENT_OFF || def.inside != PALPATE_INSIDE_OFF ||
-          def.deformation != PALPATE_DEFORMATION_LINEAR);
+          def.dent != PALPATE_DENT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 
 }  // namespace palpate

@@ -5,6 +5,8 @@
 #include <cstring>
 
 #include "runtime/base/host_struct.h"
+#include "runtime/scene/body_reader.h"
+#include "runtime/scene/effect_build.h"
 #include "runtime/scene/needs.h"
 #include "runtime/scene/section_reader.h"
 #include "runtime/scene/state.h"
@@ -421,54 +423,6 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   return PALPATE_OK;
 }
 
-// The mesh of the bundle's body, its element and the law of each region; without what stiffens and what is held. laws: [regions].
-palpate_status read_body(const SectionReader& reader, const char* effect, HyperelasticBody* body, TissueLaw* laws) {
-  const double *young = nullptr, *poisson = nullptr;
-  palpate_status status = reader.map(SectionId::nodes, &body->nodes);
-  if (status == PALPATE_OK) status = reader.map(SectionId::young, &young);
-  if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &poisson);
-  if (status != PALPATE_OK) return status;
-  for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
-    if (!(young[r] > 0 && young[r] <= 1e15 && poisson[r] > -1 && poisson[r] < 0.5))
-      return reader.not_usable(SectionId::young, r);
-    laws[r] = {young[r] / (2 * (1 + poisson[r])), young[r] / (3 * (1 - 2 * poisson[r])), 0};
-  }
-  StoredElement element = StoredElement::p1;
-  if ((status = read_element(reader.bundle(), &element, reader.error())) != PALPATE_OK) return status;
-  if (element == StoredElement::p2_p0)
-    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                "%s: expected a bundle of the elements p1 or p1-anp, found p2-p0; rebuild it with one of them", effect);
-  body->nodal_dilatation = element == StoredElement::p1_anp;
-  body->laws = laws;
-  body->node_count = static_cast<std::int32_t>(reader.counts().nodes);
-  body->tetrahedron_count = static_cast<std::int32_t>(reader.counts().tetrahedra);
-  body->region_count = static_cast<std::int32_t>(reader.counts().regions);
-  for (std::int64_t i = 0; i < 3 * static_cast<std::int64_t>(body->node_count); ++i)
-    if (!(std::fabs(body->nodes[i]) <= 1e6)) return reader.not_usable(SectionId::nodes, static_cast<std::uint64_t>(i));
-  return PALPATE_OK;
-}
-
-// What large deformation asks of each region beyond the moduli.
-palpate_status read_stiffening(const SectionReader& reader, const char* effect, TissueLaw* laws) {
-  const double* stiffening = nullptr;
-  if (const palpate_status status = reader.map_for(effect, SectionId::large_stiffening, &stiffening)) return status;
-  for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
-    if (!(stiffening[r] >= 0 && stiffening[r] <= 1e4)) return reader.not_usable(SectionId::large_stiffening, r);
-    laws[r].stiffening = stiffening[r];
-  }
-  return PALPATE_OK;
-}
-
-// of_arrays: takes the checked copies of the tetrahedra and their regions.
-palpate_status read_tetrahedra(const SectionReader& of_arrays, HyperelasticBody* body) {
-  using Sections = formats::IndexedSections;
-  const std::uint64_t count = of_arrays.counts().tetrahedra;
-  if (const palpate_status status =
-          of_arrays.copy_indices(SectionId::tetrahedra, 4 * count, &Sections::tetrahedra, &body->tetrahedra))
-    return status;
-  return of_arrays.copy_indices(SectionId::region, count, &Sections::region, &body->region);
-}
-
 palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* body, TissueLaw* laws) {
   const char* const effect = "deformation LARGE";
   palpate_status status = read_body(reader, effect, body, laws);
@@ -759,39 +713,6 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
   return PALPATE_OK;
 }
 
-// ---- the inside ------------------------------------------------------------------------------------------------------
-
-palpate_status build_inside(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
-                            InsideField& inside) {
-  const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
-  const char* const effect = "inside ON";
-  const bool large = def.deformation != PALPATE_DEFORMATION_LINEAR;
-  HyperelasticBody body;
-  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
-  if (!laws) return reader.no_memory("inside");
-  const double* preload = nullptr;
-  palpate_status status = read_body(reader, effect, &body, laws);
-  if (status == PALPATE_OK && large) status = read_stiffening(reader, effect, laws);
-  if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, &body);
-  if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
-  if (status != PALPATE_OK) return status;
-  double gradient[3][3];
-  for (std::int32_t e = 0; e < body.tetrahedron_count; ++e)
-    if (!(shape_gradients(body, e, gradient) > 0))
-      return reader.not_usable(SectionId::tetrahedra, 4 * static_cast<std::uint64_t>(e));
-  for (std::int64_t i = 0; preload && i < 3 * static_cast<std::int64_t>(body.node_count); ++i)
-    if (!(std::fabs(preload[i]) <= 1e6))
-      return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
-  return inside.create(reader.memory(), body, large, preload) ? PALPATE_OK : reader.no_memory("inside");
-}
-
-palpate_status build_inside(const SectionReader& reader, const palpate_scene_def& def, InsideField& inside) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = build_inside(reader, def, scratch, inside);
-  scratch.release_all();
-  return status;
-}
-
 // ---- the render mesh -------------------------------------------------------------------------------------------------
 
 // triangles: nullptr where the touch half has none. scratch: memory that the binding alone needs.
@@ -891,9 +812,47 @@ palpate_status check_contact_nodes(const palpate_scene_def& def, palpate_error* 
       has_grasps(def) ? static_cast<int>(def.max_tools) : 0);
 }
 
+palpate_status refuse_missing_effects(palpate_error* error) {
+  return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
+}
+
+// ---- the effects of the list -----------------------------------------------------------------------------------------
+
+palpate_status check_key(const EffectKey& key, const palpate_scene_def& def, palpate_error* error) {
+  if (key.type == EffectKey::Type::numbers) return PALPATE_OK;
+  const int number = key.number(def);
+  if (number >= key.least && number <= key.most) return PALPATE_OK;
+  if (key.type == EffectKey::Type::choice)
+    return fail(
+        error, PALPATE_ERROR_ARGUMENT, 0,
+        "palpate_scene_def: %s has a value that palpate.h does not list; start from palpate_default_scene_def()",
+        key.name);
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s must be %d %s %d", key.name, key.least,
+              key.type == EffectKey::Type::flag ? "or" : "..", key.most);
+}
+
+palpate_status check_effect(const Effect& effect, const palpate_scene_def& def, palpate_error* error) {
+  for (const EffectKey& key : effect.keys)
+    if (const palpate_status status = check_key(key, def, error)) return status;
+  if (!effect.is_on(def)) return PALPATE_OK;
+  if (!kHasEffects) return refuse_missing_effects(error);
+  const char* wrong = nullptr;
+  for (const EffectNeed& need : effect.needs)
+    if (!wrong && !need.is_met(def)) wrong = need.reason;
+  if (!wrong && effect.check) wrong = effect.check(def);
+  return wrong ? fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", wrong) : PALPATE_OK;
+}
+
+palpate_status build_effect(SectionReader& reader, palpate_scene& scene, std::int32_t e) {
+  EffectBuild build = {reader, scene, pass_of_effect(e), nullptr};
+  const palpate_status status = scene.effects[e].effect->build(build);
+  scene.effects[e].state = build.state;
+  return status;
+}
+
 }  // namespace
 
-palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* error) {
+palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects, palpate_error* error) {
   const auto bad = [&](const char* what) {
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", what);
   };
@@ -902,7 +861,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
       !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.queries, PALPATE_QUERIES_ON) ||
       !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.dent, PALPATE_DENT_DISCS) ||
-      !is_one_of(def.inside, PALPATE_INSIDE_ON) || !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
+      !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
     return bad("relaxation.model has a value that palpate.h does not list");
@@ -944,8 +903,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
-  if (def.inside != PALPATE_INSIDE_OFF && def.shape != PALPATE_SHAPE_VOLUME)
-    return bad("inside needs the displacements of all nodes: take shape VOLUME, or leave inside OFF");
   if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
   if (def.dent != PALPATE_DENT_OFF &&
       (!def.render_mesh || def.contact != PALPATE_CONTACT_PATCH || def.report == PALPATE_REPORT_OFF))
@@ -959,8 +916,9 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
     return bad(
         "deformation LARGE is right at any depth without the measured response; leave force and radial at their "
         "defaults, or take deformation LINEAR");
-  if (asks_for_missing_effects(def))
-    return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
+  for (const Effect* effect : effects)
+    if (const palpate_status status = check_effect(*effect, def, error)) return status;
+  if (asks_for_missing_effects(def)) return refuse_missing_effects(error);
   return PALPATE_OK;
 }
 
@@ -1037,15 +995,18 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return build_shape(reader, def, scene.tensors.compliance != nullptr, shape); });
   step(def.radial != PALPATE_RADIAL_OFF, unused,
        [&] { return read_curve(reader, "radial RESPONSE", SectionId::response_radial, 0, &shape.radial); });
-  step(has_inside(def), use.inside, [&] { return build_inside(reader, def, scene.inside); });
+  for (std::int32_t e = 0; e < scene.effect_count; ++e) {
+    EffectInScene& on = scene.effects[e];
+    step(true, on.bytes, [&] { return build_effect(reader, scene, e); });
+  }
   step(scene.memory.failed(), unused, [&] { return reader.no_memory(); });
   // Whatever failed before: if the file was cut meanwhile, that is the reason.
   if (bundle.is_lost())
     status = fail(error, PALPATE_ERROR_TRUNCATED, 0,
                   "the bundle's file became shorter or was written over while it was read");
   if (status != PALPATE_OK) return status;
-  scene.plan = make_plan(def, bundle, use, scene.watch);
-  scene.definition = definition_of(def, scene.memory, touch.fine.identity());
+  make_plan(scene, use);
+  scene.definition = definition_of(scene);
   if (const palpate_status bounded = state_work_bounds(scene, error)) return bounded;
   log_scene(scene, use);
   return status;

@@ -58,8 +58,6 @@ class PassWork {
         return skin();
       case Pass::dent:
         return dent();
-      case Pass::inside:
-        return inside();
       case Pass::count:
         break;
     }
@@ -121,11 +119,6 @@ class PassWork {
     return {12 * vertices, 0, 50 * discs + 2 * vertices + discs * scene_.skin.vertices_near_a_disc() * 60};
   }
 
-  palpate_pass_work inside() const {
-    const double tetrahedra = scene_.inside.tetrahedra(), nodes = scene_.inside.nodes();
-    return {0, 0, 50 * tetrahedra + 50 * nodes};
-  }
-
   palpate_pass_work superposition() const {
     const Tensors& tensors = scene_.tensors;
     const DisplacementRows& interior = scene_.shape.interior;
@@ -154,5 +147,8 @@ palpate_pass_work palpate_predict_pass(const palpate_scene* scene, int32_t pass,
   for (std::int32_t id = 0; id < palpate::kPasses; ++id)
     if (scene->watch.index_in_plan[id] == pass)
       return palpate::PassWork(*scene, sent).of(static_cast<palpate::Pass>(id));
+  for (std::int32_t e = 0; e < scene->effect_count; ++e)
+    if (scene->watch.index_in_plan[palpate::kPasses + e] == pass)
+      return scene->effects[e].effect->pass.predict(*scene, sent);
   return palpate_pass_work{};
 }

@@ -26,13 +26,8 @@ palpate_status refuse_without_motions(palpate_error* error) {
 }  // namespace
 }  // namespace palpate
 
-palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
-                                    palpate_error* error) {
-  return palpate::create_scene(bundle, def, {}, scene, error);
-}
-
-palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, PartOfWorld part,
-                                     palpate_scene** scene, palpate_error* error) {
+palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects,
+                                     PartOfWorld part, palpate_scene** scene, palpate_error* error) {
   if (scene) *scene = nullptr;
   if (!bundle || !def || !scene)
     return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle, def and scene must not be NULL");
@@ -41,7 +36,7 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   *error = palpate_error{};
   palpate_scene_def wanted = palpate_default_scene_def();
   if (const palpate_status status = palpate::read_host_struct("scene_def", def, &wanted, error)) return status;
-  if (const palpate_status status = palpate::check_scene_def(wanted, error)) return status;
+  if (const palpate_status status = palpate::check_scene_def(wanted, effects, error)) return status;
   wanted.max_contact_nodes = palpate::contact_nodes_for(wanted) + palpate::contact_nodes_for(wanted, part);
   palpate::SceneMemory own(wanted.allocator);
   void* memory =
@@ -49,6 +44,8 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the scene");
   palpate_scene* created = new (memory) palpate_scene(wanted, *bundle);
   created->touch.most_pairs = part.pairs, created->touch.most_world_links = part.links;
+  for (const Effect* effect : effects)
+    if (effect->is_on(wanted)) created->effects[created->effect_count++].effect = effect;
   const palpate_status status = palpate::build_scene(*created, error);
   if (status != PALPATE_OK) {
     palpate_scene_destroy(created);

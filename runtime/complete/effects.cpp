@@ -1,0 +1,19 @@
+#include "runtime/complete/effects.h"
+
+#include "runtime/inside/effect.h"
+#include "runtime/scene/build_scene.h"
+
+namespace palpate {
+
+EffectList all_effects() {
+  static constexpr const Effect* kAll[] = {&inside_effect};
+  static_assert(std::size(kAll) <= kMostEffects);
+  return kAll;
+}
+
+}  // namespace palpate
+
+palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
+                                    palpate_error* error) {
+  return palpate::create_scene(bundle, def, palpate::all_effects(), {}, scene, error);
+}

@@ -1,0 +1,91 @@
+// The descriptor of an effect: all that a scene has to know about it. A scene is built from a list of descriptors, and the builder, the
+// plan, the predicted costs and saved states go through that list and name no effect. CONTRIBUTING.md says how to add one.
+//
+// A descriptor is constant data. Whoever leaves it out of the list that it passes to create_scene() does not link the effect's code.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+#include "runtime/base/passes.h"
+#include "runtime/scene/section_list.h"
+
+struct palpate_scene;
+
+namespace palpate {
+
+struct EffectBuild;  // effect_build.h
+
+// A field of palpate_scene_def that belongs to an effect. Its default is the one in palpate_default_scene_def().
+struct EffectKey {
+  enum class Type {
+    choice,   // one of `words`, as its index
+    flag,     // 0 or 1
+    count,    // a whole number
+    numbers,  // one or several of type double
+  };
+  const char* name;  // of the field
+  std::size_t at, bytes;
+  Type type;
+  const char* unit;   // "" where it has none
+  const char* words;  // of a choice, "off, prony"; else ""
+  int least, most;    // of a choice, a flag, a count
+
+  // Of a choice, a flag, a count. A host in C may have stored any number in an enum.
+  int number(const palpate_scene_def& def) const {
+    int number = 0;
+    std::memcpy(&number, reinterpret_cast<const unsigned char*>(&def) + at, sizeof number);
+    return number;
+  }
+};
+// The first fields of an EffectKey.
+#define PALPATE_KEY(field) #field, offsetof(palpate_scene_def, field), sizeof(palpate_scene_def::field)
+#define PALPATE_KEY_IN(field, member) \
+#field "." #member, offsetof(palpate_scene_def, field.member), sizeof(decltype(palpate_scene_def::field)::member)
+
+// What an effect needs of another field of palpate_scene_def, an enum or a flag.
+struct EffectNeed {
+  std::size_t at;
+  std::uint32_t values;  // bit v: it may have the value v
+  const char* reason;    // a sentence for the host: the physical reason, and what to do
+
+  bool is_met(const palpate_scene_def& def) const {
+    int number = 0;
+    std::memcpy(&number, reinterpret_cast<const unsigned char*>(&def) + at, sizeof number);
+    return number >= 0 && number < 32 && (values >> number & 1u) != 0;
+  }
+};
+#define PALPATE_NEEDS(field) offsetof(palpate_scene_def, field)
+
+// A pass of the steps that the effect adds to the plan. What acts in the touch half is part of what a saved state depends on.
+enum class Half { touch, shape };
+struct EffectPass {
+  const char* name;
+  Half half;
+  Pass behind;  // of the core's passes
+  palpate_pass_work (*predict)(const palpate_scene& scene, const palpate_step_load& load);
+};
+
+struct Effect {
+  const char* name;
+  // The first one switches the effect on: 0 is off.
+  std::span<const EffectKey> keys;
+  std::span<const EffectNeed> needs;
+  // What keys and needs do not say: the sentence of what is wrong, or nullptr. May be nullptr.
+  const char* (*check)(const palpate_scene_def& def);
+  // The name of a pass that ran when the scene was created, and is told to have its sections and memory; nullptr: there is none, and the
+  // pass of the step has them.
+  const char* creates;
+  EffectPass pass;  // its name nullptr: there is none
+  // Adds the sections that the effect maps. May be nullptr.
+  void (*sections)(const palpate_scene_def& def, SectionList& sections);
+  // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
+  palpate_status (*build)(EffectBuild& build);
+
+  bool is_on(const palpate_scene_def& def) const { return keys[0].number(def) != 0; }
+};
+using EffectList = std::span<const Effect* const>;
+
+}  // namespace palpate
