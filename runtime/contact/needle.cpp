@@ -332,6 +332,17 @@ void Needles::take_reactions(TouchStep& step, bool solved) {
   }
 }
 
+void Needles::correct_forces(TouchStep& step) {
+  if (step.context->def.force == PALPATE_FORCE_OFF) return;
+  for (std::int32_t t = 0; t < step.state->input.count(); ++t) {
+    ToolResult& result = step.result[t];
+    if (!is_finite(result.inside_force)) continue;
+    result.raw += -1 * result.inside_force;
+    if (step.state->input.tool(t).has_torque && is_finite(result.inside_torque))
+      result.raw_torque += -1 * result.inside_torque;
+  }
+}
+
 bool Needles::note_sliding(const TouchStep& step, const ContactConstraints&, const ContactConstraint& constraint,
                            SlideEnergy::Sliding* sliding) {
   const ContactId& contact = constraint.id.contact;

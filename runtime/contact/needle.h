@@ -70,6 +70,7 @@ class Needles final : public RowSource {
   std::int32_t begin(TouchStep& step) override;
   void request(TouchStep& step) override;
   void take_reactions(TouchStep& step, bool solved) override;
+  void correct_forces(TouchStep& step) override;
   bool note_sliding(const TouchStep& step, const ContactConstraints& set, const ContactConstraint& constraint,
                     SlideEnergy::Sliding* sliding) override;
   Pass pass() const override { return Pass::needles; }

@@ -16,7 +16,7 @@ namespace {
 void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t) {
   forget_points(def, state, t, 0);
   state.last_force[t] = state.last_torque[t] = Vec3{};
-  for (std::int32_t s = 0; s < state.source_count; ++s) state.sources[s]->forget_tool(t);
+  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_tool(t);
   state.far.forget(t);
   if (state.memory) state.memory[t] = state.torque_memory[t] = PronySeries::Memory{};
 }
@@ -239,7 +239,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   if (deforms_beside(def)) state.beside.forget();
   if (uses_body_field(def)) state.body_field.forget();
   state.rows.forget();
-  for (std::int32_t s = 0; s < state.source_count; ++s) state.sources[s]->forget_rest();
+  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_rest();
   if (has_motions(def)) state.motions.forget();
   if (reports_contacts(def)) state.report.forget();
   state.step = 0;

@@ -70,7 +70,12 @@ struct TouchState {
   static constexpr std::int32_t kMostSources = 4;
   RowSource* sources[kMostSources] = {};
   std::int32_t source_count = 0;
-  void ask(RowSource* source) { sources[source_count++] = source; }
+  void ask(RowSource* source) { sources[source_count++] = source, add(source); }
+  // What else acts in a step, and those sources, in the order in which they act.
+  static constexpr std::int32_t kMostParts = kMostEffects + 1;
+  StepPart* parts[kMostParts] = {};
+  std::int32_t part_count = 0;
+  void add(StepPart* part) { parts[part_count++] = part; }
   ToolContacts tools;
   Grasps grasps;    // where tools may grasp
   Needles needles;  // where tools may have needles

@@ -832,9 +832,10 @@ palpate_status check_key(const EffectKey& key, const palpate_scene_def& def, pal
 }
 
 palpate_status check_effect(const Effect& effect, const palpate_scene_def& def, palpate_error* error) {
+  if (const palpate_status status = check_key(effect.keys[0], def, error)) return status;
+  if (!effect.is_on(def)) return PALPATE_OK;
   for (const EffectKey& key : effect.keys)
     if (const palpate_status status = check_key(key, def, error)) return status;
-  if (!effect.is_on(def)) return PALPATE_OK;
   if (!kHasEffects) return refuse_missing_effects(error);
   const char* wrong = nullptr;
   for (const EffectNeed& need : effect.needs)
