@@ -60,11 +60,6 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.radial != PALPATE_RADIAL_OFF;
 }
 
-// Forces relax while a displacement is held.
-[[maybe_unused]] static bool relaxes(const palpate_scene_def& def) {
-  return kHasEffects && def.relaxation.model != PALPATE_RELAXATION_OFF;
-}
-
 // The organ is a hyperelastic body under large displacements.
 [[maybe_unused]] static bool deforms_largely(const palpate_scene_def& def) {
   return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE;
@@ -131,9 +126,8 @@ constexpr bool kHasEffects = true;
   return !kHasEffects &&
          (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
-          def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh || def.fine_surface ||
-          def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.needles || def.motions ||
-          def.dent != PALPATE_DENT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
+          def.render_mesh || def.fine_surface || def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps ||
+          def.needles || def.motions || def.dent != PALPATE_DENT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 
 }  // namespace palpate

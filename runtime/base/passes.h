@@ -19,7 +19,6 @@ enum class Pass : std::int32_t {
   grasps,
   needles,
   force,
-  relaxation,
   output,
   report,
   deform,

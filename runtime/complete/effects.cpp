@@ -1,12 +1,13 @@
 #include "runtime/complete/effects.h"
 
 #include "runtime/inside/effect.h"
+#include "runtime/relaxation/effect.h"
 #include "runtime/scene/build_scene.h"
 
 namespace palpate {
 
 EffectList all_effects() {
-  static constexpr const Effect* kAll[] = {&inside_effect};
+  static constexpr const Effect* kAll[] = {&relaxation_effect, &inside_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 }

@@ -18,7 +18,6 @@ void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t
   state.last_force[t] = state.last_torque[t] = Vec3{};
   for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_tool(t);
   state.far.forget(t);
-  if (state.memory) state.memory[t] = state.torque_memory[t] = PronySeries::Memory{};
 }
 
 // ---- input -----------------------------------------------------------------------------------------------------------

@@ -28,7 +28,6 @@
 #include "runtime/surface/fine_surface.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_measure.h"
-#include "runtime/tissue/relaxation.h"
 #include "runtime/tissue/response_curve.h"
 
 namespace palpate {
@@ -92,9 +91,6 @@ struct TouchState {
   double* node_reach =
       nullptr;  // [surface nodes] m / sqrt(J), as surface_tree.h explains, where there may be such pairs
   std::int32_t field_nodes = 0;  // whose displacements a step writes: under large deformation, else 0
-  PronySeries relaxation;
-  PronySeries::Memory* memory = nullptr;         // [max_tools]
-  PronySeries::Memory* torque_memory = nullptr;  // [max_tools]
   ResponseCurve response;
   ContactReport report;                 // where the scene reports its contacts
   Vec3* force = nullptr;                // [max_contact_nodes] N, f of each contact node

@@ -655,15 +655,6 @@ palpate_status build_report(const SectionReader& reader, const palpate_scene_def
              : reader.no_memory("report");
 }
 
-palpate_status build_relaxation(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  touch.relaxation.set(def.relaxation);
-  touch.memory = reader.memory().array<PronySeries::Memory>(static_cast<std::size_t>(def.max_tools));
-  reader.memory().keep_array(touch.memory, static_cast<std::size_t>(def.max_tools));
-  touch.torque_memory = reader.memory().array<PronySeries::Memory>(static_cast<std::size_t>(def.max_tools));
-  reader.memory().keep_array(touch.torque_memory, static_cast<std::size_t>(def.max_tools));
-  return touch.memory && touch.torque_memory ? PALPATE_OK : reader.no_memory("relaxation");
-}
-
 // ---- the queries -----------------------------------------------------------------------------------------------------
 
 palpate_status build_queries(const SectionReader& reader, const palpate_scene_def& def, const TouchState& touch,
@@ -864,13 +855,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
       !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.dent, PALPATE_DENT_DISCS) ||
       !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
-  if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
-    return bad("relaxation.model has a value that palpate.h does not list");
-  if (def.relaxation.model == PALPATE_RELAXATION_PRONY) {
-    if (def.force == PALPATE_FORCE_OFF) return bad("relaxation acts on a force, and force is OFF");
-    if (!PronySeries().set(def.relaxation))
-      return bad("relaxation needs 1 .. 8 terms, shares of 0 and above that sum to less than 1, and times above 0 s");
-  }
   if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
   if (def.max_contact_nodes < 0 || def.max_contact_nodes > kMostContactNodes)
@@ -990,8 +974,6 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
-  step(def.relaxation.model != PALPATE_RELAXATION_OFF, use.relaxation,
-       [&] { return build_relaxation(reader, def, touch); });
   step(def.shape != PALPATE_SHAPE_OFF, use.shape,
        [&] { return build_shape(reader, def, scene.tensors.compliance != nullptr, shape); });
   step(def.radial != PALPATE_RADIAL_OFF, unused,

@@ -195,8 +195,6 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
   const bool responds = def.force == PALPATE_FORCE_RESPONSE;
   step(def.force != PALPATE_FORCE_OFF, Pass::force, responds ? "force: response" : "force: linear", "touch",
        responds ? sections.response(SectionId::response_force) : none);
-  step(def.relaxation.model != PALPATE_RELAXATION_OFF, Pass::relaxation, "relaxation: prony", "touch", none,
-       memory.relaxation);
   step(true, Pass::output, "output", "touch", none);
   step(def.report != PALPATE_REPORT_OFF, Pass::report, "report: contacts", "touch", sections.surface(), memory.report);
 

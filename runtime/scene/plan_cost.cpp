@@ -36,8 +36,6 @@ class PassWork {
         return {
             0, 0,
             10 + (scene_.def.force == PALPATE_FORCE_RESPONSE ? 2.0 * scene_.touch.response.ratio_count() * tools : 0)};
-      case Pass::relaxation:
-        return {0, 0, 15.0 * scene_.def.relaxation.terms * tools};
       case Pass::output:
         return {0, 0, 25 + 3 * tools + nodes};
       case Pass::report:

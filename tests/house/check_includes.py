@@ -67,7 +67,8 @@ runtime/shape/: LAYOUT runtime/include/ runtime/shape/ runtime/surface/ runtime/
 runtime/device/: LAYOUT runtime/include/ runtime/device/ runtime/base/:
 runtime/scene/: LAYOUT runtime/include/ runtime/scene/ runtime/shape/ runtime/query/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/query/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/query/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/relaxation/: LAYOUT runtime/include/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/query/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/inside/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/query/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/complete/ runtime/scene/ runtime/shape/ runtime/query/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/include/: palpate.h: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate
