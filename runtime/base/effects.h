@@ -80,11 +80,6 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.report != PALPATE_REPORT_OFF;
 }
 
-// The render mesh meets the discs of the contacts.
-[[maybe_unused]] static bool draws_dents(const palpate_scene_def& def) {
-  return kHasEffects && def.dent != PALPATE_DENT_OFF;
-}
-
 // Links hold places of the organ together.
 [[maybe_unused]] static bool has_links(const palpate_scene_def& def) {
   return kHasEffects && def.max_links > 0;
@@ -126,8 +121,8 @@ constexpr bool kHasEffects = true;
   return !kHasEffects &&
          (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
-          def.render_mesh || def.fine_surface || def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps ||
-          def.needles || def.motions || def.dent != PALPATE_DENT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
+          def.fine_surface || def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.needles ||
+          def.motions || def.dent != PALPATE_DENT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 
 }  // namespace palpate

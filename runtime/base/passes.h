@@ -25,8 +25,6 @@ enum class Pass : std::int32_t {
   superposition,
   radial,
   positions,
-  skin,
-  dent,
   count
 };
 constexpr std::int32_t kPasses = static_cast<std::int32_t>(Pass::count);

@@ -1,13 +1,16 @@
 #include "runtime/complete/effects.h"
 
 #include "runtime/inside/effect.h"
+#include "runtime/query/effect.h"
 #include "runtime/relaxation/effect.h"
 #include "runtime/scene/build_scene.h"
+#include "runtime/skin/effect.h"
 
 namespace palpate {
 
 EffectList all_effects() {
-  static constexpr const Effect* kAll[] = {&relaxation_effect, &inside_effect};
+  static constexpr const Effect* kAll[] = {&relaxation_effect, &queries_effect, &skin_effect, &dent_effect,
+                                           &inside_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 }

@@ -67,6 +67,7 @@ constinit const Effect inside_effect = {
     .keys = kKeys,
     .needs = kNeeds,
     .check = nullptr,
+    .uses = 0,
     .creates = "tetrahedra of the inside",
     .pass = {"inside: strain and stress", Half::shape, Pass::positions, predict},
     .sections = add_sections,

@@ -81,6 +81,7 @@ constinit const Effect relaxation_effect = {
     .keys = kKeys,
     .needs = kNeeds,
     .check = check,
+    .uses = 0,
     .creates = nullptr,
     .pass = {"relaxation: prony", Half::touch, Pass::force, predict},
     .sections = nullptr,

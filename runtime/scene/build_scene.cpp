@@ -10,6 +10,7 @@
 #include "runtime/scene/needs.h"
 #include "runtime/scene/section_reader.h"
 #include "runtime/scene/state.h"
+#include "runtime/scene/surface_trees.h"
 #include "runtime/surface/surface_tissue.h"
 
 namespace palpate {
@@ -197,23 +198,6 @@ palpate_status bind_fine_surface(const SectionReader& reader, const palpate_scen
   return status;
 }
 
-const FineSurface* fine_surface_of(const TouchState& touch) {
-  return touch.fine.bound() ? &touch.fine : nullptr;
-}
-
-// An upper bound of the largest eigenvalue of a symmetric positive semidefinite matrix, at most 7 % above it:
-// (trace C^16)^(1/16).
-double eigenvalue_bound(Mat3 c) {
-  const double size = c.m[0][0] + c.m[1][1] + c.m[2][2];
-  if (!(size > 0)) return 0;
-  for (auto& row : c.m)
-    for (double& x : row) x /= size;
-  for (int i = 0; i < 4; ++i) c = c * c;
-  double bound = c.m[0][0] + c.m[1][1] + c.m[2][2];
-  for (int i = 0; i < 4; ++i) bound = std::sqrt(bound);
-  return size * bound;
-}
-
 // ---- motions ---------------------------------------------------------------------------------------------------------
 
 palpate_status read_motion_rows(const SectionReader& reader, SectionId id, std::int32_t nodes, MotionRows* out) {
@@ -264,61 +248,12 @@ const Motions* motions_of(const palpate_scene_def& def, const TouchState& touch)
   return has_motions(def) ? &touch.motions : nullptr;
 }
 
-// Lets each node reach at least as far as the motions' norm, their length over the surface divided by the largest reach, moves it.
-void reach_motions(const MotionRows& rows, double largest, double* reach) {
-  for (std::int32_t m = 0; m < rows.count; ++m)
-    for (std::int32_t n = 0; n < rows.nodes && rows.longest[m] > 0; ++n)
-      reach[n] = std::max(reach[n], largest * (length(rows.at(m, n)) / rows.longest[m]) * (1 + 1e-6));
-}
-
-// How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Under large
-// deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same. of_nodes:
-// [surface nodes] takes the reaches; nullptr: nobody does.
-bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                 const std::int32_t* touchable, const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree,
-                 double* same, double* of_nodes = nullptr) {
-  SceneMemory scratch = reader.memory().of_same_host();
-  const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
-  double* const reach = scratch.array<double>(count);
-  if (reach) {
-    double most = 0;
-    std::fill(reach, reach + count, -1.0);
-    for (std::int32_t k = 0; k < tensors.columns && !deforms_largely(def); ++k) {
-      Mat3 compliance;
-      self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(k), &compliance);
-      reach[touchable[k]] = std::sqrt(eigenvalue_bound(compliance));
-      most = std::max(most, reach[touchable[k]]);
-    }
-    std::replace(reach, reach + count, -1.0, deforms_largely(def) ? 1 : most);
-    *same = most > 0 ? most : 1;
-    if (deforms_beside(def)) std::fill(reach, reach + count, *same);
-    reach_motions(motions, *same, reach);
-    if (of_nodes) std::copy(reach, reach + count, of_nodes);
-    if (!fine) tree.set_reach(reach);
-  }
-  double* const of_vertex = fine ? scratch.array<double>(static_cast<std::size_t>(fine->vertex_count())) : nullptr;
-  if (reach && of_vertex) {
-    for (std::int32_t v = 0; v < fine->vertex_count(); ++v) of_vertex[v] = fine->reach(v, reach);
-    tree.set_reach(of_vertex);
-  }
-  const bool made = !scratch.failed();
-  scratch.release_all();
-  return made;
-}
-
-// Of the surface that tools meet.
-bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
-                SurfaceTree& tree) {
-  const FineSurface& fine = touch.fine;
-  return fine.bound() ? tree.build(memory, fine.rest(), fine.vertex_count(), fine.triangles(), fine.triangle_count())
-                      : tree.build(memory, touch.rest, nodes, touch.triangles, triangles);
-}
-
-palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, std::uint32_t uses,
+                                  TouchState& touch) {
   DisplacementField& field = touch.displacement;
   field.offset_by(motions_of(def, touch), deforms_beside(def) ? &touch.beside.added() : nullptr);
   if (uses_body_field(def)) field.follow(&touch.body_field);
-  const bool asked = asks_for_displacements(def) || touch.most_world_links > 0;
+  const bool asked = asks_for_displacements(def) || (uses & kUsesDisplacements) != 0;
   return !asked || field.create(reader.memory(), def.max_contact_nodes) ? PALPATE_OK : reader.no_memory("displacement");
 }
 
@@ -534,33 +469,35 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
 }
 
 // Nodes whose displacements the contacts of a step hold.
-std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene_def& def) {
+std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene& scene) {
   const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes),
-                     of_shape[] = {def.queries == PALPATE_QUERIES_OFF ? 0 : reader.surface_nodes(),
-                                   reader.surface_nodes(), nodes};
-  return of_shape[def.shape];
+                     of_shape[] = {scene.uses & kUsesHeldSurface ? reader.surface_nodes() : 0, reader.surface_nodes(),
+                                   nodes};
+  return of_shape[scene.def.shape];
 }
 
 // After the surface and the limits of contacts are known.
-palpate_status connect_deforming_body(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
-                                      ShapeState& shape) {
+palpate_status connect_deforming_body(const SectionReader& reader, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  TouchState& touch = scene.touch;
   if (def.law != PALPATE_LAW_STICKING && !touch.body.follow_normals(reader.memory(), touch.rest, reader.surface_nodes(),
                                                                     touch.triangles, reader.triangles()))
     return reader.no_memory("deformation");
   if (uses_body_field(def) &&
       !touch.body_field.create(reader.memory(), &touch.body, most_constraints(def), reader.surface_nodes()))
     return reader.no_memory("deformation");
-  touch.field_nodes = shape.field_nodes = field_nodes_of(reader, def);
+  touch.field_nodes = scene.shape.field_nodes = field_nodes_of(reader, scene);
   return PALPATE_OK;
 }
 
-palpate_status connect_body_beside(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
-                                   ShapeState& shape) {
+palpate_status connect_body_beside(const SectionReader& reader, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  TouchState& touch = scene.touch;
   BodyBeside::Limits limits;
   limits.nodes = def.max_contact_nodes, limits.constraints = most_constraints(def);
   limits.surface_nodes = reader.surface_nodes();
-  limits.field_nodes = std::max(reader.surface_nodes(), field_nodes_of(reader, def));
-  touch.field_nodes = shape.field_nodes = field_nodes_of(reader, def);
+  limits.field_nodes = std::max(reader.surface_nodes(), field_nodes_of(reader, scene));
+  touch.field_nodes = scene.shape.field_nodes = field_nodes_of(reader, scene);
   const auto follow = [&](auto& body) {
     return body.follow_normals(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles,
                                reader.triangles());
@@ -655,19 +592,6 @@ palpate_status build_report(const SectionReader& reader, const palpate_scene_def
              : reader.no_memory("report");
 }
 
-// ---- the queries -----------------------------------------------------------------------------------------------------
-
-palpate_status build_queries(const SectionReader& reader, const palpate_scene_def& def, const TouchState& touch,
-                             const Tensors& tensors, const std::int32_t* touchable, SurfaceQuery& query) {
-  const FineSurface* const fine = fine_surface_of(touch);
-  double reach = 1;
-  const bool made = build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), query.tree()) &&
-                    set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(), query.tree(), &reach) &&
-                    query.create(reader.memory(), &tensors, touchable, def.max_contact_nodes, fine,
-                                 deforms_largely(def), deforms_beside(def) ? reach : 0, touch.motions.rows(), reach);
-  return made ? PALPATE_OK : reader.no_memory("queries");
-}
-
 // ---- the shape half --------------------------------------------------------------------------------------------------
 
 palpate_status build_shape(const SectionReader& reader, const palpate_scene_def& def, bool stores_compliance,
@@ -702,38 +626,6 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
   shape.field = memory.array<float>(3 * ShapeState::kChunkNodes);
   shape.tool_field = memory.array<float>(3 * ShapeState::kChunkNodes);
   return PALPATE_OK;
-}
-
-// ---- the render mesh -------------------------------------------------------------------------------------------------
-
-// triangles: nullptr where the touch half has none. scratch: memory that the binding alone needs.
-palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,
-                                const std::int32_t* triangles, SceneMemory& scratch, Skin& skin) {
-  if (!triangles)
-    if (const palpate_status status = read_triangles(reader, &triangles)) return status;
-  const double *position = nullptr, *preload = nullptr, *meshed = nullptr;
-  const float* preload_of_surface = nullptr;
-  const std::uint64_t nodes = reader.counts().surface_nodes;
-  if (const palpate_status status = reader.map(SectionId::nodes, &position)) return status;
-  if (const palpate_status status = reader.map_preload(def, &preload)) return status;
-  if (const palpate_status status = reader.sum_positions(position, nullptr, nodes, scratch, &meshed)) return status;
-  if (preload)
-    if (const palpate_status status =
-            reader.sum_positions(preload, nullptr, nodes, reader.memory(), &preload_of_surface))
-      return status;
-  palpate_render_mesh mesh = {};
-  if (const palpate_status status = read_host_struct("render_mesh", def.render_mesh, &mesh, reader.error()))
-    return status;
-  return skin.bind(reader.memory(), scratch, mesh, meshed, reader.surface_nodes(), preload_of_surface, triangles,
-                   reader.triangles(), draws_dents(def), reader.error());
-}
-
-palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,
-                                const std::int32_t* triangles, Skin& skin) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = bind_render_mesh(reader, def, triangles, scratch, skin);
-  scratch.release_all();
-  return status;
 }
 
 // ---- what the host's log is told -----------------------------------------------------------------------------------
@@ -851,8 +743,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
   if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_PATCH) ||
       !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
-      !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.queries, PALPATE_QUERIES_ON) ||
-      !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.dent, PALPATE_DENT_DISCS) ||
+      !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.report, PALPATE_REPORT_CONTACTS) ||
       !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
@@ -888,12 +779,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
-  if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
-  if (def.dent != PALPATE_DENT_OFF &&
-      (!def.render_mesh || def.contact != PALPATE_CONTACT_PATCH || def.report == PALPATE_REPORT_OFF))
-    return bad(
-        "dent DISCS draws the discs of a report on a render mesh; set render_mesh, contact PATCH and report "
-        "CONTACTS, or leave dent OFF");
   if (def.fine_surface && def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF)
     return bad("tools and queries meet the fine_surface, and collision and queries are OFF");
   if (def.deformation != PALPATE_DEFORMATION_LINEAR &&
@@ -923,7 +808,6 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   const palpate_scene_def& def = scene.def;
   palpate_bundle& bundle = scene.context.bundle;
   SectionReader reader(bundle, scene.memory, error);
-  const std::int32_t* touchable = nullptr;
   TouchState& touch = scene.touch;
   ShapeState& shape = scene.shape;
 
@@ -936,41 +820,33 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
     if (wanted && status == PALPATE_OK) status = build();
     taken += scene.memory.bytes() - before;
   };
-  step(true, use.contacts,
-       [&] { return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &touchable, &scene.tensors); });
+  step(true, use.contacts, [&] {
+    return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &scene.touchable, &scene.tensors);
+  });
   step(has_needles(def), use.needles, [&] {
     ShapeState* const interior = has_interior_shape(def, bundle) ? &shape : nullptr;
-    return read_corridor(reader, touchable, &scene.corridor, interior, &scene.tensors);
+    return read_corridor(reader, scene.touchable, &scene.corridor, interior, &scene.tensors);
   });
   step(def.deformation != PALPATE_DEFORMATION_LINEAR, use.deformation,
        [&] { return make_deforming_body(reader, def, touch.body); });
-  const bool linked = touch.most_world_links > 0;
-  step(linked || needs_triangles(def), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
-  step(linked || needs_rest(def), use.surface,
+  step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
+  step(needs_rest(def, scene.uses), use.surface,
        [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
-  step(linked || needs_surface(def), use.surface, [&] { return build_surface(reader, def, touch); });
+  step(needs_surface(def, scene.uses), use.surface, [&] { return build_surface(reader, def, touch); });
   step(has_fine_surface(def), use.fine_surface, [&] { return bind_fine_surface(reader, def, touch); });
   step(has_motions(def), use.motions, [&] { return build_motions(reader, def, touch, shape); });
-  step(def.queries != PALPATE_QUERIES_OFF, use.queries,
-       [&] { return build_queries(reader, def, touch, scene.tensors, touchable, scene.query); });
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
-  step(def.render_mesh != nullptr, use.render_mesh,
-       [&] { return bind_render_mesh(reader, def, touch.triangles, scene.skin); });
-  step(draws_dents(def), use.dent, [&] {
-    return scene.skin.draw_dents(reader.memory(), &touch.measure, def.max_points) ? PALPATE_OK
-                                                                                  : reader.no_memory("dent");
-  });
-  step(true, use.contacts, [&] { return build_displacement(reader, def, touch); });
+  step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
-       [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
-  step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, touchable, touch); });
+       [&] { return build_collision(reader, def, scene.tensors, scene.touchable, touch); });
+  step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, scene.touchable, touch); });
   touch.ask(&touch.tools);
   step(has_grasps(def), use.contacts, [&] { return build_grasps(reader, def, touch); });
   step(has_needles(def), use.needles, [&] { return build_needles(reader, def, scene.tensors, touch); });
   step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
-       [&] { return connect_deforming_body(reader, def, touch, shape); });
-  step(deforms_beside(def), use.deformation, [&] { return connect_body_beside(reader, def, touch, shape); });
+       [&] { return connect_deforming_body(reader, scene); });
+  step(deforms_beside(def), use.deformation, [&] { return connect_body_beside(reader, scene); });
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });

@@ -23,6 +23,7 @@ struct EffectKey {
   enum class Type {
     choice,   // one of `words`, as its index
     flag,     // 0 or 1
+    pointer,  // NULL or the host's
     count,    // a whole number
     numbers,  // one or several of type double
   };
@@ -33,10 +34,16 @@ struct EffectKey {
   const char* words;  // of a choice, "off, prony"; else ""
   int least, most;    // of a choice, a flag, a count
 
-  // Of a choice, a flag, a count. A host in C may have stored any number in an enum.
+  // Of a choice, a flag, a count; of a pointer 1 where it is not NULL. A host in C may have stored any number in an enum.
   int number(const palpate_scene_def& def) const {
+    const auto* const field = reinterpret_cast<const unsigned char*>(&def) + at;
     int number = 0;
-    std::memcpy(&number, reinterpret_cast<const unsigned char*>(&def) + at, sizeof number);
+    const void* pointer = nullptr;
+    if (type == Type::pointer) {
+      std::memcpy(&pointer, field, sizeof pointer);
+      return pointer != nullptr;
+    }
+    std::memcpy(&number, field, sizeof number);
     return number;
   }
 };
@@ -59,6 +66,15 @@ struct EffectNeed {
 };
 #define PALPATE_NEEDS(field) offsetof(palpate_scene_def, field)
 
+// What a scene has only where something asks for it.
+enum Use : std::uint32_t {
+  kUsesRest = 1,           // positions of the surface's nodes without contacts
+  kUsesSurface = 2,        // the surface at rest, searchable
+  kUsesDisplacements = 4,  // where the nodes are after each solve (DisplacementField)
+  kUsesHeldSurface =
+      8,  // under large deformation: contacts that hold the surface's displacements, also without a shape
+};
+
 // A pass of the steps that the effect adds to the plan. What acts in the touch half is part of what a saved state depends on.
 enum class Half { touch, shape };
 struct EffectPass {
@@ -75,6 +91,7 @@ struct Effect {
   std::span<const EffectNeed> needs;
   // What keys and needs do not say: the sentence of what is wrong, or nullptr. May be nullptr.
   const char* (*check)(const palpate_scene_def& def);
+  std::uint32_t uses;  // bits of Use
   // The name of a pass that ran when the scene was created, and is told to have its sections and memory; nullptr: there is none, and the
   // pass of the step has them.
   const char* creates;

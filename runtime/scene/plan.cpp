@@ -157,11 +157,9 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
   };
   const bool has_shape = def.shape != PALPATE_SHAPE_OFF;
 
-  if (needs_surface(def)) create("rest surface in buckets", sections.rest(true), memory.surface);
+  if (needs_surface(def, scene.uses)) create("rest surface in buckets", sections.rest(true), memory.surface);
   if (def.contact == PALPATE_CONTACT_PATCH) create("tissue under a patch", sections.tissue(), memory.tissue);
   if (def.fine_surface) create("fine surface on the mesh", sections.rest(true), memory.fine_surface);
-  if (def.queries != PALPATE_QUERIES_OFF) create("surface for queries", sections.rest(true), memory.queries);
-  if (def.render_mesh) create("render mesh on the surface", sections.rest(true), memory.render_mesh);
   for (std::int32_t e = 0; e < scene.effect_count; ++e)
     if (const EffectInScene& on = scene.effects[e]; on.effect->creates)
       create(on.effect->creates, sections_of(*on.effect), on.bytes);
@@ -175,9 +173,10 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
        "touch", deformed ? sections.surface() : none, memory.collision);
   static const char* const models[] = {"contact: node", "contact: triangle", "contact: point", "contact: patch"};
   static const char* const laws[] = {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"};
-  const bool maps_triangles = needs_triangles(def) && !needs_rest(def);  // for grips in triangles alone
+  const bool maps_triangles =
+      needs_triangles(def, scene.uses) && !needs_rest(def, scene.uses);  // for grips in triangles alone
   step(true, Pass::rows, models[def.contact], "touch", maps_triangles ? sections.triangles() : none,
-       needs_surface(def) ? 0 : memory.surface);
+       needs_surface(def, scene.uses) ? 0 : memory.surface);
   static const char* const large_laws[] = {"deformation: large, sticking", "deformation: large, sliding",
                                            "deformation: large, unilateral", "deformation: large, coulomb"};
   static const char* const beside_laws[] = {"deformation: large-beside, sticking", "deformation: large-beside, sliding",
@@ -212,8 +211,6 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
   step(def.radial != PALPATE_RADIAL_OFF, Pass::radial, "radial: response", "shape",
        sections.response(SectionId::response_radial));
   step(has_shape, Pass::positions, "positions", "shape", sections.rest(false));
-  step(def.render_mesh, Pass::skin, "skin: render mesh", "shape", none);
-  step(draws_dents(def), Pass::dent, "dent: discs", "shape", none, memory.dent);
 }
 
 }  // namespace palpate

@@ -52,10 +52,6 @@ class PassWork {
                 (2.5 + 0.25 * scene_.shape.radial.ratio_count()) * scene_.shape.nodes * std::min(tools, contacts)};
       case Pass::positions:
         return {36.0 * scene_.shape.nodes, 3.0 * scene_.shape.nodes, 100};
-      case Pass::skin:
-        return skin();
-      case Pass::dent:
-        return dent();
       case Pass::count:
         break;
     }
@@ -100,21 +96,6 @@ class PassWork {
   palpate_pass_work links() const {
     const double nodes = scene_.def.contact == PALPATE_CONTACT_PATCH ? 2.0 * LinkEnd::kMostNodes : 6;
     return {0, 0, scene_.touch.links.count() * (20 + 6 * nodes * load_.nodes)};
-  }
-
-  // Every triangle adds to three bones, every vertex blends three bones.
-  palpate_pass_work skin() const {
-    const Skin& skin = scene_.skin;
-    const double vertices = skin.vertex_count(), triangles = skin.triangle_count(), nodes = skin.node_count();
-    const double floats = skin.has_normals() ? 21 : 15;  // floats read and written for each vertex
-    return {4 * (floats * vertices + 21 * triangles + 19 * nodes), 0, 9 * vertices + 12 * triangles};
-  }
-
-  // Every vertex is compared with the box around the discs; those inside look at each disc.
-  palpate_pass_work dent() const {
-    const double vertices = scene_.skin.vertex_count(), discs = patches();
-    if (discs == 0) return {0, 0, 10};
-    return {12 * vertices, 0, 50 * discs + 2 * vertices + discs * scene_.skin.vertices_near_a_disc() * 60};
   }
 
   palpate_pass_work superposition() const {

@@ -10,6 +10,7 @@
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
 #include "runtime/scene/build_scene.h"
+#include "runtime/shape/vertex_normals.h"
 
 namespace palpate {
 namespace {
@@ -45,7 +46,11 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   palpate_scene* created = new (memory) palpate_scene(wanted, *bundle);
   created->touch.most_pairs = part.pairs, created->touch.most_world_links = part.links;
   for (const Effect* effect : effects)
-    if (effect->is_on(wanted)) created->effects[created->effect_count++].effect = effect;
+    if (effect->is_on(wanted)) {
+      created->effects[created->effect_count++].effect = effect;
+      created->uses |= effect->uses;
+    }
+  if (part.links > 0) created->uses |= kUsesRest | kUsesSurface | kUsesDisplacements;
   const palpate_status status = palpate::build_scene(*created, error);
   if (status != PALPATE_OK) {
     palpate_scene_destroy(created);
@@ -161,26 +166,16 @@ palpate_step_flags palpate_scene_shape(palpate_scene* scene, const palpate_conta
   return flags;
 }
 
-palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape, palpate_skin_out* out) {
-  palpate_skin_out wanted = {};
+palpate_step_flags palpate_scene_normals(palpate_scene* scene, const palpate_shape_out* shape, float* normals,
+                                         int32_t node_capacity) {
   palpate_shape_out shaped = {};
-  if (!palpate::read_host_struct(out, &wanted)) return PALPATE_STEP_BAD_INPUT;
-  out->vertex_count = wanted.vertex_count = 0;
-  if (!scene || !scene->skin.bound() || wanted.vertex_capacity < 0) return PALPATE_STEP_BAD_INPUT;
-  if (!palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
-  if (!shaped.displacements || shaped.node_count < scene->skin.node_count()) return PALPATE_STEP_BAD_INPUT;
-  for (const float* array : {shaped.displacements, wanted.positions, wanted.normals, wanted.disc_normals})
-    if (!palpate::is_aligned(array)) return PALPATE_STEP_BAD_INPUT;
-  if (wanted.normals && !scene->skin.has_normals()) return PALPATE_STEP_BAD_INPUT;
-  if (wanted.disc_normals && wanted.disc_capacity < 0) return PALPATE_STEP_BAD_INPUT;
-  palpate_step_flags flags = scene->skin.move(shaped.displacements, &wanted);
-  out->vertex_count = wanted.vertex_count;
-  scene->watch.ended(palpate::Pass::skin);
-  if (palpate::draws_dents(scene->def) && wanted.report) {
-    flags |= scene->skin.dent(&wanted);
-    scene->watch.ended(palpate::Pass::dent);
-  }
-  if (out->struct_bytes >= offsetof(palpate_skin_out, disc_count) + sizeof out->disc_count)
-    out->disc_count = palpate::draws_dents(scene->def) && wanted.report ? wanted.disc_count : 0;
-  return flags;
+  if (!scene || !scene->touch.triangles || !palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
+  const std::int32_t nodes = scene->tensors.surface_nodes;
+  if (!shaped.positions || !normals || shaped.node_count < nodes || node_capacity < nodes)
+    return PALPATE_STEP_BAD_INPUT;
+  if (!palpate::is_aligned(shaped.positions) || !palpate::is_aligned(normals)) return PALPATE_STEP_BAD_INPUT;
+  const auto triangles = static_cast<std::int32_t>(scene->context.bundle.index.counts.triangles);
+  const bool all_finite =
+      palpate::find_vertex_normals(shaped.positions, nodes, scene->touch.triangles, triangles, normals);
+  return all_finite ? 0 : PALPATE_STEP_BAD_INPUT;
 }

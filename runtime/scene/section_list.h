@@ -21,6 +21,12 @@ class SectionList {
     return *this;
   }
 
+  // The positions of nodes at rest, and the triangles.
+  SectionList& add_rest(const palpate_scene_def& def) {
+    add({formats::SectionId::nodes, formats::SectionId::triangles});
+    return def.preload == PALPATE_PRELOAD_ON ? add({formats::SectionId::preload_displacement}) : *this;
+  }
+
   const formats::SectionEntry* find(formats::SectionId id) const { return formats::find_section(bundle_.index, id); }
   const palpate_bundle& bundle() const { return bundle_; }
   int count() const { return count_; }
