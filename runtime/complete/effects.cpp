@@ -1,6 +1,9 @@
 #include "runtime/complete/effects.h"
 
+#include "runtime/grasps/effect.h"
 #include "runtime/inside/effect.h"
+#include "runtime/links/effect.h"
+#include "runtime/needles/effect.h"
 #include "runtime/query/effect.h"
 #include "runtime/relaxation/effect.h"
 #include "runtime/scene/build_scene.h"
@@ -9,8 +12,8 @@
 namespace palpate {
 
 EffectList all_effects() {
-  static constexpr const Effect* kAll[] = {&relaxation_effect, &queries_effect, &skin_effect, &dent_effect,
-                                           &inside_effect};
+  static constexpr const Effect* kAll[] = {&grasps_effect,  &needles_effect, &links_effect, &relaxation_effect,
+                                           &queries_effect, &skin_effect,    &dent_effect,  &inside_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 }

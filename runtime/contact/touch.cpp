@@ -216,13 +216,6 @@ std::uint32_t touch_step(const StepContext& context, TouchState& state, const pa
 
 // ---- what steps leave ------------------------------------------------------------------------------------------------
 
-LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles) {
-  LinkSurface surface = {
-      {state.rest, state.column_of_node, &state.surface, &state.measure, &state.patch}, state.triangles, triangles};
-  if (def.contact != PALPATE_CONTACT_PATCH) surface.disc.measure = nullptr, surface.disc.patch = nullptr;
-  return surface;
-}
-
 void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.input.forget();
   state.displacement.forget();

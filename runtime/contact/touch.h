@@ -17,10 +17,7 @@
 #include "runtime/contact/deforming_body.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/far_tools.h"
-#include "runtime/contact/grasp.h"
-#include "runtime/contact/links.h"
 #include "runtime/contact/motions.h"
-#include "runtime/contact/needle.h"
 #include "runtime/contact/slide_energy.h"
 #include "runtime/contact/tool_contacts.h"
 #include "runtime/contact/tool_input.h"
@@ -65,6 +62,7 @@ struct TouchState {
   ContactPatch patch;
   Motions motions;  // where the bundle's motions move the organ
   ContactRows rows;
+  std::int32_t most_constraints = 0;  // that a step can have, with those of a world
   // What asks for rows, in the order of their constraints.
   static constexpr std::int32_t kMostSources = 4;
   RowSource* sources[kMostSources] = {};
@@ -76,9 +74,6 @@ struct TouchState {
   std::int32_t part_count = 0;
   void add(StepPart* part) { parts[part_count++] = part; }
   ToolContacts tools;
-  Grasps grasps;    // where tools may grasp
-  Needles needles;  // where tools may have needles
-  Links links;      // where the scene may have some
   ContactSolver solver;
   ContactAdmission admission;
   SlideEnergy slide_energy;           // where watches_slide_energy()
@@ -100,6 +95,11 @@ struct TouchState {
   std::uint64_t step = 0;
 };
 
+// Where discs are looked for.
+inline DiscSource discs_of(TouchState& touch) {
+  return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
+}
+
 struct TouchStep;
 
 // One touch step; palpate_scene_touch of palpate.h states the contract. begin_touch() requests all constraints but those that whoever
@@ -112,9 +112,6 @@ std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint)
 // Both.
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
-
-// The surface of which links take hold.
-LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles);
 
 // Forgets contacts, last positions and last forces: the state after creation.
 void reset_touch(const palpate_scene_def& def, TouchState& state);

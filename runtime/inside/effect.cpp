@@ -68,6 +68,7 @@ constinit const Effect inside_effect = {
     .needs = kNeeds,
     .check = nullptr,
     .uses = 0,
+    .rows = nullptr,
     .creates = "tetrahedra of the inside",
     .pass = {"inside: strain and stress", Half::shape, Pass::positions, predict},
     .sections = add_sections,

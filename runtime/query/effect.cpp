@@ -39,6 +39,7 @@ constinit const Effect queries_effect = {
     .needs = {},
     .check = nullptr,
     .uses = kUsesRest | kUsesHeldSurface,
+    .rows = nullptr,
     .creates = "surface for queries",
     .pass = {},
     .sections = add_sections,

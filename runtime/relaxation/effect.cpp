@@ -82,6 +82,7 @@ constinit const Effect relaxation_effect = {
     .needs = kNeeds,
     .check = check,
     .uses = 0,
+    .rows = nullptr,
     .creates = nullptr,
     .pass = {"relaxation: prony", Half::touch, Pass::force, predict},
     .sections = nullptr,

@@ -132,47 +132,13 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
   return made ? PALPATE_OK : reader.no_memory("patches");
 }
 
-// A tool point or a grip makes so many constraints, and each of them holds a node or more.
-std::int32_t constraints_of_point(const palpate_scene_def& def) {
-  return def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
-}
-
-// Constraints that a step can have, without those of pairs and of links of the world.
-std::int32_t most_constraints(const palpate_scene_def& def) {
-  return std::min(def.max_contact_nodes,
-                  constraints_of_point(def) * def.max_points + def.max_links +
-                      (has_grasps(def) ? 6 * def.max_tools : 0) +
-                      (has_needles(def) ? def.max_tools * Needles::constraints_of_one(def.needle_places) : 0));
-}
-
-// Of both ends.
-std::int32_t nodes_of_a_link(const palpate_scene_def& def) {
-  return def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6;
-}
-
 PartOfWorld part_of_world(const TouchState& touch) {
   return {touch.most_pairs, touch.most_world_links};
 }
 
-// By default. A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and
-// one wide disc alone finds many. Memory grows with the square.
-constexpr std::int32_t kMostNodesByDefault = 1024;
-std::int32_t nodes_of_points(const palpate_scene_def& def) {
-  constexpr std::int32_t each = 8, fewest = 192, most = kMostNodesByDefault;
-  const std::int32_t of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
-  return of_points;
-}
-
-// A wide disc of a grasp has the more nodes the more there is room for beside the points.
-std::int32_t nodes_of_a_grasp(const palpate_scene_def& def) {
-  const std::int32_t room = def.max_contact_nodes > 0 ? def.max_contact_nodes : kMostNodesByDefault;
-  return std::clamp((room - nodes_of_points(def)) / (3 * def.max_tools), std::int32_t{GraspPatch::kFewNodes},
-                    std::int32_t{GraspPatch::kMostNodes});
-}
-
-// With fewer contact nodes, a step in which all tool points, grips, links and grasps hold must leave one of them out.
-std::int32_t fewest_contact_nodes(const palpate_scene_def& def) {
-  return constraints_of_point(def) * def.max_points + def.max_links + (has_grasps(def) ? def.max_tools : 0);
+// With fewer contact nodes, a step in which all that may hold tissue does so must leave some of it out.
+std::int32_t fewest_contact_nodes(const palpate_scene_def& def, const RowBudget& rows) {
+  return constraints_of_point(def) * def.max_points + rows.fewest_nodes;
 }
 
 // The fine surface, bound to the mesh's. triangles: checked.
@@ -210,8 +176,9 @@ palpate_status read_motion_rows(const SectionReader& reader, SectionId id, std::
   return PALPATE_OK;
 }
 
-palpate_status build_motions(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
+palpate_status build_motions(const SectionReader& reader, const palpate_scene& scene, TouchState& touch,
                              ShapeState& shape) {
+  const palpate_scene_def& def = scene.def;
   Motions::Source source;
   if (const palpate_status status =
           read_motion_rows(reader, SectionId::motion_surface, reader.surface_nodes(), &source.surface))
@@ -231,14 +198,13 @@ palpate_status build_motions(const SectionReader& reader, const palpate_scene_de
       return source.volume ? reader.not_usable(SectionId::motion_volume, i * m + i)
                            : reader.missing("motions", SectionId::motion_volume);
   const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
-  if (has_needles(def) && inside > 0) {
+  if (scene.tensors.corridor && inside > 0) {
     MotionRows rows;
     if (const palpate_status status = read_motion_rows(reader, SectionId::motion_interior, inside, &rows))
       return status;
     source.surface.inside = rows.numbers, source.surface.nodes_inside = inside;
   }
-  if (!touch.motions.create(reader.memory(), source, most_constraints(def) + part_of_world(touch).constraints()))
-    return reader.no_memory("motions");
+  if (!touch.motions.create(reader.memory(), source, touch.most_constraints)) return reader.no_memory("motions");
   shape.moved_surface = touch.motions.rows();
   if (!has_interior_shape(def, reader.bundle())) return PALPATE_OK;
   return read_motion_rows(reader, SectionId::motion_interior, inside, &shape.moved_interior);
@@ -268,8 +234,8 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     return reader.no_memory("collision");
   const auto create_field = [&] {
     if (!deforms_largely(def))
-      return touch.field.create(reader.memory(), &touch.displacement, def.max_contact_nodes,
-                                most_constraints(def) + part_of_world(touch).constraints(), reader.surface_nodes());
+      return touch.field.create(reader.memory(), &touch.displacement, def.max_contact_nodes, touch.most_constraints,
+                                reader.surface_nodes());
     touch.field.follow(&touch.body_field);
     return true;
   };
@@ -308,10 +274,6 @@ ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
           def.contact == PALPATE_CONTACT_PATCH ? nodes_of_disc : nodes};
 }
 
-DiscSource discs_of(TouchState& touch) {
-  return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
-}
-
 palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                               const std::int32_t* touchable, TouchState& touch) {
   SceneMemory& memory = reader.memory();
@@ -324,10 +286,9 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   memory.keep(touch.last_torque);
   memory.keep(touch.organ);
   memory.keep(touch.far);
-  limits.has_grasps = has_grasps(def), limits.has_needles = has_needles(def);
   limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
-  const std::int32_t constraints = most_constraints(def) + part_of_world(touch).constraints();
+  const std::int32_t constraints = touch.most_constraints;
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   const ContactRows::Source source = {def.contact,
@@ -408,8 +369,9 @@ bool is_an_order(const HyperelasticBody& body, const std::int32_t* order, std::i
   return true;
 }
 
-palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
-                                   DeformingBody& deforming) {
+palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  DeformingBody& deforming = scene.touch.body;
   // These are needed until the body is made.
   const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
   const char* const effect = "deformation LARGE";
@@ -435,7 +397,7 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
     if (!(std::fabs(preload[i]) <= 1e6))
       return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
   DeformingBody::Limits limits;
-  limits.nodes = def.max_contact_nodes, limits.constraints = most_constraints(def);
+  limits.nodes = def.max_contact_nodes, limits.constraints = scene.touch.most_constraints;
   limits.gives_way = contacts_may_give_way(def), limits.renews_metric = renews_metric(def);
   switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
     case LargeSolver::Created::no_memory:
@@ -461,9 +423,9 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
   return PALPATE_OK;
 }
 
-palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_def& def, DeformingBody& deforming) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = make_deforming_body(reader, def, scratch, deforming);
+palpate_status make_deforming_body(SectionReader& reader, palpate_scene& scene) {
+  SceneMemory scratch(scene.def.allocator);
+  const palpate_status status = make_deforming_body(reader, scratch, scene);
   scratch.release_all();
   return status;
 }
@@ -484,7 +446,7 @@ palpate_status connect_deforming_body(const SectionReader& reader, palpate_scene
                                                                     touch.triangles, reader.triangles()))
     return reader.no_memory("deformation");
   if (uses_body_field(def) &&
-      !touch.body_field.create(reader.memory(), &touch.body, most_constraints(def), reader.surface_nodes()))
+      !touch.body_field.create(reader.memory(), &touch.body, touch.most_constraints, reader.surface_nodes()))
     return reader.no_memory("deformation");
   touch.field_nodes = scene.shape.field_nodes = field_nodes_of(reader, scene);
   return PALPATE_OK;
@@ -494,7 +456,7 @@ palpate_status connect_body_beside(const SectionReader& reader, palpate_scene& s
   const palpate_scene_def& def = scene.def;
   TouchState& touch = scene.touch;
   BodyBeside::Limits limits;
-  limits.nodes = def.max_contact_nodes, limits.constraints = most_constraints(def);
+  limits.nodes = def.max_contact_nodes, limits.constraints = touch.most_constraints;
   limits.surface_nodes = reader.surface_nodes();
   limits.field_nodes = std::max(reader.surface_nodes(), field_nodes_of(reader, scene));
   touch.field_nodes = scene.shape.field_nodes = field_nodes_of(reader, scene);
@@ -507,84 +469,6 @@ palpate_status connect_body_beside(const SectionReader& reader, palpate_scene& s
   return made ? PALPATE_OK : reader.no_memory("deformation");
 }
 
-palpate_status map_corridor_rows(const SectionReader& reader, SectionId id, std::int32_t nodes,
-                                 DisplacementRows* rows) {
-  const float* numbers = nullptr;
-  if (const palpate_status status = reader.map_for("needles", id, &numbers)) return status;
-  rows->numbers = numbers, rows->nodes = nodes;
-  return PALPATE_OK;
-}
-
-// The columns of the bundle's corridor become those of the scene.
-palpate_status read_corridor(const SectionReader& reader, const std::int32_t* touchable, Corridor* corridor,
-                             ShapeState* interior, Tensors* tensors) {
-  const char* const effect = "needles";
-  if (!reader.find(SectionId::corridor_nodes))
-    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                "needles need a corridor (section corridor/nodes), which this bundle does not have; add a [[corridor]] "
-                "to the boundary file and precompute the bundle again, or leave needles off");
-  if (const formats::ElementType type = tensors->surface.type;
-      !tensors->compliance && type != formats::ElementType::f32)
-    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                "needles: expected displacements in f32 or a compliance in blocks, found rows in %s; pack the bundle "
-                "with --type f32 or --low-rank",
-                type == formats::ElementType::f16 ? "f16" : "f64");
-  const std::uint64_t count = reader.counts().corridor;
-  palpate_status status = reader.copy_indices(SectionId::corridor_nodes, count,
-                                              &formats::IndexedSections::corridor_nodes, &corridor->nodes);
-  if (status == PALPATE_OK) status = reader.map_for(effect, SectionId::corridor_compliance, &corridor->compliance);
-  if (status == PALPATE_OK)
-    status = map_corridor_rows(reader, SectionId::corridor_surface, reader.surface_nodes(), &corridor->surface);
-  if (status != PALPATE_OK) return status;
-  corridor->count = static_cast<std::int32_t>(count), corridor->node_of_column = touchable;
-  tensors->corridor = corridor;
-  if (!interior) return PALPATE_OK;
-  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
-  return map_corridor_rows(reader, SectionId::corridor_interior, inside, &interior->corridor_interior);
-}
-
-palpate_status build_needles(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
-                             const Tensors& tensors, TouchState& touch) {
-  HyperelasticBody body;
-  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
-  if (!laws) return reader.no_memory("needles");
-  Needles::Source source;
-  palpate_status status = read_body(reader, "needles", &body, laws);
-  if (status == PALPATE_OK) status = read_tetrahedra(reader, &body);
-  if (status == PALPATE_OK) status = reader.map(SectionId::young, &source.young);
-  if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &source.poisson);
-  if (status == PALPATE_OK) status = reader.read_rest(def, reader.counts().nodes, &source.geometry.nodes);
-  if (status != PALPATE_OK) return status;
-  source.geometry.tetrahedra = body.tetrahedra, source.geometry.tetrahedron_count = body.tetrahedron_count;
-  source.region = body.region, source.triangles = touch.triangles, source.column_of_node = touch.column_of_node;
-  source.tensors = &tensors, source.field = &touch.displacement;
-  source.most_places = def.needle_places, source.max_tools = def.max_tools;
-  touch.ask(&touch.needles);
-  return touch.needles.create(reader.memory(), source) ? PALPATE_OK : reader.no_memory("needles");
-}
-palpate_status build_needles(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                             TouchState& touch) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = build_needles(reader, def, scratch, tensors, touch);
-  scratch.release_all();
-  return status;
-}
-
-palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  const bool made =
-      touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, nodes_of_a_grasp(def), &touch.displacement);
-  touch.ask(&touch.grasps);
-  return made ? PALPATE_OK : reader.no_memory("grasps");
-}
-
-palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                           TouchState& touch) {
-  const Links::Source source = {link_surface_of(def, touch, reader.triangles()), tensors.stiffness, &touch.displacement,
-                                motions_of(def, touch)};
-  touch.ask(&touch.links);
-  return touch.links.create(reader.memory(), source, def.max_links) ? PALPATE_OK : reader.no_memory("links");
-}
-
 palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch),
                              &touch.displacement)
@@ -594,7 +478,7 @@ palpate_status build_report(const SectionReader& reader, const palpate_scene_def
 
 // ---- the shape half --------------------------------------------------------------------------------------------------
 
-palpate_status build_shape(const SectionReader& reader, const palpate_scene_def& def, bool stores_compliance,
+palpate_status build_shape(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                            ShapeState& shape) {
   const formats::BundleCounts& counts = reader.counts();
   const std::uint64_t nodes = def.shape == PALPATE_SHAPE_VOLUME ? counts.nodes : counts.surface_nodes;
@@ -607,7 +491,7 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
   if (const palpate_status status = reader.read_rest(def, nodes, &shape.rest)) return status;
   SceneMemory& memory = reader.memory();
   const std::size_t columns = 3 * static_cast<std::size_t>(def.max_contact_nodes);
-  shape.slot_of_column = memory.array<std::int32_t>(counts.touchable + (has_needles(def) ? counts.corridor : 0));
+  shape.slot_of_column = memory.array<std::int32_t>(static_cast<std::size_t>(tensors.all_columns()));
   shape.sum = memory.array<double>(columns);
   shape.row_scale = memory.array<float>(columns);
   shape.coefficient = memory.array<float>(columns);
@@ -617,7 +501,7 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
     shape.interior_column = memory.array<const void*>(columns);
     shape.interior_coefficient = memory.array<float>(columns);
   }
-  if (stores_compliance) {
+  if (tensors.compliance) {
     // One field for each corrected tool, and one for all others.
     const std::size_t groups = def.radial == PALPATE_RADIAL_OFF ? 1 : static_cast<std::size_t>(def.max_tools) + 1;
     shape.loads = memory.array<LoadedColumn>(columns / 3);
@@ -635,11 +519,26 @@ constexpr std::uint64_t kMuchMemory = std::uint64_t{256} << 20;
 // Half precision keeps 11 bits: the system of several hundred contacts may then not be definite (docs/method.md).
 constexpr std::int32_t kManyContactsForHalf = 256;
 
+// Who needs contact nodes at least: "1 for each of max_points 64, 3 for links".
+struct NeededNodes {
+  char text[160] = {};
+  NeededNodes(const palpate_scene_def& def, EffectList effects) {
+    int end = std::snprintf(text, sizeof text, "%d for each of max_points %d",
+                            static_cast<int>(constraints_of_point(def)), static_cast<int>(def.max_points));
+    for (const Effect* effect : effects) {
+      const std::int32_t nodes = effect->rows && effect->is_on(def) ? effect->rows(def).fewest_nodes : 0;
+      if (nodes > 0 && end < static_cast<int>(sizeof text))
+        end += std::snprintf(text + end, sizeof text - static_cast<std::size_t>(end), ", %d for %s",
+                             static_cast<int>(nodes), effect->name);
+    }
+  }
+};
+
 // Where the host leaves max_contact_nodes to the library, or sets the largest one, the other limits may allow more.
 void log_few_contact_nodes(const palpate_scene& scene) {
   const palpate_scene_def& def = scene.def;
   const std::int32_t nodes = def.max_contact_nodes - contact_nodes_for(def, part_of_world(scene.touch)),
-                     needed = fewest_contact_nodes(def);
+                     needed = fewest_contact_nodes(def, scene.rows);
   if (nodes >= needed) return;
   scene.context.bundle.log.say(
       PALPATE_LOG_WARNING,
@@ -675,24 +574,22 @@ void log_scene(const palpate_scene& scene, const MemoryUse& use) {
         static_cast<int>(LargeSolver::kFewestSteps), static_cast<long long>(fewest),
         static_cast<long long>(def.max_operations));
   const formats::ElementType type = scene.tensors.compliance ? scene.compliance.type() : scene.tensors.surface.type;
-  if (type == formats::ElementType::f16 && most_constraints(def) > kManyContactsForHalf)
+  if (type == formats::ElementType::f16 && scene.touch.most_constraints > kManyContactsForHalf)
     bundle.log.say(PALPATE_LOG_WARNING,
                    "scene: the tensors have half precision, too coarse for %d contacts at once: such steps may "
                    "raise UNSOLVED",
-                   static_cast<int>(most_constraints(def)));
+                   static_cast<int>(scene.touch.most_constraints));
 }
 
 // A number that the host has set holds what the other limits allow.
-palpate_status check_contact_nodes(const palpate_scene_def& def, palpate_error* error) {
-  const std::int32_t nodes = def.max_contact_nodes, least = std::min(fewest_contact_nodes(def), kMostContactNodes);
+palpate_status check_contact_nodes(const palpate_scene_def& def, EffectList effects, palpate_error* error) {
+  const std::int32_t nodes = def.max_contact_nodes,
+                     least = std::min(fewest_contact_nodes(def, rows_of(def, effects)), kMostContactNodes);
   if (nodes == 0 || nodes >= least) return PALPATE_OK;
-  return fail(
-      error, PALPATE_ERROR_ARGUMENT, 0,
-      "palpate_scene_def: max_contact_nodes is %d, expected 0 or at least %d: %d for each of max_points %d, and 1 "
-      "for each of %d links and %d grasps; raise max_contact_nodes, or lower max_points",
-      static_cast<int>(nodes), static_cast<int>(least), static_cast<int>(constraints_of_point(def)),
-      static_cast<int>(def.max_points), static_cast<int>(def.max_links),
-      has_grasps(def) ? static_cast<int>(def.max_tools) : 0);
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+              "palpate_scene_def: max_contact_nodes is %d, expected 0 or at least %d: %s; raise max_contact_nodes, or "
+              "lower max_points",
+              static_cast<int>(nodes), static_cast<int>(least), NeededNodes(def, effects).text);
 }
 
 palpate_status refuse_missing_effects(palpate_error* error) {
@@ -727,9 +624,11 @@ palpate_status check_effect(const Effect& effect, const palpate_scene_def& def, 
   return wrong ? fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", wrong) : PALPATE_OK;
 }
 
-palpate_status build_effect(SectionReader& reader, palpate_scene& scene, std::int32_t e) {
-  EffectBuild build = {reader, scene, pass_of_effect(e), nullptr};
-  const palpate_status status = scene.effects[e].effect->build(build);
+// function: prepare or build of the effect e; nullptr: there is none.
+palpate_status run(palpate_status (*function)(EffectBuild&), SectionReader& reader, palpate_scene& scene,
+                   std::int32_t e) {
+  EffectBuild build = {reader, scene, pass_of_effect(e), scene.effects[e].state};
+  const palpate_status status = function ? function(build) : PALPATE_OK;
   scene.effects[e].state = build.state;
   return status;
 }
@@ -750,24 +649,11 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
   if (def.max_contact_nodes < 0 || def.max_contact_nodes > kMostContactNodes)
     return bad("max_contact_nodes must be 0 .. 3000; 0 takes a number that fits max_points");
-  if (def.grasps < 0 || def.grasps > 1) return bad("grasps must be 0 or 1");
-  if (def.grasps && (def.contact != PALPATE_CONTACT_PATCH || def.deformation != PALPATE_DEFORMATION_LINEAR))
-    return bad(
-        "a grasp holds discs of an organ of contact PATCH and deformation LINEAR; take these, or leave grasps at 0");
-  if (def.needles < 0 || def.needles > 1) return bad("needles must be 0 or 1");
-  if (def.needle_places < 2 || def.needle_places > NeedleInTissue::kMostPlaces)
-    return bad("needle_places must be 2 .. 64");
-  if (def.needles && def.deformation != PALPATE_DEFORMATION_LINEAR)
-    return bad("needles pierce an organ of deformation LINEAR alone; leave needles at 0, or take LINEAR");
-  if (def.max_links < 0 || def.max_links > 1000) return bad("max_links must be 0 .. 1000");
-  if (def.max_links > 0 && def.deformation != PALPATE_DEFORMATION_LINEAR)
-    return bad("links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR");
   if (def.motions < 0 || def.motions > 1) return bad("motions must be 0 or 1");
   if (def.motions && def.deformation != PALPATE_DEFORMATION_LINEAR)
     return bad("motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR");
   if (def.motions && def.collision == PALPATE_COLLISION_REST)
     return bad("tools meet an organ that moves where it is: take collision DEFORMED, or OFF, or leave motions at 0");
-  if (const palpate_status status = check_contact_nodes(def, error)) return status;
   if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
   if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
   if (!(def.torque_limit > 0)) return bad("torque_limit must be above 0 N m");
@@ -788,16 +674,33 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
         "defaults, or take deformation LINEAR");
   for (const Effect* effect : effects)
     if (const palpate_status status = check_effect(*effect, def, error)) return status;
+  if (const palpate_status status = check_contact_nodes(def, effects, error)) return status;
   if (asks_for_missing_effects(def)) return refuse_missing_effects(error);
   return PALPATE_OK;
 }
 
-std::int32_t contact_nodes_for(const palpate_scene_def& def) {
-  if (def.max_contact_nodes > 0) return def.max_contact_nodes;
-  const std::int32_t of_links = def.max_links * nodes_of_a_link(def), of_points = nodes_of_points(def);
-  const std::int32_t of_grasps = has_grasps(def) ? 3 * nodes_of_a_grasp(def) * def.max_tools : 0;
-  const std::int32_t of_needles = has_needles(def) ? def.max_tools * Needles::nodes_of_one(def.needle_places) : 0;
-  return std::min(kMostContactNodes, of_points + of_links + of_grasps + of_needles);
+RowBudget rows_of(const palpate_scene_def& def, EffectList effects) {
+  RowBudget rows;
+  for (const Effect* effect : effects)
+    if (effect->rows && effect->is_on(def)) rows.add(effect->rows(def));
+  return rows;
+}
+
+std::int32_t constraints_of_point(const palpate_scene_def& def) {
+  return def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
+}
+
+// A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and one wide disc
+// alone finds many. Memory grows with the square.
+std::int32_t nodes_of_points(const palpate_scene_def& def) {
+  constexpr std::int32_t each = 8, fewest = 192, most = kMostNodesByDefault;
+  const std::int32_t of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
+  return of_points;
+}
+
+std::int32_t contact_nodes_for(const palpate_scene_def& def, const RowBudget& rows) {
+  return def.max_contact_nodes > 0 ? def.max_contact_nodes
+                                   : std::min(kMostContactNodes, nodes_of_points(def) + rows.nodes);
 }
 
 std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part) {
@@ -823,40 +726,34 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(true, use.contacts, [&] {
     return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &scene.touchable, &scene.tensors);
   });
-  step(has_needles(def), use.needles, [&] {
-    ShapeState* const interior = has_interior_shape(def, bundle) ? &shape : nullptr;
-    return read_corridor(reader, scene.touchable, &scene.corridor, interior, &scene.tensors);
-  });
+  for (std::int32_t e = 0; e < scene.effect_count; ++e)
+    step(true, scene.effects[e].bytes, [&] { return run(scene.effects[e].effect->prepare, reader, scene, e); });
   step(def.deformation != PALPATE_DEFORMATION_LINEAR, use.deformation,
-       [&] { return make_deforming_body(reader, def, touch.body); });
+       [&] { return make_deforming_body(reader, scene); });
   step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
   step(needs_rest(def, scene.uses), use.surface,
        [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
   step(needs_surface(def, scene.uses), use.surface, [&] { return build_surface(reader, def, touch); });
   step(has_fine_surface(def), use.fine_surface, [&] { return bind_fine_surface(reader, def, touch); });
-  step(has_motions(def), use.motions, [&] { return build_motions(reader, def, touch, shape); });
+  step(has_motions(def), use.motions, [&] { return build_motions(reader, scene, touch, shape); });
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
   step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, scene.touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, scene.touchable, touch); });
   touch.ask(&touch.tools);
-  step(has_grasps(def), use.contacts, [&] { return build_grasps(reader, def, touch); });
-  step(has_needles(def), use.needles, [&] { return build_needles(reader, def, scene.tensors, touch); });
-  step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
        [&] { return connect_deforming_body(reader, scene); });
   step(deforms_beside(def), use.deformation, [&] { return connect_body_beside(reader, scene); });
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
-  step(def.shape != PALPATE_SHAPE_OFF, use.shape,
-       [&] { return build_shape(reader, def, scene.tensors.compliance != nullptr, shape); });
+  step(def.shape != PALPATE_SHAPE_OFF, use.shape, [&] { return build_shape(reader, def, scene.tensors, shape); });
   step(def.radial != PALPATE_RADIAL_OFF, unused,
        [&] { return read_curve(reader, "radial RESPONSE", SectionId::response_radial, 0, &shape.radial); });
   for (std::int32_t e = 0; e < scene.effect_count; ++e) {
     EffectInScene& on = scene.effects[e];
-    step(true, on.bytes, [&] { return build_effect(reader, scene, e); });
+    step(true, on.bytes, [&] { return run(scene.effects[e].effect->build, reader, scene, e); });
   }
   step(scene.memory.failed(), unused, [&] { return reader.no_memory(); });
   // Whatever failed before: if the file was cut meanwhile, that is the reason.

@@ -18,6 +18,16 @@ namespace palpate {
 
 struct EffectBuild;  // effect_build.h
 
+// What an effect may add to the rows of a step.
+struct RowBudget {
+  std::int32_t constraints = 0;   // at most
+  std::int32_t nodes = 0;         // contact nodes for them, where the host leaves max_contact_nodes to the library
+  std::int32_t fewest_nodes = 0;  // with which all of them find a place
+  void add(const RowBudget& other) {
+    constraints += other.constraints, nodes += other.nodes, fewest_nodes += other.fewest_nodes;
+  }
+};
+
 // A field of palpate_scene_def that belongs to an effect. Its default is the one in palpate_default_scene_def().
 struct EffectKey {
   enum class Type {
@@ -82,6 +92,10 @@ struct EffectPass {
   Half half;
   Pass behind;  // of the core's passes
   palpate_pass_work (*predict)(const palpate_scene& scene, const palpate_step_load& load);
+  // Operations that it may count in a step on top of max_operations; nullptr: none.
+  double (*most_operations)(const palpate_scene& scene) = nullptr;
+  // The same in the pass of the contacts, for rows that change without being asked. change: of one change of a contact.
+  double (*most_unasked)(const palpate_scene& scene, double change) = nullptr;
 };
 
 struct Effect {
@@ -92,6 +106,8 @@ struct Effect {
   // What keys and needs do not say: the sentence of what is wrong, or nullptr. May be nullptr.
   const char* (*check)(const palpate_scene_def& def);
   std::uint32_t uses;  // bits of Use
+  // Of an effect that holds tissue, else nullptr.
+  RowBudget (*rows)(const palpate_scene_def& def);
   // The name of a pass that ran when the scene was created, and is told to have its sections and memory; nullptr: there is none, and the
   // pass of the step has them.
   const char* creates;
@@ -100,6 +116,8 @@ struct Effect {
   void (*sections)(const palpate_scene_def& def, SectionList& sections);
   // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
   palpate_status (*build)(EffectBuild& build);
+  // The same for what the core uses, before it is built. May be nullptr.
+  palpate_status (*prepare)(EffectBuild& build) = nullptr;
 
   bool is_on(const palpate_scene_def& def) const { return keys[0].number(def) != 0; }
 };

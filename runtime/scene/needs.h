@@ -9,13 +9,12 @@ namespace palpate {
 
 // The rest surface, searchable. uses: of the scene.
 [[maybe_unused]] static bool needs_surface(const palpate_scene_def& def, std::uint32_t uses) {
-  return def.collision != PALPATE_COLLISION_OFF || needs_contact_frames(def) || def.max_links > 0 ||
-         (uses & kUsesSurface) != 0;
+  return def.collision != PALPATE_COLLISION_OFF || needs_contact_frames(def) || (uses & kUsesSurface) != 0;
 }
 
 // Positions of the surface's nodes without contacts.
 [[maybe_unused]] static bool needs_rest(const palpate_scene_def& def, std::uint32_t uses) {
-  return needs_surface(def, uses) || has_needles(def) || def.report != PALPATE_REPORT_OFF || (uses & kUsesRest) != 0;
+  return needs_surface(def, uses) || def.report != PALPATE_REPORT_OFF || (uses & kUsesRest) != 0;
 }
 
 // The triangles' corners, at least.

@@ -34,22 +34,15 @@ class CoreSections {
     return list.add({SectionId::provenance});
   }
 
-  SectionList surface() const {
-    SectionList list = none();
-    return add_surface(list);
-  }
+  SectionList surface() const { return none().add_surface(); }
 
-  SectionList contacts() const {
-    SectionList list = none();
-    list.add({SectionId::touchable, SectionId::force});
-    return add_surface(list);
-  }
+  SectionList contacts() const { return none().add_contacts(); }
 
   // Surface and interior. Rows of both share one section of scales; blocks have scales of their own.
   SectionList volume() const {
     SectionList list = none();
-    add_surface(list).add({SectionId::displacement_interior});
-    if (!is_half(SectionId::displacement_surface) && is_half(SectionId::displacement_interior))
+    list.add_surface().add({SectionId::displacement_interior});
+    if (!list.is_half(SectionId::displacement_surface) && list.is_half(SectionId::displacement_interior))
       list.add({SectionId::displacement_scale});
     return list;
   }
@@ -60,11 +53,6 @@ class CoreSections {
               SectionId::poisson, SectionId::large_order, SectionId::large_stiffening, SectionId::provenance,
               SectionId::large_support_nodes, SectionId::large_support_stiffness});
     return with_preload(list);
-  }
-
-  SectionList needles() const {
-    return none().add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::young, SectionId::poisson,
-                       SectionId::corridor_nodes, SectionId::corridor_compliance, SectionId::corridor_surface});
   }
 
   // interior: those of the shape.
@@ -82,20 +70,6 @@ class CoreSections {
     if (def_.preload == PALPATE_PRELOAD_ON) list.add({SectionId::preload_displacement});
     return list;
   }
-  bool is_half(SectionId id) const {
-    const formats::SectionEntry* entry = formats::find_section(bundle_.index, id);
-    return entry && static_cast<formats::ElementType>(entry->type) == formats::ElementType::f16;
-  }
-  // Displacements of the surface: rows, or a compliance in blocks.
-  SectionList& add_surface(SectionList& list) const {
-    if (!list.find(SectionId::displacement_surface))
-      return list.add({SectionId::compliance_nodes, SectionId::compliance_clusters, SectionId::compliance_blocks,
-                       SectionId::compliance_values, SectionId::compliance_scale});
-    list.add({SectionId::displacement_surface});
-    if (is_half(SectionId::displacement_surface)) list.add({SectionId::displacement_scale});
-    return list;
-  }
-
   const palpate_scene_def& def_;
   const palpate_bundle& bundle_;
 };
@@ -188,9 +162,6 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
   const bool large = def.deformation == PALPATE_DEFORMATION_LARGE;
   step(true, Pass::contact, large ? large_laws[def.law] : laws[def.law], "touch",
        large ? sections.deformation() : sections.contacts(), memory.contacts + (large ? memory.deformation : 0));
-  step(has_grasps(def), Pass::grasps, "grasps", "touch", sections.contacts());
-  step(has_needles(def), Pass::needles, "needles", "touch", sections.needles(), memory.needles);
-  step(has_links(def), Pass::links, "links", "touch", sections.contacts(), memory.links);
   const bool responds = def.force == PALPATE_FORCE_RESPONSE;
   step(def.force != PALPATE_FORCE_OFF, Pass::force, responds ? "force: response" : "force: linear", "touch",
        responds ? sections.response(SectionId::response_force) : none);

@@ -26,12 +26,6 @@ class PassWork {
         return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
       case Pass::contact:
         return scene_.def.deformation == PALPATE_DEFORMATION_LARGE ? deform() : solve();
-      case Pass::links:
-        return links();
-      case Pass::grasps:
-        return {0, 0, 20 + 10 * nodes};
-      case Pass::needles:
-        return {0, 0, 500 + 50 * nodes};
       case Pass::force:
         return {
             0, 0,
@@ -91,12 +85,6 @@ class PassWork {
 
   // The targets of the contacts, in the pass of the contacts, are counted here.
   palpate_pass_work motions() const { return {0, 0, 20 + scene_.touch.motions.count() * (6 + 3.0 * load_.nodes)}; }
-
-  // Every link as if it were slack and measured: the displacements of the nodes of both its ends by all contact nodes.
-  palpate_pass_work links() const {
-    const double nodes = scene_.def.contact == PALPATE_CONTACT_PATCH ? 2.0 * LinkEnd::kMostNodes : 6;
-    return {0, 0, scene_.touch.links.count() * (20 + 6 * nodes * load_.nodes)};
-  }
 
   palpate_pass_work superposition() const {
     const Tensors& tensors = scene_.tensors;

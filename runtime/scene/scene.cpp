@@ -1,6 +1,7 @@
 // The C API of a scene: creation, plan, and the steps, which the rooms contact/ and shape/ compute.
 #include "runtime/scene/scene.h"
 
+#include <algorithm>
 #include <initializer_list>
 #include <new>
 
@@ -38,12 +39,17 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   palpate_scene_def wanted = palpate_default_scene_def();
   if (const palpate_status status = palpate::read_host_struct("scene_def", def, &wanted, error)) return status;
   if (const palpate_status status = palpate::check_scene_def(wanted, effects, error)) return status;
-  wanted.max_contact_nodes = palpate::contact_nodes_for(wanted) + palpate::contact_nodes_for(wanted, part);
+  const RowBudget rows = palpate::rows_of(wanted, effects);
+  wanted.max_contact_nodes = palpate::contact_nodes_for(wanted, rows) + palpate::contact_nodes_for(wanted, part);
   palpate::SceneMemory own(wanted.allocator);
   void* memory =
       own.array<std::max_align_t>((sizeof(palpate_scene) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
   if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the scene");
   palpate_scene* created = new (memory) palpate_scene(wanted, *bundle);
+  created->rows = rows;
+  created->touch.most_constraints =
+      std::min(wanted.max_contact_nodes, constraints_of_point(wanted) * wanted.max_points + rows.constraints) +
+      part.constraints();
   created->touch.most_pairs = part.pairs, created->touch.most_world_links = part.links;
   for (const Effect* effect : effects)
     if (effect->is_on(wanted)) {
@@ -109,28 +115,6 @@ palpate_status palpate_scene_hold_volume(palpate_scene* scene, int32_t motion, i
 
 const palpate_motion_state* palpate_scene_motion_state(const palpate_scene* scene, int32_t motion) {
   return palpate::motions_of(scene) > 0 ? scene->touch.motions.state(motion) : nullptr;
-}
-
-palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link* links, int32_t count,
-                                       palpate_error* error) {
-  if (!scene) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene must not be NULL");
-  return scene->touch.links.set(links, count, error);
-}
-
-const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link) {
-  return scene ? scene->touch.links.state(link) : nullptr;
-}
-
-const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id) {
-  if (!scene || !palpate::has_needles(scene->def)) return nullptr;
-  const std::int32_t t = scene->touch.input.place_of(id);
-  return t < 0 ? nullptr : &scene->touch.needles.state(t);
-}
-
-const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id) {
-  if (!scene || !palpate::has_grasps(scene->def)) return nullptr;
-  const std::int32_t t = scene->touch.input.place_of(id);
-  return t < 0 ? nullptr : &scene->touch.grasps.state(t);
 }
 
 int32_t palpate_scene_deform(palpate_scene* scene) {

@@ -39,7 +39,8 @@ struct palpate_scene {
   bool in_world = false;                                  // an organ of a world, which steps, saves and restores it
   palpate::EffectInScene effects[palpate::kMostEffects];  // in the order of the list
   std::int32_t effect_count = 0;
-  std::uint32_t uses = 0;  // bits of Use, of these effects and of the world
+  std::uint32_t uses = 0;   // bits of Use, of these effects and of the world
+  palpate::RowBudget rows;  // of these effects
 
   // The effect's state; nullptr where the scene does not have it.
   void* state_of(const palpate::Effect& effect) const {

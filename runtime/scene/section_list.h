@@ -27,6 +27,22 @@ class SectionList {
     return def.preload == PALPATE_PRELOAD_ON ? add({formats::SectionId::preload_displacement}) : *this;
   }
 
+  // Displacements of the surface: rows, or a compliance in blocks.
+  SectionList& add_surface() {
+    using Id = formats::SectionId;
+    if (!find(Id::displacement_surface))
+      return add({Id::compliance_nodes, Id::compliance_clusters, Id::compliance_blocks, Id::compliance_values,
+                  Id::compliance_scale});
+    add({Id::displacement_surface});
+    return is_half(Id::displacement_surface) ? add({Id::displacement_scale}) : *this;
+  }
+  // These, and what contacts need beside them.
+  SectionList& add_contacts() { return add({formats::SectionId::touchable, formats::SectionId::force}).add_surface(); }
+
+  bool is_half(formats::SectionId id) const {
+    const formats::SectionEntry* entry = find(id);
+    return entry && static_cast<formats::ElementType>(entry->type) == formats::ElementType::f16;
+  }
   const formats::SectionEntry* find(formats::SectionId id) const { return formats::find_section(bundle_.index, id); }
   const palpate_bundle& bundle() const { return bundle_; }
   int count() const { return count_; }

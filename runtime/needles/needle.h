@@ -64,6 +64,7 @@ class Needles final : public RowSource {
     const Tensors* tensors = nullptr;                   // with a corridor
     const DisplacementField* field = nullptr;
     std::int32_t most_places = 0, max_tools = 0;
+    Pass pass = Pass::contact;
   };
   bool create(SceneMemory& memory, const Source& source);
 
@@ -73,7 +74,7 @@ class Needles final : public RowSource {
   void correct_forces(TouchStep& step) override;
   bool note_sliding(const TouchStep& step, const ContactConstraints& set, const ContactConstraint& constraint,
                     SlideEnergy::Sliding* sliding) override;
-  Pass pass() const override { return Pass::needles; }
+  Pass pass() const override { return source_.pass; }
   void forget_tool(std::int32_t t) override;
 
   const palpate_needle_state& state(std::int32_t t) const { return needles_[t].state; }

@@ -1,4 +1,4 @@
-#include "runtime/contact/needle.h"
+#include "runtime/needles/needle.h"
 
 #include <algorithm>
 #include <cmath>
