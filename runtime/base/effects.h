@@ -60,11 +60,6 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.radial != PALPATE_RADIAL_OFF;
 }
 
-// Forces relax while a displacement is held.
-[[maybe_unused]] static bool relaxes(const palpate_scene_def& def) {
-  return kHasEffects && def.relaxation.model != PALPATE_RELAXATION_OFF;
-}
-
 // The organ is a hyperelastic body under large displacements.
 [[maybe_unused]] static bool deforms_largely(const palpate_scene_def& def) {
   return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE;
@@ -85,29 +80,9 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.report != PALPATE_REPORT_OFF;
 }
 
-// The render mesh meets the discs of the contacts.
-[[maybe_unused]] static bool draws_dents(const palpate_scene_def& def) {
-  return kHasEffects && def.dent != PALPATE_DENT_OFF;
-}
-
-// Strain and stress are told, and meshes carried along.
-[[maybe_unused]] static bool has_inside(const palpate_scene_def& def) {
-  return kHasEffects && def.inside != PALPATE_INSIDE_OFF;
-}
-
-// Links hold places of the organ together.
-[[maybe_unused]] static bool has_links(const palpate_scene_def& def) {
-  return kHasEffects && def.max_links > 0;
-}
-
 // Tools may grasp.
 [[maybe_unused]] static bool has_grasps(const palpate_scene_def& def) {
   return kHasEffects && def.grasps != 0;
-}
-
-// Tools may have needles.
-[[maybe_unused]] static bool has_needles(const palpate_scene_def& def) {
-  return kHasEffects && def.needles != 0;
 }
 
 // Motions of the bundle move the organ from outside.
@@ -120,10 +95,9 @@ constexpr bool kHasEffects = true;
   return deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def));
 }
 
-// Someone asks where the linear organ's nodes are, beside the shape.
+// Someone asks where the linear organ's nodes are, beside the shape. Effects have kUsesDisplacements (scene/effect.h).
 [[maybe_unused]] static bool asks_for_displacements(const palpate_scene_def& def) {
-  return !deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def) || has_links(def) ||
-                                   has_grasps(def) || has_needles(def));
+  return !deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def));
 }
 
 // Tools meet a finer surface than the mesh's. While the scene is created; later its FineSurface is bound.
@@ -136,10 +110,8 @@ constexpr bool kHasEffects = true;
   return !kHasEffects &&
          (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
-          def.relaxation.model != PALPATE_RELAXATION_OFF || def.render_mesh || def.fine_surface ||
-          def.report != PALPATE_REPORT_OFF || def.max_links > 0 || def.grasps || def.needles || def.motions ||
-          def.dent != PALPATE_DENT_OFF || def.inside != PALPATE_INSIDE_OFF ||
-          def.deformation != PALPATE_DEFORMATION_LINEAR);
+          def.fine_surface || def.report != PALPATE_REPORT_OFF || def.grasps || def.needles || def.motions ||
+          def.dent != PALPATE_DENT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
 }
 
 }  // namespace palpate

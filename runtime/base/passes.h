@@ -15,29 +15,27 @@ enum class Pass : std::int32_t {
   collision,
   rows,
   contact,
-  links,
-  grasps,
-  needles,
   force,
-  relaxation,
   output,
   report,
   deform,
   superposition,
   radial,
   positions,
-  skin,
-  dent,
-  inside,
   count
 };
 constexpr std::int32_t kPasses = static_cast<std::int32_t>(Pass::count);
+// Effects that a scene may have on at once (scene/effect.h). The number of an effect's pass is behind those of all others.
+constexpr std::int32_t kMostEffects = 16;
+constexpr Pass pass_of_effect(std::int32_t effect) {
+  return static_cast<Pass>(kPasses + effect);
+}
 
 struct PassWatch {
   palpate_pass_watcher watcher = nullptr;
   void* user = nullptr;
-  std::int32_t index_in_plan[kPasses];  // of each Pass; -1: the plan does not have it
-  std::int32_t first = 0;               // of the plan, in that of the world whose watcher this is
+  std::int32_t index_in_plan[kPasses + kMostEffects];  // of each Pass; -1: the plan does not have it
+  std::int32_t first = 0;                              // of the plan, in that of the world whose watcher this is
 
   PassWatch() {
     for (std::int32_t& index : index_in_plan) index = -1;

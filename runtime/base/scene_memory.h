@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
 #include <type_traits>
 
 #include "runtime/include/palpate/palpate.h"
@@ -34,6 +35,13 @@ class SceneMemory {
   template <class T>
   T* array(std::size_t count) {
     return static_cast<T*>(take(count, sizeof(T)));
+  }
+  // One T, as its default constructor makes it. Its destructor is not called. nullptr as above.
+  template <class T>
+  T* make() {
+    static_assert(std::is_trivially_destructible_v<T> && alignof(T) <= 64);
+    void* const at = take(1, sizeof(T));
+    return at ? new (at) T : nullptr;
   }
   // Takes from the same host; released on its own.
   SceneMemory of_same_host() const { return SceneMemory(host_); }

@@ -6,13 +6,11 @@
 
 #include "runtime/base/passes.h"
 #include "runtime/contact/slide_energy.h"
+#include "runtime/contact/step_part.h"
 
 namespace palpate {
 
-struct TouchStep;
-
-// A source overrides what concerns it. No destructor: sources belong to a scene's memory.
-class RowSource {
+class RowSource : public StepPart {
  public:
   // A step, in this order. How many contacts the source will ask for.
   virtual std::int32_t begin(TouchStep&) { return 0; }
@@ -35,10 +33,6 @@ class RowSource {
   }
   // The pass (passes.h) that counts the time of take_reactions() and end().
   virtual Pass pass() const { return Pass::contact; }
-
-  // Forgets what earlier steps have left: for the tool in place t; for all that belongs to no tool.
-  virtual void forget_tool(std::int32_t) {}
-  virtual void forget_rest() {}
 
  protected:
   ~RowSource() = default;

@@ -37,27 +37,6 @@ Vec3 corrected_moment(const TouchStep& step, const ToolResult& result) {
   return result.factor * (result.sum.moment + result.stretch * result.sum.moment_along);
 }
 
-void add_inside(const palpate_scene_def& def, const Tool& tool, ToolResult& result) {
-  if (def.force == PALPATE_FORCE_OFF || !is_finite(result.inside_force)) return;
-  result.raw += -1 * result.inside_force;
-  if (tool.has_torque && is_finite(result.inside_torque)) result.raw_torque += -1 * result.inside_torque;
-}
-
-// After a fast retreat the relaxed part may exceed the elastic force and so pull the tool in: such a force is zero, unless the
-// tool holds the organ. Relaxation is linear in the force, so the torque, a sum of forces times levers, relaxes alike.
-void relax(TouchState& state, std::int32_t t, ToolResult& result) {
-  const Tool& tool = state.input.tool(t);
-  const Vec3 elastic = result.raw, elastic_torque = result.raw_torque;
-  if (!is_finite(elastic) || !is_finite(elastic_torque)) return;
-  result.raw = state.relaxation.step(state.memory[t], elastic, state.input.dt());
-  if (tool.has_torque)
-    result.raw_torque = state.relaxation.step(state.torque_memory[t], elastic_torque, state.input.dt());
-  if (result.is_inside) return;
-  const bool touches = result.touches || result.sum.contacts > 0;
-  if (touches && (tool.hold || tool.has_grasp || !(dot(result.raw, elastic) < 0))) return;
-  result.raw = result.raw_torque = Vec3{};
-}
-
 // last: what was sent in the last step.
 Vec3 safe(TouchStep& step, std::int32_t t, Vec3 raw, double limit, double slew, Vec3& last) {
   std::uint32_t flags = 0;
@@ -132,11 +111,8 @@ void correct_forces(TouchStep& step) {
     ToolResult& result = step.result[t];
     result.raw = -1 * corrected(step, t, result.sum.resultant);
     result.raw_torque = -1 * corrected_moment(step, result);
-    add_inside(def, state.input.tool(t), result);
   }
-  if (!relaxes(def)) return;
-  for (std::int32_t t = 0; t < count; ++t) relax(state, t, step.result[t]);
-  step.context->watch.ended(Pass::relaxation);
+  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->correct_forces(step);
 }
 
 void write_tools(TouchStep& step) {

@@ -1,4 +1,4 @@
-// From the forces at contact nodes to what each tool feels: P and Q of the paper, torque, relaxation, limits.
+// From the forces at contact nodes to what each tool feels: P and Q of the paper, torque, limits.
 #pragma once
 
 #include <cstdint>

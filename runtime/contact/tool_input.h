@@ -69,6 +69,9 @@ class ToolInput {
   const Tool& tool(std::int32_t t) const { return tools_[t]; }
   double dt() const { return dt_; }
   const InputLimits& limits() const { return limits_; }
+  // From now on tools may do so.
+  void let_grasp() { limits_.has_grasps = true; }
+  void let_have_needles() { limits_.has_needles = true; }
 
  private:
   bool is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const;

@@ -16,9 +16,8 @@ namespace {
 void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t) {
   forget_points(def, state, t, 0);
   state.last_force[t] = state.last_torque[t] = Vec3{};
-  for (std::int32_t s = 0; s < state.source_count; ++s) state.sources[s]->forget_tool(t);
+  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_tool(t);
   state.far.forget(t);
-  if (state.memory) state.memory[t] = state.torque_memory[t] = PronySeries::Memory{};
 }
 
 // ---- input -----------------------------------------------------------------------------------------------------------
@@ -217,13 +216,6 @@ std::uint32_t touch_step(const StepContext& context, TouchState& state, const pa
 
 // ---- what steps leave ------------------------------------------------------------------------------------------------
 
-LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles) {
-  LinkSurface surface = {
-      {state.rest, state.column_of_node, &state.surface, &state.measure, &state.patch}, state.triangles, triangles};
-  if (def.contact != PALPATE_CONTACT_PATCH) surface.disc.measure = nullptr, surface.disc.patch = nullptr;
-  return surface;
-}
-
 void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.input.forget();
   state.displacement.forget();
@@ -239,7 +231,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   if (deforms_beside(def)) state.beside.forget();
   if (uses_body_field(def)) state.body_field.forget();
   state.rows.forget();
-  for (std::int32_t s = 0; s < state.source_count; ++s) state.sources[s]->forget_rest();
+  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_rest();
   if (has_motions(def)) state.motions.forget();
   if (reports_contacts(def)) state.report.forget();
   state.step = 0;

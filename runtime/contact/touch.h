@@ -17,10 +17,7 @@
 #include "runtime/contact/deforming_body.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/far_tools.h"
-#include "runtime/contact/grasp.h"
-#include "runtime/contact/links.h"
 #include "runtime/contact/motions.h"
-#include "runtime/contact/needle.h"
 #include "runtime/contact/slide_energy.h"
 #include "runtime/contact/tool_contacts.h"
 #include "runtime/contact/tool_input.h"
@@ -28,7 +25,6 @@
 #include "runtime/surface/fine_surface.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_measure.h"
-#include "runtime/tissue/relaxation.h"
 #include "runtime/tissue/response_curve.h"
 
 namespace palpate {
@@ -66,15 +62,18 @@ struct TouchState {
   ContactPatch patch;
   Motions motions;  // where the bundle's motions move the organ
   ContactRows rows;
+  std::int32_t most_constraints = 0;  // that a step can have, with those of a world
   // What asks for rows, in the order of their constraints.
   static constexpr std::int32_t kMostSources = 4;
   RowSource* sources[kMostSources] = {};
   std::int32_t source_count = 0;
-  void ask(RowSource* source) { sources[source_count++] = source; }
+  void ask(RowSource* source) { sources[source_count++] = source, add(source); }
+  // What else acts in a step, and those sources, in the order in which they act.
+  static constexpr std::int32_t kMostParts = kMostEffects + 1;
+  StepPart* parts[kMostParts] = {};
+  std::int32_t part_count = 0;
+  void add(StepPart* part) { parts[part_count++] = part; }
   ToolContacts tools;
-  Grasps grasps;    // where tools may grasp
-  Needles needles;  // where tools may have needles
-  Links links;      // where the scene may have some
   ContactSolver solver;
   ContactAdmission admission;
   SlideEnergy slide_energy;           // where watches_slide_energy()
@@ -87,9 +86,6 @@ struct TouchState {
   double* node_reach =
       nullptr;  // [surface nodes] m / sqrt(J), as surface_tree.h explains, where there may be such pairs
   std::int32_t field_nodes = 0;  // whose displacements a step writes: under large deformation, else 0
-  PronySeries relaxation;
-  PronySeries::Memory* memory = nullptr;         // [max_tools]
-  PronySeries::Memory* torque_memory = nullptr;  // [max_tools]
   ResponseCurve response;
   ContactReport report;                 // where the scene reports its contacts
   Vec3* force = nullptr;                // [max_contact_nodes] N, f of each contact node
@@ -98,6 +94,11 @@ struct TouchState {
   Vec3 last_torque[PALPATE_MAX_TOOLS];  // N m, the same
   std::uint64_t step = 0;
 };
+
+// Where discs are looked for.
+inline DiscSource discs_of(TouchState& touch) {
+  return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
+}
 
 struct TouchStep;
 
@@ -111,9 +112,6 @@ std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint)
 // Both.
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
-
-// The surface of which links take hold.
-LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles);
 
 // Forgets contacts, last positions and last forces: the state after creation.
 void reset_touch(const palpate_scene_def& def, TouchState& state);

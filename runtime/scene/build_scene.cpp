@@ -5,9 +5,12 @@
 #include <cstring>
 
 #include "runtime/base/host_struct.h"
+#include "runtime/scene/body_reader.h"
+#include "runtime/scene/effect_build.h"
 #include "runtime/scene/needs.h"
 #include "runtime/scene/section_reader.h"
 #include "runtime/scene/state.h"
+#include "runtime/scene/surface_trees.h"
 #include "runtime/surface/surface_tissue.h"
 
 namespace palpate {
@@ -129,47 +132,13 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
   return made ? PALPATE_OK : reader.no_memory("patches");
 }
 
-// A tool point or a grip makes so many constraints, and each of them holds a node or more.
-std::int32_t constraints_of_point(const palpate_scene_def& def) {
-  return def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
-}
-
-// Constraints that a step can have, without those of pairs and of links of the world.
-std::int32_t most_constraints(const palpate_scene_def& def) {
-  return std::min(def.max_contact_nodes,
-                  constraints_of_point(def) * def.max_points + def.max_links +
-                      (has_grasps(def) ? 6 * def.max_tools : 0) +
-                      (has_needles(def) ? def.max_tools * Needles::constraints_of_one(def.needle_places) : 0));
-}
-
-// Of both ends.
-std::int32_t nodes_of_a_link(const palpate_scene_def& def) {
-  return def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6;
-}
-
 PartOfWorld part_of_world(const TouchState& touch) {
   return {touch.most_pairs, touch.most_world_links};
 }
 
-// By default. A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and
-// one wide disc alone finds many. Memory grows with the square.
-constexpr std::int32_t kMostNodesByDefault = 1024;
-std::int32_t nodes_of_points(const palpate_scene_def& def) {
-  constexpr std::int32_t each = 8, fewest = 192, most = kMostNodesByDefault;
-  const std::int32_t of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
-  return of_points;
-}
-
-// A wide disc of a grasp has the more nodes the more there is room for beside the points.
-std::int32_t nodes_of_a_grasp(const palpate_scene_def& def) {
-  const std::int32_t room = def.max_contact_nodes > 0 ? def.max_contact_nodes : kMostNodesByDefault;
-  return std::clamp((room - nodes_of_points(def)) / (3 * def.max_tools), std::int32_t{GraspPatch::kFewNodes},
-                    std::int32_t{GraspPatch::kMostNodes});
-}
-
-// With fewer contact nodes, a step in which all tool points, grips, links and grasps hold must leave one of them out.
-std::int32_t fewest_contact_nodes(const palpate_scene_def& def) {
-  return constraints_of_point(def) * def.max_points + def.max_links + (has_grasps(def) ? def.max_tools : 0);
+// With fewer contact nodes, a step in which all that may hold tissue does so must leave some of it out.
+std::int32_t fewest_contact_nodes(const palpate_scene_def& def, const RowBudget& rows) {
+  return constraints_of_point(def) * def.max_points + rows.fewest_nodes;
 }
 
 // The fine surface, bound to the mesh's. triangles: checked.
@@ -195,23 +164,6 @@ palpate_status bind_fine_surface(const SectionReader& reader, const palpate_scen
   return status;
 }
 
-const FineSurface* fine_surface_of(const TouchState& touch) {
-  return touch.fine.bound() ? &touch.fine : nullptr;
-}
-
-// An upper bound of the largest eigenvalue of a symmetric positive semidefinite matrix, at most 7 % above it:
-// (trace C^16)^(1/16).
-double eigenvalue_bound(Mat3 c) {
-  const double size = c.m[0][0] + c.m[1][1] + c.m[2][2];
-  if (!(size > 0)) return 0;
-  for (auto& row : c.m)
-    for (double& x : row) x /= size;
-  for (int i = 0; i < 4; ++i) c = c * c;
-  double bound = c.m[0][0] + c.m[1][1] + c.m[2][2];
-  for (int i = 0; i < 4; ++i) bound = std::sqrt(bound);
-  return size * bound;
-}
-
 // ---- motions ---------------------------------------------------------------------------------------------------------
 
 palpate_status read_motion_rows(const SectionReader& reader, SectionId id, std::int32_t nodes, MotionRows* out) {
@@ -224,8 +176,9 @@ palpate_status read_motion_rows(const SectionReader& reader, SectionId id, std::
   return PALPATE_OK;
 }
 
-palpate_status build_motions(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
+palpate_status build_motions(const SectionReader& reader, const palpate_scene& scene, TouchState& touch,
                              ShapeState& shape) {
+  const palpate_scene_def& def = scene.def;
   Motions::Source source;
   if (const palpate_status status =
           read_motion_rows(reader, SectionId::motion_surface, reader.surface_nodes(), &source.surface))
@@ -245,14 +198,13 @@ palpate_status build_motions(const SectionReader& reader, const palpate_scene_de
       return source.volume ? reader.not_usable(SectionId::motion_volume, i * m + i)
                            : reader.missing("motions", SectionId::motion_volume);
   const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
-  if (has_needles(def) && inside > 0) {
+  if (scene.tensors.corridor && inside > 0) {
     MotionRows rows;
     if (const palpate_status status = read_motion_rows(reader, SectionId::motion_interior, inside, &rows))
       return status;
     source.surface.inside = rows.numbers, source.surface.nodes_inside = inside;
   }
-  if (!touch.motions.create(reader.memory(), source, most_constraints(def) + part_of_world(touch).constraints()))
-    return reader.no_memory("motions");
+  if (!touch.motions.create(reader.memory(), source, touch.most_constraints)) return reader.no_memory("motions");
   shape.moved_surface = touch.motions.rows();
   if (!has_interior_shape(def, reader.bundle())) return PALPATE_OK;
   return read_motion_rows(reader, SectionId::motion_interior, inside, &shape.moved_interior);
@@ -262,61 +214,12 @@ const Motions* motions_of(const palpate_scene_def& def, const TouchState& touch)
   return has_motions(def) ? &touch.motions : nullptr;
 }
 
-// Lets each node reach at least as far as the motions' norm, their length over the surface divided by the largest reach, moves it.
-void reach_motions(const MotionRows& rows, double largest, double* reach) {
-  for (std::int32_t m = 0; m < rows.count; ++m)
-    for (std::int32_t n = 0; n < rows.nodes && rows.longest[m] > 0; ++n)
-      reach[n] = std::max(reach[n], largest * (length(rows.at(m, n)) / rows.longest[m]) * (1 + 1e-6));
-}
-
-// How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Under large
-// deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same. of_nodes:
-// [surface nodes] takes the reaches; nullptr: nobody does.
-bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                 const std::int32_t* touchable, const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree,
-                 double* same, double* of_nodes = nullptr) {
-  SceneMemory scratch = reader.memory().of_same_host();
-  const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
-  double* const reach = scratch.array<double>(count);
-  if (reach) {
-    double most = 0;
-    std::fill(reach, reach + count, -1.0);
-    for (std::int32_t k = 0; k < tensors.columns && !deforms_largely(def); ++k) {
-      Mat3 compliance;
-      self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(k), &compliance);
-      reach[touchable[k]] = std::sqrt(eigenvalue_bound(compliance));
-      most = std::max(most, reach[touchable[k]]);
-    }
-    std::replace(reach, reach + count, -1.0, deforms_largely(def) ? 1 : most);
-    *same = most > 0 ? most : 1;
-    if (deforms_beside(def)) std::fill(reach, reach + count, *same);
-    reach_motions(motions, *same, reach);
-    if (of_nodes) std::copy(reach, reach + count, of_nodes);
-    if (!fine) tree.set_reach(reach);
-  }
-  double* const of_vertex = fine ? scratch.array<double>(static_cast<std::size_t>(fine->vertex_count())) : nullptr;
-  if (reach && of_vertex) {
-    for (std::int32_t v = 0; v < fine->vertex_count(); ++v) of_vertex[v] = fine->reach(v, reach);
-    tree.set_reach(of_vertex);
-  }
-  const bool made = !scratch.failed();
-  scratch.release_all();
-  return made;
-}
-
-// Of the surface that tools meet.
-bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
-                SurfaceTree& tree) {
-  const FineSurface& fine = touch.fine;
-  return fine.bound() ? tree.build(memory, fine.rest(), fine.vertex_count(), fine.triangles(), fine.triangle_count())
-                      : tree.build(memory, touch.rest, nodes, touch.triangles, triangles);
-}
-
-palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
+palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, std::uint32_t uses,
+                                  TouchState& touch) {
   DisplacementField& field = touch.displacement;
   field.offset_by(motions_of(def, touch), deforms_beside(def) ? &touch.beside.added() : nullptr);
   if (uses_body_field(def)) field.follow(&touch.body_field);
-  const bool asked = asks_for_displacements(def) || touch.most_world_links > 0;
+  const bool asked = asks_for_displacements(def) || (uses & kUsesDisplacements) != 0;
   return !asked || field.create(reader.memory(), def.max_contact_nodes) ? PALPATE_OK : reader.no_memory("displacement");
 }
 
@@ -331,8 +234,8 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     return reader.no_memory("collision");
   const auto create_field = [&] {
     if (!deforms_largely(def))
-      return touch.field.create(reader.memory(), &touch.displacement, def.max_contact_nodes,
-                                most_constraints(def) + part_of_world(touch).constraints(), reader.surface_nodes());
+      return touch.field.create(reader.memory(), &touch.displacement, def.max_contact_nodes, touch.most_constraints,
+                                reader.surface_nodes());
     touch.field.follow(&touch.body_field);
     return true;
   };
@@ -371,10 +274,6 @@ ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
           def.contact == PALPATE_CONTACT_PATCH ? nodes_of_disc : nodes};
 }
 
-DiscSource discs_of(TouchState& touch) {
-  return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
-}
-
 palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                               const std::int32_t* touchable, TouchState& touch) {
   SceneMemory& memory = reader.memory();
@@ -387,10 +286,9 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   memory.keep(touch.last_torque);
   memory.keep(touch.organ);
   memory.keep(touch.far);
-  limits.has_grasps = has_grasps(def), limits.has_needles = has_needles(def);
   limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
-  const std::int32_t constraints = most_constraints(def) + part_of_world(touch).constraints();
+  const std::int32_t constraints = touch.most_constraints;
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   const ContactRows::Source source = {def.contact,
@@ -419,54 +317,6 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
   return PALPATE_OK;
-}
-
-// The mesh of the bundle's body, its element and the law of each region; without what stiffens and what is held. laws: [regions].
-palpate_status read_body(const SectionReader& reader, const char* effect, HyperelasticBody* body, TissueLaw* laws) {
-  const double *young = nullptr, *poisson = nullptr;
-  palpate_status status = reader.map(SectionId::nodes, &body->nodes);
-  if (status == PALPATE_OK) status = reader.map(SectionId::young, &young);
-  if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &poisson);
-  if (status != PALPATE_OK) return status;
-  for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
-    if (!(young[r] > 0 && young[r] <= 1e15 && poisson[r] > -1 && poisson[r] < 0.5))
-      return reader.not_usable(SectionId::young, r);
-    laws[r] = {young[r] / (2 * (1 + poisson[r])), young[r] / (3 * (1 - 2 * poisson[r])), 0};
-  }
-  StoredElement element = StoredElement::p1;
-  if ((status = read_element(reader.bundle(), &element, reader.error())) != PALPATE_OK) return status;
-  if (element == StoredElement::p2_p0)
-    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                "%s: expected a bundle of the elements p1 or p1-anp, found p2-p0; rebuild it with one of them", effect);
-  body->nodal_dilatation = element == StoredElement::p1_anp;
-  body->laws = laws;
-  body->node_count = static_cast<std::int32_t>(reader.counts().nodes);
-  body->tetrahedron_count = static_cast<std::int32_t>(reader.counts().tetrahedra);
-  body->region_count = static_cast<std::int32_t>(reader.counts().regions);
-  for (std::int64_t i = 0; i < 3 * static_cast<std::int64_t>(body->node_count); ++i)
-    if (!(std::fabs(body->nodes[i]) <= 1e6)) return reader.not_usable(SectionId::nodes, static_cast<std::uint64_t>(i));
-  return PALPATE_OK;
-}
-
-// What large deformation asks of each region beyond the moduli.
-palpate_status read_stiffening(const SectionReader& reader, const char* effect, TissueLaw* laws) {
-  const double* stiffening = nullptr;
-  if (const palpate_status status = reader.map_for(effect, SectionId::large_stiffening, &stiffening)) return status;
-  for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
-    if (!(stiffening[r] >= 0 && stiffening[r] <= 1e4)) return reader.not_usable(SectionId::large_stiffening, r);
-    laws[r].stiffening = stiffening[r];
-  }
-  return PALPATE_OK;
-}
-
-// of_arrays: takes the checked copies of the tetrahedra and their regions.
-palpate_status read_tetrahedra(const SectionReader& of_arrays, HyperelasticBody* body) {
-  using Sections = formats::IndexedSections;
-  const std::uint64_t count = of_arrays.counts().tetrahedra;
-  if (const palpate_status status =
-          of_arrays.copy_indices(SectionId::tetrahedra, 4 * count, &Sections::tetrahedra, &body->tetrahedra))
-    return status;
-  return of_arrays.copy_indices(SectionId::region, count, &Sections::region, &body->region);
 }
 
 palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* body, TissueLaw* laws) {
@@ -519,8 +369,9 @@ bool is_an_order(const HyperelasticBody& body, const std::int32_t* order, std::i
   return true;
 }
 
-palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
-                                   DeformingBody& deforming) {
+palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  DeformingBody& deforming = scene.touch.body;
   // These are needed until the body is made.
   const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
   const char* const effect = "deformation LARGE";
@@ -546,7 +397,7 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
     if (!(std::fabs(preload[i]) <= 1e6))
       return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
   DeformingBody::Limits limits;
-  limits.nodes = def.max_contact_nodes, limits.constraints = most_constraints(def);
+  limits.nodes = def.max_contact_nodes, limits.constraints = scene.touch.most_constraints;
   limits.gives_way = contacts_may_give_way(def), limits.renews_metric = renews_metric(def);
   switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
     case LargeSolver::Created::no_memory:
@@ -572,41 +423,43 @@ palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_de
   return PALPATE_OK;
 }
 
-palpate_status make_deforming_body(SectionReader& reader, const palpate_scene_def& def, DeformingBody& deforming) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = make_deforming_body(reader, def, scratch, deforming);
+palpate_status make_deforming_body(SectionReader& reader, palpate_scene& scene) {
+  SceneMemory scratch(scene.def.allocator);
+  const palpate_status status = make_deforming_body(reader, scratch, scene);
   scratch.release_all();
   return status;
 }
 
 // Nodes whose displacements the contacts of a step hold.
-std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene_def& def) {
+std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene& scene) {
   const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes),
-                     of_shape[] = {def.queries == PALPATE_QUERIES_OFF ? 0 : reader.surface_nodes(),
-                                   reader.surface_nodes(), nodes};
-  return of_shape[def.shape];
+                     of_shape[] = {scene.uses & kUsesHeldSurface ? reader.surface_nodes() : 0, reader.surface_nodes(),
+                                   nodes};
+  return of_shape[scene.def.shape];
 }
 
 // After the surface and the limits of contacts are known.
-palpate_status connect_deforming_body(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
-                                      ShapeState& shape) {
+palpate_status connect_deforming_body(const SectionReader& reader, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  TouchState& touch = scene.touch;
   if (def.law != PALPATE_LAW_STICKING && !touch.body.follow_normals(reader.memory(), touch.rest, reader.surface_nodes(),
                                                                     touch.triangles, reader.triangles()))
     return reader.no_memory("deformation");
   if (uses_body_field(def) &&
-      !touch.body_field.create(reader.memory(), &touch.body, most_constraints(def), reader.surface_nodes()))
+      !touch.body_field.create(reader.memory(), &touch.body, touch.most_constraints, reader.surface_nodes()))
     return reader.no_memory("deformation");
-  touch.field_nodes = shape.field_nodes = field_nodes_of(reader, def);
+  touch.field_nodes = scene.shape.field_nodes = field_nodes_of(reader, scene);
   return PALPATE_OK;
 }
 
-palpate_status connect_body_beside(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch,
-                                   ShapeState& shape) {
+palpate_status connect_body_beside(const SectionReader& reader, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  TouchState& touch = scene.touch;
   BodyBeside::Limits limits;
-  limits.nodes = def.max_contact_nodes, limits.constraints = most_constraints(def);
+  limits.nodes = def.max_contact_nodes, limits.constraints = touch.most_constraints;
   limits.surface_nodes = reader.surface_nodes();
-  limits.field_nodes = std::max(reader.surface_nodes(), field_nodes_of(reader, def));
-  touch.field_nodes = shape.field_nodes = field_nodes_of(reader, def);
+  limits.field_nodes = std::max(reader.surface_nodes(), field_nodes_of(reader, scene));
+  touch.field_nodes = scene.shape.field_nodes = field_nodes_of(reader, scene);
   const auto follow = [&](auto& body) {
     return body.follow_normals(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles,
                                reader.triangles());
@@ -616,84 +469,6 @@ palpate_status connect_body_beside(const SectionReader& reader, const palpate_sc
   return made ? PALPATE_OK : reader.no_memory("deformation");
 }
 
-palpate_status map_corridor_rows(const SectionReader& reader, SectionId id, std::int32_t nodes,
-                                 DisplacementRows* rows) {
-  const float* numbers = nullptr;
-  if (const palpate_status status = reader.map_for("needles", id, &numbers)) return status;
-  rows->numbers = numbers, rows->nodes = nodes;
-  return PALPATE_OK;
-}
-
-// The columns of the bundle's corridor become those of the scene.
-palpate_status read_corridor(const SectionReader& reader, const std::int32_t* touchable, Corridor* corridor,
-                             ShapeState* interior, Tensors* tensors) {
-  const char* const effect = "needles";
-  if (!reader.find(SectionId::corridor_nodes))
-    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                "needles need a corridor (section corridor/nodes), which this bundle does not have; add a [[corridor]] "
-                "to the boundary file and precompute the bundle again, or leave needles off");
-  if (const formats::ElementType type = tensors->surface.type;
-      !tensors->compliance && type != formats::ElementType::f32)
-    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                "needles: expected displacements in f32 or a compliance in blocks, found rows in %s; pack the bundle "
-                "with --type f32 or --low-rank",
-                type == formats::ElementType::f16 ? "f16" : "f64");
-  const std::uint64_t count = reader.counts().corridor;
-  palpate_status status = reader.copy_indices(SectionId::corridor_nodes, count,
-                                              &formats::IndexedSections::corridor_nodes, &corridor->nodes);
-  if (status == PALPATE_OK) status = reader.map_for(effect, SectionId::corridor_compliance, &corridor->compliance);
-  if (status == PALPATE_OK)
-    status = map_corridor_rows(reader, SectionId::corridor_surface, reader.surface_nodes(), &corridor->surface);
-  if (status != PALPATE_OK) return status;
-  corridor->count = static_cast<std::int32_t>(count), corridor->node_of_column = touchable;
-  tensors->corridor = corridor;
-  if (!interior) return PALPATE_OK;
-  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
-  return map_corridor_rows(reader, SectionId::corridor_interior, inside, &interior->corridor_interior);
-}
-
-palpate_status build_needles(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
-                             const Tensors& tensors, TouchState& touch) {
-  HyperelasticBody body;
-  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
-  if (!laws) return reader.no_memory("needles");
-  Needles::Source source;
-  palpate_status status = read_body(reader, "needles", &body, laws);
-  if (status == PALPATE_OK) status = read_tetrahedra(reader, &body);
-  if (status == PALPATE_OK) status = reader.map(SectionId::young, &source.young);
-  if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &source.poisson);
-  if (status == PALPATE_OK) status = reader.read_rest(def, reader.counts().nodes, &source.geometry.nodes);
-  if (status != PALPATE_OK) return status;
-  source.geometry.tetrahedra = body.tetrahedra, source.geometry.tetrahedron_count = body.tetrahedron_count;
-  source.region = body.region, source.triangles = touch.triangles, source.column_of_node = touch.column_of_node;
-  source.tensors = &tensors, source.field = &touch.displacement;
-  source.most_places = def.needle_places, source.max_tools = def.max_tools;
-  touch.ask(&touch.needles);
-  return touch.needles.create(reader.memory(), source) ? PALPATE_OK : reader.no_memory("needles");
-}
-palpate_status build_needles(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                             TouchState& touch) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = build_needles(reader, def, scratch, tensors, touch);
-  scratch.release_all();
-  return status;
-}
-
-palpate_status build_grasps(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  const bool made =
-      touch.grasps.create(reader.memory(), discs_of(touch), def.max_tools, nodes_of_a_grasp(def), &touch.displacement);
-  touch.ask(&touch.grasps);
-  return made ? PALPATE_OK : reader.no_memory("grasps");
-}
-
-palpate_status build_links(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                           TouchState& touch) {
-  const Links::Source source = {link_surface_of(def, touch, reader.triangles()), tensors.stiffness, &touch.displacement,
-                                motions_of(def, touch)};
-  touch.ask(&touch.links);
-  return touch.links.create(reader.memory(), source, def.max_links) ? PALPATE_OK : reader.no_memory("links");
-}
-
 palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
   return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch),
                              &touch.displacement)
@@ -701,31 +476,9 @@ palpate_status build_report(const SectionReader& reader, const palpate_scene_def
              : reader.no_memory("report");
 }
 
-palpate_status build_relaxation(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  touch.relaxation.set(def.relaxation);
-  touch.memory = reader.memory().array<PronySeries::Memory>(static_cast<std::size_t>(def.max_tools));
-  reader.memory().keep_array(touch.memory, static_cast<std::size_t>(def.max_tools));
-  touch.torque_memory = reader.memory().array<PronySeries::Memory>(static_cast<std::size_t>(def.max_tools));
-  reader.memory().keep_array(touch.torque_memory, static_cast<std::size_t>(def.max_tools));
-  return touch.memory && touch.torque_memory ? PALPATE_OK : reader.no_memory("relaxation");
-}
-
-// ---- the queries -----------------------------------------------------------------------------------------------------
-
-palpate_status build_queries(const SectionReader& reader, const palpate_scene_def& def, const TouchState& touch,
-                             const Tensors& tensors, const std::int32_t* touchable, SurfaceQuery& query) {
-  const FineSurface* const fine = fine_surface_of(touch);
-  double reach = 1;
-  const bool made = build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), query.tree()) &&
-                    set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(), query.tree(), &reach) &&
-                    query.create(reader.memory(), &tensors, touchable, def.max_contact_nodes, fine,
-                                 deforms_largely(def), deforms_beside(def) ? reach : 0, touch.motions.rows(), reach);
-  return made ? PALPATE_OK : reader.no_memory("queries");
-}
-
 // ---- the shape half --------------------------------------------------------------------------------------------------
 
-palpate_status build_shape(const SectionReader& reader, const palpate_scene_def& def, bool stores_compliance,
+palpate_status build_shape(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
                            ShapeState& shape) {
   const formats::BundleCounts& counts = reader.counts();
   const std::uint64_t nodes = def.shape == PALPATE_SHAPE_VOLUME ? counts.nodes : counts.surface_nodes;
@@ -738,7 +491,7 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
   if (const palpate_status status = reader.read_rest(def, nodes, &shape.rest)) return status;
   SceneMemory& memory = reader.memory();
   const std::size_t columns = 3 * static_cast<std::size_t>(def.max_contact_nodes);
-  shape.slot_of_column = memory.array<std::int32_t>(counts.touchable + (has_needles(def) ? counts.corridor : 0));
+  shape.slot_of_column = memory.array<std::int32_t>(static_cast<std::size_t>(tensors.all_columns()));
   shape.sum = memory.array<double>(columns);
   shape.row_scale = memory.array<float>(columns);
   shape.coefficient = memory.array<float>(columns);
@@ -748,7 +501,7 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
     shape.interior_column = memory.array<const void*>(columns);
     shape.interior_coefficient = memory.array<float>(columns);
   }
-  if (stores_compliance) {
+  if (tensors.compliance) {
     // One field for each corrected tool, and one for all others.
     const std::size_t groups = def.radial == PALPATE_RADIAL_OFF ? 1 : static_cast<std::size_t>(def.max_tools) + 1;
     shape.loads = memory.array<LoadedColumn>(columns / 3);
@@ -759,71 +512,6 @@ palpate_status build_shape(const SectionReader& reader, const palpate_scene_def&
   return PALPATE_OK;
 }
 
-// ---- the inside ------------------------------------------------------------------------------------------------------
-
-palpate_status build_inside(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
-                            InsideField& inside) {
-  const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
-  const char* const effect = "inside ON";
-  const bool large = def.deformation != PALPATE_DEFORMATION_LINEAR;
-  HyperelasticBody body;
-  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
-  if (!laws) return reader.no_memory("inside");
-  const double* preload = nullptr;
-  palpate_status status = read_body(reader, effect, &body, laws);
-  if (status == PALPATE_OK && large) status = read_stiffening(reader, effect, laws);
-  if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, &body);
-  if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
-  if (status != PALPATE_OK) return status;
-  double gradient[3][3];
-  for (std::int32_t e = 0; e < body.tetrahedron_count; ++e)
-    if (!(shape_gradients(body, e, gradient) > 0))
-      return reader.not_usable(SectionId::tetrahedra, 4 * static_cast<std::uint64_t>(e));
-  for (std::int64_t i = 0; preload && i < 3 * static_cast<std::int64_t>(body.node_count); ++i)
-    if (!(std::fabs(preload[i]) <= 1e6))
-      return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
-  return inside.create(reader.memory(), body, large, preload) ? PALPATE_OK : reader.no_memory("inside");
-}
-
-palpate_status build_inside(const SectionReader& reader, const palpate_scene_def& def, InsideField& inside) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = build_inside(reader, def, scratch, inside);
-  scratch.release_all();
-  return status;
-}
-
-// ---- the render mesh -------------------------------------------------------------------------------------------------
-
-// triangles: nullptr where the touch half has none. scratch: memory that the binding alone needs.
-palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,
-                                const std::int32_t* triangles, SceneMemory& scratch, Skin& skin) {
-  if (!triangles)
-    if (const palpate_status status = read_triangles(reader, &triangles)) return status;
-  const double *position = nullptr, *preload = nullptr, *meshed = nullptr;
-  const float* preload_of_surface = nullptr;
-  const std::uint64_t nodes = reader.counts().surface_nodes;
-  if (const palpate_status status = reader.map(SectionId::nodes, &position)) return status;
-  if (const palpate_status status = reader.map_preload(def, &preload)) return status;
-  if (const palpate_status status = reader.sum_positions(position, nullptr, nodes, scratch, &meshed)) return status;
-  if (preload)
-    if (const palpate_status status =
-            reader.sum_positions(preload, nullptr, nodes, reader.memory(), &preload_of_surface))
-      return status;
-  palpate_render_mesh mesh = {};
-  if (const palpate_status status = read_host_struct("render_mesh", def.render_mesh, &mesh, reader.error()))
-    return status;
-  return skin.bind(reader.memory(), scratch, mesh, meshed, reader.surface_nodes(), preload_of_surface, triangles,
-                   reader.triangles(), draws_dents(def), reader.error());
-}
-
-palpate_status bind_render_mesh(const SectionReader& reader, const palpate_scene_def& def,
-                                const std::int32_t* triangles, Skin& skin) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = bind_render_mesh(reader, def, triangles, scratch, skin);
-  scratch.release_all();
-  return status;
-}
-
 // ---- what the host's log is told -----------------------------------------------------------------------------------
 
 // A scene of the default limits takes a few MB.
@@ -831,11 +519,26 @@ constexpr std::uint64_t kMuchMemory = std::uint64_t{256} << 20;
 // Half precision keeps 11 bits: the system of several hundred contacts may then not be definite (docs/method.md).
 constexpr std::int32_t kManyContactsForHalf = 256;
 
+// Who needs contact nodes at least: "1 for each of max_points 64, 3 for links".
+struct NeededNodes {
+  char text[160] = {};
+  NeededNodes(const palpate_scene_def& def, EffectList effects) {
+    int end = std::snprintf(text, sizeof text, "%d for each of max_points %d",
+                            static_cast<int>(constraints_of_point(def)), static_cast<int>(def.max_points));
+    for (const Effect* effect : effects) {
+      const std::int32_t nodes = effect->rows && effect->is_on(def) ? effect->rows(def).fewest_nodes : 0;
+      if (nodes > 0 && end < static_cast<int>(sizeof text))
+        end += std::snprintf(text + end, sizeof text - static_cast<std::size_t>(end), ", %d for %s",
+                             static_cast<int>(nodes), effect->name);
+    }
+  }
+};
+
 // Where the host leaves max_contact_nodes to the library, or sets the largest one, the other limits may allow more.
 void log_few_contact_nodes(const palpate_scene& scene) {
   const palpate_scene_def& def = scene.def;
   const std::int32_t nodes = def.max_contact_nodes - contact_nodes_for(def, part_of_world(scene.touch)),
-                     needed = fewest_contact_nodes(def);
+                     needed = fewest_contact_nodes(def, scene.rows);
   if (nodes >= needed) return;
   scene.context.bundle.log.say(
       PALPATE_LOG_WARNING,
@@ -871,68 +574,86 @@ void log_scene(const palpate_scene& scene, const MemoryUse& use) {
         static_cast<int>(LargeSolver::kFewestSteps), static_cast<long long>(fewest),
         static_cast<long long>(def.max_operations));
   const formats::ElementType type = scene.tensors.compliance ? scene.compliance.type() : scene.tensors.surface.type;
-  if (type == formats::ElementType::f16 && most_constraints(def) > kManyContactsForHalf)
+  if (type == formats::ElementType::f16 && scene.touch.most_constraints > kManyContactsForHalf)
     bundle.log.say(PALPATE_LOG_WARNING,
                    "scene: the tensors have half precision, too coarse for %d contacts at once: such steps may "
                    "raise UNSOLVED",
-                   static_cast<int>(most_constraints(def)));
+                   static_cast<int>(scene.touch.most_constraints));
 }
 
 // A number that the host has set holds what the other limits allow.
-palpate_status check_contact_nodes(const palpate_scene_def& def, palpate_error* error) {
-  const std::int32_t nodes = def.max_contact_nodes, least = std::min(fewest_contact_nodes(def), kMostContactNodes);
+palpate_status check_contact_nodes(const palpate_scene_def& def, EffectList effects, palpate_error* error) {
+  const std::int32_t nodes = def.max_contact_nodes,
+                     least = std::min(fewest_contact_nodes(def, rows_of(def, effects)), kMostContactNodes);
   if (nodes == 0 || nodes >= least) return PALPATE_OK;
-  return fail(
-      error, PALPATE_ERROR_ARGUMENT, 0,
-      "palpate_scene_def: max_contact_nodes is %d, expected 0 or at least %d: %d for each of max_points %d, and 1 "
-      "for each of %d links and %d grasps; raise max_contact_nodes, or lower max_points",
-      static_cast<int>(nodes), static_cast<int>(least), static_cast<int>(constraints_of_point(def)),
-      static_cast<int>(def.max_points), static_cast<int>(def.max_links),
-      has_grasps(def) ? static_cast<int>(def.max_tools) : 0);
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+              "palpate_scene_def: max_contact_nodes is %d, expected 0 or at least %d: %s; raise max_contact_nodes, or "
+              "lower max_points",
+              static_cast<int>(nodes), static_cast<int>(least), NeededNodes(def, effects).text);
+}
+
+palpate_status refuse_missing_effects(palpate_error* error) {
+  return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
+}
+
+// ---- the effects of the list -----------------------------------------------------------------------------------------
+
+palpate_status check_key(const EffectKey& key, const palpate_scene_def& def, palpate_error* error) {
+  if (key.type == EffectKey::Type::numbers) return PALPATE_OK;
+  const int number = key.number(def);
+  if (number >= key.least && number <= key.most) return PALPATE_OK;
+  if (key.type == EffectKey::Type::choice)
+    return fail(
+        error, PALPATE_ERROR_ARGUMENT, 0,
+        "palpate_scene_def: %s has a value that palpate.h does not list; start from palpate_default_scene_def()",
+        key.name);
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s must be %d %s %d", key.name, key.least,
+              key.type == EffectKey::Type::flag ? "or" : "..", key.most);
+}
+
+palpate_status check_effect(const Effect& effect, const palpate_scene_def& def, palpate_error* error) {
+  if (const palpate_status status = check_key(effect.keys[0], def, error)) return status;
+  if (!effect.is_on(def)) return PALPATE_OK;
+  for (const EffectKey& key : effect.keys)
+    if (const palpate_status status = check_key(key, def, error)) return status;
+  if (!kHasEffects) return refuse_missing_effects(error);
+  const char* wrong = nullptr;
+  for (const EffectNeed& need : effect.needs)
+    if (!wrong && !need.is_met(def)) wrong = need.reason;
+  if (!wrong && effect.check) wrong = effect.check(def);
+  return wrong ? fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", wrong) : PALPATE_OK;
+}
+
+// function: prepare or build of the effect e; nullptr: there is none.
+palpate_status run(palpate_status (*function)(EffectBuild&), SectionReader& reader, palpate_scene& scene,
+                   std::int32_t e) {
+  EffectBuild build = {reader, scene, pass_of_effect(e), scene.effects[e].state};
+  const palpate_status status = function ? function(build) : PALPATE_OK;
+  scene.effects[e].state = build.state;
+  return status;
 }
 
 }  // namespace
 
-palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* error) {
+palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects, palpate_error* error) {
   const auto bad = [&](const char* what) {
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", what);
   };
   if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_PATCH) ||
       !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
-      !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.queries, PALPATE_QUERIES_ON) ||
-      !is_one_of(def.report, PALPATE_REPORT_CONTACTS) || !is_one_of(def.dent, PALPATE_DENT_DISCS) ||
-      !is_one_of(def.inside, PALPATE_INSIDE_ON) || !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
+      !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.report, PALPATE_REPORT_CONTACTS) ||
+      !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
-  if (!is_one_of(def.relaxation.model, PALPATE_RELAXATION_PRONY))
-    return bad("relaxation.model has a value that palpate.h does not list");
-  if (def.relaxation.model == PALPATE_RELAXATION_PRONY) {
-    if (def.force == PALPATE_FORCE_OFF) return bad("relaxation acts on a force, and force is OFF");
-    if (!PronySeries().set(def.relaxation))
-      return bad("relaxation needs 1 .. 8 terms, shares of 0 and above that sum to less than 1, and times above 0 s");
-  }
   if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
   if (def.max_contact_nodes < 0 || def.max_contact_nodes > kMostContactNodes)
     return bad("max_contact_nodes must be 0 .. 3000; 0 takes a number that fits max_points");
-  if (def.grasps < 0 || def.grasps > 1) return bad("grasps must be 0 or 1");
-  if (def.grasps && (def.contact != PALPATE_CONTACT_PATCH || def.deformation != PALPATE_DEFORMATION_LINEAR))
-    return bad(
-        "a grasp holds discs of an organ of contact PATCH and deformation LINEAR; take these, or leave grasps at 0");
-  if (def.needles < 0 || def.needles > 1) return bad("needles must be 0 or 1");
-  if (def.needle_places < 2 || def.needle_places > NeedleInTissue::kMostPlaces)
-    return bad("needle_places must be 2 .. 64");
-  if (def.needles && def.deformation != PALPATE_DEFORMATION_LINEAR)
-    return bad("needles pierce an organ of deformation LINEAR alone; leave needles at 0, or take LINEAR");
-  if (def.max_links < 0 || def.max_links > 1000) return bad("max_links must be 0 .. 1000");
-  if (def.max_links > 0 && def.deformation != PALPATE_DEFORMATION_LINEAR)
-    return bad("links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR");
   if (def.motions < 0 || def.motions > 1) return bad("motions must be 0 or 1");
   if (def.motions && def.deformation != PALPATE_DEFORMATION_LINEAR)
     return bad("motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR");
   if (def.motions && def.collision == PALPATE_COLLISION_REST)
     return bad("tools meet an organ that moves where it is: take collision DEFORMED, or OFF, or leave motions at 0");
-  if (const palpate_status status = check_contact_nodes(def, error)) return status;
   if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
   if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
   if (!(def.torque_limit > 0)) return bad("torque_limit must be above 0 N m");
@@ -944,14 +665,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
-  if (def.inside != PALPATE_INSIDE_OFF && def.shape != PALPATE_SHAPE_VOLUME)
-    return bad("inside needs the displacements of all nodes: take shape VOLUME, or leave inside OFF");
-  if (def.render_mesh && def.shape == PALPATE_SHAPE_OFF) return bad("render_mesh follows a shape, and shape is OFF");
-  if (def.dent != PALPATE_DENT_OFF &&
-      (!def.render_mesh || def.contact != PALPATE_CONTACT_PATCH || def.report == PALPATE_REPORT_OFF))
-    return bad(
-        "dent DISCS draws the discs of a report on a render mesh; set render_mesh, contact PATCH and report "
-        "CONTACTS, or leave dent OFF");
   if (def.fine_surface && def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF)
     return bad("tools and queries meet the fine_surface, and collision and queries are OFF");
   if (def.deformation != PALPATE_DEFORMATION_LINEAR &&
@@ -959,17 +672,35 @@ palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* erro
     return bad(
         "deformation LARGE is right at any depth without the measured response; leave force and radial at their "
         "defaults, or take deformation LINEAR");
-  if (asks_for_missing_effects(def))
-    return fail(error, PALPATE_ERROR_EFFECT, 0, "this library was built with PALPATE_WITHOUT_EFFECTS; leave them off");
+  for (const Effect* effect : effects)
+    if (const palpate_status status = check_effect(*effect, def, error)) return status;
+  if (const palpate_status status = check_contact_nodes(def, effects, error)) return status;
+  if (asks_for_missing_effects(def)) return refuse_missing_effects(error);
   return PALPATE_OK;
 }
 
-std::int32_t contact_nodes_for(const palpate_scene_def& def) {
-  if (def.max_contact_nodes > 0) return def.max_contact_nodes;
-  const std::int32_t of_links = def.max_links * nodes_of_a_link(def), of_points = nodes_of_points(def);
-  const std::int32_t of_grasps = has_grasps(def) ? 3 * nodes_of_a_grasp(def) * def.max_tools : 0;
-  const std::int32_t of_needles = has_needles(def) ? def.max_tools * Needles::nodes_of_one(def.needle_places) : 0;
-  return std::min(kMostContactNodes, of_points + of_links + of_grasps + of_needles);
+RowBudget rows_of(const palpate_scene_def& def, EffectList effects) {
+  RowBudget rows;
+  for (const Effect* effect : effects)
+    if (effect->rows && effect->is_on(def)) rows.add(effect->rows(def));
+  return rows;
+}
+
+std::int32_t constraints_of_point(const palpate_scene_def& def) {
+  return def.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1;
+}
+
+// A disc on eight nodes keeps the force of one on all of them within a few per cent, unless it is wide against the mesh; and one wide disc
+// alone finds many. Memory grows with the square.
+std::int32_t nodes_of_points(const palpate_scene_def& def) {
+  constexpr std::int32_t each = 8, fewest = 192, most = kMostNodesByDefault;
+  const std::int32_t of_points = def.max_points > most / each ? most : std::max(fewest, each * def.max_points);
+  return of_points;
+}
+
+std::int32_t contact_nodes_for(const palpate_scene_def& def, const RowBudget& rows) {
+  return def.max_contact_nodes > 0 ? def.max_contact_nodes
+                                   : std::min(kMostContactNodes, nodes_of_points(def) + rows.nodes);
 }
 
 std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part) {
@@ -980,7 +711,6 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   const palpate_scene_def& def = scene.def;
   palpate_bundle& bundle = scene.context.bundle;
   SectionReader reader(bundle, scene.memory, error);
-  const std::int32_t* touchable = nullptr;
   TouchState& touch = scene.touch;
   ShapeState& shape = scene.shape;
 
@@ -993,59 +723,46 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
     if (wanted && status == PALPATE_OK) status = build();
     taken += scene.memory.bytes() - before;
   };
-  step(true, use.contacts,
-       [&] { return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &touchable, &scene.tensors); });
-  step(has_needles(def), use.needles, [&] {
-    ShapeState* const interior = has_interior_shape(def, bundle) ? &shape : nullptr;
-    return read_corridor(reader, touchable, &scene.corridor, interior, &scene.tensors);
+  step(true, use.contacts, [&] {
+    return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &scene.touchable, &scene.tensors);
   });
+  for (std::int32_t e = 0; e < scene.effect_count; ++e)
+    step(true, scene.effects[e].bytes, [&] { return run(scene.effects[e].effect->prepare, reader, scene, e); });
   step(def.deformation != PALPATE_DEFORMATION_LINEAR, use.deformation,
-       [&] { return make_deforming_body(reader, def, touch.body); });
-  const bool linked = touch.most_world_links > 0;
-  step(linked || needs_triangles(def), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
-  step(linked || needs_rest(def), use.surface,
+       [&] { return make_deforming_body(reader, scene); });
+  step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
+  step(needs_rest(def, scene.uses), use.surface,
        [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
-  step(linked || needs_surface(def), use.surface, [&] { return build_surface(reader, def, touch); });
+  step(needs_surface(def, scene.uses), use.surface, [&] { return build_surface(reader, def, touch); });
   step(has_fine_surface(def), use.fine_surface, [&] { return bind_fine_surface(reader, def, touch); });
-  step(has_motions(def), use.motions, [&] { return build_motions(reader, def, touch, shape); });
-  step(def.queries != PALPATE_QUERIES_OFF, use.queries,
-       [&] { return build_queries(reader, def, touch, scene.tensors, touchable, scene.query); });
+  step(has_motions(def), use.motions, [&] { return build_motions(reader, scene, touch, shape); });
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
-  step(def.render_mesh != nullptr, use.render_mesh,
-       [&] { return bind_render_mesh(reader, def, touch.triangles, scene.skin); });
-  step(draws_dents(def), use.dent, [&] {
-    return scene.skin.draw_dents(reader.memory(), &touch.measure, def.max_points) ? PALPATE_OK
-                                                                                  : reader.no_memory("dent");
-  });
-  step(true, use.contacts, [&] { return build_displacement(reader, def, touch); });
+  step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
-       [&] { return build_collision(reader, def, scene.tensors, touchable, touch); });
-  step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, touchable, touch); });
+       [&] { return build_collision(reader, def, scene.tensors, scene.touchable, touch); });
+  step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, scene.touchable, touch); });
   touch.ask(&touch.tools);
-  step(has_grasps(def), use.contacts, [&] { return build_grasps(reader, def, touch); });
-  step(has_needles(def), use.needles, [&] { return build_needles(reader, def, scene.tensors, touch); });
-  step(has_links(def), use.links, [&] { return build_links(reader, def, scene.tensors, touch); });
   step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
-       [&] { return connect_deforming_body(reader, def, touch, shape); });
-  step(deforms_beside(def), use.deformation, [&] { return connect_body_beside(reader, def, touch, shape); });
+       [&] { return connect_deforming_body(reader, scene); });
+  step(deforms_beside(def), use.deformation, [&] { return connect_body_beside(reader, scene); });
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
-  step(def.relaxation.model != PALPATE_RELAXATION_OFF, use.relaxation,
-       [&] { return build_relaxation(reader, def, touch); });
-  step(def.shape != PALPATE_SHAPE_OFF, use.shape,
-       [&] { return build_shape(reader, def, scene.tensors.compliance != nullptr, shape); });
+  step(def.shape != PALPATE_SHAPE_OFF, use.shape, [&] { return build_shape(reader, def, scene.tensors, shape); });
   step(def.radial != PALPATE_RADIAL_OFF, unused,
        [&] { return read_curve(reader, "radial RESPONSE", SectionId::response_radial, 0, &shape.radial); });
-  step(has_inside(def), use.inside, [&] { return build_inside(reader, def, scene.inside); });
+  for (std::int32_t e = 0; e < scene.effect_count; ++e) {
+    EffectInScene& on = scene.effects[e];
+    step(true, on.bytes, [&] { return run(scene.effects[e].effect->build, reader, scene, e); });
+  }
   step(scene.memory.failed(), unused, [&] { return reader.no_memory(); });
   // Whatever failed before: if the file was cut meanwhile, that is the reason.
   if (bundle.is_lost())
     status = fail(error, PALPATE_ERROR_TRUNCATED, 0,
                   "the bundle's file became shorter or was written over while it was read");
   if (status != PALPATE_OK) return status;
-  scene.plan = make_plan(def, bundle, use, scene.watch);
-  scene.definition = definition_of(def, scene.memory, touch.fine.identity());
+  make_plan(scene, use);
+  scene.definition = definition_of(scene);
   if (const palpate_status bounded = state_work_bounds(scene, error)) return bounded;
   log_scene(scene, use);
   return status;

@@ -6,10 +6,21 @@
 namespace palpate {
 
 // PALPATE_OK, or the error, with *error filled, where the host's numbers are outside of the ranges that palpate.h states.
-palpate_status check_scene_def(const palpate_scene_def& def, palpate_error* error);
+palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects, palpate_error* error);
 
+// What the effects that are on may add to the rows of a step.
+RowBudget rows_of(const palpate_scene_def& def, EffectList effects);
+// A tool point or a grip makes so many constraints, and each of them holds a node or more.
+std::int32_t constraints_of_point(const palpate_scene_def& def);
+// For tool points and grips, and for all, where the host does not set max_contact_nodes.
+inline constexpr std::int32_t kMostNodesByDefault = 1024;
+std::int32_t nodes_of_points(const palpate_scene_def& def);
+// Of both ends.
+inline std::int32_t nodes_of_a_link(const palpate_scene_def& def) {
+  return def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6;
+}
 // The contact nodes that the scene gets: those that the host asks for, or a number that fits its other limits.
-std::int32_t contact_nodes_for(const palpate_scene_def& def);
+std::int32_t contact_nodes_for(const palpate_scene_def& def, const RowBudget& rows);
 
 // Of one organ's part in a pair with another organ.
 inline constexpr std::int32_t kNodesOfPair = 3;
@@ -23,8 +34,9 @@ struct PartOfWorld {
 // The contact nodes that come on top for it.
 std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part);
 
-// palpate_scene_create, of an organ in a world.
-palpate_status create_scene(palpate_bundle* bundle, const palpate_scene_def* def, PartOfWorld part,
+// palpate_scene_create of palpate.h, with the effects that the scene may have on. part: of an organ in a world. effects: at most
+// kMostEffects; the order is that in which the effects are built and act. The list may end after the call, the descriptors may not.
+palpate_status create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects, PartOfWorld part,
                             palpate_scene** scene, palpate_error* error);
 
 // scene: new, with a checked def. On failure *error is filled, and the scene holds memory that the caller must release.

@@ -3,23 +3,23 @@
 
 #include "runtime/base/effects.h"
 #include "runtime/bundle/bundle.h"
+#include "runtime/scene/effect.h"
 
 namespace palpate {
 
-// The rest surface, searchable.
-[[maybe_unused]] static bool needs_surface(const palpate_scene_def& def) {
-  return def.collision != PALPATE_COLLISION_OFF || needs_contact_frames(def) || def.max_links > 0;
+// The rest surface, searchable. uses: of the scene.
+[[maybe_unused]] static bool needs_surface(const palpate_scene_def& def, std::uint32_t uses) {
+  return def.collision != PALPATE_COLLISION_OFF || needs_contact_frames(def) || (uses & kUsesSurface) != 0;
 }
 
 // Positions of the surface's nodes without contacts.
-[[maybe_unused]] static bool needs_rest(const palpate_scene_def& def) {
-  return needs_surface(def) || has_needles(def) || def.queries != PALPATE_QUERIES_OFF ||
-         def.report != PALPATE_REPORT_OFF;
+[[maybe_unused]] static bool needs_rest(const palpate_scene_def& def, std::uint32_t uses) {
+  return needs_surface(def, uses) || def.report != PALPATE_REPORT_OFF || (uses & kUsesRest) != 0;
 }
 
 // The triangles' corners, at least.
-[[maybe_unused]] static bool needs_triangles(const palpate_scene_def& def) {
-  return needs_rest(def) || def.contact != PALPATE_CONTACT_NODE;
+[[maybe_unused]] static bool needs_triangles(const palpate_scene_def& def, std::uint32_t uses) {
+  return needs_rest(def, uses) || def.contact != PALPATE_CONTACT_NODE;
 }
 
 // Displacements of nodes below the surface, from the tensors.

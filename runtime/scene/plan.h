@@ -6,23 +6,29 @@
 #include "runtime/base/passes.h"
 #include "runtime/bundle/bundle.h"
 
+struct palpate_scene;
+
 namespace palpate {
 
 struct Plan {
-  static constexpr std::int32_t kCreationPasses = 6, kMost = kPasses + kCreationPasses;
+  static constexpr std::int32_t kMost = kPasses + kMostEffects + 5;
   palpate_plan_pass pass[kMost] = {};
   std::int32_t count = 0;
   std::int64_t most_operations = 0;  // of a touch step
+  // The names of the sections that the passes map, one text behind another; the passes point into it.
+  static constexpr std::int32_t kMostText = 8192;
+  char text[kMostText] = {};
+  std::int32_t text_count = 0;
 };
 
-// Bytes that a scene has taken, by what they are for.
+// Bytes that a scene has taken, by what they are for. Each effect of the scene's list states its own.
 struct MemoryUse {
-  std::uint64_t surface = 0, tissue = 0, fine_surface = 0, queries = 0, render_mesh = 0, collision = 0, report = 0,
-                contacts = 0, relaxation = 0, shape = 0, deformation = 0, links = 0, dent = 0, motions = 0, inside = 0,
-                needles = 0;
+  std::uint64_t surface = 0, tissue = 0, fine_surface = 0, collision = 0, report = 0, contacts = 0, shape = 0,
+                deformation = 0, motions = 0;
 };
 
-// Follows from the scene's effects and from which sections the bundle has; watch: is told each pass's index in the plan.
-Plan make_plan(const palpate_scene_def& def, const palpate_bundle& bundle, const MemoryUse& memory, PassWatch& watch);
+// Fills in the scene's plan, and tells its watch each pass's index in the plan. Both follow from the scene's effects and from which
+// sections the bundle has.
+void make_plan(palpate_scene& scene, const MemoryUse& memory);
 
 }  // namespace palpate

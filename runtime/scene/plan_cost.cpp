@@ -26,18 +26,10 @@ class PassWork {
         return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
       case Pass::contact:
         return scene_.def.deformation == PALPATE_DEFORMATION_LARGE ? deform() : solve();
-      case Pass::links:
-        return links();
-      case Pass::grasps:
-        return {0, 0, 20 + 10 * nodes};
-      case Pass::needles:
-        return {0, 0, 500 + 50 * nodes};
       case Pass::force:
         return {
             0, 0,
             10 + (scene_.def.force == PALPATE_FORCE_RESPONSE ? 2.0 * scene_.touch.response.ratio_count() * tools : 0)};
-      case Pass::relaxation:
-        return {0, 0, 15.0 * scene_.def.relaxation.terms * tools};
       case Pass::output:
         return {0, 0, 25 + 3 * tools + nodes};
       case Pass::report:
@@ -54,12 +46,6 @@ class PassWork {
                 (2.5 + 0.25 * scene_.shape.radial.ratio_count()) * scene_.shape.nodes * std::min(tools, contacts)};
       case Pass::positions:
         return {36.0 * scene_.shape.nodes, 3.0 * scene_.shape.nodes, 100};
-      case Pass::skin:
-        return skin();
-      case Pass::dent:
-        return dent();
-      case Pass::inside:
-        return inside();
       case Pass::count:
         break;
     }
@@ -100,32 +86,6 @@ class PassWork {
   // The targets of the contacts, in the pass of the contacts, are counted here.
   palpate_pass_work motions() const { return {0, 0, 20 + scene_.touch.motions.count() * (6 + 3.0 * load_.nodes)}; }
 
-  // Every link as if it were slack and measured: the displacements of the nodes of both its ends by all contact nodes.
-  palpate_pass_work links() const {
-    const double nodes = scene_.def.contact == PALPATE_CONTACT_PATCH ? 2.0 * LinkEnd::kMostNodes : 6;
-    return {0, 0, scene_.touch.links.count() * (20 + 6 * nodes * load_.nodes)};
-  }
-
-  // Every triangle adds to three bones, every vertex blends three bones.
-  palpate_pass_work skin() const {
-    const Skin& skin = scene_.skin;
-    const double vertices = skin.vertex_count(), triangles = skin.triangle_count(), nodes = skin.node_count();
-    const double floats = skin.has_normals() ? 21 : 15;  // floats read and written for each vertex
-    return {4 * (floats * vertices + 21 * triangles + 19 * nodes), 0, 9 * vertices + 12 * triangles};
-  }
-
-  // Every vertex is compared with the box around the discs; those inside look at each disc.
-  palpate_pass_work dent() const {
-    const double vertices = scene_.skin.vertex_count(), discs = patches();
-    if (discs == 0) return {0, 0, 10};
-    return {12 * vertices, 0, 50 * discs + 2 * vertices + discs * scene_.skin.vertices_near_a_disc() * 60};
-  }
-
-  palpate_pass_work inside() const {
-    const double tetrahedra = scene_.inside.tetrahedra(), nodes = scene_.inside.nodes();
-    return {0, 0, 50 * tetrahedra + 50 * nodes};
-  }
-
   palpate_pass_work superposition() const {
     const Tensors& tensors = scene_.tensors;
     const DisplacementRows& interior = scene_.shape.interior;
@@ -154,5 +114,8 @@ palpate_pass_work palpate_predict_pass(const palpate_scene* scene, int32_t pass,
   for (std::int32_t id = 0; id < palpate::kPasses; ++id)
     if (scene->watch.index_in_plan[id] == pass)
       return palpate::PassWork(*scene, sent).of(static_cast<palpate::Pass>(id));
+  for (std::int32_t e = 0; e < scene->effect_count; ++e)
+    if (scene->watch.index_in_plan[palpate::kPasses + e] == pass)
+      return scene->effects[e].effect->pass.predict(*scene, sent);
   return palpate_pass_work{};
 }

@@ -1,6 +1,7 @@
 // The C API of a scene: creation, plan, and the steps, which the rooms contact/ and shape/ compute.
 #include "runtime/scene/scene.h"
 
+#include <algorithm>
 #include <initializer_list>
 #include <new>
 
@@ -10,6 +11,7 @@
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
 #include "runtime/scene/build_scene.h"
+#include "runtime/shape/vertex_normals.h"
 
 namespace palpate {
 namespace {
@@ -26,13 +28,8 @@ palpate_status refuse_without_motions(palpate_error* error) {
 }  // namespace
 }  // namespace palpate
 
-palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
-                                    palpate_error* error) {
-  return palpate::create_scene(bundle, def, {}, scene, error);
-}
-
-palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, PartOfWorld part,
-                                     palpate_scene** scene, palpate_error* error) {
+palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects,
+                                     PartOfWorld part, palpate_scene** scene, palpate_error* error) {
   if (scene) *scene = nullptr;
   if (!bundle || !def || !scene)
     return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle, def and scene must not be NULL");
@@ -41,14 +38,25 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   *error = palpate_error{};
   palpate_scene_def wanted = palpate_default_scene_def();
   if (const palpate_status status = palpate::read_host_struct("scene_def", def, &wanted, error)) return status;
-  if (const palpate_status status = palpate::check_scene_def(wanted, error)) return status;
-  wanted.max_contact_nodes = palpate::contact_nodes_for(wanted) + palpate::contact_nodes_for(wanted, part);
+  if (const palpate_status status = palpate::check_scene_def(wanted, effects, error)) return status;
+  const RowBudget rows = palpate::rows_of(wanted, effects);
+  wanted.max_contact_nodes = palpate::contact_nodes_for(wanted, rows) + palpate::contact_nodes_for(wanted, part);
   palpate::SceneMemory own(wanted.allocator);
   void* memory =
       own.array<std::max_align_t>((sizeof(palpate_scene) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
   if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the scene");
   palpate_scene* created = new (memory) palpate_scene(wanted, *bundle);
+  created->rows = rows;
+  created->touch.most_constraints =
+      std::min(wanted.max_contact_nodes, constraints_of_point(wanted) * wanted.max_points + rows.constraints) +
+      part.constraints();
   created->touch.most_pairs = part.pairs, created->touch.most_world_links = part.links;
+  for (const Effect* effect : effects)
+    if (effect->is_on(wanted)) {
+      created->effects[created->effect_count++].effect = effect;
+      created->uses |= effect->uses;
+    }
+  if (part.links > 0) created->uses |= kUsesRest | kUsesSurface | kUsesDisplacements;
   const palpate_status status = palpate::build_scene(*created, error);
   if (status != PALPATE_OK) {
     palpate_scene_destroy(created);
@@ -109,28 +117,6 @@ const palpate_motion_state* palpate_scene_motion_state(const palpate_scene* scen
   return palpate::motions_of(scene) > 0 ? scene->touch.motions.state(motion) : nullptr;
 }
 
-palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link* links, int32_t count,
-                                       palpate_error* error) {
-  if (!scene) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene must not be NULL");
-  return scene->touch.links.set(links, count, error);
-}
-
-const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link) {
-  return scene ? scene->touch.links.state(link) : nullptr;
-}
-
-const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id) {
-  if (!scene || !palpate::has_needles(scene->def)) return nullptr;
-  const std::int32_t t = scene->touch.input.place_of(id);
-  return t < 0 ? nullptr : &scene->touch.needles.state(t);
-}
-
-const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id) {
-  if (!scene || !palpate::has_grasps(scene->def)) return nullptr;
-  const std::int32_t t = scene->touch.input.place_of(id);
-  return t < 0 ? nullptr : &scene->touch.grasps.state(t);
-}
-
 int32_t palpate_scene_deform(palpate_scene* scene) {
   if (!scene || !palpate::deforms_beside(scene->def)) return -1;
   const std::int32_t evaluations = scene->touch.beside.deform();
@@ -164,26 +150,16 @@ palpate_step_flags palpate_scene_shape(palpate_scene* scene, const palpate_conta
   return flags;
 }
 
-palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape, palpate_skin_out* out) {
-  palpate_skin_out wanted = {};
+palpate_step_flags palpate_scene_normals(palpate_scene* scene, const palpate_shape_out* shape, float* normals,
+                                         int32_t node_capacity) {
   palpate_shape_out shaped = {};
-  if (!palpate::read_host_struct(out, &wanted)) return PALPATE_STEP_BAD_INPUT;
-  out->vertex_count = wanted.vertex_count = 0;
-  if (!scene || !scene->skin.bound() || wanted.vertex_capacity < 0) return PALPATE_STEP_BAD_INPUT;
-  if (!palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
-  if (!shaped.displacements || shaped.node_count < scene->skin.node_count()) return PALPATE_STEP_BAD_INPUT;
-  for (const float* array : {shaped.displacements, wanted.positions, wanted.normals, wanted.disc_normals})
-    if (!palpate::is_aligned(array)) return PALPATE_STEP_BAD_INPUT;
-  if (wanted.normals && !scene->skin.has_normals()) return PALPATE_STEP_BAD_INPUT;
-  if (wanted.disc_normals && wanted.disc_capacity < 0) return PALPATE_STEP_BAD_INPUT;
-  palpate_step_flags flags = scene->skin.move(shaped.displacements, &wanted);
-  out->vertex_count = wanted.vertex_count;
-  scene->watch.ended(palpate::Pass::skin);
-  if (palpate::draws_dents(scene->def) && wanted.report) {
-    flags |= scene->skin.dent(&wanted);
-    scene->watch.ended(palpate::Pass::dent);
-  }
-  if (out->struct_bytes >= offsetof(palpate_skin_out, disc_count) + sizeof out->disc_count)
-    out->disc_count = palpate::draws_dents(scene->def) && wanted.report ? wanted.disc_count : 0;
-  return flags;
+  if (!scene || !scene->touch.triangles || !palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
+  const std::int32_t nodes = scene->tensors.surface_nodes;
+  if (!shaped.positions || !normals || shaped.node_count < nodes || node_capacity < nodes)
+    return PALPATE_STEP_BAD_INPUT;
+  if (!palpate::is_aligned(shaped.positions) || !palpate::is_aligned(normals)) return PALPATE_STEP_BAD_INPUT;
+  const auto triangles = static_cast<std::int32_t>(scene->context.bundle.index.counts.triangles);
+  const bool all_finite =
+      palpate::find_vertex_normals(shaped.positions, nodes, scene->touch.triangles, triangles, normals);
+  return all_finite ? 0 : PALPATE_STEP_BAD_INPUT;
 }

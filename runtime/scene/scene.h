@@ -6,11 +6,20 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/step_context.h"
 #include "runtime/contact/touch.h"
-#include "runtime/inside/inside_field.h"
-#include "runtime/query/surface_query.h"
+#include "runtime/scene/effect.h"
 #include "runtime/scene/plan.h"
 #include "runtime/shape/shape.h"
-#include "runtime/shape/skin.h"
+
+namespace palpate {
+
+// An effect of the scene's list that is on.
+struct EffectInScene {
+  const Effect* effect = nullptr;
+  void* state = nullptr;    // of EffectBuild
+  std::uint64_t bytes = 0;  // that it took
+};
+
+}  // namespace palpate
 
 struct palpate_scene {
   palpate_scene(const palpate_scene_def& wanted, palpate_bundle& opened)
@@ -19,17 +28,32 @@ struct palpate_scene {
   palpate::SceneMemory memory;
   std::uint64_t definition = 0;  // checksum of what a saved state must have in common with the scene
   palpate::Tensors tensors;
-  palpate::Compliance compliance;  // where the bundle stores the compliance in blocks
-  palpate::Corridor corridor;      // where the scene has needles
+  const std::int32_t* touchable = nullptr;  // [S] node of each column
+  palpate::Compliance compliance;           // where the bundle stores the compliance in blocks
+  palpate::Corridor corridor;               // where the scene has needles
   palpate::PassWatch watch;
   const palpate::StepContext context;
   palpate::TouchState touch;
   palpate::ShapeState shape;
-  palpate::Skin skin;           // bound where the host gave a render mesh; belongs to the shape half's thread
-  palpate::InsideField inside;  // with inside; belongs to the shape half's thread
-  palpate::SurfaceQuery query;  // with queries; belongs to the thread of the queries
   palpate::Plan plan;
-  bool in_world = false;  // an organ of a world, which steps, saves and restores it
+  bool in_world = false;                                  // an organ of a world, which steps, saves and restores it
+  palpate::EffectInScene effects[palpate::kMostEffects];  // in the order of the list
+  std::int32_t effect_count = 0;
+  std::uint32_t uses = 0;   // bits of Use, of these effects and of the world
+  palpate::RowBudget rows;  // of these effects
+
+  // The effect's state; nullptr where the scene does not have it.
+  void* state_of(const palpate::Effect& effect) const {
+    for (std::int32_t e = 0; e < effect_count; ++e)
+      if (effects[e].effect == &effect) return effects[e].state;
+    return nullptr;
+  }
+  // Of an effect that the scene has.
+  palpate::Pass pass_of(const palpate::Effect& effect) const {
+    std::int32_t e = 0;
+    while (effects[e].effect != &effect) ++e;
+    return palpate::pass_of_effect(e);
+  }
 };
 
 namespace palpate {

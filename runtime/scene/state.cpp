@@ -91,19 +91,27 @@ constexpr std::size_t kDefinitionBytes = 320;
 
 }  // namespace
 
-std::uint64_t definition_of(const palpate_scene_def& def, const SceneMemory& memory, std::uint64_t fine_surface) {
+std::uint64_t definition_of(const palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  const SceneMemory& memory = scene.memory;
   Digest digest;
   std::int32_t version[4];
   palpate_version(version);
   digest.add(version);
   // Field by field, because the padding between fields has any bits.
-  static_assert(sizeof(void*) != 8 || sizeof(palpate_scene_def) == kDefinitionBytes, "digest the new field here");
+  static_assert(sizeof(void*) != 8 || sizeof(palpate_scene_def) == kDefinitionBytes,
+                "digest the new field here, or give it to an effect");
   digest.add(def.collision, def.contact, def.law, def.force, def.shape, def.radial, def.preload);
-  digest.add(def.relaxation.model, def.relaxation.terms, def.relaxation.share, def.relaxation.time);
   digest.add(def.max_tools, def.max_points, def.max_contact_nodes, def.force_limit, def.force_slew);
-  digest.add(def.max_tool_speed, def.release_distance, def.queries, def.report);
-  digest.add(def.torque_limit, def.torque_slew, def.max_operations, fine_surface, def.deformation, def.max_links,
-             def.grasps, def.motions, def.needles, def.needle_places);
+  digest.add(def.max_tool_speed, def.release_distance, def.report);
+  digest.add(def.torque_limit, def.torque_slew, def.max_operations, scene.touch.fine.identity(), def.deformation,
+             def.motions);
+  for (std::int32_t e = 0; e < scene.effect_count; ++e) {
+    const Effect& effect = *scene.effects[e].effect;
+    for (const EffectKey& key : effect.keys)
+      if (effect.pass.half == Half::touch)
+        digest.add(key.at).add_bytes(reinterpret_cast<const unsigned char*>(&def) + key.at, key.bytes);
+  }
   for (int k = 0; k < memory.kept_count(); ++k) digest.add(memory.kept()[k].bytes, memory.kept()[k].count);
   return digest.value();
 }

@@ -6,6 +6,8 @@
 #include "formats/checksum.h"
 #include "runtime/base/scene_memory.h"
 
+struct palpate_scene;
+
 namespace palpate {
 
 // A running checksum of numbers.
@@ -16,14 +18,15 @@ class Digest {
     (sum_.update(&numbers, sizeof numbers), ...);
     return *this;
   }
+  void add_bytes(const void* bytes, std::size_t count) { sum_.update(bytes, count); }
   std::uint64_t value() const { return sum_.digest(); }
 
  private:
   formats::Xxh64 sum_;
 };
 
-// A checksum of the library's version, of the definition but for its pointers, and of the sizes that the memory keeps.
-std::uint64_t definition_of(const palpate_scene_def& def, const SceneMemory& memory, std::uint64_t fine_surface);
+// A checksum of the library's version, of the scene's definition but for its pointers, and of the sizes that its memory keeps.
+std::uint64_t definition_of(const palpate_scene& scene);
 
 // The state of the values and arrays that a memory keeps, as bytes behind a head. States are 8-byte aligned, and so are their sizes.
 struct SceneState {

@@ -6,7 +6,7 @@
 #include "runtime/base/aligned_memory.h"
 #include "runtime/base/error_text.h"
 #include "runtime/dense/node_sum.h"
-#include "runtime/scene/scene.h"
+#include "runtime/scene/build_scene.h"
 
 namespace palpate {
 namespace {
@@ -16,8 +16,11 @@ namespace {
 class WorkBounds {
  public:
   // fine: triangles of the fine surface, where tools meet one.
-  WorkBounds(const palpate_scene_def& def, const TouchState& touch)
-      : def_(def), touch_(touch), fine_(touch.fine.bound() ? touch.fine.triangle_count() : 0) {}
+  explicit WorkBounds(const palpate_scene& scene)
+      : scene_(scene),
+        def_(scene.def),
+        touch_(scene.touch),
+        fine_(scene.touch.fine.bound() ? scene.touch.fine.triangle_count() : 0) {}
 
   // Of tests and changes. The rest is kept for the solution.
   double collision() const { return most() - std::floor(most() / 8); }
@@ -27,9 +30,10 @@ class WorkBounds {
     if (deforms_largely(def_)) return static_cast<double>(touch_.body.most_operations()) + laws();
     return most() + unasked_changes();
   }
-  double links() const {
-    const double ends = def_.contact == PALPATE_CONTACT_PATCH ? 2.0 * LinkEnd::kMostNodes : 6;
-    return def_.max_links * (40 + 8 * ends * nodes());
+  // Of an effect, on top of max_operations.
+  double of_effect(std::int32_t e) const {
+    const EffectPass& pass = scene_.effects[e].effect->pass;
+    return pass.most_operations ? pass.most_operations(scene_) : 0;
   }
   double report() const {
     return reports_contacts(def_) ? static_cast<double>(ContactReport::operations(def_.max_points, contacts(),
@@ -37,7 +41,8 @@ class WorkBounds {
                                   : 0;
   }
   double step() const {
-    const double on_top = rows() + links();
+    double on_top = rows();
+    for (std::int32_t e = 0; e < scene_.effect_count; ++e) on_top += of_effect(e);
     return deforms_largely(def_) ? collision() + contact() + on_top : contact() + on_top;
   }
   // A step of the fewest operations looks at all points and still tests one.
@@ -52,27 +57,21 @@ class WorkBounds {
   double most() const { return static_cast<double>(def_.max_operations); }
   double points() const { return static_cast<double>(StepWork::kOfPoint) * def_.max_points; }
   double nodes() const { return def_.max_contact_nodes; }
-  std::int32_t contacts() const {
-    return def_.max_points * (def_.contact == PALPATE_CONTACT_TRIANGLE ? 3 : 1) + def_.max_links +
-           (def_.grasps ? 6 * def_.max_tools : 0) +
-           (def_.needles ? def_.max_tools * Needles::constraints_of_one(def_.needle_places) : 0);
-  }
-  // Needles, grasps that close, and the rows of these that change without being asked, as those of all contacts do where a solution of
-  // large deformation arrives.
+  std::int32_t contacts() const { return constraints_of_point(def_) * def_.max_points + scene_.rows.constraints; }
+  // Rows of effects that change without being asked, as those of all contacts do where a solution of large deformation arrives.
   double unasked_changes() const {
     const double rows = 3.0 * contacts();
-    const double one = 9 * nodes() * nodes() / kDense + of_discs() + this->most() / 4;
     double most = 0;
-    if (has_needles(def_))
-      most +=
-          one + def_.max_tools * static_cast<double>(Needles::operations(def_.needle_places, def_.max_contact_nodes));
-    if (has_grasps(def_))
-      most += def_.max_tools * (2 * one + static_cast<double>(Grasps::operations_to_close(def_.max_contact_nodes)));
+    for (std::int32_t e = 0; e < scene_.effect_count; ++e)
+      if (const EffectPass& pass = scene_.effects[e].effect->pass; pass.most_unasked)
+        most += pass.most_unasked(scene_, of_a_change());
     if (deforms_beside(def_))
       most += (9 * nodes() * (nodes() + contacts()) + std::min(rows * rows * rows / 3, 12 * this->most())) / kDense +
               contacts() * of_discs();
     return most;
   }
+  // Of one contact.
+  double of_a_change() const { return 9 * nodes() * nodes() / kDense + of_discs() + most() / 4; }
   // Between the disc of a contact and those of all others.
   double of_discs() const {
     return def_.contact == PALPATE_CONTACT_PATCH ? static_cast<double>(kOfTwoDiscs) * contacts() : 0;
@@ -84,6 +83,7 @@ class WorkBounds {
     return most() + DeformingBody::kMostRounds * (8 * rows * rows + 1600 * contacts()) / kDense;
   }
 
+  const palpate_scene& scene_;
   const palpate_scene_def& def_;
   const TouchState& touch_;
   const double fine_;
@@ -92,7 +92,7 @@ class WorkBounds {
 }  // namespace
 
 palpate_status state_work_bounds(palpate_scene& scene, palpate_error* error) {
-  const WorkBounds bounds(scene.def, scene.touch);
+  const WorkBounds bounds(scene);
   const double least = bounds.least();
   if (static_cast<double>(scene.def.max_operations) < least)
     return fail(
@@ -107,7 +107,7 @@ palpate_status state_work_bounds(palpate_scene& scene, palpate_error* error) {
   if (scene.def.collision != PALPATE_COLLISION_OFF) state(Pass::collision, bounds.collision());
   state(Pass::rows, bounds.rows());
   state(Pass::contact, bounds.contact());
-  if (has_links(scene.def)) state(Pass::links, bounds.links());
+  for (std::int32_t e = 0; e < scene.effect_count; ++e) state(pass_of_effect(e), bounds.of_effect(e));
   if (reports_contacts(scene.def)) state(Pass::report, bounds.report());
   scene.plan.most_operations = static_cast<std::int64_t>(std::min(bounds.step(), 9e18));
   return PALPATE_OK;

@@ -28,11 +28,6 @@ StoredElement element_of(const char* text, std::size_t bytes) {
 
 }  // namespace
 
-const char* tissue_sections(const palpate_bundle& bundle) {
-  return bundle.index.counts.regions > 1 ? "material/young material/poisson mesh/tetrahedra mesh/region provenance"
-                                         : "material/young material/poisson provenance";
-}
-
 palpate_status read_element(palpate_bundle& bundle, StoredElement* element, palpate_error* error) {
   const char* provenance = section_as<char>(&bundle, SectionId::provenance, error);
   if (!provenance) return error->status == PALPATE_OK ? PALPATE_ERROR_FILE : error->status;

@@ -6,9 +6,6 @@
 
 namespace palpate {
 
-// The sections that read_tissue maps, separated by spaces.
-const char* tissue_sections(const palpate_bundle& bundle);
-
 // The element that the provenance names; p1 where it names none. Errors: that of a section that cannot be mapped.
 palpate_status read_element(palpate_bundle& bundle, StoredElement* element, palpate_error* error);
 

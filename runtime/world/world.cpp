@@ -7,6 +7,7 @@
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/complete/effects.h"
 #include "runtime/scene/build_scene.h"
 
 namespace palpate {
@@ -90,7 +91,7 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
   if (world.def.max_links > 0)
     if (const palpate_status status = check_linked_organ(wanted, k, error)) return status;
   const PartOfWorld part = {world.def.max_pairs, world.def.max_links};
-  if (create_scene(organ.bundle, organ.def ? organ.def : &def, part, &scene, &found) != PALPATE_OK)
+  if (create_scene(organ.bundle, organ.def ? organ.def : &def, all_effects(), part, &scene, &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;
   scene->in_world = true;

@@ -6,6 +6,7 @@
 
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/links/links.h"
 
 namespace palpate {
 namespace {

@@ -1,12 +1,12 @@
-// Links between organs of a world, or from an organ to a place of the world (runtime/contact/link.h). Each organ that a link holds has a
+// Links between organs of a world, or from an organ to a place of the world (runtime/links/link.h). Each organ that a link holds has a
 // constraint for it, with its own ends, along the link's line as its pose turns it. Both constraints share their rows, as those of a pair
 // of places do (joint_solver.h): so one reaction acts on both ends.
 #pragma once
 
 #include <cstdint>
 
-#include "runtime/contact/link.h"
 #include "runtime/include/palpate/palpate_world.h"
+#include "runtime/links/link.h"
 #include "runtime/scene/scene.h"
 #include "runtime/world/joint_solver.h"
 

@@ -5,6 +5,8 @@
 #include "runtime/base/contact_nodes.h"
 #include "runtime/contact/force_limits.h"
 #include "runtime/contact/touch.h"
+#include "runtime/needles/effect.h"
+#include "runtime/needles/needle.h"
 #include "runtime/world/world.h"
 
 namespace palpate {
@@ -122,12 +124,13 @@ class WorldTouch {
                         palpate_world_organ_state& state) {
     Vec3 force, torque;
     const palpate_contact_node* const nodes = nodes_behind(contacts);
+    const auto* const needles = static_cast<const Needles*>(scene.state_of(needles_effect));
     for (std::int32_t e = 0; e < contacts.node_count; ++e) {
       if (nodes[e].source > PALPATE_SOURCE_NEEDLE) continue;
       const Vec3 f = load3(nodes[e].force);
       force += f;
       if (nodes[e].source == PALPATE_SOURCE_NEEDLE)
-        torque += cross(scene.touch.needles.at_rest(nodes[e].node), f);
+        torque += cross(needles->at_rest(nodes[e].node), f);
       else if (scene.touch.rest)
         torque += cross(load3(scene.touch.rest + 3 * static_cast<std::size_t>(nodes[e].node)), f);
     }

@@ -61,13 +61,19 @@ runtime/tissue/: LAYOUT runtime/include/ runtime/tissue/ runtime/base/:
 runtime/pose/: LAYOUT runtime/include/ runtime/pose/ runtime/base/:
 runtime/tool_shape/: LAYOUT runtime/include/ runtime/tool_shape/ runtime/pose/ runtime/surface/ runtime/base/:
 runtime/large/: LAYOUT runtime/include/ runtime/large/ runtime/base/:
-runtime/contact/: LAYOUT runtime/include/ runtime/contact/ runtime/inside/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/large/ runtime/surface/ runtime/base/:
-runtime/query/: LAYOUT runtime/include/ runtime/query/ runtime/surface/ runtime/bundle/ runtime/base/:
+runtime/contact/: LAYOUT runtime/include/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/shape/: LAYOUT runtime/include/ runtime/shape/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/device/: LAYOUT runtime/include/ runtime/device/ runtime/base/:
-runtime/scene/: LAYOUT runtime/include/ runtime/scene/ runtime/shape/ runtime/inside/ runtime/query/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/scene/ runtime/shape/ runtime/inside/ runtime/query/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/scene/: LAYOUT runtime/include/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/grasps/: LAYOUT runtime/include/ runtime/grasps/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/links/: LAYOUT runtime/include/ runtime/links/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/needles/: LAYOUT runtime/include/ runtime/needles/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/query/: LAYOUT runtime/include/ runtime/query/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/skin/: LAYOUT runtime/include/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/relaxation/: LAYOUT runtime/include/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/needles/ runtime/query/ runtime/relaxation/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/complete/ runtime/links/ runtime/needles/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/include/: palpate.h: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate
 programs/player/tool_turn.cpp: programs/player/ runtime/base/sine.h formats/:

@@ -1,5 +1,5 @@
 // A shaft that no mesh resolves, held by a block of gel: its stiffness on a coarse mesh and on one of half its edges, with what the needle adds
-// for what the mesh does not resolve (runtime/contact/needle.h), and without.
+// for what the mesh does not resolve (runtime/needles/needle.h), and without.
 #include <Eigen/Sparse>
 
 #include "studies/coupled/coupled_rows.h"

@@ -1,5 +1,5 @@
 // The dent of a disc in the render mesh: the drawn surface meets the drawn disc, sinks with it, and never jumps.
-#include "runtime/shape/dent.h"
+#include "runtime/skin/dent.h"
 
 #include <cstring>
 #include <functional>

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "runtime/tissue/relaxation.h"
+#include "runtime/relaxation/prony_series.h"
 #include "studies/coupled/coupled_rows.h"
 #include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"

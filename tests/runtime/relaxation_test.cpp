@@ -1,5 +1,5 @@
 // Force that relaxes under a held displacement, against the closed form of ramp and hold, at any time step.
-#include "runtime/tissue/relaxation.h"
+#include "runtime/relaxation/prony_series.h"
 
 #include <functional>
 #include <random>

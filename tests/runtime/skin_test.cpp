@@ -2,7 +2,7 @@
 #include <cstring>
 #include <random>
 
-#include "runtime/shape/skin.h"
+#include "runtime/skin/skin.h"
 #include "runtime/surface/surface_index.h"
 #include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"

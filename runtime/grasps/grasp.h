@@ -36,14 +36,14 @@ class Grasps final : public RowSource {
  public:
   // most_nodes: of a disc. field: borrowed.
   bool create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
-              const DisplacementField* field);
+              const DisplacementField* field, Pass pass);
 
   std::int32_t begin(TouchStep& step) override;
   void request_of_tool(TouchStep& step, std::int32_t t) override;
   bool asks_again(TouchStep& step) override;
   void take_reactions(TouchStep& step, bool solved) override;
   void report(TouchStep& step) override;
-  Pass pass() const override { return Pass::grasps; }
+  Pass pass() const override { return pass_; }
   void forget_tool(std::int32_t t) override;
 
   // Of a closing of two discs among so many contact nodes, at most.
@@ -77,6 +77,7 @@ class Grasps final : public RowSource {
 
   DiscSource source_ = {};
   const DisplacementField* field_ = nullptr;
+  Pass pass_ = Pass::contact;
   std::int32_t most_nodes_ = 0;
   Grasp* grasps_ = nullptr;  // [max_tools]
   // What the slips of a step have shown.

@@ -18,8 +18,8 @@
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/row_source.h"
 #include "runtime/contact/tool_input.h"
-#include "runtime/inside/tetrahedron_tree.h"
 #include "runtime/pose/pose.h"
+#include "runtime/surface/tetrahedron_tree.h"
 
 namespace palpate {
 
@@ -64,15 +64,17 @@ class Needles final : public RowSource {
     const Tensors* tensors = nullptr;                   // with a corridor
     const DisplacementField* field = nullptr;
     std::int32_t most_places = 0, max_tools = 0;
+    Pass pass = Pass::contact;
   };
   bool create(SceneMemory& memory, const Source& source);
 
   std::int32_t begin(TouchStep& step) override;
   void request(TouchStep& step) override;
   void take_reactions(TouchStep& step, bool solved) override;
+  void correct_forces(TouchStep& step) override;
   bool note_sliding(const TouchStep& step, const ContactConstraints& set, const ContactConstraint& constraint,
                     SlideEnergy::Sliding* sliding) override;
-  Pass pass() const override { return Pass::needles; }
+  Pass pass() const override { return source_.pass; }
   void forget_tool(std::int32_t t) override;
 
   const palpate_needle_state& state(std::int32_t t) const { return needles_[t].state; }

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "runtime/base/alignment.h"
-#include "runtime/shape/skin.h"
+#include "runtime/skin/skin.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/tissue/relaxation.h"
+#include "runtime/relaxation/prony_series.h"
 
 #include "runtime/base/exponential.h"
 

@@ -1,4 +1,4 @@
-#include "runtime/contact/grasp.h"
+#include "runtime/grasps/grasp.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,8 +41,8 @@ Mat3 without_one(Mat3 turn) {
 }  // namespace
 
 bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
-                    const DisplacementField* field) {
-  source_ = source, field_ = field, most_nodes_ = most_nodes;
+                    const DisplacementField* field, Pass pass) {
+  source_ = source, field_ = field, pass_ = pass, most_nodes_ = most_nodes;
   grasps_ = memory.array<Grasp>(static_cast<std::size_t>(max_tools));
   memory.keep_array(grasps_, static_cast<std::size_t>(max_tools));
   for (std::int32_t t = 0; !memory.failed() && t < max_tools; ++t) forget_tool(t);

@@ -7,11 +7,16 @@
 #include "runtime/contact/contact_admission.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
-#include "runtime/contact/link.h"
 #include "runtime/contact/row_source.h"
+#include "runtime/links/link.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {
+
+struct TouchState;
+
+// The surface of an organ of which links take hold.
+LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles);
 
 class Links final : public RowSource {
  public:
@@ -21,6 +26,7 @@ class Links final : public RowSource {
     const double* stiffness;  // [S][3][3] N/m, of each column
     const DisplacementField* field;
     const Motions* motions;  // move the organ beside the contacts, or nullptr
+    Pass pass;
   };
   bool create(SceneMemory& memory, const Source& source, std::int32_t capacity);
 
@@ -35,7 +41,7 @@ class Links final : public RowSource {
   // length while a bound on the motion of its ends shows that it stays slack; all of them together then cost rows^2 multiply-adds.
   void end(TouchStep& step) override;
   void report(TouchStep& step) override;
-  Pass pass() const override { return Pass::links; }
+  Pass pass() const override { return source_.pass; }
 
   std::int32_t count() const { return count_; }
   // Finds the ends of a link that a bound has spared, which changes no later step.

@@ -1,4 +1,4 @@
-#include "runtime/shape/dent.h"
+#include "runtime/skin/dent.h"
 
 #include <algorithm>
 

@@ -1,10 +1,12 @@
-// The C API of the inside, which the room inside/ computes.
+// The C API of the inside.
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
 
 #include "runtime/base/alignment.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/inside/effect.h"
+#include "runtime/inside/inside_field.h"
 #include "runtime/pose/pose.h"
 #include "runtime/scene/scene.h"
 
@@ -13,13 +15,18 @@ namespace {
 
 constexpr double kLargestFloat = 3.4e38;
 
-bool tells_inside(const palpate_scene* scene) {
-  return scene && has_inside(scene->def);
+// nullptr where the scene does not have it.
+InsideField* inside_of(const palpate_scene* scene) {
+  return scene ? static_cast<InsideField*>(scene->state_of(inside_effect)) : nullptr;
+}
+
+void end_pass(const palpate_scene& scene) {
+  scene.watch.ended(scene.pass_of(inside_effect));
 }
 
 // Whether the shape has all nodes.
-bool is_whole(const palpate_scene& scene, const palpate_shape_out& shape) {
-  return shape.node_count >= scene.inside.nodes();
+bool is_whole(const InsideField& inside, const palpate_shape_out& shape) {
+  return shape.node_count >= inside.nodes();
 }
 
 bool is_sound(const palpate_inside_out& out) {
@@ -66,13 +73,14 @@ palpate_step_flags lost(const palpate_scene& scene) {
 
 int32_t palpate_scene_locate(const palpate_scene* scene, const double* points, int32_t count, double farthest,
                              palpate_inside_place* places) {
-  if (!palpate::tells_inside(scene) || !points || !places || count < 0 || !(farthest >= 0)) return -1;
+  const palpate::InsideField* const inside = palpate::inside_of(scene);
+  if (!inside || !points || !places || count < 0 || !(farthest >= 0)) return -1;
   if (!palpate::is_aligned(points) || !palpate::is_aligned(places)) return -1;
   std::int32_t missing = 0;
   for (std::int32_t i = 0; i < count; ++i) {
     const double* const point = points + 3 * static_cast<std::size_t>(i);
     palpate::TetrahedronTree::Found found;
-    if (palpate::is_position(point)) found = scene->inside.locate(palpate::load3(point), farthest);
+    if (palpate::is_position(point)) found = inside->locate(palpate::load3(point), farthest);
     palpate_inside_place& place = places[i];
     place = {found.tetrahedron, 0, {}, found.distance};
     for (int a = 0; a < 4; ++a) place.weight[a] = found.weight[a];
@@ -86,15 +94,16 @@ palpate_step_flags palpate_scene_inside(palpate_scene* scene, const palpate_shap
   palpate_inside_out wanted = {};
   if (out && !palpate::read_host_struct(out, &wanted)) return PALPATE_STEP_BAD_INPUT;
   if (out) out->count = 0;
-  if (!palpate::tells_inside(scene) || !palpate::is_sound(wanted)) return PALPATE_STEP_BAD_INPUT;
-  if (!palpate::read_host_struct(shape, &shaped) || !palpate::is_whole(*scene, shaped)) return PALPATE_STEP_BAD_INPUT;
+  palpate::InsideField* const inside = palpate::inside_of(scene);
+  if (!inside || !palpate::is_sound(wanted)) return PALPATE_STEP_BAD_INPUT;
+  if (!palpate::read_host_struct(shape, &shaped) || !palpate::is_whole(*inside, shaped)) return PALPATE_STEP_BAD_INPUT;
   if (!shaped.displacements || !palpate::is_aligned(shaped.displacements)) return PALPATE_STEP_BAD_INPUT;
-  palpate_step_flags flags = scene->inside.compute(shaped.displacements) | palpate::lost(*scene);
-  const std::int32_t rows = out ? std::min(scene->inside.nodes(), wanted.capacity) : 0;
+  palpate_step_flags flags = inside->compute(shaped.displacements) | palpate::lost(*scene);
+  const std::int32_t rows = out ? std::min(inside->nodes(), wanted.capacity) : 0;
   for (std::int32_t n = 0; n < rows; ++n)
-    flags |= palpate::write_row(scene->inside.at_node(n), scene->inside.displacement(n), n, wanted);
+    flags |= palpate::write_row(inside->at_node(n), inside->displacement(n), n, wanted);
   if (out) out->count = rows;
-  scene->watch.ended(palpate::Pass::inside);
+  palpate::end_pass(*scene);
   return flags;
 }
 
@@ -103,39 +112,40 @@ palpate_step_flags palpate_scene_inside_at(palpate_scene* scene, const palpate_i
   palpate_inside_out wanted = {};
   if (!palpate::read_host_struct(out, &wanted)) return PALPATE_STEP_BAD_INPUT;
   out->count = 0;
-  if (!palpate::tells_inside(scene) || !scene->inside.computed() || !palpate::is_sound(wanted))
-    return PALPATE_STEP_BAD_INPUT;
+  const palpate::InsideField* const inside = palpate::inside_of(scene);
+  if (!inside || !inside->computed() || !palpate::is_sound(wanted)) return PALPATE_STEP_BAD_INPUT;
   if (!places || !palpate::is_aligned(places) || count < 0) return PALPATE_STEP_BAD_INPUT;
   palpate_step_flags flags = palpate::lost(*scene);
   const std::int32_t rows = std::min(count, wanted.capacity);
   for (std::int32_t i = 0; i < rows; ++i) {
     palpate::StrainAndStress value = {};
     palpate::Vec3 displacement;
-    if (scene->inside.is_place(places[i]))
-      value = scene->inside.at_place(places[i]), displacement = scene->inside.displacement(places[i]);
+    if (inside->is_place(places[i]))
+      value = inside->at_place(places[i]), displacement = inside->displacement(places[i]);
     else
       flags |= PALPATE_STEP_BAD_INPUT;
     flags |= palpate::write_row(value, displacement, i, wanted);
   }
   out->count = rows;
-  scene->watch.ended(palpate::Pass::inside);
+  palpate::end_pass(*scene);
   return flags;
 }
 
 palpate_step_flags palpate_scene_carry(palpate_scene* scene, const palpate_shape_out* shape,
                                        const palpate_inside_place* places, int32_t count, float* positions) {
   palpate_shape_out shaped = {};
-  if (!palpate::tells_inside(scene) || !palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
-  if (!palpate::is_whole(*scene, shaped) || !shaped.positions || !places || !positions || count < 0)
+  const palpate::InsideField* const inside = palpate::inside_of(scene);
+  if (!inside || !palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
+  if (!palpate::is_whole(*inside, shaped) || !shaped.positions || !places || !positions || count < 0)
     return PALPATE_STEP_BAD_INPUT;
   if (!palpate::is_aligned(shaped.positions) || !palpate::is_aligned(places) || !palpate::is_aligned(positions))
     return PALPATE_STEP_BAD_INPUT;
   palpate_step_flags flags = palpate::lost(*scene);
   for (std::int32_t i = 0; i < count; ++i) {
     palpate::Vec3 sum;
-    const bool is_place = scene->inside.is_place(places[i]);
+    const bool is_place = inside->is_place(places[i]);
     if (is_place) {
-      const std::int32_t* const corner = scene->inside.corners(places[i].tetrahedron);
+      const std::int32_t* const corner = inside->corners(places[i].tetrahedron);
       for (int a = 0; a < 4; ++a) {
         const float* const x = shaped.positions + 3 * static_cast<std::size_t>(corner[a]);
         for (int d = 0; d < 3; ++d) sum[d] += places[i].weight[a] * static_cast<double>(x[d]);
@@ -145,6 +155,6 @@ palpate_step_flags palpate_scene_carry(palpate_scene* scene, const palpate_shape
     const double p[3] = {sum.x, sum.y, sum.z};
     flags |= palpate::write(p, 3, i, positions);
   }
-  scene->watch.ended(palpate::Pass::inside);
+  palpate::end_pass(*scene);
   return flags;
 }

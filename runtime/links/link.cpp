@@ -1,4 +1,4 @@
-#include "runtime/contact/link.h"
+#include "runtime/links/link.h"
 
 #include <algorithm>
 #include <cmath>

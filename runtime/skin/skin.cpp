@@ -1,5 +1,5 @@
 // The render mesh in a step: displacements of the surface nodes -> bones -> vertices and normals.
-#include "runtime/shape/skin.h"
+#include "runtime/skin/skin.h"
 
 #include <algorithm>
 

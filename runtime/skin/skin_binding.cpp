@@ -3,7 +3,7 @@
 
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
-#include "runtime/shape/skin.h"
+#include "runtime/skin/skin.h"
 
 namespace palpate {
 namespace {

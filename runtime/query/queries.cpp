@@ -1,9 +1,10 @@
-// The C API of the queries, which the room query/ answers, and of the vertices' normals.
+// The C API of the queries.
 #include "runtime/base/alignment.h"
 #include "runtime/base/contact_nodes.h"
 #include "runtime/base/host_struct.h"
+#include "runtime/query/effect.h"
+#include "runtime/query/surface_query.h"
 #include "runtime/scene/scene.h"
-#include "runtime/shape/vertex_normals.h"
 
 namespace palpate {
 namespace {
@@ -15,8 +16,13 @@ bool is_place(const double* p) {
          std::fabs(p[2]) <= kFarthestCoordinate;
 }
 
+// nullptr where the scene does not have them.
+SurfaceQuery* query_of(const palpate_scene* scene) {
+  return scene ? static_cast<SurfaceQuery*>(scene->state_of(queries_effect)) : nullptr;
+}
+
 // The surface that the queries see from now on.
-std::uint32_t see(palpate_scene& scene, const palpate_contacts* contacts) {
+std::uint32_t see(const palpate_scene& scene, SurfaceQuery& query, const palpate_contacts* contacts) {
   std::uint32_t flags = scene.context.bundle.is_lost() ? PALPATE_STEP_BUNDLE_LOST : 0;
   const HeldField field = {scene.touch.field_nodes, deforms_beside(scene.def)};
   if (contacts && (!is_aligned(contacts) ||
@@ -27,11 +33,11 @@ std::uint32_t see(palpate_scene& scene, const palpate_contacts* contacts) {
     flags |= PALPATE_STEP_OTHER_BUNDLE;
     contacts = nullptr;
   }
-  return flags | scene.query.set(contacts);
+  return flags | query.set(contacts);
 }
 
-void write_hit(const palpate_scene& scene, const SurfaceHit& found, palpate_surface_hit* hit) {
-  const SurfacePoint on_mesh = scene.query.on_mesh(found.surface_point);
+void write_hit(const SurfaceQuery& query, const SurfaceHit& found, palpate_surface_hit* hit) {
+  const SurfacePoint on_mesh = query.on_mesh(found.surface_point);
   hit->hit = 1;
   hit->triangle = on_mesh.triangle;
   for (int v = 0; v < 3; ++v) hit->barycentric[v] = on_mesh.barycentric[v];
@@ -40,7 +46,7 @@ void write_hit(const palpate_scene& scene, const SurfaceHit& found, palpate_surf
   hit->distance = found.distance;
 }
 
-// Answers a query into the host's struct. find(SurfaceHit*): false where nothing is met.
+// Answers a query into the host's struct. find(SurfaceQuery&, SurfaceHit*): false where nothing is met.
 template <class Find>
 palpate_step_flags answer(palpate_scene* scene, const palpate_contacts* contacts, bool is_sound,
                           palpate_surface_hit* hit, Find find) {
@@ -49,10 +55,10 @@ palpate_step_flags answer(palpate_scene* scene, const palpate_contacts* contacts
   result = palpate_surface_hit{};
   result.triangle = -1;
   palpate_step_flags flags = PALPATE_STEP_BAD_INPUT;
-  if (scene && scene->def.queries != PALPATE_QUERIES_OFF && is_sound) {
-    flags = see(*scene, contacts);
+  if (SurfaceQuery* const query = query_of(scene); query && is_sound) {
+    flags = see(*scene, *query, contacts);
     SurfaceHit found;
-    if (find(&found)) write_hit(*scene, found, &result);
+    if (find(*query, &found)) write_hit(*query, found, &result);
   }
   write_host_struct(result, hit, hit->struct_bytes);
   return flags;
@@ -65,38 +71,27 @@ palpate_step_flags palpate_scene_cast_ray(palpate_scene* scene, const palpate_co
                                           const double* direction, double longest, palpate_surface_hit* hit) {
   const bool is_sound = palpate::is_place(origin) && direction && palpate::is_aligned(direction) && longest > 0;
   const palpate::Vec3 along = is_sound ? palpate::unit_or_zero(palpate::load3(direction)) : palpate::Vec3{};
-  return palpate::answer(
-      scene, contacts, is_sound && palpate::dot(along, along) > 0, hit,
-      [&](palpate::SurfaceHit* found) { return scene->query.cast_ray(palpate::load3(origin), along, longest, found); });
+  return palpate::answer(scene, contacts, is_sound && palpate::dot(along, along) > 0, hit,
+                         [&](palpate::SurfaceQuery& query, palpate::SurfaceHit* found) {
+                           return query.cast_ray(palpate::load3(origin), along, longest, found);
+                         });
 }
 
 palpate_step_flags palpate_scene_closest_point(palpate_scene* scene, const palpate_contacts* contacts,
                                                const double* point, double farthest, palpate_surface_hit* hit) {
-  return palpate::answer(
-      scene, contacts, palpate::is_place(point) && farthest > 0, hit,
-      [&](palpate::SurfaceHit* found) { return scene->query.closest(palpate::load3(point), farthest, found); });
+  return palpate::answer(scene, contacts, palpate::is_place(point) && farthest > 0, hit,
+                         [&](palpate::SurfaceQuery& query, palpate::SurfaceHit* found) {
+                           return query.closest(palpate::load3(point), farthest, found);
+                         });
 }
 
 palpate_step_flags palpate_scene_signed_distance(palpate_scene* scene, const palpate_contacts* contacts,
                                                  const double* point, double* distance) {
   if (!distance || !palpate::is_aligned(distance)) return PALPATE_STEP_BAD_INPUT;
   *distance = INFINITY;
-  if (!scene || scene->def.queries == PALPATE_QUERIES_OFF || !palpate::is_place(point)) return PALPATE_STEP_BAD_INPUT;
-  const palpate_step_flags flags = palpate::see(*scene, contacts);
-  *distance = scene->query.signed_distance(palpate::load3(point));
+  palpate::SurfaceQuery* const query = palpate::query_of(scene);
+  if (!query || !palpate::is_place(point)) return PALPATE_STEP_BAD_INPUT;
+  const palpate_step_flags flags = palpate::see(*scene, *query, contacts);
+  *distance = query->signed_distance(palpate::load3(point));
   return flags;
-}
-
-palpate_step_flags palpate_scene_normals(palpate_scene* scene, const palpate_shape_out* shape, float* normals,
-                                         int32_t node_capacity) {
-  palpate_shape_out shaped = {};
-  if (!scene || !scene->touch.triangles || !palpate::read_host_struct(shape, &shaped)) return PALPATE_STEP_BAD_INPUT;
-  const std::int32_t nodes = scene->tensors.surface_nodes;
-  if (!shaped.positions || !normals || shaped.node_count < nodes || node_capacity < nodes)
-    return PALPATE_STEP_BAD_INPUT;
-  if (!palpate::is_aligned(shaped.positions) || !palpate::is_aligned(normals)) return PALPATE_STEP_BAD_INPUT;
-  const auto triangles = static_cast<std::int32_t>(scene->context.bundle.index.counts.triangles);
-  const bool all_finite =
-      palpate::find_vertex_normals(shaped.positions, nodes, scene->touch.triangles, triangles, normals);
-  return all_finite ? 0 : PALPATE_STEP_BAD_INPUT;
 }

@@ -1,4 +1,4 @@
-#include "runtime/contact/links.h"
+#include "runtime/links/links.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +21,12 @@ Operations to_move(const LinkEnd& end, std::int32_t contact_nodes) {
 }
 
 }  // namespace
+
+LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles) {
+  LinkSurface surface = {discs_of(state), state.triangles, triangles};
+  if (def.contact != PALPATE_CONTACT_PATCH) surface.disc.measure = nullptr, surface.disc.patch = nullptr;
+  return surface;
+}
 
 template <class Each>
 void Links::for_threads(const Each& each) const {

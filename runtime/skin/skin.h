@@ -13,7 +13,7 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
-#include "runtime/shape/dent.h"
+#include "runtime/skin/dent.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_measure.h"
 

@@ -1,4 +1,4 @@
-#include "runtime/contact/needle.h"
+#include "runtime/needles/needle.h"
 
 #include <algorithm>
 #include <cmath>
@@ -329,6 +329,17 @@ void Needles::take_reactions(TouchStep& step, bool solved) {
                                              &result.inside_force, &result.inside_torque))
       step.raise(t, flags);
     result.is_inside = needles_[t].pierced, result.touches = needles_[t].touches;
+  }
+}
+
+void Needles::correct_forces(TouchStep& step) {
+  if (step.context->def.force == PALPATE_FORCE_OFF) return;
+  for (std::int32_t t = 0; t < step.state->input.count(); ++t) {
+    ToolResult& result = step.result[t];
+    if (!is_finite(result.inside_force)) continue;
+    result.raw += -1 * result.inside_force;
+    if (step.state->input.tool(t).has_torque && is_finite(result.inside_torque))
+      result.raw_torque += -1 * result.inside_torque;
   }
 }
 

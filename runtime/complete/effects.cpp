@@ -1,0 +1,26 @@
+#include "runtime/complete/effects.h"
+
+#include "runtime/grasps/effect.h"
+#include "runtime/inside/effect.h"
+#include "runtime/links/effect.h"
+#include "runtime/needles/effect.h"
+#include "runtime/query/effect.h"
+#include "runtime/relaxation/effect.h"
+#include "runtime/scene/build_scene.h"
+#include "runtime/skin/effect.h"
+
+namespace palpate {
+
+EffectList all_effects() {
+  static constexpr const Effect* kAll[] = {&grasps_effect,  &needles_effect, &links_effect, &relaxation_effect,
+                                           &queries_effect, &skin_effect,    &dent_effect,  &inside_effect};
+  static_assert(std::size(kAll) <= kMostEffects);
+  return kAll;
+}
+
+}  // namespace palpate
+
+palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
+                                    palpate_error* error) {
+  return palpate::create_scene(bundle, def, palpate::all_effects(), {}, scene, error);
+}

@@ -1,0 +1,78 @@
+#include "runtime/grasps/effect.h"
+
+#include <algorithm>
+
+#include "runtime/grasps/grasp.h"
+#include "runtime/scene/build_scene.h"
+#include "runtime/scene/effect_build.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kOfDiscs =
+    "a grasp holds discs of an organ of contact PATCH and deformation LINEAR; take these, or leave grasps at 0";
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(grasps), EffectKey::Type::flag, "", "", 0, 1}};
+constexpr EffectNeed kNeeds[] = {{PALPATE_NEEDS(contact), 1u << PALPATE_CONTACT_PATCH, kOfDiscs},
+                                 {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR, kOfDiscs}};
+
+// Of a disc: a wide one has the more nodes the more there is room for beside the points.
+std::int32_t most_nodes(const palpate_scene_def& def) {
+  const std::int32_t room = def.max_contact_nodes > 0 ? def.max_contact_nodes : kMostNodesByDefault;
+  return std::clamp((room - nodes_of_points(def)) / (3 * def.max_tools), std::int32_t{GraspPatch::kFewNodes},
+                    std::int32_t{GraspPatch::kMostNodes});
+}
+
+RowBudget rows(const palpate_scene_def& def) {
+  return {6 * def.max_tools, 3 * most_nodes(def) * def.max_tools, def.max_tools};
+}
+
+void add_sections(const palpate_scene_def&, SectionList& sections) {
+  sections.add_contacts();
+}
+
+palpate_pass_work predict(const palpate_scene&, const palpate_step_load& load) {
+  return {0, 0, 20 + 10.0 * load.nodes};
+}
+
+// Of grasps that close.
+double most_unasked(const palpate_scene& scene, double change) {
+  return scene.def.max_tools *
+         (2 * change + static_cast<double>(Grasps::operations_to_close(scene.def.max_contact_nodes)));
+}
+
+palpate_status build(EffectBuild& build) {
+  palpate_scene& scene = build.scene;
+  SceneMemory& memory = build.reader.memory();
+  auto* const grasps = memory.make<Grasps>();
+  if (!grasps) return build.reader.no_memory("grasps");
+  build.state = grasps;
+  scene.touch.ask(grasps);
+  scene.touch.input.let_grasp();
+  const bool made = grasps->create(memory, discs_of(scene.touch), scene.def.max_tools, most_nodes(scene.def),
+                                   &scene.touch.displacement, build.pass);
+  return made ? PALPATE_OK : build.reader.no_memory("grasps");
+}
+
+}  // namespace
+
+constinit const Effect grasps_effect = {
+    .name = "grasps",
+    .keys = kKeys,
+    .needs = kNeeds,
+    .check = nullptr,
+    .uses = kUsesDisplacements,
+    .rows = rows,
+    .creates = nullptr,
+    .pass = {"grasps", Half::touch, Pass::contact, predict, nullptr, most_unasked},
+    .sections = add_sections,
+    .build = build,
+};
+
+}  // namespace palpate
+
+const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id) {
+  if (!scene) return nullptr;
+  const auto* const grasps = static_cast<const palpate::Grasps*>(scene->state_of(palpate::grasps_effect));
+  const std::int32_t t = grasps ? scene->touch.input.place_of(id) : -1;
+  return t < 0 ? nullptr : &grasps->state(t);
+}

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "runtime/scene/effect.h"
+
+namespace palpate {
+
+// Tools that grasp.
+extern const Effect grasps_effect;
+
+}  // namespace palpate

@@ -1,0 +1,139 @@
+#include "runtime/needles/effect.h"
+
+#include "runtime/needles/needle.h"
+#include "runtime/scene/body_reader.h"
+#include "runtime/scene/effect_build.h"
+#include "runtime/scene/needs.h"
+
+namespace palpate {
+namespace {
+
+using formats::SectionId;
+
+constexpr EffectKey kKeys[] = {
+    {PALPATE_KEY(needles), EffectKey::Type::flag, "", "", 0, 1},
+    {PALPATE_KEY(needle_places), EffectKey::Type::count, "", "", 2, NeedleInTissue::kMostPlaces},
+};
+constexpr EffectNeed kNeeds[] = {
+    {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR,
+     "needles pierce an organ of deformation LINEAR alone; leave needles at 0, or take LINEAR"}};
+
+RowBudget rows(const palpate_scene_def& def) {
+  return {def.max_tools * Needles::constraints_of_one(def.needle_places),
+          def.max_tools * Needles::nodes_of_one(def.needle_places), 0};
+}
+
+void add_sections(const palpate_scene_def&, SectionList& sections) {
+  sections.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::young, SectionId::poisson,
+                SectionId::corridor_nodes, SectionId::corridor_compliance, SectionId::corridor_surface});
+}
+
+palpate_pass_work predict(const palpate_scene&, const palpate_step_load& load) {
+  return {0, 0, 500 + 50.0 * load.nodes};
+}
+
+double most_unasked(const palpate_scene& scene, double change) {
+  const palpate_scene_def& def = scene.def;
+  return change + def.max_tools * static_cast<double>(Needles::operations(def.needle_places, def.max_contact_nodes));
+}
+
+palpate_status map_corridor_rows(const SectionReader& reader, SectionId id, std::int32_t nodes,
+                                 DisplacementRows* rows) {
+  const float* numbers = nullptr;
+  if (const palpate_status status = reader.map_for("needles", id, &numbers)) return status;
+  rows->numbers = numbers, rows->nodes = nodes;
+  return PALPATE_OK;
+}
+
+// The columns of the bundle's corridor become those of the scene.
+palpate_status read_corridor(const SectionReader& reader, const std::int32_t* touchable, Corridor* corridor,
+                             ShapeState* interior, Tensors* tensors) {
+  const char* const effect = "needles";
+  if (!reader.find(SectionId::corridor_nodes))
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+                "needles need a corridor (section corridor/nodes), which this bundle does not have; add a [[corridor]] "
+                "to the boundary file and precompute the bundle again, or leave needles off");
+  if (const formats::ElementType type = tensors->surface.type;
+      !tensors->compliance && type != formats::ElementType::f32)
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+                "needles: expected displacements in f32 or a compliance in blocks, found rows in %s; pack the bundle "
+                "with --type f32 or --low-rank",
+                type == formats::ElementType::f16 ? "f16" : "f64");
+  const std::uint64_t count = reader.counts().corridor;
+  palpate_status status = reader.copy_indices(SectionId::corridor_nodes, count,
+                                              &formats::IndexedSections::corridor_nodes, &corridor->nodes);
+  if (status == PALPATE_OK) status = reader.map_for(effect, SectionId::corridor_compliance, &corridor->compliance);
+  if (status == PALPATE_OK)
+    status = map_corridor_rows(reader, SectionId::corridor_surface, reader.surface_nodes(), &corridor->surface);
+  if (status != PALPATE_OK) return status;
+  corridor->count = static_cast<std::int32_t>(count), corridor->node_of_column = touchable;
+  tensors->corridor = corridor;
+  if (!interior) return PALPATE_OK;
+  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
+  return map_corridor_rows(reader, SectionId::corridor_interior, inside, &interior->corridor_interior);
+}
+
+palpate_status prepare(EffectBuild& build) {
+  palpate_scene& scene = build.scene;
+  ShapeState* const interior = has_interior_shape(scene.def, build.reader.bundle()) ? &scene.shape : nullptr;
+  return read_corridor(build.reader, scene.touchable, &scene.corridor, interior, &scene.tensors);
+}
+
+palpate_status create(const SectionReader& reader, palpate_scene& scene, Pass pass, SceneMemory& scratch,
+                      Needles& needles) {
+  const palpate_scene_def& def = scene.def;
+  const TouchState& touch = scene.touch;
+  HyperelasticBody body;
+  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
+  if (!laws) return reader.no_memory("needles");
+  Needles::Source source;
+  palpate_status status = read_body(reader, "needles", &body, laws);
+  if (status == PALPATE_OK) status = read_tetrahedra(reader, &body);
+  if (status == PALPATE_OK) status = reader.map(SectionId::young, &source.young);
+  if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &source.poisson);
+  if (status == PALPATE_OK) status = reader.read_rest(def, reader.counts().nodes, &source.geometry.nodes);
+  if (status != PALPATE_OK) return status;
+  source.geometry.tetrahedra = body.tetrahedra, source.geometry.tetrahedron_count = body.tetrahedron_count;
+  source.region = body.region, source.triangles = touch.triangles, source.column_of_node = touch.column_of_node;
+  source.tensors = &scene.tensors, source.field = &touch.displacement;
+  source.most_places = def.needle_places, source.max_tools = def.max_tools;
+  source.pass = pass;
+  return needles.create(reader.memory(), source) ? PALPATE_OK : reader.no_memory("needles");
+}
+palpate_status build(EffectBuild& build) {
+  SceneMemory& memory = build.reader.memory();
+  auto* const needles = memory.make<Needles>();
+  if (!needles) return build.reader.no_memory("needles");
+  build.state = needles;
+  build.scene.touch.ask(needles);
+  build.scene.touch.input.let_have_needles();
+  SceneMemory scratch = memory.of_same_host();
+  const palpate_status status = create(build.reader, build.scene, build.pass, scratch, *needles);
+  scratch.release_all();
+  return status;
+}
+
+}  // namespace
+
+constinit const Effect needles_effect = {
+    .name = "needles",
+    .keys = kKeys,
+    .needs = kNeeds,
+    .check = nullptr,
+    .uses = kUsesRest | kUsesDisplacements,
+    .rows = rows,
+    .creates = nullptr,
+    .pass = {"needles", Half::touch, Pass::contact, predict, nullptr, most_unasked},
+    .sections = add_sections,
+    .build = build,
+    .prepare = prepare,
+};
+
+}  // namespace palpate
+
+const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id) {
+  if (!scene) return nullptr;
+  const auto* const needles = static_cast<const palpate::Needles*>(scene->state_of(palpate::needles_effect));
+  const std::int32_t t = needles ? scene->touch.input.place_of(id) : -1;
+  return t < 0 ? nullptr : &needles->state(t);
+}

@@ -1,0 +1,49 @@
+#include "runtime/query/effect.h"
+
+#include "runtime/query/surface_query.h"
+#include "runtime/scene/effect_build.h"
+#include "runtime/scene/surface_trees.h"
+
+namespace palpate {
+namespace {
+
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(queries), EffectKey::Type::choice, "", "off, on", 0, PALPATE_QUERIES_ON}};
+
+void add_sections(const palpate_scene_def& def, SectionList& sections) {
+  sections.add_rest(def);
+}
+
+palpate_status build(EffectBuild& build) {
+  const SectionReader& reader = build.reader;
+  const palpate_scene& scene = build.scene;
+  const palpate_scene_def& def = scene.def;
+  SceneMemory& memory = reader.memory();
+  auto* const query = memory.make<SurfaceQuery>();
+  if (!query) return reader.no_memory("queries");
+  build.state = query;
+  const FineSurface* const fine = fine_surface_of(scene.touch);
+  const MotionRows& motions = scene.touch.motions.rows();
+  double reach = 1;
+  const bool made = build_tree(memory, scene.touch, reader.surface_nodes(), reader.triangles(), query->tree()) &&
+                    set_reaches(reader, def, scene.tensors, scene.touchable, fine, motions, query->tree(), &reach) &&
+                    query->create(memory, &scene.tensors, scene.touchable, def.max_contact_nodes, fine,
+                                  deforms_largely(def), deforms_beside(def) ? reach : 0, motions, reach);
+  return made ? PALPATE_OK : reader.no_memory("queries");
+}
+
+}  // namespace
+
+constinit const Effect queries_effect = {
+    .name = "queries",
+    .keys = kKeys,
+    .needs = {},
+    .check = nullptr,
+    .uses = kUsesRest | kUsesHeldSurface,
+    .rows = nullptr,
+    .creates = "surface for queries",
+    .pass = {},
+    .sections = add_sections,
+    .build = build,
+};
+
+}  // namespace palpate

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "runtime/scene/effect.h"
+
+namespace palpate {
+
+// The force on a tool falls while a displacement is held.
+extern const Effect relaxation_effect;
+
+}  // namespace palpate

@@ -1,0 +1,54 @@
+#include "runtime/scene/body_reader.h"
+
+#include "runtime/surface/surface_tissue.h"
+
+namespace palpate {
+
+using formats::SectionId;
+
+palpate_status read_body(const SectionReader& reader, const char* effect, HyperelasticBody* body, TissueLaw* laws) {
+  const double *young = nullptr, *poisson = nullptr;
+  palpate_status status = reader.map(SectionId::nodes, &body->nodes);
+  if (status == PALPATE_OK) status = reader.map(SectionId::young, &young);
+  if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &poisson);
+  if (status != PALPATE_OK) return status;
+  for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
+    if (!(young[r] > 0 && young[r] <= 1e15 && poisson[r] > -1 && poisson[r] < 0.5))
+      return reader.not_usable(SectionId::young, r);
+    laws[r] = {young[r] / (2 * (1 + poisson[r])), young[r] / (3 * (1 - 2 * poisson[r])), 0};
+  }
+  StoredElement element = StoredElement::p1;
+  if ((status = read_element(reader.bundle(), &element, reader.error())) != PALPATE_OK) return status;
+  if (element == StoredElement::p2_p0)
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+                "%s: expected a bundle of the elements p1 or p1-anp, found p2-p0; rebuild it with one of them", effect);
+  body->nodal_dilatation = element == StoredElement::p1_anp;
+  body->laws = laws;
+  body->node_count = static_cast<std::int32_t>(reader.counts().nodes);
+  body->tetrahedron_count = static_cast<std::int32_t>(reader.counts().tetrahedra);
+  body->region_count = static_cast<std::int32_t>(reader.counts().regions);
+  for (std::int64_t i = 0; i < 3 * static_cast<std::int64_t>(body->node_count); ++i)
+    if (!(std::fabs(body->nodes[i]) <= 1e6)) return reader.not_usable(SectionId::nodes, static_cast<std::uint64_t>(i));
+  return PALPATE_OK;
+}
+
+palpate_status read_stiffening(const SectionReader& reader, const char* effect, TissueLaw* laws) {
+  const double* stiffening = nullptr;
+  if (const palpate_status status = reader.map_for(effect, SectionId::large_stiffening, &stiffening)) return status;
+  for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
+    if (!(stiffening[r] >= 0 && stiffening[r] <= 1e4)) return reader.not_usable(SectionId::large_stiffening, r);
+    laws[r].stiffening = stiffening[r];
+  }
+  return PALPATE_OK;
+}
+
+palpate_status read_tetrahedra(const SectionReader& of_arrays, HyperelasticBody* body) {
+  using Sections = formats::IndexedSections;
+  const std::uint64_t count = of_arrays.counts().tetrahedra;
+  if (const palpate_status status =
+          of_arrays.copy_indices(SectionId::tetrahedra, 4 * count, &Sections::tetrahedra, &body->tetrahedra))
+    return status;
+  return of_arrays.copy_indices(SectionId::region, count, &Sections::region, &body->region);
+}
+
+}  // namespace palpate

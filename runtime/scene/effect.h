@@ -1,0 +1,126 @@
+// The descriptor of an effect: all that a scene has to know about it. A scene is built from a list of descriptors, and the builder, the
+// plan, the predicted costs and saved states go through that list and name no effect. CONTRIBUTING.md says how to add one.
+//
+// A descriptor is constant data. Whoever leaves it out of the list that it passes to create_scene() does not link the effect's code.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+#include "runtime/base/passes.h"
+#include "runtime/scene/section_list.h"
+
+struct palpate_scene;
+
+namespace palpate {
+
+struct EffectBuild;  // effect_build.h
+
+// What an effect may add to the rows of a step.
+struct RowBudget {
+  std::int32_t constraints = 0;   // at most
+  std::int32_t nodes = 0;         // contact nodes for them, where the host leaves max_contact_nodes to the library
+  std::int32_t fewest_nodes = 0;  // with which all of them find a place
+  void add(const RowBudget& other) {
+    constraints += other.constraints, nodes += other.nodes, fewest_nodes += other.fewest_nodes;
+  }
+};
+
+// A field of palpate_scene_def that belongs to an effect. Its default is the one in palpate_default_scene_def().
+struct EffectKey {
+  enum class Type {
+    choice,   // one of `words`, as its index
+    flag,     // 0 or 1
+    pointer,  // NULL or the host's
+    count,    // a whole number
+    numbers,  // one or several of type double
+  };
+  const char* name;  // of the field
+  std::size_t at, bytes;
+  Type type;
+  const char* unit;   // "" where it has none
+  const char* words;  // of a choice, "off, prony"; else ""
+  int least, most;    // of a choice, a flag, a count
+
+  // Of a choice, a flag, a count; of a pointer 1 where it is not NULL. A host in C may have stored any number in an enum.
+  int number(const palpate_scene_def& def) const {
+    const auto* const field = reinterpret_cast<const unsigned char*>(&def) + at;
+    int number = 0;
+    const void* pointer = nullptr;
+    if (type == Type::pointer) {
+      std::memcpy(&pointer, field, sizeof pointer);
+      return pointer != nullptr;
+    }
+    std::memcpy(&number, field, sizeof number);
+    return number;
+  }
+};
+// The first fields of an EffectKey.
+#define PALPATE_KEY(field) #field, offsetof(palpate_scene_def, field), sizeof(palpate_scene_def::field)
+#define PALPATE_KEY_IN(field, member) \
+#field "." #member, offsetof(palpate_scene_def, field.member), sizeof(decltype(palpate_scene_def::field)::member)
+
+// What an effect needs of another field of palpate_scene_def, an enum or a flag.
+struct EffectNeed {
+  std::size_t at;
+  std::uint32_t values;  // bit v: it may have the value v
+  const char* reason;    // a sentence for the host: the physical reason, and what to do
+
+  bool is_met(const palpate_scene_def& def) const {
+    int number = 0;
+    std::memcpy(&number, reinterpret_cast<const unsigned char*>(&def) + at, sizeof number);
+    return number >= 0 && number < 32 && (values >> number & 1u) != 0;
+  }
+};
+#define PALPATE_NEEDS(field) offsetof(palpate_scene_def, field)
+
+// What a scene has only where something asks for it.
+enum Use : std::uint32_t {
+  kUsesRest = 1,           // positions of the surface's nodes without contacts
+  kUsesSurface = 2,        // the surface at rest, searchable
+  kUsesDisplacements = 4,  // where the nodes are after each solve (DisplacementField)
+  kUsesHeldSurface =
+      8,  // under large deformation: contacts that hold the surface's displacements, also without a shape
+};
+
+// A pass of the steps that the effect adds to the plan. What acts in the touch half is part of what a saved state depends on.
+enum class Half { touch, shape };
+struct EffectPass {
+  const char* name;
+  Half half;
+  Pass behind;  // of the core's passes
+  palpate_pass_work (*predict)(const palpate_scene& scene, const palpate_step_load& load);
+  // Operations that it may count in a step on top of max_operations; nullptr: none.
+  double (*most_operations)(const palpate_scene& scene) = nullptr;
+  // The same in the pass of the contacts, for rows that change without being asked. change: of one change of a contact.
+  double (*most_unasked)(const palpate_scene& scene, double change) = nullptr;
+};
+
+struct Effect {
+  const char* name;
+  // The first one switches the effect on: 0 is off.
+  std::span<const EffectKey> keys;
+  std::span<const EffectNeed> needs;
+  // What keys and needs do not say: the sentence of what is wrong, or nullptr. May be nullptr.
+  const char* (*check)(const palpate_scene_def& def);
+  std::uint32_t uses;  // bits of Use
+  // Of an effect that holds tissue, else nullptr.
+  RowBudget (*rows)(const palpate_scene_def& def);
+  // The name of a pass that ran when the scene was created, and is told to have its sections and memory; nullptr: there is none, and the
+  // pass of the step has them.
+  const char* creates;
+  EffectPass pass;  // its name nullptr: there is none
+  // Adds the sections that the effect maps. May be nullptr.
+  void (*sections)(const palpate_scene_def& def, SectionList& sections);
+  // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
+  palpate_status (*build)(EffectBuild& build);
+  // The same for what the core uses, before it is built. May be nullptr.
+  palpate_status (*prepare)(EffectBuild& build) = nullptr;
+
+  bool is_on(const palpate_scene_def& def) const { return keys[0].number(def) != 0; }
+};
+using EffectList = std::span<const Effect* const>;
+
+}  // namespace palpate

@@ -1,0 +1,25 @@
+// Trees over the surface that tools meet, for collision and for queries.
+#pragma once
+
+#include "runtime/contact/touch.h"
+#include "runtime/scene/section_reader.h"
+
+namespace palpate {
+
+// The host's fine surface; nullptr: tools meet the mesh's.
+inline const FineSurface* fine_surface_of(const TouchState& touch) {
+  return touch.fine.bound() ? &touch.fine : nullptr;
+}
+
+// Of the surface that tools meet. False where memory ends.
+bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
+                SurfaceTree& tree);
+
+// How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Under large
+// deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same. of_nodes:
+// [surface nodes] takes the reaches; nullptr: nobody does.
+bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
+                 const std::int32_t* touchable, const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree,
+                 double* same, double* of_nodes = nullptr);
+
+}  // namespace palpate
