@@ -22,11 +22,14 @@ class Solve {
       step_.acting = moves ? &state_.motions.acting(set) : &set;
       outcome =
           state_.solver.solve(context_.tensors, *step_.acting, state_.force, state_.modified, &state_.work, solve > 0);
-      if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlipSolves) break;
+      if (outcome == ContactSolver::Outcome::unsolved) break;
       // Without room, what sources and held volumes miss is that of this solve.
-      const bool has_room = state_.work.left() >= state_.solver.operations_to_solve({});
-      const bool missed = moves && (has_room ? state_.motions.follow_volumes(set, state_.force, solve, &step_.flags)
-                                             : state_.motions.holds_volumes());
+      const bool has_room = state_.work.left() >= state_.solver.operations_to_solve({}),
+                 last = solve + 1 == kMostSlipSolves;
+      const bool missed =
+          moves && (has_room || last ? state_.motions.follow_volumes(set, state_.force, solve, &step_.flags)
+                                     : state_.motions.holds_volumes());
+      if (last) break;
       const bool gives_way =
           watches_slide_energy(context_.def) && has_room && is_trusted(outcome) &&
           note_sliding(*step_.acting, state_.slide_energy.sliding()) &&
