@@ -86,22 +86,18 @@ TEST(CorridorSections, ThatBreakALawAreFound) {
   fault(changed<float>(Id::corridor_interior, nan), "corridors", "moves by nan");
   fault(changed<float>(Id::corridor_compliance, [](auto& x) { x[7] = std::nextafter(x[7], 1.0f); }), "corridors",
         "is not symmetric");
-  fault(changed<float>(Id::corridor_compliance, [](auto& x) { x[0] = -x[0]; }), "corridors",
-        "compliance of node 56: not positive definite");
+  fault(changed<float>(Id::corridor_compliance, [](auto& x) { x[0] = -x[0]; }), "corridors", "node 56: not positive");
   // The row of dof y of node 58, and what another row has there.
   fault(changed<float>(Id::corridor_compliance, [](auto& x) { x[4 * 12 + 4] = 1e-9f; }), "corridors",
         "a fixed dof has 1e-09");
   fault(changed<float>(Id::corridor_surface, [](auto& x) { x[4 * 168 + 100] = 1e-9f; }), "corridors",
-        "node 58: a fixed dof has 1e-09");
-  fault(changed<float>(Id::corridor_interior, [](auto& x) { x[3 * 2 + 1] = 1e-9f; }), "corridors",
-        "node 56: a fixed dof has 1e-09 m/N at node 58");
+        "node 58: a fixed dof");
+  fault(changed<float>(Id::corridor_interior, [](auto& x) { x[3 * 2 + 1] = 1e-9f; }), "corridors", "m/N at node 58");
   fault(changed<float>(Id::corridor_interior, [](auto& x) { x[3 * 5] = std::nextafter(x[3 * 5], 1.0f); }), "corridors",
-        "node 56: its compliance and its row of the interior differ at node 61");
-  fault(changed<double>(Id::corridor_residual, [](auto& x) { x[4] = 1e-9; }), "corridors",
-        "node 58: residual 1e-09, tolerance 1e-12");
+        "node 61");
+  fault(changed<double>(Id::corridor_residual, [](auto& x) { x[4] = 1e-9; }), "corridors", "node 58: residual 1e-09");
   fault(changed<double>(Id::corridor_residual, nan), "finite numbers", "corridor/residual");
-  fault(changed<std::int32_t>(Id::corridor_nodes, [](auto& x) { x[1] = 12; }), "stored indices",
-        "corridor/nodes: expected indices from 56 to 63, element 1 is 12");
+  fault(changed<std::int32_t>(Id::corridor_nodes, [](auto& x) { x[1] = 12; }), "stored indices", "element 1 is 12");
 }
 
 TEST(CorridorSections, MustBeReciprocalToTheTouchableColumns) {
@@ -160,7 +156,7 @@ TEST(CorridorSections, AreCompared) {
   const ProgramRun ended = palpate_bundle(
       "diff " + a + " " + written(changed<float>(SectionId::corridor_surface, [](auto& x) { x[9] *= 2; }), "b.h5"));
   EXPECT_EQ(ended.code, 3);
-  EXPECT_THAT(ended.out, HasSubstr("corridor/displacement_surface: 1 of 2016 elements differ"));
+  EXPECT_THAT(ended.out, HasSubstr("corridor/displacement_surface: 1 of 2016"));
   EXPECT_THAT(palpate_bundle("diff " + a + " " + written(dense_bundle(body()), "b.h5")).out,
               HasSubstr("corridor/residual: only in"));
 }

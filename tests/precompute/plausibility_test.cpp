@@ -55,31 +55,24 @@ TEST_F(Plausibility, SaysNothingOfAnOrganAsTheyAre) {
 
 TEST_F(Plausibility, WarnsOfAnOrganBelowACentimetreOrAboveAMetre) {
   EXPECT_THAT(warned(replaced(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
-              ElementsAre(HasSubstr("box.msh: the organ is 104 m long, expected 1 cm to 1 m; mesh_unit is \"m\" in ")));
-  EXPECT_THAT(warned(replaced(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
-              ElementsAre(HasSubstr("; with mesh_unit = \"mm\" it would be 104 mm long")));
-  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}),
-              ElementsAre(HasSubstr("is 0.000104 m long, expected 1 cm to 1 m; mesh_unit is \"mm\" in ")));
-  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}),
-              ElementsAre(HasSubstr("with mesh_unit = \"m\" it would be 104 mm long")));
+              ElementsAre(HasSubstr("box.msh: the organ is 104 m long")));
+  EXPECT_THAT(warned(replaced(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}), ElementsAre(HasSubstr("104 mm")));
+  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}), ElementsAre(HasSubstr("0.000104 m long")));
+  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}), ElementsAre(HasSubstr("104 mm")));
   EXPECT_THAT(warned(kOrgan, {10.01, 10, 10}), IsEmpty());
   EXPECT_THAT(warned(kOrgan, {999, 500, 400}), IsEmpty());
 }
 
 TEST_F(Plausibility, WarnsOfAStiffnessThatNoTissueHas) {
   EXPECT_THAT(warned(replaced(kOrgan, "kPa", "GPa")),
-              ElementsAre(HasSubstr(
-                  "organ.toml: [[region]] \"spleen\": young is 5.4 GPa, expected 100 Pa to 10 MPa, within which "
-                  "soft tissue lies; was 5.4 MPa meant, in another unit?")));
-  EXPECT_THAT(warned(replaced(kOrgan, "kPa", "Pa")),
-              ElementsAre(HasSubstr("young is 5.4 Pa, expected 100 Pa to 10 MPa, within which "
-                                    "soft tissue lies; was 5.4 kPa meant")));
+              ElementsAre(HasSubstr("organ.toml: [[region]] \"spleen\": young is 5.4 GPa")));
+  EXPECT_THAT(warned(replaced(kOrgan, "kPa", "Pa")), ElementsAre(HasSubstr("5.4 kPa")));
   EXPECT_THAT(warned(replaced(kOrgan, "5.4", "0.101")), IsEmpty());
   EXPECT_THAT(warned(replaced(kOrgan, "5.4", "9999")), IsEmpty());
 }
 
 TEST_F(Plausibility, WarnsOfASmallHeldArea) {
-  const std::string sentence = "end.toml: 0 % of the surface is held (0 of 1.48e+04 mm2), expected at least 1 %";
+  const std::string sentence = "end.toml: 0 %";
   EXPECT_THAT(warned(kOrgan, {60, 50, 40},
                      "name = \"points\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { nearest = { points = [[0, 0, 0], [60, "
                      "0, 0], [0, 50, "

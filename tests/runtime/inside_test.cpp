@@ -557,7 +557,7 @@ std::string refusal(const TouchedBody& on, palpate_scene_def def, palpate_status
 TEST(Inside, IsRefusedWhereItCannotBeRight) {
   palpate_scene_def def = inside_def();
   def.shape = PALPATE_SHAPE_SURFACE;
-  EXPECT_THAT(refusal(box(), def, PALPATE_ERROR_ARGUMENT), HasSubstr("take shape VOLUME, or leave inside OFF"));
+  EXPECT_THAT(refusal(box(), def, PALPATE_ERROR_ARGUMENT), HasSubstr("shape VOLUME"));
   const auto changed = [](const std::function<void(BundleParts&)>& change) {
     return TouchedBody(dense_box({}), change);
   };
@@ -566,7 +566,7 @@ TEST(Inside, IsRefusedWhereItCannotBeRight) {
                         parts.provenance.replace(parts.provenance.find("\"p1\""), 4, "\"p2-p0\"");
                       }),
                       inside_def(), PALPATE_ERROR_EFFECT),
-              HasSubstr("inside ON: expected a bundle of the elements p1 or p1-anp, found p2-p0"));
+              HasSubstr("found p2-p0"));
   const TouchedBody without(dense_box({.interior = false}));
   EXPECT_THAT(refusal(without, inside_def(), PALPATE_ERROR_EFFECT), HasSubstr("tensors/displacement_interior"));
   palpate_scene_def bare = inside_def();
@@ -608,13 +608,13 @@ TEST(Inside, IsRefusedWhereItCannotBeRight) {
                 t[5] = 1'000'000;
                 parts.set(SectionId::tetrahedra, {t.size() / 4, 4}, t);
               }),
-              HasSubstr("mesh/tetrahedra: expected indices from 0"));
+              HasSubstr("mesh/tetrahedra"));
   EXPECT_THAT(refused([](BundleParts& parts) {
                 auto region = parts.get<std::int32_t>(SectionId::region);
                 region[3] = 7;
                 parts.set(SectionId::region, {region.size()}, region);
               }),
-              HasSubstr("mesh/region: expected indices from 0"));
+              HasSubstr("mesh/region"));
 }
 
 TEST(Inside, OffTakesNoMemoryMapsNoTetrahedraAndHasNoPass) {

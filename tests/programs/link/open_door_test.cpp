@@ -283,14 +283,14 @@ TEST_F(OpenDoor, OutlivesWhateverClientsSendAndSaysWhatWasWrong) {
   {
     Client client(port_);
     client.send(message_bytes("TRANSFORM", "probe", pose_body(kAbove), 3));
-    EXPECT_TRUE(says("version 1 or 2, found version 3"));
+    EXPECT_TRUE(says("found version 3"));
   }
   {
     Client client(port_);
     Bytes large = message_bytes("TRANSFORM", "probe", {});
     large[42] = 0x7f;  // 2^63 bytes and more will follow
     client.send(large);
-    EXPECT_TRUE(says("expected a TRANSFORM of at most"));
+    EXPECT_TRUE(says("TRANSFORM of at most"));
   }
   const Bytes whole = message_bytes("TRANSFORM", "probe", pose_body(kAbove));
   std::mt19937 random(3);
@@ -317,7 +317,7 @@ TEST_F(OpenDoor, RefusesBadUsageInOneSentence) {
     EXPECT_EQ(process.wait(), 2);
     EXPECT_THAT(process.errors(), HasSubstr(part));
   };
-  refused("long.toml", {}, "expected a name of 1 to 20 characters");
+  refused("long.toml", {}, "1 to 20 characters");
   refused("scene.toml", {"--listen", "here"}, "--listen: expected PORT");
   refused("scene.toml", {"--device", ""}, "--device");
   refused("absent.toml", {}, "absent.toml");

