@@ -12,6 +12,7 @@
 namespace palpate::tests {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -55,10 +56,9 @@ TEST_F(Plausibility, SaysNothingOfAnOrganAsTheyAre) {
 
 TEST_F(Plausibility, WarnsOfAnOrganBelowACentimetreOrAboveAMetre) {
   EXPECT_THAT(warned(replaced(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}),
-              ElementsAre(HasSubstr("box.msh: the organ is 104 m long")));
-  EXPECT_THAT(warned(replaced(kOrgan, "\"mm\"", "\"m\""), {104, 50, 40}), ElementsAre(HasSubstr("104 mm")));
-  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}), ElementsAre(HasSubstr("0.000104 m long")));
-  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}), ElementsAre(HasSubstr("104 mm")));
+              ElementsAre(AllOf(HasSubstr("box.msh: the organ is 104 m long"), HasSubstr("104 mm"))));
+  EXPECT_THAT(warned(kOrgan, {0.104, 0.05, 0.04}),
+              ElementsAre(AllOf(HasSubstr("0.000104 m long"), HasSubstr("104 mm"))));
   EXPECT_THAT(warned(kOrgan, {10.01, 10, 10}), IsEmpty());
   EXPECT_THAT(warned(kOrgan, {999, 500, 400}), IsEmpty());
 }
