@@ -221,7 +221,7 @@ TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
 TEST_F(PlayedOrgans, RefusesWhatOneOrganAloneCanDo) {
   write_organs(organ("one"), kProbe);
   for (const char* option : {"--realtime", "--record run.txt"})
-    expect_refused(std::string("scene.toml -o out ") + option, "[[organ]]: ");
+    expect_refused(std::string("scene.toml -o out ") + option, "one organ here");
   write_scene(kProbe);
   expect_refused("scene.toml -o out --bundle box.h5 --bundle box.h5", "one bundle");
 }
