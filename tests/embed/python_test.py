@@ -608,7 +608,7 @@ class Threads(unittest.TestCase):
             thread.start()
         for thread in threads:
             thread.join()
-        self.assertIn("another thread", refused)
+        self.assertIn("another thread", str(refused))
 
 
 class Queries(unittest.TestCase):
