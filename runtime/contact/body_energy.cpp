@@ -116,6 +116,16 @@ bool BodyEnergy::give_way(double energy, double noise, ContactRows& rows) const 
   return true;
 }
 
+bool BodyEnergy::shortens(const ContactConstraints& set, double share) const {
+  for (std::int32_t p = 0, end = 0; p < set.constraint_count; p = end) {
+    double depth = 0;
+    for (; end < set.constraint_count && is_of_one_contact(set.constraints[p], set.constraints[end]); ++end)
+      depth += set.constraints[end].share * set.target[end].x;
+    if (sliding_[p].slack && *sliding_[p].slack > share * std::max(0.0, depth + *sliding_[p].slack)) return true;
+  }
+  return false;
+}
+
 void BodyEnergy::judge(double energy, double noise, const ContactConstraints& set) {
   const double work = work_ + work_of(set).sum;
   const double stored = stored_in(set);

@@ -34,6 +34,8 @@ class BodyEnergy {
   void adopt() { adopts_ = 1; }
   // At the last state that was judged contacts had given more than the tolerance allows.
   bool gives_much() const { return gives_much_ != 0; }
+  // A contact has a target that is shorter by more than this share of it.
+  bool shortens(const ContactConstraints& set, double share) const;
   // Ends a step. followed: the body was where its contacts hold it. Where it lagged behind, what it then catches up with is no gain.
   void end(const ContactConstraints& set, bool followed);
 

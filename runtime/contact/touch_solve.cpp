@@ -157,6 +157,10 @@ class Solve {
       return constraint.framed ? transposed_times(constraint.frame, reaction) : reaction;
     });
     const double energy = state_.beside.energy(account.force()), residual = state_.beside.told().residual;
+    // Contacts felt too little while they were behind, and what the body has beyond it has shortened them since.
+    if (account.shortens(set, BodyBeside::kBehind))
+      for (std::int32_t p = 0; p < set.constraint_count; ++p)
+        if (account.sliding()[p].slides()) step_.raise(set.constraints[p].tool, PALPATE_STEP_DEFORMATION_BEHIND);
     account.judge(energy, state_.body.solver().energy_noise(energy) + residual * residual * energy, set);
     end_body_energy(set, is_trusted(outcome));
   }

@@ -78,7 +78,6 @@ std::vector<Reached> Player::play(const Move& move, const Pace& pace, StepTimes*
   for (std::size_t t = 0; t < tools.size(); ++t)
     tools[t].grips = &grips[t], tools[t].grip_count = 1, tools[t].disc_radius = radius_;
   std::vector<Reached> all;
-  unsigned flags = 0;
   const double step = pace.speed * kTick;
   for (int tick = 0; all.size() < pace.depths.size(); ++tick) {
     // The last touch before a depth ends there.
@@ -86,7 +85,7 @@ std::vector<Reached> Player::play(const Move& move, const Pace& pace, StepTimes*
     for (std::size_t t = 0; t < tools.size(); ++t) store3(depth * move.discs[t].way, grips[t].displacement);
     const auto begun = studies::Clock::now();
     const double thread_begun = thread_seconds();
-    flags |= scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
+    const unsigned flags = scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
     const double thread_took = thread_seconds() - thread_begun, took = studies::seconds_since(begun);
     if (tick > 0) times->touch.push_back(1e6 * took), times->touch_thread.push_back(1e6 * thread_took);
     if (depth < pace.depths[all.size()]) continue;

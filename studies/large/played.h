@@ -18,7 +18,7 @@ struct Pace {
 struct Reached {
   Eigen::VectorXd force;                  // [3 discs] N, on the organ
   Eigen::VectorXd u;                      // [3 nodes] m; under linear deformation the nodes of the surface alone
-  unsigned flags = 0;                     // of all touches on the way
+  unsigned flags = 0;                     // of the touch and the shape that show it
   double residual = 0, least_volume = 1;  // of palpate_contacts
 };
 
