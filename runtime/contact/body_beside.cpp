@@ -62,10 +62,10 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
   if (!make_mailbox(memory, job, &jobs_) || !make_mailbox(memory, solution, &solutions_) ||
       !added_.create(memory, limits.field_nodes, limits.surface_nodes))
     return false;
-  for (double* number :
-       {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.spring, &missed_share_})
+  for (double* number : {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.spring,
+                         &missed_at_rest_, &missed_share_})
     memory.keep(*number);
-  for (Miss* miss : {&missed_, &grown_, &missed_at_rest_}) memory.keep(*miss);
+  for (Miss* miss : {&missed_, &grown_}) memory.keep(*miss);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
                                &behind_, &knows_miss_, &goes_on_, &settled_, &published_})
     memory.keep(*number);
@@ -99,15 +99,15 @@ void BodyBeside::give(const ContactConstraints& set) {
 }
 
 void BodyBeside::forget_miss() {
-  missed_ = grown_ = missed_at_rest_ = {}, missed_share_ = 0, knows_miss_ = 0;
+  missed_ = grown_ = {}, missed_at_rest_ = missed_share_ = 0, knows_miss_ = 0;
 }
 
 // What a contact at this target misses, `along` of the way on which it is known.
 void BodyBeside::expect(const Solved& solved, Vec3 target, Vec3 along, Miss* miss) const {
   const Vec3 aside = target - solved.target - along;
   const double way = length(along);
-  miss->displacement = std::max(miss->displacement, (missed_.displacement + grown_.displacement) * way +
-                                                        missed_at_rest_.displacement * length(aside));
+  miss->displacement = std::max(miss->displacement,
+                                (missed_.displacement + grown_.displacement) * way + missed_at_rest_ * length(aside));
   miss->force =
       std::max(miss->force, (missed_.force + grown_.force) * way + missed_share_ * length(solved.stiffness * aside));
 }
@@ -253,9 +253,9 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
     *rate = std::max(miss / way, forgets * *rate);
   };
   double ignored = 0;
-  learn(now.displacement, &missed_.displacement, &grown_.displacement), learn(now.force, &missed_.force, &grown_.force);
-  learn(at_rest.displacement, &missed_at_rest_.displacement, &ignored),
-      learn(at_rest.force, &missed_at_rest_.force, &ignored);
+  learn(now.displacement, &missed_.displacement, &grown_.displacement);
+  learn(now.force, &missed_.force, &grown_.force);
+  learn(at_rest.displacement, &missed_at_rest_, &ignored);
   missed_share_ = linear > 0 ? at_rest.force / linear : 0;
   knows_miss_ = 1;
 }

@@ -37,9 +37,8 @@ class BodyBeside {
   // share by which it did on the way. Where no solution has told that, contacts may be kBehindUnknown metres from the newest one.
   // docs/method.md, section 14, has the errors.
   static constexpr double kBehind = 0.05, kLeastMiss = 5e-5, kBehindUnknown = 1e-3;
-  // A solution is unfinished above this residual (LargeOutcome). It is less than a step's in the touch, because contacts go farther from
-  // one solution to the next one.
-  static constexpr double kUnfinished = 2 * LargeSolver::kTolerance;
+  // A solution is unfinished above this residual (LargeOutcome), as a step in the touch.
+  static constexpr double kUnfinished = LargeSolver::kUnfinished;
 
   // body: made, borrowed; only deform() and restored() use it.
   bool create(SceneMemory& memory, DeformingBody* body, const Limits& limits);
@@ -150,8 +149,8 @@ class BodyBeside {
   Told told_;
   // When solutions came, for each metre on the way from one to the next: with o going on or not, as it does; what of that the newest one
   // had more than the one before; with o as it was.
-  Miss missed_, grown_, missed_at_rest_;
-  double missed_share_ = 0;  // the last one's force, of the linear organ's force on the way
+  Miss missed_, grown_;
+  double missed_at_rest_ = 0, missed_share_ = 0;  // the last one's force, of the linear organ's force on the way
   std::int32_t knows_miss_ = 0;
   std::int32_t goes_on_ = 0;  // o does, between solutions
   std::int32_t behind_ = 0;
