@@ -119,7 +119,7 @@ bool BodyEnergy::give_way(double energy, double noise, ContactRows& rows) const 
 bool BodyEnergy::lag_shortens(const ContactConstraints& set, double share) const {
   for (std::int32_t p = 0, end = 0; lagged_ && p < set.constraint_count; p = end) {
     double depth = 0;
-    for (; end < set.constraint_count && is_of_one_contact(set.constraints[p], set.constraints[end]); ++end)
+    for (; end < set.constraint_count && set.constraints[p].id.contact == set.constraints[end].id.contact; ++end)
       depth += set.constraints[end].share * set.target[end].x;
     if (sliding_[p].slack && *sliding_[p].slack > share * std::max(0.0, depth + *sliding_[p].slack)) return true;
   }

@@ -128,7 +128,8 @@ class Solve {
     if (behind) energy.lag();
     if (!energy.lag_shortens(set, BodyBeside::kBehind)) return;
     for (std::int32_t p = 0; p < set.constraint_count; ++p)
-      if (energy.sliding()[p].slides()) step_.raise(set.constraints[p].tool, PALPATE_STEP_DEFORMATION_BEHIND);
+      if (energy.sliding()[p].slides())
+        step_.raise(tool_of(set.constraints[p].id.contact), PALPATE_STEP_DEFORMATION_BEHIND);
   }
   void end_body_energy(const ContactConstraints& set, bool followed) {
     BodyEnergy& energy = state_.body_energy;
