@@ -16,6 +16,11 @@ Vec3 only(std::uint32_t axes, Vec3 v) {
   return v;
 }
 
+// The same of those that the constraint has.
+Vec3 target_of(const ContactConstraints& set, std::int32_t p) {
+  return in_axes(set.constraints[p], only(set.constraints[p].axes, set.target[p]));
+}
+
 // m, the mean of a field [nodes][3] over the constraint's nodes.
 Vec3 mean_of(const ContactConstraints& set, const ContactConstraint& constraint, const float* field) {
   Vec3 sum;
@@ -57,10 +62,12 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
   if (!make_mailbox(memory, job, &jobs_) || !make_mailbox(memory, solution, &solutions_) ||
       !added_.create(memory, limits.field_nodes, limits.surface_nodes))
     return false;
-  for (double* number : {&told_.residual, &told_.least_volume, &told_.energy, &told_.spring, &missed_, &missed_force_})
+  for (double* number : {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.spring,
+                         &missed_at_rest_, &missed_share_})
     memory.keep(*number);
+  for (Miss* miss : {&missed_, &grown_}) memory.keep(*miss);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
-                               &behind_, &goes_on_, &settled_, &published_})
+                               &behind_, &knows_miss_, &goes_on_, &settled_, &published_})
     memory.keep(*number);
   memory.keep(begun_), memory.keep(begun_beside_);
   return !memory.failed();
@@ -69,7 +76,7 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
 void BodyBeside::forget() {
   ++begun_;
   added_.forget();
-  told_ = {}, missed_ = -1, missed_force_ = 0, behind_ = goes_on_ = settled_ = 0,
+  told_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = 0,
   solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
 }
 
@@ -91,27 +98,49 @@ void BodyBeside::give(const ContactConstraints& set) {
   palpate_mailbox_publish(jobs());
 }
 
+void BodyBeside::forget_miss() {
+  missed_ = grown_ = {}, missed_at_rest_ = missed_share_ = 0, knows_miss_ = 0;
+}
+
+// What a contact at this target misses, `along` of the way on which it is known.
+void BodyBeside::expect(const Solved& solved, Vec3 target, Vec3 along, Miss* miss) const {
+  const Vec3 aside = target - solved.target - along;
+  const double way = length(along);
+  miss->displacement = std::max(miss->displacement,
+                                (missed_.displacement + grown_.displacement) * way + missed_at_rest_ * length(aside));
+  miss->force =
+      std::max(miss->force, (missed_.force + grown_.force) * way + missed_share_ * length(solved.stiffness * aside));
+}
+
 // A contact that the solution does not have, or that has ended since, is as far from it as its whole target. Both lists ascend.
 bool BodyBeside::is_behind(const ContactConstraints& set) const {
   const Solved *solved = solved_[newest_], *const end = solved + solved_count_[newest_];
+  const double s = same_contacts(solved, solved_count_[newest_], set)
+                       ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); })
+                       : 0;
   double unknown = 0, way = 0, largest = 0, force = 0;
+  Miss miss;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& now = set.constraints[p];
     for (; solved != end && solved->id < now.id; ++solved) unknown = std::max(unknown, length(solved->target));
-    const Vec3 target = in_axes(now, only(now.axes, set.target[p]));
+    const Vec3 target = target_of(set, p);
     largest = std::max(largest, length(only(now.axes, acting_.target[p])));
     if (solved == end || solved->id != now.id) {
       unknown = std::max(unknown, length(target));
       continue;
     }
-    force = std::max(force, length(solved->force));
-    way = std::max(way, length(target - solved++->target));
+    const Vec3 expected = solved->force + solved->stiffness * (target - solved->target);
+    force = std::max(force, std::min(length(solved->force), length(expected)));
+    way = std::max(way, length(target - solved->target));
+    const Vec3 along = s != 0 ? s * (solved->target - solved_[1 - newest_][p].target) : Vec3{};
+    expect(*solved++, target, along, &miss);
   }
   for (; solved != end; ++solved) unknown = std::max(unknown, length(solved->target));
-  if (unknown > kBehindUnknown) return true;
-  if (missed_ < 0) return way > kBehindUnknown;
-  const double miss = missed_ * way;
-  return miss > std::max(kLeastMiss, kBehind * largest) || (miss > kLeastMiss && missed_force_ * way > kBehind * force);
+  const double own = told_.residual + told_.off;
+  if (unknown > kBehindUnknown || own > kBehind) return true;
+  if (!knows_miss_) return way > kBehindUnknown;
+  return miss.displacement > kLeastMiss && (miss.displacement + told_.residual * largest > kBehind * largest ||
+                                            miss.force + own * force > kBehind * force);
 }
 
 void BodyBeside::copy(Solution* newest) {
@@ -190,16 +219,13 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
                     same_contacts(solved_[newest_], solved_count_[newest_], set);
   const bool goes_on = goes_on_ != 0;
   goes_on_ = 0;
-  if (!same || newest->told.failed) {
-    missed_ = -1, missed_force_ = 0;
-    return;
-  }
+  if (!same || newest->told.failed) return forget_miss();
   const double s = share(count, [&](std::int32_t p) { return solved[p].target; });
-  double missed = 0, missed_at_rest = 0, way = 0;  // going on; with o as it was
-  double force = 0, force_at_rest = 0;
+  Miss going_on, at_rest;  // with o going on; as it was
+  double way = 0, linear = 0;
   for (std::int32_t p = 0; p < count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    Vec3 miss, change;
+    Vec3 change, miss;
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
       for (int i = 0; i < 3; ++i) {
         const std::size_t at = 3 * static_cast<std::size_t>(set.nodes[e].node) + static_cast<std::size_t>(i);
@@ -208,29 +234,38 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
         change[i] += set.nodes[e].weight * (last - static_cast<double>(added_of(newest)[at]));
         miss[i] += set.nodes[e].weight * s * (last - earlier);
       }
-    missed = std::max(missed, length(change + miss)), missed_at_rest = std::max(missed_at_rest, length(change));
+    miss += change;
+    const Vec3 went = solved[p].target - solved_[newest_][p].target;
     const double turned = by_turning(constraint, solved[p], solved_[newest_][p]);
-    force = std::max(force, turned + length(solved[p].stiffness * (change + miss)));
-    force_at_rest = std::max(force_at_rest, turned + length(solved[p].stiffness * change));
-    way = std::max(way, length(solved[p].target - solved_[newest_][p].target));
+    going_on.displacement = std::max(going_on.displacement, length(miss));
+    at_rest.displacement = std::max(at_rest.displacement, length(change));
+    going_on.force = std::max(going_on.force, turned + length(solved[p].stiffness * miss));
+    at_rest.force = std::max(at_rest.force, turned + length(solved[p].stiffness * change));
+    way = std::max(way, length(went)), linear = std::max(linear, length(solved[p].stiffness * went));
   }
+  goes_on_ = going_on.displacement < 0.5 * at_rest.displacement;
   constexpr double least_way = 1e-5;  // m; below, the solver's tolerance decides
-  constexpr double forgets = 0.7;     // from one solution to the next
-  if (way > least_way) {
-    missed_ = std::max((goes_on ? missed : missed_at_rest) / way, forgets * missed_);
-    missed_force_ = std::max((goes_on ? force : force_at_rest) / way, forgets * missed_force_);
-  }
-  goes_on_ = missed < 0.5 * missed_at_rest;
+  if (way <= least_way) return;
+  const Miss& now = goes_on ? going_on : at_rest;
+  const auto learn = [&](double miss, double* rate, double* grown) {
+    constexpr double forgets = 0.7;  // from one solution to the next
+    *grown = knows_miss_ ? std::max(0.0, miss / way - *rate) : 0;
+    *rate = std::max(miss / way, forgets * *rate);
+  };
+  double ignored = 0;
+  learn(now.displacement, &missed_.displacement, &grown_.displacement);
+  learn(now.force, &missed_.force, &grown_.force);
+  learn(at_rest.displacement, &missed_at_rest_, &ignored);
+  missed_share_ = linear > 0 ? at_rest.force / linear : 0;
+  knows_miss_ = 1;
 }
 
 const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* fresh) {
   Solution* const newest = take_newest(fresh);
   if (*fresh) measure_miss(set, newest), copy(newest);
-  const auto target_of = [&](std::int32_t p) {
-    return in_axes(set.constraints[p], only(set.constraints[p].axes, set.target[p]));
-  };
   if (newest && same_contacts(solved_[newest_], solved_count_[newest_], set))
-    added_.set(offset_[newest_], offset_[1 - newest_], goes_on_ ? share(set.constraint_count, target_of) : 0);
+    added_.set(offset_[newest_], offset_[1 - newest_],
+               goes_on_ ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); }) : 0);
   else if (newest)
     added_.set(offset_[newest_], offset_[newest_], 0);
   else
@@ -291,14 +326,9 @@ void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Out
   auto* const solution = reinterpret_cast<Solution*>(palpate_mailbox_slot(solutions()));
   *solution = Solution{};
   solution->begun = begun_beside_;
-  solution->told = {outcome.steps,
-                    outcome.cut,
-                    outcome.residual > kUnfinished || body_->off(set) > kOff,
-                    outcome.failed,
-                    outcome.residual,
-                    outcome.least_volume,
-                    body_->energy(),
-                    0};
+  solution->told = {outcome.steps,   outcome.cut,      outcome.residual > kUnfinished,
+                    outcome.failed,  outcome.residual, outcome.least_volume,
+                    body_->off(set), body_->energy(),  0};
   solution->constraint_count = published_ = set.constraint_count;
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {

@@ -31,16 +31,14 @@ class BodyBeside {
                  surface_nodes = 0;  // whose displacements a solution has; at least those of the surface
   };
   // A step is not to be trusted (DEFORMATION_BEHIND) where its contacts are estimated to miss the solution of their targets by this
-  // share of what the linear organ does at them, and by more than kLeastMiss metres. The estimate is the way from the newest
-  // solution, times what the touch missed a solution by, for each metre of way, when it came. Where no solution has told that,
-  // contacts may be kBehindUnknown metres from the newest one. docs/method.md, section 14, has the errors.
+  // share of what the linear organ does at them, and by more than kLeastMiss metres. The estimate is what the newest solution says that it
+  // misses itself, and the way from it, times what the touch missed a solution by, for each metre of way, when it came, and what that has grown by since the solution
+  // before. Aside of the way between the last two solutions nothing is known: there the tissue may miss the force of the linear organ by the
+  // share by which it did on the way. Where no solution has told that, contacts may be kBehindUnknown metres from the newest one.
+  // docs/method.md, section 14, has the errors.
   static constexpr double kBehind = 0.05, kLeastMiss = 5e-5, kBehindUnknown = 1e-3;
-  // A solution is unfinished above this residual (LargeOutcome). It is less than a step's in the touch, because contacts go farther from
-  // one solution to the next one.
-  static constexpr double kUnfinished = 2 * LargeSolver::kTolerance;
-
-  // So is one along whose frames forces would miss the surface's normals by this angle, rad: as much as kBehind of them.
-  static constexpr double kOff = kBehind;
+  // A solution is unfinished above this residual (LargeOutcome), as a step in the touch.
+  static constexpr double kUnfinished = LargeSolver::kUnfinished;
 
   // body: made, borrowed; only deform() and restored() use it.
   bool create(SceneMemory& memory, DeformingBody* body, const Limits& limits);
@@ -55,6 +53,8 @@ class BodyBeside {
   struct Told {
     std::int32_t steps = 0, cut = 0, unfinished = 0, failed = 0;
     double residual = 0, least_volume = 1;
+    double off =
+        0;  // rad, of the frames of its contacts from the surface's normals: its forces miss as much of themselves
     double energy = 0;  // J, of the body
     double spring = 0;  // J, of the linear organ under the same forces
   };
@@ -95,6 +95,10 @@ class BodyBeside {
     Mat3 stiffness;  // N/m, of the linear response along the rows that hold
     Vec3 force;      // N, on the body
   };
+  // By what the touch misses a solution, of the worst contact.
+  struct Miss {
+    double displacement = 0, force = 0;  // m, N
+  };
   struct Solution {
     std::uint64_t begun;
     Told told;
@@ -127,6 +131,8 @@ class BodyBeside {
   static double by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   bool is_behind(const ContactConstraints& set) const;
+  void expect(const Solved& solved, Vec3 target, Vec3 along, Miss* miss) const;
+  void forget_miss();
   Vec3 moved_on(const ContactConstraint& constraint) const;
   const Solved* solved_of(const ContactConstraint& constraint) const;
 
@@ -141,8 +147,11 @@ class BodyBeside {
   std::int32_t solved_count_[2] = {}, newest_ = 0;
   ContactConstraints acting_;
   Told told_;
-  double missed_ = -1;        // m for each metre of way to a solution, by how much the touch missed it; -1: not known
-  double missed_force_ = 0;   // N/m, the same of its forces
+  // When solutions came, for each metre on the way from one to the next: with o going on or not, as it does; what of that the newest one
+  // had more than the one before; with o as it was.
+  Miss missed_, grown_;
+  double missed_at_rest_ = 0, missed_share_ = 0;  // the last one's force, of the linear organ's force on the way
+  std::int32_t knows_miss_ = 0;
   std::int32_t goes_on_ = 0;  // o does, between solutions
   std::int32_t behind_ = 0;
   std::int32_t settled_ =

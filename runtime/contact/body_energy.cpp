@@ -17,7 +17,7 @@ bool BodyEnergy::create(SceneMemory& memory, std::int32_t constraint_capacity) {
   held_ = memory.array<Held>(capacity), sliding_ = memory.array<Sliding>(capacity);
   force_ = memory.array<Vec3>(capacity);
   for (double* const number : {&work_, &adopted_, &lost_, &energy_}) memory.keep(*number);
-  for (std::int32_t* const number : {&count_, &adopts_, &gives_much_}) memory.keep(*number);
+  for (std::int32_t* const number : {&count_, &adopts_, &gives_much_, &settled_, &lagged_}) memory.keep(*number);
   memory.keep_array(held_, capacity, count_);
   return !memory.failed();
 }
@@ -29,7 +29,7 @@ void BodyEnergy::forget() {
 
 // The next one begins with the energy that the body has.
 void BodyEnergy::end_touch() {
-  count_ = 0, work_ = lost_ = 0, adopted_ = energy_, adopts_ = gives_much_ = 0;
+  count_ = 0, work_ = lost_ = 0, adopted_ = energy_, adopts_ = gives_much_ = settled_ = lagged_ = 0;
 }
 
 // Where its tool holds a constraint. Of one that does not slide, its displacement, which moves alike.
@@ -116,6 +116,16 @@ bool BodyEnergy::give_way(double energy, double noise, ContactRows& rows) const 
   return true;
 }
 
+bool BodyEnergy::lag_shortens(const ContactConstraints& set, double share) const {
+  for (std::int32_t p = 0, end = 0; lagged_ && p < set.constraint_count; p = end) {
+    double depth = 0;
+    for (; end < set.constraint_count && set.constraints[p].id.contact == set.constraints[end].id.contact; ++end)
+      depth += set.constraints[end].share * set.target[end].x;
+    if (sliding_[p].slack && *sliding_[p].slack > share * std::max(0.0, depth + *sliding_[p].slack)) return true;
+  }
+  return false;
+}
+
 void BodyEnergy::judge(double energy, double noise, const ContactConstraints& set) {
   const double work = work_ + work_of(set).sum;
   const double stored = stored_in(set);
@@ -141,7 +151,8 @@ void BodyEnergy::end(const ContactConstraints& set, bool followed) {
     slides = slides || sliding_[p].slides();
   }
   if (!slides) return end_touch();
-  if (!followed || !work.known) adopts_ = 1;
+  settled_ = settled_ || followed;
+  if (!settled_ || !work.known) adopts_ = 1;
 }
 
 }  // namespace palpate

@@ -34,7 +34,12 @@ class BodyEnergy {
   void adopt() { adopts_ = 1; }
   // At the last state that was judged contacts had given more than the tolerance allows.
   bool gives_much() const { return gives_much_ != 0; }
-  // Ends a step. followed: the body was where its contacts hold it. Where it lagged behind, what it then catches up with is no gain.
+  // The body is behind its contacts in this step, which may feel less than it will have taken when it has caught up.
+  void lag() { lagged_ = 1; }
+  // It was in this touch, and a contact has a target that is shorter by more than this share of it.
+  bool lag_shortens(const ContactConstraints& set, double share) const;
+  // Ends a step. followed: the body was where its contacts hold it. Until it first was, in a touch, what it catches up with counts as paid;
+  // afterwards what tools have felt does, whether it followed or not.
   void end(const ContactConstraints& set, bool followed);
 
  private:
@@ -67,6 +72,8 @@ class BodyEnergy {
   double energy_ = 0;            // J, the same
   std::int32_t adopts_ = 0;      // the next state tells what the body has
   std::int32_t gives_much_ = 0;  // at the last state that was judged
+  // In this touch: the body has followed its contacts; it has been behind them.
+  std::int32_t settled_ = 0, lagged_ = 0;
 };
 
 }  // namespace palpate

@@ -91,6 +91,7 @@ class Solve {
         break;
     }
     if (watches_body_energy(context_.def)) {
+      raise_where_shortened(set, lags());
       if (!lags()) state_.body_energy.judge(body.energy(), body.solver().energy_noise(body.energy()), set);
       end_body_energy(set, !lags());
     }
@@ -123,6 +124,15 @@ class Solve {
     BodyEnergy& energy = state_.body_energy;
     note_sliding(set, energy.sliding());
     for (std::int32_t p = 0; p < set.constraint_count; ++p) energy.force()[p] = force_on(p);
+  }
+  // Contacts felt too little while the body was behind, and what it has beyond that has shortened them since.
+  void raise_where_shortened(const ContactConstraints& set, bool behind) {
+    BodyEnergy& energy = state_.body_energy;
+    if (behind) energy.lag();
+    if (!energy.lag_shortens(set, BodyBeside::kBehind)) return;
+    for (std::int32_t p = 0; p < set.constraint_count; ++p)
+      if (energy.sliding()[p].slides())
+        step_.raise(tool_of(set.constraints[p].id.contact), PALPATE_STEP_DEFORMATION_BEHIND);
   }
   void end_body_energy(const ContactConstraints& set, bool followed) {
     BodyEnergy& energy = state_.body_energy;
@@ -160,6 +170,7 @@ class Solve {
       return constraint.framed ? transposed_times(constraint.frame, reaction) : reaction;
     });
     const double energy = state_.beside.energy(account.force()), residual = state_.beside.told().residual;
+    raise_where_shortened(set, (step_.flags & PALPATE_STEP_DEFORMATION_BEHIND) != 0);
     account.judge(energy, state_.body.solver().energy_noise(energy) + residual * residual * energy, set);
     end_body_energy(set, is_trusted(outcome));
   }

@@ -930,6 +930,7 @@ void LargeSolver::improve(std::int32_t most_steps, LargeOutcome* outcome) {
   if (now_.solved) return;
   now_.at_rest = 0;
   const double tolerance = still_ ? std::min(tolerance_, kStillTolerance) : tolerance_;
+  const bool moves = !still_ && now_.row_count > 0;
   for (std::int32_t steps = 0;; ++steps, ++outcome->steps) {
     find_multipliers();
     if (steps >= most_steps) break;
@@ -937,7 +938,11 @@ void LargeSolver::improve(std::int32_t most_steps, LargeOutcome* outcome) {
     const double energy = std::max(std::abs(now_.energy), 1e-300);
     const double scale = std::max(now_.scale, kLeastTold);
     now_.residual = std::sqrt(std::max(slope, 0.0) / (scale * std::max(energy, noise_)));
-    if (slope <= tolerance * tolerance * scale * energy + 0.01 * noise_) now_.solved = still_ ? 2 : 1;
+    // Where targets stand still, the pairs get to know the tangent. Where they move, they know what each move disturbs and little else. A tissue
+    // that hardly changes its volume and has turned is stiffer than K against some moves, by up to 1 / gamma, and softer by as much against
+    // those that K takes for changes of volume: K^-1 / gamma tells too little of an error there. The mean of both counts.
+    const double least = tolerance * tolerance * scale * (moves ? std::sqrt(scale) : 1);
+    if (slope <= least * energy + 0.01 * noise_) now_.solved = still_ ? 2 : 1;
     if (now_.solved || !std::isfinite(slope)) break;
     if (slope < 0 || !search(slope, outcome)) {
       stuck_ = now_.pair_count == 0;

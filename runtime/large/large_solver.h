@@ -72,7 +72,7 @@ class LargeSolver {
   // Without contacts the body is put to rest after so many steps, if it has not come there.
   static constexpr std::int32_t kStepsToRest = 250;
   // A step leaves its state unfinished where the residual (LargeOutcome) before the last move exceeds this.
-  static constexpr double kUnfinished = 0.035;
+  static constexpr double kUnfinished = 2 * kTolerance;
   // No step may bring a tetrahedron to this share of its volume.
   static constexpr double kLeastVolume = 0.02;
 

@@ -41,7 +41,6 @@ LargeReference::LargeReference(const HyperelasticBody& body)
   supports_ = support_matrix();
   rest_ = free_part(tangent(VectorXd::Zero(dofs())));
   factor_->of.cholmod().print = 0;  // an indefinite tangent is expected
-  factor_->of.analyzePattern(rest_);
 }
 
 LargeReference::~LargeReference() {
@@ -175,11 +174,27 @@ void LargeReference::factor_definite(const Sparse& k, NewtonWork* work) const {
   throw std::runtime_error("the tangent cannot be made definite");
 }
 
+// (L + c)^-1, where each c is below what the body gives way along the row: W^T (L + c)^-1 W makes a tangent definite that is so along all
+// moves that the contacts leave free.
+MatrixXd LargeReference::stiffness_of_rows(const MatrixXd& w, const MatrixXd& compliance) const {
+  const VectorXd own = w.cwiseAbs2().transpose() * rest_.diagonal().cwiseInverse();
+  return (compliance + MatrixXd(own.asDiagonal())).inverse();
+}
+
 VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work) const {
   constexpr double infinite = std::numeric_limits<double>::infinity();
   const auto count = static_cast<Index>(free_.size());
   MatrixXd w(count, p.rows.rows());
   for (Index i = 0; i < count; ++i) w.row(i) = p.rows.col(free_[static_cast<std::size_t>(i)]).transpose();
+  const bool has_rows = w.cols() > 0;
+  // The stiffness of the rows joins the tangent, and what it adds to the force joins the other side: the solution stays, and a body that only its
+  // contacts keep from buckling has a definite tangent.
+  const MatrixXd r = has_rows ? stiffness_of_rows(w, p.compliance) : MatrixXd(0, 0);
+  const MatrixXd left = MatrixXd::Identity(w.cols(), w.cols()) - r * p.compliance;
+  const Sparse sparse_w = w.sparseView();
+  const Sparse of_rows =
+      has_rows ? Sparse(sparse_w * Sparse(r.sparseView()) * sparse_w.transpose()) : Sparse(count, count);
+  factor_->of.analyzePattern(Sparse(rest_ + of_rows));
   VectorXd force, trial_force, s = VectorXd::Zero(p.rows.rows());  // s: the rows' forces so far
   const auto potential = [&](double of_body, const VectorXd& at, const VectorXd& forces) {
     return of_body + 0.5 * forces.dot(p.compliance * forces) - p.load.dot(free_of(at));
@@ -187,7 +202,7 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
   double least = potential(energy(*u, &force), *u, s);
   for (int step = 0; step < 100; ++step) {
     const double begun = studies::processor_seconds();
-    const Sparse k = free_part(tangent(*u));
+    const Sparse k = Sparse(free_part(tangent(*u)) + of_rows);
     work->assembly_seconds += studies::processor_seconds() - begun;
     factor_definite(k, work);
     const double factored = studies::processor_seconds();
@@ -196,11 +211,15 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
     const VectorXd z = factor_->of.solve(gradient);
     work->solve_seconds += studies::processor_seconds() - factored;
     ++work->steps;
-    const VectorXd missed = p.target - p.rows * *u - p.compliance * s;
-    // rows (u + move) + compliance lambda = target, where move = y lambda - z
-    const VectorXd lambda =
-        MatrixXd(w.transpose() * y + p.compliance).ldlt().solve(missed + p.compliance * s + w.transpose() * z);
-    const VectorXd move = y * lambda - z, residual = gradient - w * lambda;
+    const VectorXd way = p.target - p.rows * *u, missed = way - p.compliance * s;
+    // rows (u + move) + compliance lambda = target, where move = y (left lambda + r way) - z
+    const MatrixXd rows_on_rows = w.transpose() * y;
+    VectorXd lambda(w.cols());
+    if (has_rows)
+      lambda = MatrixXd(rows_on_rows * left + p.compliance)
+                   .partialPivLu()
+                   .solve(way + w.transpose() * z - rows_on_rows * (r * way));
+    const VectorXd move = y * (left * lambda + r * way) - z, residual = gradient - w * lambda;
     const bool on_constraint = missed.norm() <= 1e-12 * (1 + p.target.norm());
     if (on_constraint && residual.norm() <= p.tolerance * (force.norm() + 1e-300)) return lambda;
     double share = 1, found = infinite;

@@ -52,6 +52,7 @@ class LargeReference {
   struct Problem;
   Eigen::VectorXd newton(const Problem& problem, Eigen::VectorXd* u, NewtonWork* work) const;
   void factor_definite(const Sparse& k, NewtonWork* work) const;
+  Eigen::MatrixXd stiffness_of_rows(const Eigen::MatrixXd& w, const Eigen::MatrixXd& compliance) const;
   Eigen::VectorXd free_of(const Eigen::VectorXd& all) const;
   Eigen::Index node(std::size_t e, int a) const { return body_.tetrahedra[4 * e + static_cast<std::size_t>(a)]; }
   std::size_t site(std::size_t e, int a) const {

@@ -30,6 +30,7 @@ constexpr double kConverged = 1e-7;
 // Newton's method follows a push to this share of the inner force, which is about what the runtime leaves.
 constexpr double kFollowed = 1e-3;
 constexpr std::size_t kMovesOfNewton = 3;
+constexpr double kShortest = 1.0 / 64;
 
 // The rows of all discs of a move.
 struct Rows {
@@ -56,6 +57,7 @@ class Measurement {
     const auto linear = linear_.play(move, pace_, &linear_times);
     const auto large = large_.play(move, pace_, &large_times);
     newton_ = {}, newton_ticks_ = 0;
+    converged_ = VectorXd::Zero(reference_.dofs()), converged_depth_ = 0;
     Json records = Json::array();
     for (std::size_t i = 0; i < pace_.depths.size(); ++i) {
       Json record = {{"place", move.place}, {"move", move.name}, {"depth_mm", 1e3 * pace_.depths[i]}};
@@ -87,23 +89,48 @@ class Measurement {
 
   Rows rows_of(const Move& move) {
     const auto count = static_cast<Index>(3 * move.discs.size());
-    Rows rows = {MatrixXd::Zero(count, reference_.dofs()), MatrixXd::Zero(count, count), VectorXd(count)};
+    const HeldDiscs held = linear_.hold(move.discs);
+    Rows rows = {MatrixXd::Zero(count, reference_.dofs()), held.compliance, VectorXd(count)};
     for (std::size_t d = 0; d < move.discs.size(); ++d) {
-      const HeldDisc disc = linear_.hold(move.discs[d].at);
       const auto first = static_cast<Index>(3 * d);
       for (int i = 0; i < 3; ++i) {
         rows.way[first + i] = move.discs[d].way[i];
-        for (std::size_t n = 0; n < disc.nodes.size(); ++n)
-          rows.rows(first + i, 3 * disc.nodes[n] + i) += disc.weights[n];
+        for (std::size_t n = 0; n < held.discs[d].nodes.size(); ++n)
+          rows.rows(first + i, 3 * held.discs[d].nodes[n] + i) += held.discs[d].weights[n];
       }
-      rows.compliance.block<3, 3>(first, first) = disc.compliance;
     }
     return rows;
   }
 
+  // The converged solution at a depth, from the runtime's state; where Newton's method does not converge from there, from the last depth on in
+  // steps, shorter ones down to kShortest of the way where it does not converge either.
+  VectorXd solve(const Rows& rows, double depth, VectorXd* u) {
+    VectorXd force;
+    try {
+      force = reference_.solve(rows.rows, depth * rows.way, u, kConverged, rows.compliance);
+    } catch (const std::runtime_error&) {
+      const double whole = depth - converged_depth_;
+      VectorXd at = converged_;
+      for (double way = whole / 4, reached = converged_depth_; reached < depth;) {
+        const double next = std::min(reached + way, depth);
+        VectorXd trial = at;
+        try {
+          force = reference_.solve(rows.rows, next * rows.way, &trial, kConverged, rows.compliance);
+          at = trial, reached = next, way *= 2;
+        } catch (const std::runtime_error&) {
+          way /= 2;
+          if (way < kShortest * whole) throw;
+        }
+      }
+      *u = at;
+    }
+    converged_ = *u, converged_depth_ = depth;
+    return force;
+  }
+
   void compare(const Rows& rows, double depth, const Reached& linear, const Reached& large, Json* record) {
     VectorXd u = large.u;
-    const VectorXd force = reference_.solve(rows.rows, depth * rows.way, &u, kConverged, rows.compliance);
+    const VectorXd force = solve(rows, depth, &u);
     const Index surface = linear.u.size();
     const VectorXd field = u.head(surface);
     (*record)["force_N"] = force.norm();
@@ -124,6 +151,8 @@ class Measurement {
   const LargeReference reference_;
   NewtonWork newton_;  // of the move that is measured
   int newton_ticks_ = 0;
+  VectorXd converged_;  // the last solution of the move, or rest
+  double converged_depth_ = 0;
 };
 
 // Of all moves together.

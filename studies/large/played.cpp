@@ -78,7 +78,6 @@ std::vector<Reached> Player::play(const Move& move, const Pace& pace, StepTimes*
   for (std::size_t t = 0; t < tools.size(); ++t)
     tools[t].grips = &grips[t], tools[t].grip_count = 1, tools[t].disc_radius = radius_;
   std::vector<Reached> all;
-  unsigned flags = 0;
   const double step = pace.speed * kTick;
   for (int tick = 0; all.size() < pace.depths.size(); ++tick) {
     // The last touch before a depth ends there.
@@ -86,7 +85,7 @@ std::vector<Reached> Player::play(const Move& move, const Pace& pace, StepTimes*
     for (std::size_t t = 0; t < tools.size(); ++t) store3(depth * move.discs[t].way, grips[t].displacement);
     const auto begun = studies::Clock::now();
     const double thread_begun = thread_seconds();
-    flags |= scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
+    const unsigned flags = scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
     const double thread_took = thread_seconds() - thread_begun, took = studies::seconds_since(begun);
     if (tick > 0) times->touch.push_back(1e6 * took), times->touch_thread.push_back(1e6 * thread_took);
     if (depth < pace.depths[all.size()]) continue;
@@ -97,42 +96,54 @@ std::vector<Reached> Player::play(const Move& move, const Pace& pace, StepTimes*
   return all;
 }
 
-HeldDisc Player::hold(Vec3 at) {
+HeldDiscs Player::hold(const std::vector<DiscMove>& discs) {
   constexpr double move = 1e-3;  // m
-  HeldDisc disc;
-  Eigen::Matrix3d force, missed;
-  for (int axis = 0; axis < 3; ++axis) {
-    Vec3 displacement;
-    displacement[axis] = move;
-    palpate_grip grip = grip_at(bundle_, at, displacement);
-    palpate_tool tool = palpate_default_tool();
-    tool.grips = &grip, tool.grip_count = 1, tool.disc_radius = radius_;
+  const std::size_t count = discs.size();
+  const auto rows = static_cast<Eigen::Index>(3 * count);
+  HeldDiscs held;
+  held.discs.resize(count);
+  Eigen::MatrixXd force(rows, rows), missed(rows, rows);
+  std::vector<Eigen::VectorXd> us;  // of the surface, for each row
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    std::vector<palpate_grip> grips;
+    for (std::size_t t = 0; t < count; ++t) {
+      Vec3 displacement;
+      if (static_cast<Eigen::Index>(t) == row / 3) displacement[static_cast<int>(row % 3)] = move;
+      grips.push_back(grip_at(bundle_, discs[t].at, displacement));
+    }
+    std::vector<palpate_tool> tools(count, palpate_default_tool());
+    for (std::size_t t = 0; t < count; ++t)
+      tools[t].grips = &grips[t], tools[t].grip_count = 1, tools[t].disc_radius = radius_;
     scene_.reset();
     Reached reached;
-    reached.flags = scene_.touch(&tool, 1, kTick, contacts_);
+    reached.flags = scene_.touch(tools.data(), static_cast<std::int32_t>(count), kTick, contacts_);
     look(&reached, nullptr);
     // A disc that reaches held nodes acts on the others.
     if ((reached.flags & ~unsigned{PALPATE_STEP_NOT_TOUCHABLE}) != 0 || contacts_->node_count == 0)
       throw OperationError(fmt::format("holding a disc raised flags {}", reached.flags));
-    force.col(axis) = reached.force;
-    if (axis == 0)
-      for (std::int32_t n = 0; n < contacts_->node_count; ++n) {
-        const palpate_contact_node& node = contacts_.node(n);
-        // The rows along x, y and z share the weights: the force of a node is its weight of the whole.
-        const Eigen::Vector3d part(node.force[0], node.force[1], node.force[2]);
-        disc.nodes.push_back(node.node);
-        disc.weights.push_back(part.dot(reached.force) / reached.force.squaredNorm());
-      }
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (std::size_t n = 0; n < disc.nodes.size(); ++n)
-      mean += disc.weights[n] * reached.u.segment<3>(3 * disc.nodes[n]);
-    missed.col(axis) = move * Eigen::Vector3d::Unit(axis) - mean;
+    force.col(row) = reached.force;
+    for (std::int32_t n = 0; row % 3 == 0 && n < contacts_->node_count; ++n) {
+      const palpate_contact_node& node = contacts_.node(n);
+      if (node.tool != row / 3) continue;
+      // The rows along x, y and z share the weights: the force of a node is its weight of the whole.
+      const Eigen::Vector3d part(node.force[0], node.force[1], node.force[2]), whole = reached.force.segment<3>(row);
+      auto& [nodes, weights] = held.discs[static_cast<std::size_t>(node.tool)];
+      nodes.push_back(node.node);
+      weights.push_back(part.dot(whole) / whole.squaredNorm());
+    }
+    us.push_back(reached.u);
+  }
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    missed.col(row) = move * Eigen::VectorXd::Unit(rows, row);
+    for (std::size_t t = 0; t < count; ++t)
+      for (std::size_t n = 0; n < held.discs[t].nodes.size(); ++n)
+        missed.col(row).segment<3>(static_cast<Eigen::Index>(3 * t)) -=
+            held.discs[t].weights[n] * us[static_cast<std::size_t>(row)].segment<3>(3 * held.discs[t].nodes[n]);
   }
   // missed = compliance force
-  const Eigen::Matrix3d compliance = missed * force.inverse();
-  disc.compliance = 0.5 * (compliance + compliance.transpose());
-  disc.stiffness = force / move;
-  return disc;
+  const Eigen::MatrixXd compliance = missed * force.inverse();
+  held.compliance = 0.5 * (compliance + compliance.transpose());
+  return held;
 }
 
 }  // namespace palpate::large

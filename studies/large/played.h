@@ -18,7 +18,7 @@ struct Pace {
 struct Reached {
   Eigen::VectorXd force;                  // [3 discs] N, on the organ
   Eigen::VectorXd u;                      // [3 nodes] m; under linear deformation the nodes of the surface alone
-  unsigned flags = 0;                     // of all touches on the way
+  unsigned flags = 0;                     // of the touch and the shape that show it
   double residual = 0, least_volume = 1;  // of palpate_contacts
 };
 
@@ -27,12 +27,15 @@ struct StepTimes {
   std::vector<double> touch, touch_thread, shape;
 };
 
-// The rows that hold one disc: the mean displacement of nodes with these weights, and a compliance between mean and tool.
-struct HeldDisc {
-  std::vector<std::int32_t> nodes;
-  std::vector<double> weights;  // they sum to 1
-  Eigen::Matrix3d compliance;   // m/N
-  Eigen::Matrix3d stiffness;    // N/m: force on the organ for a displacement of the tool, linear
+// The rows that hold the discs of a move: for each the mean displacement of nodes with these weights, which sum to 1; and the compliance
+// between means and tools, m/N, [3 discs][3 discs]: what the mesh does not resolve, of each disc and between two.
+struct HeldDiscs {
+  struct Disc {
+    std::vector<std::int32_t> nodes;
+    std::vector<double> weights;
+  };
+  std::vector<Disc> discs;
+  Eigen::MatrixXd compliance;
 };
 
 class Player {
@@ -43,14 +46,13 @@ class Player {
   // Times are added to *times; the first touch, which finds the contact's rows, is left out.
   std::vector<Reached> play(const Move& move, const Pace& pace, StepTimes* times);
 
-  // Of a disc at a point of space, by three small displacements. For linear deformation.
-  HeldDisc hold(Vec3 at);
+  // By three small displacements of each disc. For linear deformation.
+  HeldDiscs hold(const std::vector<DiscMove>& discs);
 
   double create_ms() const { return create_ms_; }
 
  private:
   void look(Reached* reached, StepTimes* times);
-  unsigned touch(const std::vector<DiscMove>& discs, double depth);
 
   const Bundle& bundle_;
   double radius_, create_ms_ = 0;

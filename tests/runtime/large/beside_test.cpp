@@ -135,30 +135,52 @@ TouchedBody stiffening_slab() {
   return TouchedBody(dense_grid(grid), with_large(false, 32));
 }
 
-// Where it bends, it is much softer across than along, so that what the touch misses along weighs more than its length says; and its normal
-// turns by more than the frames of a solution have followed.
+struct Way {
+  const char* name;
+  palpate_contact_law law;
+  std::int32_t solve_every;
+  Vector3d (*at)(int step);  // m
+};
+double ahead(int step, int from, int most) {
+  return 1e-4 * std::clamp(step - from, 0, most);
+}
+// Down at 0.1 m/s, and then somewhere else.
+const Way kWays[] = {
+    {"down and along", PALPATE_LAW_STICKING, 20,
+     [](int k) { return Vector3d(0.06 + ahead(k, 60, 120), 0.03, 0.02 - 1e-4 * std::min(k, 120)); }},
+    {"down", PALPATE_LAW_SLIDING, 20, [](int k) { return Vector3d(0.06, 0.03, 0.02 - 1e-4 * std::min(k, 120)); }},
+    {"down, and turns", PALPATE_LAW_STICKING, 20,
+     [](int k) { return Vector3d(0.06 + ahead(k, 60, 100), 0.03, 0.02 - 1e-4 * std::min(k, 60)); }},
+    {"down, waits, and turns", PALPATE_LAW_STICKING, 20,
+     [](int k) { return Vector3d(0.06 + ahead(k, 120, 80), 0.03, 0.02 - 1e-4 * std::min(k, 60)); }},
+    {"down, and slides to the held end", PALPATE_LAW_SLIDING, 20,
+     [](int k) { return Vector3d(0.06 - ahead(k, 60, 100), 0.03, 0.02 - 1e-4 * std::min(k, 60)); }},
+    {"down, and slides with friction", PALPATE_LAW_COULOMB, 10,
+     [](int k) { return Vector3d(0.06 + ahead(k, 60, 100), 0.03, 0.02 - 1e-4 * std::min(k, 60)); }},
+};
+
+// Where it bends, it is much softer across than along, so that what the touch misses along weighs more than its length says; its normal turns by
+// more than the frames of a solution have followed; a tool that turns aside meets another stiffness than that of its way; and contacts that
+// felt too little on the way are shortened for it afterwards.
 TEST(LargeBeside, OnASlabThatBendsTheFlagSaysWhereForcesAreOff) {
   const TouchedBody slab = stiffening_slab();
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING}) {
-    palpate_scene_def def = pressed_def(law);
+  for (const Way& way : kWays) {
+    palpate_scene_def def = pressed_def(way.law);
     def.release_distance = 1;
     Play beside(def, slab);
-    beside.solve_every = 20, beside.most_solves = 1;
+    beside.solve_every = way.solve_every, beside.most_solves = 1;
     def.deformation = PALPATE_DEFORMATION_LARGE;
     Play large(def, slab);
     double trusted = 0;
     int count = 0;
     for (int k = -2; k < 200; ++k) {
-      const double depth = 1e-4 * std::min(k, 120),
-                   along = law == PALPATE_LAW_STICKING ? 1e-4 * std::clamp(k - 60, 0, 120) : 0;
-      const Vector3d to(0.06 + along, 0.03, 0.02 - depth);
-      const palpate_step_flags flags = beside.move({to}) | large.move({to});
+      const palpate_step_flags flags = beside.move({way.at(k)}) | large.move({way.at(k)});
       if (k < 20 || flags != 0) continue;
       trusted = std::max(trusted, (beside.force(0) - large.force(0)).norm() / large.force(0).norm());
       ++count;
     }
-    EXPECT_GT(count, 0);
-    EXPECT_LT(trusted, 0.09) << law;  // estimates of 5 %
+    EXPECT_GT(count, 5) << way.name;
+    EXPECT_LT(trusted, 0.06) << way.name;  // estimates of 5 %
   }
 }
 
