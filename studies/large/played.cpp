@@ -124,10 +124,10 @@ HeldDiscs Player::hold(const std::vector<DiscMove>& discs) {
     force.col(row) = reached.force;
     for (std::int32_t n = 0; row % 3 == 0 && n < contacts_->node_count; ++n) {
       const palpate_contact_node& node = contacts_.node(n);
-      if (node.tool != row / 3) continue;
+      if (node.index != row / 3) continue;
       // The rows along x, y and z share the weights: the force of a node is its weight of the whole.
       const Eigen::Vector3d part(node.force[0], node.force[1], node.force[2]), whole = reached.force.segment<3>(row);
-      auto& [nodes, weights] = held.discs[static_cast<std::size_t>(node.tool)];
+      auto& [nodes, weights] = held.discs[static_cast<std::size_t>(node.index)];
       nodes.push_back(node.node);
       weights.push_back(part.dot(whole) / whole.squaredNorm());
     }

@@ -10,7 +10,7 @@
 #include <map>
 
 #include "runtime/contact/contact_patch.h"
-#include "runtime/tissue/relaxation.h"
+#include "runtime/relaxation/prony_series.h"
 #include "runtime/tissue/response_curve.h"
 #include "studies/coupled/grasped_rows.h"
 #include "tests/effects/stage.h"
