@@ -27,8 +27,7 @@ bool ContactFactor::create(SceneMemory& memory, const RowMatrix* matrix, Operati
 }
 
 void ContactFactor::shift_rows() {
-  for (std::int32_t row = 0; row < matrix_->rows_end; ++row)
-    soft_[row] = kShift * matrix_->entry(row, row);
+  for (std::int32_t row = 0; row < matrix_->rows_end; ++row) soft_[row] = kShift * matrix_->entry(row, row);
 }
 
 void ContactFactor::forget() {

@@ -234,7 +234,8 @@ TEST(Shape, TrustsNothingInTheContactsItIsGiven) {
   EXPECT_EQ(with([](palpate_contacts& c, Node&) { c.tool_count = 1000; }), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(with([](palpate_contacts&, Node& n) { n.column = -1; }), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(with([](palpate_contacts&, Node& n) { n.column = 1 << 30; }), PALPATE_STEP_BAD_INPUT);
-  EXPECT_EQ(with([](palpate_contacts&, Node& n) { n.source = static_cast<palpate_contact_source>(-1); }), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(with([](palpate_contacts&, Node& n) { n.source = static_cast<palpate_contact_source>(-1); }),
+            PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(with([](palpate_contacts&, Node& n) { n.index = 99; }), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(with([](palpate_contacts&, Node& n) { n.modified_displacement[1] = NAN; }), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(displacements(tool.scene.get(), tool.contacts.get(), nodes), good);
