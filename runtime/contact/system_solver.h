@@ -16,14 +16,14 @@ struct ConstraintRows {
   std::int32_t count = 0;
 };
 
-// The nodes that the rows hold, as the solver asks about them.
+// The nodes that the rows hold, as the solver asks about them. No function is pure: a library without C++ runtime has none of these.
 class NodesOfRows {
  public:
   // m: how far the reactions move a contact node at most. Below 0: the step's work has no room for the answer. kept: operations that are left
   // for later work.
-  virtual double farthest(const double* reaction, Operations kept, StepWork* work) = 0;
+  virtual double farthest(const double* /*reaction*/, Operations /*kept*/, StepWork*) { return -1; }
   // Products with the matrix go through these nodes; nullptr: through the rows.
-  virtual const SharedNodes* share(Operations kept, StepWork* work) = 0;
+  virtual const SharedNodes* share(Operations /*kept*/, StepWork*) { return nullptr; }
 
  protected:
   ~NodesOfRows() = default;

@@ -51,7 +51,6 @@ class JointSolver final : NodesOfRows {
                     std::int32_t pair_count);
   void set_reactions();
   double farthest(const double* reaction, Operations kept, StepWork* work) override;
-  const SharedNodes* share(Operations, StepWork*) override { return nullptr; }
 
   std::size_t rows_of_organ_ = 0;
   RowMatrix matrix_;

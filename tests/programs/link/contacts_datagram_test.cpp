@@ -118,7 +118,7 @@ TEST_F(ContactsDatagram, HasTheLayoutThatTheReadmeGives) {
   };
   ASSERT_EQ(decode(pressed_), DatagramFault::none);
   EXPECT_EQ(0, std::memcmp(pressed_.data(), "PALPLINK", 8));
-  EXPECT_EQ(u32(8), 2u);
+  EXPECT_EQ(u32(8), 3u);
   EXPECT_EQ(u32(12), pressed_.size());
   EXPECT_EQ(u32(40), 121u);  // sequence
   EXPECT_EQ(u32(84), 2u);    // tools
