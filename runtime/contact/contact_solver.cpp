@@ -11,6 +11,39 @@ bool joins(const ContactConstraints& set) {
                      [](const ContactConstraint& constraint) { return constraint.joined; });
 }
 
+class NodesOfContacts final : public NodesOfRows {
+ public:
+  // force: [node_count] scratch.
+  NodesOfContacts(const ContactMatrix& matrix, const ContactConstraints& set, Vec3* force, SharedNodes* shared)
+      : matrix_(matrix), set_(set), force_(force), shared_(shared) {}
+  bool shares() const { return shares_; }
+
+  double farthest(const double* reaction, Operations kept, StepWork* work) override {
+    const Operations cost = 9 * Operations{set_.node_count} * set_.node_count / kDense;
+    if (cost + kept > work->left()) return -1;
+    work->add(cost);
+    return matrix_.largest_displacement(set_, reaction, force_);
+  }
+  // Through the nodes there is no way from one disc to another beyond the mesh, and none to a row that constraints share.
+  const SharedNodes* share(std::int32_t rows, Operations kept, StepWork* work) override {
+    constexpr Operations most_shared = SharedNodes::kMostNodes;
+    const Operations nodes = std::min<Operations>(set_.node_count, most_shared),
+                     to_take = 60 * (nodes * nodes + set_.node_count) / kDense;
+    shares_ = !matrix_.couples() && !joins(set_) && to_take + kept <= work->left() &&
+              shared_->take(matrix_.compliance(), set_, rows);
+    if (!shares_) return nullptr;
+    work->add(shared_->operations_to_take() / kDense);
+    return shared_;
+  }
+
+ private:
+  const ContactMatrix& matrix_;
+  const ContactConstraints& set_;
+  Vec3* force_;
+  SharedNodes* shared_;
+  bool shares_ = false;
+};
+
 }  // namespace
 
 bool ContactSolver::create(SceneMemory& memory, const Limits& limits) {
@@ -89,25 +122,6 @@ void ContactSolver::take_targets(const ContactConstraints& set) {
   }
 }
 
-double ContactSolver::farthest(const double* reaction, Operations kept, StepWork* work) {
-  const Operations cost = 9 * Operations{set_->node_count} * set_->node_count / kDense;
-  if (cost + kept > work->left()) return -1;
-  work->add(cost);
-  return matrix_.largest_displacement(*set_, reaction, force_);
-}
-
-// Through the nodes there is no way from one disc to another beyond the mesh, and none to a row that constraints share.
-const SharedNodes* ContactSolver::share(Operations kept, StepWork* work) {
-  constexpr Operations most_shared = SharedNodes::kMostNodes;
-  const Operations nodes = std::min<Operations>(set_->node_count, most_shared),
-                   to_take = 60 * (nodes * nodes + set_->node_count) / kDense;
-  shares_ = !matrix_.couples() && !joins(*set_) && to_take + kept <= work->left() &&
-            shared_.take(matrix_.compliance(), *set_, system_.factor().used());
-  if (!shares_) return nullptr;
-  work->add(shared_.operations_to_take() / kDense);
-  return &shared_;
-}
-
 // The forces and the displacements of the nodes under the reactions. False where a number is not finite.
 bool ContactSolver::write_forces(const ContactConstraints& set, Vec3* force, Vec3* modified) const {
   std::fill(force, force + set.node_count, Vec3{});
@@ -165,8 +179,9 @@ SystemSolver::Outcome ContactSolver::solve(const Tensors& tensors, const Contact
   if (!update(tensors, set, work)) return fail(set, force, modified);
   take_targets(set);
   system_.begin(rows_for(set));
-  set_ = &set, force_ = force;
-  const Outcome outcome = system_.solve(*this, work);
+  NodesOfContacts nodes(matrix_, set, force, &shared_);
+  const Outcome outcome = system_.solve(nodes, work);
+  shares_ = nodes.shares();
   const bool solved = outcome != Outcome::unsolved && write_forces(set, force, modified);
   return solved ? outcome : fail(set, force, modified);
 }

@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-class ContactSolver final : NodesOfRows {
+class ContactSolver {
  public:
   using Outcome = SystemSolver::Outcome;
   using Doubt = SystemSolver::Doubt;
@@ -118,8 +118,6 @@ class ContactSolver final : NodesOfRows {
   void restored(const Tensors& tensors);
 
  private:
-  double farthest(const double* reaction, Operations kept, StepWork* work) override;
-  const SharedNodes* share(Operations kept, StepWork* work) override;
   ConstraintRows rows_for(const ContactConstraints& set) const {
     return {set.constraints, matrix_.rows_of_constraints(), set.constraint_count};
   }
@@ -141,12 +139,10 @@ class ContactSolver final : NodesOfRows {
   SystemSolver system_;
   ContactPrediction prediction_;
   SharedNodes shared_;
-  bool shares_ = false;                      // the last solve went through shared_
-  const ContactConstraints* set_ = nullptr;  // during a solve
-  Vec3* force_ = nullptr;                    // during a solve, [node_count] scratch
-  double* work_ = nullptr;                   // [2][rows]
-  bool again_ = false;                       // the last solve was one more of its step
-  std::int32_t last_constraints_ = 0;        // of the solve before
+  bool shares_ = false;                // the last solve went through shared_
+  double* work_ = nullptr;             // [2][rows]
+  bool again_ = false;                 // the last solve was one more of its step
+  std::int32_t last_constraints_ = 0;  // of the solve before
 };
 
 }  // namespace palpate

@@ -271,7 +271,7 @@ SystemSolver::Outcome SystemSolver::solve(NodesOfRows& nodes, StepWork* work) {
 // solved: reaction_ is the solution, and only grips are to be brought within their limit.
 void SystemSolver::decide_by_laws(NodesOfRows& nodes, bool solved, StepWork* work) {
   ContactSystem laws = system(of_);
-  laws.shared = nodes.share(least_operations(), work);
+  laws.shared = nodes.share(factor_.used(), least_operations(), work);
   decided_ = 1;
   if (solved) {
     std::fill(doubt_, doubt_ + of_.count, Doubt{});

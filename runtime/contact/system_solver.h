@@ -22,8 +22,8 @@ class NodesOfRows {
   // m: how far the reactions move a contact node at most. Below 0: the step's work has no room for the answer. kept: operations that are left
   // for later work.
   virtual double farthest(const double* /*reaction*/, Operations /*kept*/, StepWork*) { return -1; }
-  // Products with the matrix go through these nodes; nullptr: through the rows.
-  virtual const SharedNodes* share(Operations /*kept*/, StepWork*) { return nullptr; }
+  // Products with the matrix go through these nodes; nullptr: through the rows, of which so many are in use.
+  virtual const SharedNodes* share(std::int32_t /*rows*/, Operations /*kept*/, StepWork*) { return nullptr; }
 
  protected:
   ~NodesOfRows() = default;

@@ -125,7 +125,7 @@ void JointSolver::set_reactions() {
         organs_[o].solver->system().set_reaction(row, system_.reactions()[joint], system_.coarse()[joint]);
 }
 
-double JointSolver::farthest(const double*, Operations kept, StepWork* work) {
+double JointSolver::farthest(Operations kept, StepWork* work) {
   set_reactions();
   double most = 0;
   for (std::int32_t o = 0; o < organ_count_; ++o) {
@@ -138,6 +138,15 @@ double JointSolver::farthest(const double*, Operations kept, StepWork* work) {
   return most;
 }
 
+class JointSolver::Nodes final : public NodesOfRows {
+ public:
+  explicit Nodes(JointSolver& of) : of_(of) {}
+  double farthest(const double*, Operations kept, StepWork* work) override { return of_.farthest(kept, work); }
+
+ private:
+  JointSolver& of_;
+};
+
 bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
                         Operations operations) {
   organs_ = organs, organ_count_ = organ_count;
@@ -148,7 +157,8 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
   work.create(operations);
   work.begin();
   system_.begin({constraints_, rows_, constraint_count_});
-  system_.solve(*this, &work);
+  Nodes nodes(*this);
+  system_.solve(nodes, &work);
   set_reactions();
   bool is_met = true;
   for (std::int32_t c = 0; c < constraint_count_; ++c) is_met = is_met && !system_.doubt_of(c).inexact;

@@ -29,7 +29,7 @@ struct JointPair {
   double gap = 0;       // m, along the normal, when it was solved
 };
 
-class JointSolver final : NodesOfRows {
+class JointSolver {
  public:
   // organs: the solvers of all organs that may be solved together; rows and constraints: of all of them, pairs and links counted once.
   bool create(SceneMemory& memory, std::int32_t organ_count, std::int32_t rows_of_organ, std::int32_t rows,
@@ -50,7 +50,8 @@ class JointSolver final : NodesOfRows {
   void sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
                     std::int32_t pair_count);
   void set_reactions();
-  double farthest(const double* reaction, Operations kept, StepWork* work) override;
+  double farthest(Operations kept, StepWork* work);
+  class Nodes;
 
   std::size_t rows_of_organ_ = 0;
   RowMatrix matrix_;
