@@ -52,12 +52,12 @@ class BodyField {
   // A contact: its rows, and what it does.
   struct Contact {
     ContactId id;
-    std::int32_t first, end;     // rows
-    std::int64_t response;       // LargeSolver::response_id of its only spot; -1: it has several
-    double sum[3];               // N, its own part as a force on that spot
-    double force[3];             // N
-    double own, own_change;      // m
-    std::int32_t ended, unused;  // 1: since the last set()
+    std::int32_t first, end;  // rows
+    std::int32_t ended;       // 1: since the last set()
+    std::int64_t response;    // LargeSolver::response_id of its only spot; -1: it has several
+    double sum[3];            // N, its own part as a force on that spot
+    double force[3];          // N
+    double own, own_change;   // m
   };
   const Contact* find(const ContactId& id) const;
   bool alone() const { return contact_count_ == 1; }

@@ -38,7 +38,7 @@ struct PointState {
   bool begins = false;       // the contact has had no rows yet
   bool over_held = false;    // of its disc: nodes below it are held, and others are displaced
   bool in_surface = false;   // free, of a disc over held nodes: the point is inside, and the disc does not touch yet
-  bool unused[2] = {};       // in the place of padding, which a saved state would hold
+  bool unused[6] = {};       // in the place of padding, which a saved state would hold
   std::int32_t waited = 0;   // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                 // m, where the point was in the last step that followed it
   double radius = 0;         // m, of its disc; 0: it has none

@@ -106,17 +106,17 @@ class ContactField {
   struct Contact {
     ContactId id;
     std::int32_t first, last;         // its contact nodes
+    bool kept;                        // its rows are those of the step before
+    bool ended;                       // since the last set()
+    bool unused[2];                   // in the place of padding, which a saved state would hold
     double own, without, own_change;  // sqrt(J)
     // Of what it makes to its linear part, whose norms the others are; 1 without an added field. And what its change adds to own_change.
     double ratio, ratio_change;
-    double work;     // J, of its forces on the linear field
-    Vec3 force;      // N, the sum of its forces on the organ
-    Vec3 way;        // m, on which it holds its place
-    Vec3 place;      // m, of its disc at rest
-    double radius;   // m, of its disc; 0: it has none
-    bool kept;       // its rows are those of the step before
-    bool ended;      // since the last set()
-    bool unused[6];  // in the place of padding, which a saved state would hold
+    double work;    // J, of its forces on the linear field
+    Vec3 force;     // N, the sum of its forces on the organ
+    Vec3 way;       // m, on which it holds its place
+    Vec3 place;     // m, of its disc at rest
+    double radius;  // m, of its disc; 0: it has none
   };
   // Displacements that were evaluated since the last forget().
   struct Known {
@@ -214,6 +214,7 @@ class ContactField {
   struct Deepest {
     double way = 0;  // m
     ContactId id;
+    std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
   };
   Deepest deepest_;
   double second_deepest_ = 0, sum_of_changes_ = 0;  // m
