@@ -281,9 +281,9 @@ class LargeSolver {
     double curvature[kPairs];  // s . z of each pair
     double scale;              // gamma
     double energy, peak_energy, least_volume, residual;
-    std::int32_t pair_first, pair_count, pairs_since_scale, row_count, spot_count;
+    std::int32_t pair_first, pair_count, pairs_since_scale, row_count, spot_count, pairs_of_other_contacts;
     double reach;  // the part of the way to the targets that a step tries
-    std::int32_t pairs_of_other_contacts, at_rest;
+    std::int32_t at_rest;
     std::int32_t solved;        // 1: to kTolerance; 2: to kStillTolerance
     std::int32_t alone, still;  // steps without contacts; steps of the method at targets that stand still
     std::int32_t has_beside, unused;

@@ -463,14 +463,16 @@ TEST(Needle, ASceneWithoutNeedlesMapsNoCorridorAndABundleWithoutACorridorIsRefus
   const auto names_corridor = [](const palpate_plan_pass& pass) {
     return std::string(pass.sections).find("corridor") != std::string::npos;
   };
-  const auto with = plan_of(box().scene(def).get());
+  const ScenePointer scene = box().scene(def);
+  const auto with = plan_of(scene.get());
   EXPECT_EQ(std::count_if(with.begin(), with.end(), names_corridor), 1);
   const TouchedBox without;
   const palpate_error error = refusal_of(without, def);
   EXPECT_EQ(error.status, PALPATE_ERROR_EFFECT);
   EXPECT_THAT(error.text, ::testing::HasSubstr("[[corridor]]"));
   def.needles = 0;
-  const auto off = plan_of(box().scene(def).get());
+  const ScenePointer scene_without = box().scene(def);
+  const auto off = plan_of(scene_without.get());
   EXPECT_EQ(std::count_if(off.begin(), off.end(), names_corridor), 0);
 }
 

@@ -223,16 +223,16 @@ TEST(LargeScene, ItsSectionsAreMappedWhereTheEffectIsOnAlone) {
   EXPECT_EQ(palpate_bundle_describe(box.bundle()).has_large, 1);
   EXPECT_EQ(palpate_bundle_describe(plain.bundle()).has_large, 0);
   std::string on, off;
-  for (const auto& pass : plan_of(box.scene(large_def(PALPATE_CONTACT_NODE)).get()))
-    on += std::string(pass.name) + " " + pass.sections + " ";
-  for (const auto& pass : plan_of(box.scene(unlimited_def()).get()))
-    off += std::string(pass.name) + " " + pass.sections + " ";
+  const ScenePointer large = box.scene(large_def(PALPATE_CONTACT_NODE)), linear = box.scene(unlimited_def());
+  for (const auto& pass : plan_of(large.get())) on += std::string(pass.name) + " " + pass.sections + " ";
+  for (const auto& pass : plan_of(linear.get())) off += std::string(pass.name) + " " + pass.sections + " ";
   EXPECT_THAT(on, HasSubstr("deformation: large"));
   EXPECT_THAT(on, HasSubstr("large/order large/stiffening"));
   EXPECT_THAT(off, Not(HasSubstr("large")));
   EXPECT_THAT(on, Not(HasSubstr("large/support")));
   const TouchedBody soft = on_a_foundation(true);
-  for (const auto& pass : plan_of(soft.scene(large_def(PALPATE_CONTACT_NODE)).get()))
+  const ScenePointer on_soft = soft.scene(large_def(PALPATE_CONTACT_NODE));
+  for (const auto& pass : plan_of(on_soft.get()))
     if (std::string(pass.name) == "deformation: large") {
       EXPECT_THAT(pass.sections, HasSubstr("large/support/nodes large/support/stiffness"));
     }
