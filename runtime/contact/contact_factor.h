@@ -58,7 +58,6 @@ class ContactFactor {
   // The same by the second factor, which is computed where it is not there. False where a number is not finite.
   bool solve_soft(const double* target, double* reaction);
 
-  static constexpr int kMostRowsOfAContact = 9;  // a triangle's
   // Sets the reactions of the `gone` rows to zero while all other rows keep their targets. removal: [count][capacity]. False where the
   // system is not definite. There is a factor.
   bool take_out(const std::int32_t* gone, int count, double* removal, double* left) const;

@@ -12,7 +12,7 @@ enum class ContactSource : std::int32_t { tool, needle, link, pair, world_link }
 struct ContactId {
   ContactSource source = ContactSource::tool;
   // index: of a tool and of its needle the tool's place; of a link the link, or the first one of its thread; of two organs that touch the
-  // pair. point: of a tool its point, grip or patch; of a needle its place; else 0.
+  // other organ. point: of a tool its point, grip or patch; of a needle its place; of two organs which vertex, and of which of them; else 0.
   std::int32_t index = -1, point = -1;
   std::strong_ordering operator<=>(const ContactId&) const = default;
 };

@@ -26,8 +26,6 @@ struct HeldConstraints {
 
 class ContactMatrix {
  public:
-  static constexpr int kMostRowsOfAContact = 9;  // a triangle's
-
   struct Limits {
     std::int32_t nodes = 0, constraints = 0, columns = 0;  // most of each
     std::int32_t columns_of_surface = 0;                   // of these; the others are those of a corridor

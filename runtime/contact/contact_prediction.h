@@ -39,7 +39,6 @@ class ContactPrediction {
   const double* reactions() const { return without_; }
 
  private:
-  static constexpr int kMostRowsOfAContact = ContactMatrix::kMostRowsOfAContact;
   // N, of the contacts that have not ended.
   const double* left_of(const double* reaction) const { return matrix_->held().any_ended ? without_ended_ : reaction; }
   std::int64_t hold_others_to_laws(const Solution& of, const ContactId& contact, std::int64_t most);

@@ -8,6 +8,8 @@
 
 namespace palpate {
 
+constexpr int kMostRowsOfAContact = 9;  // a triangle's
+
 struct RowMatrix {
   double* numbers = nullptr;  // [capacity][stride] m/N, symmetric
   double* scale = nullptr;    // [capacity] 1 / sqrt of the diagonal; 0: the row is not in use

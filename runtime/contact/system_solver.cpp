@@ -38,10 +38,7 @@ void SystemSolver::forget() {
 
 Vec3 SystemSolver::reaction(std::int32_t p) const {
   while (of_.constraints[p].joined) --p;
-  Vec3 r;
-  for (int i = 0; i < 3; ++i)
-    if (const std::int32_t row = of_.rows[p].at[i]; row >= 0) r[i] = reaction_[row];
-  return r;
+  return gather(system(of_), reaction_, p);
 }
 
 void SystemSolver::take_rows(const ConstraintRows& of) {

@@ -53,6 +53,11 @@ class Solve {
     }
     return any;
   }
+  // Of each tool whose contact slides.
+  void raise_where_slides(const ContactConstraints& set, const SlideEnergy::Sliding* of, std::uint32_t flag) {
+    for (std::int32_t p = 0; p < set.constraint_count; ++p)
+      if (of[p].slides()) step_.raise(tool_of(set.constraints[p].id.contact), flag);
+  }
   // Whether all constraints meet their targets and laws.
   bool is_trusted(ContactSolver::Outcome outcome) const {
     bool trusted = outcome == ContactSolver::Outcome::solved;
@@ -70,9 +75,7 @@ class Solve {
     const bool met = cost == 0 || cost > state_.work.left();
     if (!met) state_.work.add(cost);
     if (energy.end(state_.solver, *step_.acting, energy.sliding(), met)) return;
-    for (std::int32_t p = 0; p < step_.acting->constraint_count; ++p)
-      if (energy.sliding()[p].slides())
-        step_.raise(tool_of(step_.acting->constraints[p].id.contact), PALPATE_STEP_SOLVE_INEXACT);
+    raise_where_slides(*step_.acting, energy.sliding(), PALPATE_STEP_SOLVE_INEXACT);
   }
   // The same as solve(), of the hyperelastic body.
   void deform() {
@@ -129,15 +132,12 @@ class Solve {
   void raise_where_shortened(const ContactConstraints& set, bool behind) {
     BodyEnergy& energy = state_.body_energy;
     if (behind) energy.lag();
-    if (!energy.lag_shortens(set, BodyBeside::kBehind)) return;
-    for (std::int32_t p = 0; p < set.constraint_count; ++p)
-      if (energy.sliding()[p].slides())
-        step_.raise(tool_of(set.constraints[p].id.contact), PALPATE_STEP_DEFORMATION_BEHIND);
+    if (energy.lag_shortens(set, BodyBeside::kBehind))
+      raise_where_slides(set, energy.sliding(), PALPATE_STEP_DEFORMATION_BEHIND);
   }
   void end_body_energy(const ContactConstraints& set, bool followed) {
     BodyEnergy& energy = state_.body_energy;
-    for (std::int32_t p = 0; energy.gives_much() && p < set.constraint_count; ++p)
-      if (energy.sliding()[p].slides()) step_.raise(tool_of(set.constraints[p].id.contact), PALPATE_STEP_SOLVE_INEXACT);
+    if (energy.gives_much()) raise_where_slides(set, energy.sliding(), PALPATE_STEP_SOLVE_INEXACT);
     energy.end(set, followed);
   }
 

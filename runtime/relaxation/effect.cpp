@@ -81,11 +81,7 @@ constinit const Effect relaxation_effect = {
     .keys = kKeys,
     .needs = kNeeds,
     .check = check,
-    .uses = 0,
-    .rows = nullptr,
-    .creates = nullptr,
     .pass = {"relaxation: prony", Half::touch, Pass::force, predict},
-    .sections = nullptr,
     .build = build,
 };
 

@@ -104,16 +104,16 @@ struct Effect {
   std::span<const EffectKey> keys;
   std::span<const EffectNeed> needs;
   // What keys and needs do not say: the sentence of what is wrong, or nullptr. May be nullptr.
-  const char* (*check)(const palpate_scene_def& def);
-  std::uint32_t uses;  // bits of Use
+  const char* (*check)(const palpate_scene_def& def) = nullptr;
+  std::uint32_t uses = 0;  // bits of Use
   // Of an effect that holds tissue, else nullptr.
-  RowBudget (*rows)(const palpate_scene_def& def);
+  RowBudget (*rows)(const palpate_scene_def& def) = nullptr;
   // The name of a pass that ran when the scene was created, and is told to have its sections and memory; nullptr: there is none, and the
   // pass of the step has them.
-  const char* creates;
+  const char* creates = nullptr;
   EffectPass pass;  // its name nullptr: there is none
   // Adds the sections that the effect maps. May be nullptr.
-  void (*sections)(const palpate_scene_def& def, SectionList& sections);
+  void (*sections)(const palpate_scene_def& def, SectionList& sections) = nullptr;
   // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
   palpate_status (*build)(EffectBuild& build);
   // The same for what the core uses, before it is built. May be nullptr.

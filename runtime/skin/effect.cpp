@@ -102,9 +102,6 @@ constinit const Effect skin_effect = {
     .name = "render_mesh",
     .keys = kSkinKeys,
     .needs = kSkinNeeds,
-    .check = nullptr,
-    .uses = 0,
-    .rows = nullptr,
     .creates = "render mesh on the surface",
     .pass = {"skin: render mesh", Half::shape, Pass::positions, predict_skin},
     .sections = add_sections,
@@ -116,11 +113,7 @@ constinit const Effect dent_effect = {
     .keys = kDentKeys,
     .needs = kDentNeeds,
     .check = check_dent,
-    .uses = 0,
-    .rows = nullptr,
-    .creates = nullptr,
     .pass = {"dent: discs", Half::shape, Pass::positions, predict_dent},
-    .sections = nullptr,
     .build = build_dent,
 };
 
