@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "runtime/dense/dense_rows.h"
 
@@ -146,11 +147,26 @@ bool ContactMatrix::holds(const ContactConstraints& set, std::int32_t p) const {
   return before && !held_.ended[before - held_.constraints] && same(set, set.constraints[p], *before);
 }
 
+// Whether the constraints are those of the last solve, to the last bit, as those of tools that stand still are. Then all have their rows.
+bool ContactMatrix::holds_all(const ContactConstraints& set) const {
+  const auto equal = [](const auto* now, const auto* before, std::int32_t count) {
+    return std::memcmp(now, before, static_cast<std::size_t>(count) * sizeof *now) == 0;
+  };
+  return !held_.any_ended && set.constraint_count == held_.count && set.node_count == held_.node_count &&
+         equal(set.constraints, held_.constraints, held_.count) && equal(set.nodes, held_.nodes, held_.node_count);
+}
+
 // Finds which constraints were there in the last step. Both lists ascend by contact and part, so one walk through the two
 // is enough. leaving_ gets the rows of constraints that are gone; a constraint that needs new rows is marked by first row -2.
 bool ContactMatrix::match(const Tensors& tensors, const ContactConstraints& set, const double* reaction, bool again) {
   if (!compliance_.hold(tensors, set)) return false;
   leaving_count_ = changed_contacts_ = joining_rows_ = 0;
+  unchanged_ = holds_all(set);
+  if (unchanged_) {
+    std::fill_n(is_kept_, set.constraint_count, true);
+    if (!again) std::fill_n(stayed_, set.constraint_count, true);
+    return true;
+  }
   const ContactConstraint* counted = nullptr;
   const auto count = [&](const ContactConstraint& of) {
     changed_contacts_ += !counted || of.id.contact != counted->id.contact;
@@ -315,6 +331,7 @@ bool ContactMatrix::add_coming(const ContactConstraints& set, double* reaction) 
 }
 
 void ContactMatrix::keep(const ContactConstraints& set) {
+  if (unchanged_) return;
   std::copy(set.nodes, set.nodes + set.node_count, held_.nodes);
   std::copy(set.constraints, set.constraints + set.constraint_count, held_.constraints);
   std::copy(rows_, rows_ + set.constraint_count, held_.rows);

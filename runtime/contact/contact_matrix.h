@@ -97,6 +97,7 @@ class ContactMatrix {
   using Rows = RowsOfConstraint;
   bool same(const ContactConstraints& set, const ContactConstraint& now, const ContactConstraint& before) const;
   bool same_with_joined(const ContactConstraints& set, std::int32_t p, std::int32_t k) const;
+  bool holds_all(const ContactConstraints& set) const;
   void forget_ended();
   std::int32_t take_row();
   const Mat3* spread_of(const ContactConstraints& set, const ContactConstraint& constraint);
@@ -117,6 +118,7 @@ class ContactMatrix {
   HeldConstraints held_;
   bool* is_kept_ = nullptr;          // [constraint_capacity]
   bool* stayed_ = nullptr;           // [constraint_capacity]
+  bool unchanged_ = false;           // the constraints of this solve are those of the last one
   Vec3* carried_ = nullptr;          // [constraint_capacity] N, the last reaction of a constraint that gets new rows
   std::int32_t* leaving_ = nullptr;  // [rows]
   std::int32_t* coming_ = nullptr;   // [rows]
