@@ -153,7 +153,7 @@ bool ContactMatrix::holds_all(const ContactConstraints& set) const {
     return std::memcmp(now, before, static_cast<std::size_t>(count) * sizeof *now) == 0;
   };
   return !held_.any_ended && set.constraint_count == held_.count && set.node_count == held_.node_count &&
-         equal(set.constraints, held_.constraints, held_.count) && equal(set.nodes, held_.nodes, held_.node_count);
+         equal(set.nodes, held_.nodes, held_.node_count) && equal(set.constraints, held_.constraints, held_.count);
 }
 
 // Finds which constraints were there in the last step. Both lists ascend by contact and part, so one walk through the two
