@@ -42,12 +42,7 @@ constexpr bool kHasEffects = true;
 
 // These, or needles, come to places of another stiffness (slide_energy.h).
 [[maybe_unused]] static bool watches_slide_energy(const palpate_scene_def& def) {
-  return def.deformation == PALPATE_DEFORMATION_LINEAR && (contacts_may_slide(def) || (kHasEffects && def.needles));
-}
-
-// The same of a hyperelastic body (body_energy.h).
-[[maybe_unused]] static bool watches_body_energy(const palpate_scene_def& def) {
-  return def.deformation != PALPATE_DEFORMATION_LINEAR && contacts_may_slide(def);
+  return contacts_may_slide(def) || (kHasEffects && def.needles);
 }
 
 // Q of the measured response corrects each tool's force.
@@ -58,21 +53,6 @@ constexpr bool kHasEffects = true;
 // P of the measured response corrects the shape.
 [[maybe_unused]] static bool corrects_shape(const palpate_scene_def& def) {
   return kHasEffects && def.radial != PALPATE_RADIAL_OFF;
-}
-
-// The organ is a hyperelastic body under large displacements.
-[[maybe_unused]] static bool deforms_largely(const palpate_scene_def& def) {
-  return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE;
-}
-
-// The same body is solved beside the touch, which goes on from the solutions by the linear response.
-[[maybe_unused]] static bool deforms_beside(const palpate_scene_def& def) {
-  return kHasEffects && def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
-}
-
-// And the solver's metric is renewed from the tangent of the body as it is.
-[[maybe_unused]] static bool renews_metric(const palpate_scene_def& def) {
-  return kHasEffects && def.deformation == PALPATE_DEFORMATION_LARGE_RENEWED;
 }
 
 // A touch step tells each contact, and what began and ended.
@@ -90,16 +70,6 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.motions != 0;
 }
 
-// The surface of the hyperelastic body is asked about beside the solve.
-[[maybe_unused]] static bool uses_body_field(const palpate_scene_def& def) {
-  return deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def));
-}
-
-// Someone asks where the linear organ's nodes are, beside the shape. Effects have kUsesDisplacements (scene/effect.h).
-[[maybe_unused]] static bool asks_for_displacements(const palpate_scene_def& def) {
-  return !deforms_largely(def) && (follows_deformed_surface(def) || reports_contacts(def));
-}
-
 // Tools meet a finer surface than the mesh's. While the scene is created; later its FineSurface is bound.
 [[maybe_unused]] static bool has_fine_surface(const palpate_scene_def& def) {
   return kHasEffects && def.fine_surface;
@@ -107,11 +77,10 @@ constexpr bool kHasEffects = true;
 
 // True where the scene asks for something that a build without effects does not have.
 [[maybe_unused]] static bool asks_for_missing_effects(const palpate_scene_def& def) {
-  return !kHasEffects &&
-         (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
-          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF ||
-          def.fine_surface || def.report != PALPATE_REPORT_OFF || def.grasps || def.needles || def.motions ||
-          def.dent != PALPATE_DENT_OFF || def.deformation != PALPATE_DEFORMATION_LINEAR);
+  return !kHasEffects && (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
+                          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE ||
+                          def.radial != PALPATE_RADIAL_OFF || def.fine_surface || def.report != PALPATE_REPORT_OFF ||
+                          def.grasps || def.needles || def.motions || def.dent != PALPATE_DENT_OFF);
 }
 
 }  // namespace palpate

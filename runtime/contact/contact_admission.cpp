@@ -9,6 +9,7 @@ Operations ContactAdmission::cost_of(const ContactSolver::Changes& next) const {
 }
 
 void ContactAdmission::begin() {
+  if (admits_any()) return;
   work_->keep_for_solution(solver_->operations_to_solve({}));
   changes_ = {};
   changes_.contacts = work_->paid_changes();
@@ -22,6 +23,7 @@ void ContactAdmission::begin_point(ContactSolver::Changes* next) const {
 }
 
 ContactAdmission::Cost ContactAdmission::next() const {
+  if (admits_any()) return {};
   ContactSolver::Changes moved = changes_, begun = changes_;
   ++moved.contacts;
   ++begun.contacts;
@@ -36,6 +38,10 @@ void ContactAdmission::pay(const ContactSolver::Changes& next, Operations cost) 
 }
 
 bool ContactAdmission::change(bool begins) {
+  if (admits_any()) {
+    work_->add(of_any_);
+    return true;
+  }
   ContactSolver::Changes next = changes_;
   ++next.contacts;
   if (begins) begin_point(&next);
@@ -48,6 +54,7 @@ bool ContactAdmission::change(bool begins) {
 }
 
 bool ContactAdmission::press() {
+  if (admits_any()) return true;
   const bool fits = ContactPatch::kToPress <= work_->first_change_left(0);
   if (fits)
     work_->add(ContactPatch::kToPress);
@@ -66,7 +73,7 @@ bool ContactAdmission::admit(std::int32_t first, bool paid, bool* deferred) {
   const ContactConstraints& set = rows_->set();
   const std::int32_t end = set.constraint_count;
   *deferred = false;
-  if (first == end) return true;
+  if (first == end || admits_any()) return true;
   const ContactConstraint* const before = solver_->matrix().kept(set.constraints[first], first);
   bool holds = paid || (beside_ && before);
   for (std::int32_t p = first; p < end && !holds; ++p) {
@@ -104,10 +111,11 @@ Operations ContactAdmission::next_debt(bool disc) const {
 }
 
 bool ContactAdmission::may_owe(bool disc) const {
-  return next_debt(disc) <= (debts_.contacts == 0 ? work_->first_debt_left() : work_->debts_left());
+  return admits_any() || next_debt(disc) <= (debts_.contacts == 0 ? work_->first_debt_left() : work_->debts_left());
 }
 
 void ContactAdmission::owe(bool disc) {
+  if (admits_any()) return work_->owe(of_any_);
   work_->owe_change(next_debt(disc));
   ++debts_.contacts;
 }

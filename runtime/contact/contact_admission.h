@@ -18,10 +18,13 @@ class ContactAdmission {
     std::int32_t rows, constraints, nodes;
     std::int32_t disc_nodes;  // of a tool with a disc
   };
-  // All are borrowed. beside: the solver's constraints are not those of `rows` (body_beside.h).
+  // All are borrowed. beside: the solver's constraints are not those of `rows` (Body::added()).
   void create(const ContactSolver* solver, ContactRows* rows, StepWork* work, PointContact point, bool beside) {
     solver_ = solver, rows_ = rows, work_ = work, point_ = point, beside_ = beside;
   }
+
+  // Of a body that takes any change: each counts so many operations, and none is refused.
+  void admit_any(Operations each) { of_any_ = each; }
 
   // Begins a step. Changes that the last step owes are paid.
   void begin();
@@ -54,6 +57,7 @@ class ContactAdmission {
   void owe(bool disc);
 
  private:
+  bool admits_any() const { return of_any_ >= 0; }
   Operations cost_of(const ContactSolver::Changes& next) const;
   void begin_point(ContactSolver::Changes* next) const;
   void pay(const ContactSolver::Changes& next, Operations cost);
@@ -67,6 +71,7 @@ class ContactAdmission {
   std::int32_t nodes_ = 0, discs_ = 0;  // of a contact that begins
   Operations press_ = 0;                // of a contact whose disc is computed anew, beside its rows
   bool beside_ = false;
+  Operations of_any_ = -1;  // of a change, where any is admitted; else below 0
   ContactSolver::Changes changes_, debts_;
   Operations paid_ = 0;  // for changes_
 };

@@ -85,7 +85,7 @@ void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
 }
 
 void ContactField::forget() {
-  if (body_) return body_->forget();
+  if (body_) return;  // which forgets its own
   for (Layer& layer : layer_) {
     layer.contact_count = layer.adds = 0;
     forget_nodes(layer.known);

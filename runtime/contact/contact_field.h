@@ -8,10 +8,10 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/tensors.h"
 #include "runtime/contact/added_field.h"
-#include "runtime/contact/body_field.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/motions.h"
+#include "runtime/contact/surface_field.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
@@ -26,8 +26,8 @@ class ContactField {
   // field: of the same contacts, set before this one. borrowed.
   bool create(SceneMemory& memory, const DisplacementField* field, std::int32_t node_capacity,
               std::int32_t contact_capacity, std::int32_t surface_nodes);
-  // Under large deformation, in place of create(): `body` answers all that is asked. borrowed.
-  void follow(BodyField* body) { body_ = body; }
+  // In place of create(): the field of a body that has its own answers all that is asked. borrowed.
+  void follow(SurfaceField* body) { body_ = body; }
   // Beside create(): what `added` has adds to the contacts' field, while there are contacts. A contact that is alone makes all of it. Of
   // several, each makes as many times its own linear part as its nodes move, along its forces, farther than the linear field moves
   // them. reach: m / sqrt(J), the same for all nodes. borrowed.
@@ -184,7 +184,7 @@ class ContactField {
   double change_of(const Contact& before, const Contact& now) const;
   Vec3 known_at(Layer& layer, std::int32_t node, QueryWork* work) const;
 
-  BodyField* body_ = nullptr;  // under large deformation
+  SurfaceField* body_ = nullptr;
   const DisplacementField* field_ = nullptr;
   const AddedField* added_ = nullptr;
   double reach_ = 1;

@@ -8,17 +8,17 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/load_field.h"
 #include "runtime/contact/added_field.h"
-#include "runtime/contact/body_field.h"
 #include "runtime/contact/contact_constraints.h"
 #include "runtime/contact/motions.h"
+#include "runtime/contact/surface_field.h"
 
 namespace palpate {
 
 class DisplacementField {
  public:
   bool create(SceneMemory& memory, std::int32_t node_capacity);
-  // In place of create(): the hyperelastic body answers. borrowed.
-  void follow(const BodyField* body) { body_ = body; }
+  // In place of create(): the field of a body that has its own answers. borrowed.
+  void follow(const SurfaceField* body) { body_ = body; }
   // The sources of the offset; nullptr: none. borrowed.
   void offset_by(const Motions* motions, const AddedField* added) { motions_ = motions, added_ = added; }
 
@@ -40,7 +40,7 @@ class DisplacementField {
   const LoadField& loads_before() const { return before_; }
 
  private:
-  const BodyField* body_ = nullptr;
+  const SurfaceField* body_ = nullptr;
   const Motions* motions_ = nullptr;
   const AddedField* added_ = nullptr;
   LoadField now_, before_;

@@ -30,6 +30,8 @@ class SlideEnergy {
   };
 
   bool create(SceneMemory& memory, std::int32_t constraint_capacity);
+  // Made: the scene keeps this account.
+  bool exists() const { return sliding_ != nullptr; }
   void forget();
 
   // After a solve. sliding: [constraint_count], of this step; acting: the targets that were solved. True where contacts have shorter targets in

@@ -40,7 +40,7 @@ class Contacts {
     const bool follows = anchors_follow_tools(context_.def);
     const std::int64_t deferred = state_.work.deferred();
     const TrackingLimits limits = {context_.def.max_tool_speed * state_.input.dt(), state_.release_distance};
-    if (!deforms_largely(context_.def)) state_.admission.expect_disc(tool.disc_radius > 0);
+    state_.admission.expect_disc(tool.disc_radius > 0);
     expect_change();
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
       PointState& state = state_.points[t][i];
@@ -84,16 +84,10 @@ class Contacts {
   }
   // A contact that comes, goes or moves has new rows in the factor.
   void change_contact(PointState& state, bool begins) {
-    if (deforms_largely(context_.def)) {
-      state_.work.add(state_.body.operations_to_renew());
-    } else {
-      state.paid = state_.admission.change(begins) && state.contact;
-      expect_change();
-    }
+    state.paid = state_.admission.change(begins) && state.contact;
+    expect_change();
   }
-  void expect_change() {
-    if (!deforms_largely(context_.def)) state_.collision.expect(state_.admission.next());
-  }
+  void expect_change() { state_.collision.expect(state_.admission.next()); }
 
   void request_point_contacts(std::int32_t t) {
     Tool& tool = state_.input.tool(t);
@@ -218,14 +212,12 @@ class Contacts {
       step_.count_contact(wish.contact.index, wish.displacement - moved(surface_point));
     return made;
   }
-  // Whether the step has room for a disc that is to be computed anew. Under large deformation body.operations_to_renew() counts it.
+  // Whether the step has room for a disc that is to be computed anew.
   bool may_press(const ContactWish& wish, const SurfacePoint& surface_point, bool paid) {
-    return paid || deforms_largely(context_.def) || !state_.rows.presses(wish, surface_point) ||
-           state_.admission.press();
+    return paid || !state_.rows.presses(wish, surface_point) || state_.admission.press();
   }
   // Whether the constraints from `first` on are solved in this step.
   bool admit(std::int32_t t, std::int32_t first, bool paid) {
-    if (deforms_largely(context_.def)) return true;
     bool deferred = false;
     const bool admitted = state_.admission.admit(first, paid, &deferred);
     if (deferred) step_.raise(t, PALPATE_STEP_WORK_DEFERRED);
@@ -292,15 +284,10 @@ class Contacts {
       owe_change(first, state);
     }
   }
-  bool may_owe(const ContactConstraint& slipped) const {
-    return deforms_largely(context_.def) || state_.admission.may_owe(slipped.disc_radius > 0);
-  }
+  bool may_owe(const ContactConstraint& slipped) const { return state_.admission.may_owe(slipped.disc_radius > 0); }
   void owe_change(const ContactConstraint& slipped, PointState& state) {
     state.owed = true;
-    if (deforms_largely(context_.def))
-      state_.work.owe(state_.body.operations_to_renew());
-    else
-      state_.admission.owe(slipped.disc_radius > 0);
+    state_.admission.owe(slipped.disc_radius > 0);
   }
   bool gives_way(std::int32_t p) {
     const ContactConstraint& constraint = state_.rows.set().constraints[p];
@@ -314,12 +301,12 @@ class Contacts {
   Vec3 left_behind(std::int32_t p) const {
     const ContactConstraint& constraint = state_.rows.set().constraints[p];
     const ContactConstraints& set = state_.rows.set();
-    const Vec3 missed = deforms_largely(context_.def) ? state_.body.missed(p) : state_.solver.missed(*step_.acting, p),
+    const Vec3 missed = state_.body->missed(step_, p),
                target = has_motions(context_.def) ? step_.acting->target[p] : set.target[p];
     double share = constraint.share;
     // As Collision::follow: the contact's own part of the field moves with its anchor, by about own / asked of the way.
     const double asked = length(target), own = length(target + missed);
-    if (context_.def.deformation != PALPATE_DEFORMATION_LINEAR && own > 0) share *= asked / (asked + own);
+    if (!state_.body->responds_linearly() && own > 0) share *= asked / (asked + own);
     // Where contacts conflict or the law is missed, the surface may be anywhere: the anchor moves no farther than the tool is from
     // it at rest.
     const double off = length({0, missed.y, missed.z}), most = length({0, target.y, target.z});

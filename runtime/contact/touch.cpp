@@ -145,24 +145,17 @@ void write_contacts(TouchStep& step) {
   TouchState& state = *step.state;
   const palpate_scene_def& def = step.context->def;
   palpate_contacts& out = *step.out;
-  const bool large = deforms_largely(def);
   const std::int32_t motions = has_motions(def) ? state.motions.count() : 0;
-  lay_out_contacts(out, state.input.sent(), state.rows.set().node_count, {state.field_nodes, deforms_beside(def)},
-                   motions);
+  lay_out_contacts(out, state.input.sent(), state.rows.set().node_count, state.held, motions);
   clear_behind_field(out);
   if (motions > 0) std::copy_n(state.motions.amounts(), motions, motions_behind(out));
-  if (large) state.body.write_field(state.field_nodes, field_behind(out));
-  if (deforms_beside(def))
-    std::copy_n(state.beside.added().all(), 3 * static_cast<std::size_t>(state.field_nodes), field_behind(out));
   out.deformation_steps = step.deformed.steps;
   out.deformation_residual = step.deformed.residual, out.least_volume = step.deformed.least_volume;
+  state.body->write(step);
   write_nodes(step);
   out.bundle = step.context->bundle.index.header.index_checksum;
   out.node_capacity = def.max_contact_nodes;
-  const LawEffort& effort = large ? state.body.effort() : state.solver.effort();
-  out.sweeps = effort.sweeps, out.newton_steps = effort.newton_steps;
   out.operations = static_cast<std::int32_t>(std::min<Operations>(state.work.done(), 0x7fffffff));
-  out.residual_displacement = large ? step.deformed.missed : state.solver.residual().displacement;
   out.residual_force = state.solver.residual().force;
   const Pose& pose = state.organ.pose();
   store3(pose.position, out.organ_position);
@@ -183,7 +176,7 @@ void begin_touch(TouchStep& step, const StepContext& context, TouchState& state,
   if (has_motions(context.def)) begin_motions(step);
   if (world) pass_far_tools(step);
   context.watch.ended(Pass::input);
-  if (!deforms_largely(context.def)) state.admission.begin();
+  state.admission.begin();
   request_rows(step);
 }
 
@@ -223,13 +216,10 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.tree.forget();
   state.collision.forget();
   state.slides.forget();
-  if (watches_slide_energy(def)) state.slide_energy.forget();
-  if (watches_body_energy(def)) state.body_energy.forget();
+  if (state.slide_energy.exists()) state.slide_energy.forget();
   state.work.forget();
   state.solver.forget();
-  if (deforms_largely(def)) state.body.forget();
-  if (deforms_beside(def)) state.beside.forget();
-  if (uses_body_field(def)) state.body_field.forget();
+  state.body->forget();
   state.rows.forget();
   for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_rest();
   if (has_motions(def)) state.motions.forget();
@@ -240,8 +230,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
 
 void touch_restored(const StepContext& context, TouchState& state) {
   state.solver.restored(context.tensors);
-  if (deforms_largely(context.def)) state.body.restored();
-  if (deforms_beside(context.def)) state.beside.restored();
+  state.body->restored();
   state.displacement.restored(context.tensors);
   if (follows_deformed_surface(context.def)) state.field.restored(context.tensors, &state.solver);
 }

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "runtime/base/contact_nodes.h"
 #include "runtime/bundle/step_context.h"
-#include "runtime/contact/body_beside.h"
-#include "runtime/contact/body_energy.h"
+#include "runtime/contact/body.h"
 #include "runtime/contact/collision.h"
 #include "runtime/contact/contact_admission.h"
 #include "runtime/contact/contact_patch.h"
@@ -14,7 +14,6 @@
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/deformed_surface.h"
-#include "runtime/contact/deforming_body.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/far_tools.h"
 #include "runtime/contact/motions.h"
@@ -51,7 +50,6 @@ struct TouchState {
   SurfaceTree tree;                // of the surface that tools meet, where there is collision
   DisplacementField displacement;  // where needs_displacement()
   ContactField field;              // where collision follows the deformed surface
-  BodyField body_field;            // answers for it under large deformation
   DeformedSurface deformed;
   Collision collision;
   Turns slides;                                // of anchors that follow their tools
@@ -76,16 +74,15 @@ struct TouchState {
   ToolContacts tools;
   ContactSolver solver;
   ContactAdmission admission;
-  SlideEnergy slide_energy;           // where watches_slide_energy()
-  BodyEnergy body_energy;             // where watches_body_energy()
-  DeformingBody body;                 // in place of the solver, under large deformation
-  BodyBeside beside;                  // or beside it: the body then belongs to the thread of palpate_scene_deform
+  SlideEnergy slide_energy;  // where watches_slide_energy() and the body responds linearly
+  LinearOrgan linear_organ;
+  Body* body = &linear_organ;
   FarTools far;                       // of an organ in a world
   std::int32_t most_pairs = 0;        // with other organs of a world
   std::int32_t most_world_links = 0;  // of the world that hold the organ
   double* node_reach =
-      nullptr;  // [surface nodes] m / sqrt(J), as surface_tree.h explains, where there may be such pairs
-  std::int32_t field_nodes = 0;  // whose displacements a step writes: under large deformation, else 0
+      nullptr;     // [surface nodes] m / sqrt(J), as surface_tree.h explains, where there may be such pairs
+  HeldField held;  // the displacements that a step writes: those that do not follow from the contact nodes alone
   ResponseCurve response;
   ContactReport report;                 // where the scene reports its contacts
   Vec3* force = nullptr;                // [max_contact_nodes] N, f of each contact node

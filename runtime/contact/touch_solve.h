@@ -2,6 +2,7 @@
 #pragma once
 
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/slide_energy.h"
 
 namespace palpate {
 
@@ -10,11 +11,20 @@ struct TouchStep;
 // How often a step is solved at most where a source asks for it: of a grasp that slips each solve leaves a few per cent of the excess.
 inline constexpr int kMostSlipSolves = 4;
 
-// After a solve: whether a source has other targets now.
-bool sources_ask_again(TouchStep& step);
-
 // The forces at the contact nodes, the state of the field, and what became of the sources' rows. joint: how the solution of several
 // organs ended, which the solver has taken over; nullptr: the organ is solved alone.
 void solve_contacts(TouchStep& step, const ContactSolver::Outcome* joint);
+
+// ---- for those that solve and judge: bodies, and a world of several organs
+
+// After a solve: whether a source has other targets now.
+bool sources_ask_again(TouchStep& step);
+// of: [constraint_count], what the accounts of energy are to know about the constraints. False where none slides.
+bool note_sliding(TouchStep& step, const ContactConstraints& set, SlideEnergy::Sliding* of);
+// Of each tool whose contact slides.
+void raise_where_slides(TouchStep& step, const ContactConstraints& set, const SlideEnergy::Sliding* of,
+                        std::uint32_t flag);
+// Whether all constraints meet their targets and laws.
+bool is_trusted(const TouchStep& step, ContactSolver::Outcome outcome);
 
 }  // namespace palpate

@@ -6,14 +6,14 @@ namespace palpate {
 namespace {
 
 // A copy of it is quicker than a new one, which is made in pieces and then copied across them.
-constexpr DeformingBody::Outcome kUndeformed;
+constexpr Deformed kUndeformed;
 
 }  // namespace
 
 void TouchStep::begin(const StepContext& of_scene, TouchState& of_steps, const ToolsInWorld* tools,
                       palpate_contacts& written) {
   context = &of_scene, state = &of_steps, world = tools, out = &written;
-  flags = 0, unasked = 0, acting = nullptr, deformed = kUndeformed;
+  flags = 0, unasked = 0, acting = nullptr, reactions = nullptr, deformed = kUndeformed;
   is_solved = follows = false;
   std::fill(far, far + PALPATE_MAX_TOOLS, false);
 }

@@ -45,11 +45,12 @@ struct TouchStep {
   palpate_contacts* out;
   std::uint32_t flags;
   bool far[PALPATE_MAX_TOOLS];  // by place
-  DeformingBody::Outcome deformed;
+  Deformed deformed;
   bool is_solved;  // the step has a solution
   // And the organ is where its contacts hold it. A large body may lag behind its contacts: the distance that is left is then no slip of a tool.
   bool follows;
   const ContactConstraints* acting;  // as the solver held them
+  const Vec3* reactions;  // N, of each constraint, of a body that has found them itself; nullptr: the solver has
   // Of what nothing puts off, as a grasp that closes: counted when all else is done.
   Operations unasked;
   // Of the places in use: a step with one tool does not write those of all others.
@@ -75,9 +76,7 @@ struct TouchStep {
   // m, by the motions: of the weighted mean that a constraint of `set` holds.
   Vec3 moved(const ContactConstraints& set, const ContactConstraint& constraint) const;
   // N, of constraint p, in its frame.
-  Vec3 reaction(std::int32_t p) const {
-    return deforms_largely(context->def) ? state->body.reaction(p) : state->solver.reaction(p);
-  }
+  Vec3 reaction(std::int32_t p) const { return reactions ? reactions[p] : state->solver.reaction(p); }
 };
 
 inline bool has_fine_contacts(const TouchState& state) {

@@ -1,7 +1,7 @@
 #include "runtime/inside/effect.h"
 
 #include "runtime/inside/inside_field.h"
-#include "runtime/scene/body_reader.h"
+#include "runtime/large/body_reader.h"
 #include "runtime/scene/effect_build.h"
 
 namespace palpate {

@@ -1,7 +1,7 @@
 #include "runtime/needles/effect.h"
 
+#include "runtime/large/body_reader.h"
 #include "runtime/needles/needle.h"
-#include "runtime/scene/body_reader.h"
 #include "runtime/scene/effect_build.h"
 #include "runtime/scene/needs.h"
 
@@ -75,7 +75,7 @@ palpate_status read_corridor(const SectionReader& reader, const std::int32_t* to
 
 palpate_status prepare(EffectBuild& build) {
   palpate_scene& scene = build.scene;
-  ShapeState* const interior = has_interior_shape(scene.def, build.reader.bundle()) ? &scene.shape : nullptr;
+  ShapeState* const interior = has_interior_shape(scene) ? &scene.shape : nullptr;
   return read_corridor(build.reader, scene.touchable, &scene.corridor, interior, &scene.tensors);
 }
 

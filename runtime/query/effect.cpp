@@ -24,10 +24,12 @@ palpate_status build(EffectBuild& build) {
   const FineSurface* const fine = fine_surface_of(scene.touch);
   const MotionRows& motions = scene.touch.motions.rows();
   double reach = 1;
-  const bool made = build_tree(memory, scene.touch, reader.surface_nodes(), reader.triangles(), query->tree()) &&
-                    set_reaches(reader, def, scene.tensors, scene.touchable, fine, motions, query->tree(), &reach) &&
-                    query->create(memory, &scene.tensors, scene.touchable, def.max_contact_nodes, fine,
-                                  deforms_largely(def), deforms_beside(def) ? reach : 0, motions, reach);
+  const bool made =
+      build_tree(memory, scene.touch, reader.surface_nodes(), reader.triangles(), query->tree()) &&
+      set_reaches(reader, *scene.touch.body, scene.tensors, scene.touchable, fine, motions, query->tree(), &reach) &&
+      query->create(memory, &scene.tensors, scene.touchable, def.max_contact_nodes, fine,
+                    scene.touch.body->surface_field() != nullptr, scene.touch.body->added() ? reach : 0, motions,
+                    reach);
   return made ? PALPATE_OK : reader.no_memory("queries");
 }
 

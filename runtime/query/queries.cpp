@@ -24,9 +24,8 @@ SurfaceQuery* query_of(const palpate_scene* scene) {
 // The surface that the queries see from now on.
 std::uint32_t see(const palpate_scene& scene, SurfaceQuery& query, const palpate_contacts* contacts) {
   std::uint32_t flags = scene.context.bundle.is_lost() ? PALPATE_STEP_BUNDLE_LOST : 0;
-  const HeldField field = {scene.touch.field_nodes, deforms_beside(scene.def)};
-  if (contacts && (!is_aligned(contacts) ||
-                   !has_layout(*contacts, scene.def.max_contact_nodes, field, scene.shape.moved_surface.count))) {
+  if (contacts && (!is_aligned(contacts) || !has_layout(*contacts, scene.def.max_contact_nodes, scene.touch.held,
+                                                        scene.shape.moved_surface.count))) {
     flags |= PALPATE_STEP_BAD_INPUT;
     contacts = nullptr;
   } else if (contacts && contacts->bundle != scene.context.bundle.index.header.index_checksum) {

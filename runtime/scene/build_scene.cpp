@@ -5,7 +5,6 @@
 #include <cstring>
 
 #include "runtime/base/host_struct.h"
-#include "runtime/scene/body_reader.h"
 #include "runtime/scene/effect_build.h"
 #include "runtime/scene/needs.h"
 #include "runtime/scene/section_reader.h"
@@ -178,7 +177,6 @@ palpate_status read_motion_rows(const SectionReader& reader, SectionId id, std::
 
 palpate_status build_motions(const SectionReader& reader, const palpate_scene& scene, TouchState& touch,
                              ShapeState& shape) {
-  const palpate_scene_def& def = scene.def;
   Motions::Source source;
   if (const palpate_status status =
           read_motion_rows(reader, SectionId::motion_surface, reader.surface_nodes(), &source.surface))
@@ -206,7 +204,7 @@ palpate_status build_motions(const SectionReader& reader, const palpate_scene& s
   }
   if (!touch.motions.create(reader.memory(), source, touch.most_constraints)) return reader.no_memory("motions");
   shape.moved_surface = touch.motions.rows();
-  if (!has_interior_shape(def, reader.bundle())) return PALPATE_OK;
+  if (!has_interior_shape(scene)) return PALPATE_OK;
   return read_motion_rows(reader, SectionId::motion_interior, inside, &shape.moved_interior);
 }
 
@@ -217,9 +215,10 @@ const Motions* motions_of(const palpate_scene_def& def, const TouchState& touch)
 palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, std::uint32_t uses,
                                   TouchState& touch) {
   DisplacementField& field = touch.displacement;
-  field.offset_by(motions_of(def, touch), deforms_beside(def) ? &touch.beside.added() : nullptr);
-  if (uses_body_field(def)) field.follow(&touch.body_field);
-  const bool asked = asks_for_displacements(def) || (uses & kUsesDisplacements) != 0;
+  field.offset_by(motions_of(def, touch), touch.body->added());
+  if (const SurfaceField* const own = touch.body->surface_field()) field.follow(own);
+  const bool asked = (!touch.body->surface_field() && (follows_deformed_surface(def) || reports_contacts(def))) ||
+                     (uses & kUsesDisplacements) != 0;
   return !asked || field.create(reader.memory(), def.max_contact_nodes) ? PALPATE_OK : reader.no_memory("displacement");
 }
 
@@ -233,19 +232,20 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
   if (!build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), touch.tree))
     return reader.no_memory("collision");
   const auto create_field = [&] {
-    if (!deforms_largely(def))
+    SurfaceField* const own = touch.body->surface_field();
+    if (!own)
       return touch.field.create(reader.memory(), &touch.displacement, def.max_contact_nodes, touch.most_constraints,
                                 reader.surface_nodes());
-    touch.field.follow(&touch.body_field);
+    touch.field.follow(own);
     return true;
   };
   if (touch.most_pairs > 0)
     touch.node_reach = reader.memory().array<double>(static_cast<std::size_t>(reader.surface_nodes()));
   double reach = 1;
-  if (deformed && (!create_field() || !set_reaches(reader, def, tensors, touchable, fine, touch.motions.rows(),
+  if (deformed && (!create_field() || !set_reaches(reader, *touch.body, tensors, touchable, fine, touch.motions.rows(),
                                                    touch.tree, &reach, touch.node_reach)))
     return reader.no_memory("collision");
-  if (deformed && deforms_beside(def)) touch.field.add(&touch.beside.added(), reach);
+  if (deformed && touch.body->added()) touch.field.add(touch.body->added(), reach);
   if (deformed && has_motions(def)) touch.field.move(&touch.motions, reach);
   if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, fine))
     return reader.no_memory("collision");
@@ -296,7 +296,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
                                       touch.triangles,
                                       touch.rest,
                                       def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr,
-                                      def.deformation == PALPATE_DEFORMATION_LINEAR && contacts_may_slide(def) &&
+                                      touch.body->responds_linearly() && contacts_may_slide(def) &&
                                           def.contact == PALPATE_CONTACT_PATCH && !has_fine_surface(def)};
   ContactSolver::Limits solver;
   solver.of.nodes = def.max_contact_nodes, solver.of.constraints = constraints;
@@ -310,163 +310,14 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
     return reader.no_memory("contacts");
   if (const PartOfWorld part = part_of_world(touch); part.constraints() > 0)
     touch.rows.keep_for_pairs(contact_nodes_for(def, part), part.constraints());
-  if (watches_slide_energy(def) && !touch.slide_energy.create(memory, constraints)) return reader.no_memory("contacts");
+  if (touch.body->responds_linearly() && watches_slide_energy(def) && !touch.slide_energy.create(memory, constraints))
+    return reader.no_memory("contacts");
   if (def.contact == PALPATE_CONTACT_PATCH) touch.deformed.meet_discs(discs_of(touch));
-  if (watches_body_energy(def) && !touch.body_energy.create(memory, constraints)) return reader.no_memory("contacts");
-  touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def), deforms_beside(def));
+  touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def),
+                         touch.body->added() != nullptr);
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
   return PALPATE_OK;
-}
-
-palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* body, TissueLaw* laws) {
-  const char* const effect = "deformation LARGE";
-  palpate_status status = read_body(reader, effect, body, laws);
-  if (status == PALPATE_OK) status = read_stiffening(reader, effect, laws);
-  if (status == PALPATE_OK) status = reader.map(SectionId::fixed, &body->fixed);
-  if (status != PALPATE_OK) return status;
-  formats::IndexedSections sections;
-  sections.fixed = body->fixed;
-  return reader.check(sections);
-}
-
-// Foundations and springs, where the bundle has them. The arrays are needed until the body is made.
-palpate_status read_supports(const SectionReader& reader, const SectionReader& of_scratch, HyperelasticBody* body) {
-  const formats::SectionEntry *const nodes = reader.find(SectionId::large_support_nodes),
-                                     *const stiffness = reader.find(SectionId::large_support_stiffness);
-  if (!nodes && !stiffness) return PALPATE_OK;
-  if (!nodes || !stiffness || nodes->shape[0] != stiffness->shape[0])
-    return fail(
-        reader.error(), PALPATE_ERROR_CONTENT, (nodes ? nodes : stiffness)->offset,
-        "large/support: expected as many pairs of nodes as 3 x 3 stiffnesses, found other numbers of them; rebuild "
-        "the bundle");
-  const std::uint64_t pairs = nodes->shape[0];
-  palpate_status status = of_scratch.copy_indices(SectionId::large_support_nodes, 2 * pairs,
-                                                  &formats::IndexedSections::large_support_nodes, &body->support_nodes);
-  if (status == PALPATE_OK) status = reader.map(SectionId::large_support_stiffness, &body->support_stiffness);
-  if (status != PALPATE_OK) return status;
-  for (std::uint64_t p = 0; p < pairs; ++p) {
-    const std::int32_t *const pair = body->support_nodes + 2 * p, *const before = p > 0 ? pair - 2 : nullptr;
-    const bool ascends = !before || before[0] < pair[0] || (before[0] == pair[0] && before[1] < pair[1]);
-    if (pair[0] > pair[1] || !ascends) return reader.not_usable(SectionId::large_support_nodes, 2 * p);
-    const double* const k = body->support_stiffness + 9 * p;
-    for (int i = 0; i < 9; ++i)
-      if (!(std::fabs(k[i]) <= 1e15) || (pair[0] == pair[1] && k[i] != k[i % 3 * 3 + i / 3]))
-        return reader.not_usable(SectionId::large_support_stiffness, 9 * p + static_cast<std::uint64_t>(i));
-  }
-  body->support_count = static_cast<std::int32_t>(pairs);
-  return PALPATE_OK;
-}
-
-// Each node that can move stands once in the order.
-bool is_an_order(const HyperelasticBody& body, const std::int32_t* order, std::int32_t count, std::uint8_t* seen) {
-  for (std::int32_t i = 0; i < count; ++i)
-    if (seen[order[i]]++ > 0) return false;
-  for (std::int32_t n = 0; n < body.node_count; ++n) {
-    const std::uint8_t* const held = body.fixed + 3 * static_cast<std::size_t>(n);
-    if ((held[0] && held[1] && held[2]) == (seen[n] > 0)) return false;
-  }
-  return true;
-}
-
-palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, palpate_scene& scene) {
-  const palpate_scene_def& def = scene.def;
-  DeformingBody& deforming = scene.touch.body;
-  // These are needed until the body is made.
-  const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
-  const char* const effect = "deformation LARGE";
-  if (!reader.find(SectionId::large_order)) return reader.missing(effect, SectionId::large_order);
-  HyperelasticBody body;
-  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
-  std::uint8_t* const seen = scratch.array<std::uint8_t>(reader.counts().nodes);
-  if (scratch.failed()) return reader.no_memory("deformation");
-  if (const palpate_status status = read_large_body(reader, &body, laws)) return status;
-  const std::int32_t* order = nullptr;
-  const double* preload = nullptr;
-  const std::uint64_t count = reader.find(SectionId::large_order)->shape[0];
-  using Sections = formats::IndexedSections;
-  palpate_status status = of_scratch.copy_indices(SectionId::large_order, count, &Sections::large_order, &order);
-  if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, &body);
-  if (status == PALPATE_OK) status = read_supports(reader, of_scratch, &body);
-  if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
-  if (status != PALPATE_OK) return status;
-  if (!is_an_order(body, order, static_cast<std::int32_t>(count), seen))
-    return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::large_order)->offset,
-                "large/order: expected each node that is not held once, found another list; rebuild the bundle");
-  for (std::int64_t i = 0; preload && i < 3 * static_cast<std::int64_t>(body.node_count); ++i)
-    if (!(std::fabs(preload[i]) <= 1e6))
-      return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
-  DeformingBody::Limits limits;
-  limits.nodes = def.max_contact_nodes, limits.constraints = scene.touch.most_constraints;
-  limits.gives_way = contacts_may_give_way(def), limits.renews_metric = renews_metric(def);
-  switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
-    case LargeSolver::Created::no_memory:
-      return reader.no_memory("deformation");
-    case LargeSolver::Created::not_definite:
-      return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
-                  "deformation LARGE: the stiffness of the bundle's mesh is not positive definite; rebuild the bundle");
-    case LargeSolver::Created::no_equilibrium:
-      return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                  "deformation LARGE: expected a preload under which the body comes to rest, found one under which its "
-                  "equilibrium was not found, though the load grew in steps of 1/512; take a stiffer tissue, a smaller "
-                  "load, or "
-                  "preload OFF");
-    case LargeSolver::Created::made:
-      break;
-  }
-  if (!preload) return PALPATE_OK;
-  // The organ rests where the loads bring it in truth.
-  double* const rest = reader.memory().array<double>(3 * static_cast<std::size_t>(body.node_count));
-  if (!rest) return reader.no_memory("deformation");
-  for (std::int32_t n = 0; n < body.node_count; ++n) store3(deforming.rest_displacement(n), rest + 3 * n);
-  reader.replace_preload(rest);
-  return PALPATE_OK;
-}
-
-palpate_status make_deforming_body(SectionReader& reader, palpate_scene& scene) {
-  SceneMemory scratch(scene.def.allocator);
-  const palpate_status status = make_deforming_body(reader, scratch, scene);
-  scratch.release_all();
-  return status;
-}
-
-// Nodes whose displacements the contacts of a step hold.
-std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene& scene) {
-  const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes),
-                     of_shape[] = {scene.uses & kUsesHeldSurface ? reader.surface_nodes() : 0, reader.surface_nodes(),
-                                   nodes};
-  return of_shape[scene.def.shape];
-}
-
-// After the surface and the limits of contacts are known.
-palpate_status connect_deforming_body(const SectionReader& reader, palpate_scene& scene) {
-  const palpate_scene_def& def = scene.def;
-  TouchState& touch = scene.touch;
-  if (def.law != PALPATE_LAW_STICKING && !touch.body.follow_normals(reader.memory(), touch.rest, reader.surface_nodes(),
-                                                                    touch.triangles, reader.triangles()))
-    return reader.no_memory("deformation");
-  if (uses_body_field(def) &&
-      !touch.body_field.create(reader.memory(), &touch.body, touch.most_constraints, reader.surface_nodes()))
-    return reader.no_memory("deformation");
-  touch.field_nodes = scene.shape.field_nodes = field_nodes_of(reader, scene);
-  return PALPATE_OK;
-}
-
-palpate_status connect_body_beside(const SectionReader& reader, palpate_scene& scene) {
-  const palpate_scene_def& def = scene.def;
-  TouchState& touch = scene.touch;
-  BodyBeside::Limits limits;
-  limits.nodes = def.max_contact_nodes, limits.constraints = touch.most_constraints;
-  limits.surface_nodes = reader.surface_nodes();
-  limits.field_nodes = std::max(reader.surface_nodes(), field_nodes_of(reader, scene));
-  touch.field_nodes = scene.shape.field_nodes = field_nodes_of(reader, scene);
-  const auto follow = [&](auto& body) {
-    return body.follow_normals(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles,
-                               reader.triangles());
-  };
-  const bool made = touch.beside.create(reader.memory(), &touch.body, limits) &&
-                    (def.law == PALPATE_LAW_STICKING || (follow(touch.body) && follow(touch.beside)));
-  return made ? PALPATE_OK : reader.no_memory("deformation");
 }
 
 palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
@@ -478,12 +329,14 @@ palpate_status build_report(const SectionReader& reader, const palpate_scene_def
 
 // ---- the shape half --------------------------------------------------------------------------------------------------
 
-palpate_status build_shape(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                           ShapeState& shape) {
+palpate_status build_shape(const SectionReader& reader, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  const Tensors& tensors = scene.tensors;
+  ShapeState& shape = scene.shape;
   const formats::BundleCounts& counts = reader.counts();
   const std::uint64_t nodes = def.shape == PALPATE_SHAPE_VOLUME ? counts.nodes : counts.surface_nodes;
   shape.nodes = static_cast<std::int32_t>(nodes);
-  if (has_interior_shape(def, reader.bundle())) {
+  if (has_interior_shape(scene)) {
     if (!reader.find(SectionId::displacement_interior))
       return reader.missing("shape VOLUME", SectionId::displacement_interior);
     if (const palpate_status status = reader.map_rows(SectionId::displacement_interior, &shape.interior)) return status;
@@ -565,14 +418,6 @@ void log_scene(const palpate_scene& scene, const MemoryUse& use) {
   if (has_preload && def.preload == PALPATE_PRELOAD_OFF)
     bundle.log.say(PALPATE_LOG_WARNING,
                    "scene: the bundle has a preload, and preload is OFF: rest is the shape as it was meshed");
-  if (const Operations fewest = scene.touch.body.fewest_operations();
-      deforms_largely(def) && fewest > def.max_operations)
-    bundle.log.say(
-        PALPATE_LOG_NOTE,
-        "scene: deformation LARGE takes up to %d steps in a touch, %lld operations, though max_operations is "
-        "%lld: fewer do not follow; where a touch then takes too long, take LARGE_BESIDE",
-        static_cast<int>(LargeSolver::kFewestSteps), static_cast<long long>(fewest),
-        static_cast<long long>(def.max_operations));
   const formats::ElementType type = scene.tensors.compliance ? scene.compliance.type() : scene.tensors.surface.type;
   if (type == formats::ElementType::f16 && scene.touch.most_constraints > kManyContactsForHalf)
     bundle.log.say(PALPATE_LOG_WARNING,
@@ -642,8 +487,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
   if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_PATCH) ||
       !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
-      !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.report, PALPATE_REPORT_CONTACTS) ||
-      !is_one_of(def.deformation, PALPATE_DEFORMATION_LARGE_RENEWED))
+      !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.report, PALPATE_REPORT_CONTACTS))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
@@ -667,11 +511,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
     return bad("radial corrects a shape, and shape is OFF");
   if (def.fine_surface && def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF)
     return bad("tools and queries meet the fine_surface, and collision and queries are OFF");
-  if (def.deformation != PALPATE_DEFORMATION_LINEAR &&
-      (def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF))
-    return bad(
-        "deformation LARGE is right at any depth without the measured response; leave force and radial at their "
-        "defaults, or take deformation LINEAR");
   for (const Effect* effect : effects)
     if (const palpate_status status = check_effect(*effect, def, error)) return status;
   if (const palpate_status status = check_contact_nodes(def, effects, error)) return status;
@@ -728,8 +567,6 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   });
   for (std::int32_t e = 0; e < scene.effect_count; ++e)
     step(true, scene.effects[e].bytes, [&] { return run(scene.effects[e].effect->prepare, reader, scene, e); });
-  step(def.deformation != PALPATE_DEFORMATION_LINEAR, use.deformation,
-       [&] { return make_deforming_body(reader, scene); });
   step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
   step(needs_rest(def, scene.uses), use.surface,
        [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
@@ -742,13 +579,10 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return build_collision(reader, def, scene.tensors, scene.touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, scene.touchable, touch); });
   touch.ask(&touch.tools);
-  step(def.deformation == PALPATE_DEFORMATION_LARGE, use.deformation,
-       [&] { return connect_deforming_body(reader, scene); });
-  step(deforms_beside(def), use.deformation, [&] { return connect_body_beside(reader, scene); });
   step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
-  step(def.shape != PALPATE_SHAPE_OFF, use.shape, [&] { return build_shape(reader, def, scene.tensors, shape); });
+  step(def.shape != PALPATE_SHAPE_OFF, use.shape, [&] { return build_shape(reader, scene); });
   step(def.radial != PALPATE_RADIAL_OFF, unused,
        [&] { return read_curve(reader, "radial RESPONSE", SectionId::response_radial, 0, &shape.radial); });
   for (std::int32_t e = 0; e < scene.effect_count; ++e) {

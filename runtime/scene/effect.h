@@ -98,6 +98,15 @@ struct EffectPass {
   double (*most_unasked)(const palpate_scene& scene, double change) = nullptr;
 };
 
+// Of an effect that is the scene's body (contact/body.h), which its prepare() gives to the touch. The body is solved in the touch, in the
+// place of the pass of contacts, where it has a field of its own; else in a pass beside it.
+struct EffectBody {
+  const char* (*pass)(const palpate_scene_def& def);
+  palpate_pass_work (*predict)(const palpate_scene& scene, const palpate_step_load& load);
+  // Operations of that pass in the touch, which come on top of those of tests.
+  double (*most_operations)(const palpate_scene& scene);
+};
+
 struct Effect {
   const char* name;
   // The first one switches the effect on: 0 is off.
@@ -112,6 +121,7 @@ struct Effect {
   // pass of the step has them.
   const char* creates = nullptr;
   EffectPass pass;  // its name nullptr: there is none
+  const EffectBody* body = nullptr;
   // Adds the sections that the effect maps. May be nullptr.
   void (*sections)(const palpate_scene_def& def, SectionList& sections) = nullptr;
   // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.

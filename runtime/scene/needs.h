@@ -2,8 +2,7 @@
 #pragma once
 
 #include "runtime/base/effects.h"
-#include "runtime/bundle/bundle.h"
-#include "runtime/scene/effect.h"
+#include "runtime/scene/scene.h"
 
 namespace palpate {
 
@@ -23,9 +22,10 @@ namespace palpate {
 }
 
 // Displacements of nodes below the surface, from the tensors.
-[[maybe_unused]] static bool has_interior_shape(const palpate_scene_def& def, const palpate_bundle& bundle) {
-  return def.shape == PALPATE_SHAPE_VOLUME && def.deformation != PALPATE_DEFORMATION_LARGE &&
-         bundle.index.counts.nodes > bundle.index.counts.surface_nodes;
+[[maybe_unused]] static bool has_interior_shape(const palpate_scene& scene) {
+  const formats::BundleCounts& counts = scene.context.bundle.index.counts;
+  return scene.def.shape == PALPATE_SHAPE_VOLUME && !scene.touch.body->surface_field() &&
+         counts.nodes > counts.surface_nodes;
 }
 
 }  // namespace palpate

@@ -47,14 +47,6 @@ class CoreSections {
     return list;
   }
 
-  SectionList deformation() const {
-    SectionList list = none();
-    list.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,
-              SectionId::poisson, SectionId::large_order, SectionId::large_stiffening, SectionId::provenance,
-              SectionId::large_support_nodes, SectionId::large_support_stiffness});
-    return with_preload(list);
-  }
-
   // interior: those of the shape.
   SectionList motions(bool interior) const {
     SectionList list = none();
@@ -140,7 +132,7 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
 
   const SectionList none = sections.none();
   step(true, Pass::input, "input", "touch", none);
-  step(has_motions(def), Pass::motions, "motions", "touch", sections.motions(has_interior_shape(def, bundle)),
+  step(has_motions(def), Pass::motions, "motions", "touch", sections.motions(has_interior_shape(scene)),
        memory.motions);
   const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
   step(def.collision != PALPATE_COLLISION_OFF, Pass::collision, deformed ? "collision: deformed" : "collision: rest",
@@ -151,34 +143,29 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
       needs_triangles(def, scene.uses) && !needs_rest(def, scene.uses);  // for grips in triangles alone
   step(true, Pass::rows, models[def.contact], "touch", maps_triangles ? sections.triangles() : none,
        needs_surface(def, scene.uses) ? 0 : memory.surface);
-  static const char* const large_laws[] = {"deformation: large, sticking", "deformation: large, sliding",
-                                           "deformation: large, unilateral", "deformation: large, coulomb"};
-  static const char* const beside_laws[] = {"deformation: large-beside, sticking", "deformation: large-beside, sliding",
-                                            "deformation: large-beside, unilateral",
-                                            "deformation: large-beside, coulomb"};
-  static const char* const renewed_laws[] = {
-      "deformation: large-renewed, sticking", "deformation: large-renewed, sliding",
-      "deformation: large-renewed, unilateral", "deformation: large-renewed, coulomb"};
-  const bool large = def.deformation == PALPATE_DEFORMATION_LARGE;
-  step(true, Pass::contact, large ? large_laws[def.law] : laws[def.law], "touch",
-       large ? sections.deformation() : sections.contacts(), memory.contacts + (large ? memory.deformation : 0));
+  const EffectInScene* const body = scene.body();
+  const SectionList of_body = body ? sections_of(*body->effect) : none;
+  const bool has_own_field = scene.touch.body->surface_field() != nullptr;
+  if (has_own_field)
+    step(true, Pass::contact, body->effect->body->pass(def), "touch", of_body, memory.contacts + body->bytes);
+  else
+    step(true, Pass::contact, laws[def.law], "touch", sections.contacts(), memory.contacts);
   const bool responds = def.force == PALPATE_FORCE_RESPONSE;
   step(def.force != PALPATE_FORCE_OFF, Pass::force, responds ? "force: response" : "force: linear", "touch",
        responds ? sections.response(SectionId::response_force) : none);
   step(true, Pass::output, "output", "touch", none);
   step(def.report != PALPATE_REPORT_OFF, Pass::report, "report: contacts", "touch", sections.surface(), memory.report);
 
-  step(deforms_beside(def), Pass::deform, renews_metric(def) ? renewed_laws[def.law] : beside_laws[def.law], "deform",
-       sections.deformation(), memory.deformation);
+  if (body && !has_own_field) step(true, Pass::deform, body->effect->body->pass(def), "deform", of_body, body->bytes);
 
   const char* const superposition =
       def.shape == PALPATE_SHAPE_VOLUME ? "superposition: volume" : "superposition: surface";
   const auto superposed = [&] {
-    if (large) return none;
-    return has_interior_shape(def, bundle) ? sections.volume() : sections.surface();
+    if (has_own_field) return none;
+    return has_interior_shape(scene) ? sections.volume() : sections.surface();
   };
-  step(has_shape, Pass::superposition, large ? "displacements of the touch" : superposition, "shape", superposed(),
-       memory.shape);
+  step(has_shape, Pass::superposition, has_own_field ? "displacements of the touch" : superposition, "shape",
+       superposed(), memory.shape);
   step(def.radial != PALPATE_RADIAL_OFF, Pass::radial, "radial: response", "shape",
        sections.response(SectionId::response_radial));
   step(has_shape, Pass::positions, "positions", "shape", sections.rest(false));

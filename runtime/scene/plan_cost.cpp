@@ -25,7 +25,7 @@ class PassWork {
       case Pass::rows:
         return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
       case Pass::contact:
-        return scene_.def.deformation == PALPATE_DEFORMATION_LARGE ? deform() : solve();
+        return has_own_field() ? deform() : solve();
       case Pass::force:
         return {
             0, 0,
@@ -37,7 +37,7 @@ class PassWork {
                 static_cast<double>(
                     ContactReport::operations(load_.points, load_.contacts, load_.nodes, scene_.touch.fine.bound()))};
       case Pass::superposition:
-        if (scene_.def.deformation == PALPATE_DEFORMATION_LARGE) return {24.0 * scene_.shape.nodes, 0, 50};
+        if (has_own_field()) return {24.0 * scene_.shape.nodes, 0, 50};
         return superposition();
       case Pass::deform:
         return deform();
@@ -66,11 +66,8 @@ class PassWork {
     return scene_.def.contact == PALPATE_CONTACT_PATCH ? std::max(0, load_.contacts - load_.grips) : 0;
   }
 
-  // Of a tool that moves at 0.1 m/s: one and a half back-substitutions, and as many evaluations.
-  palpate_pass_work deform() const {
-    const double numbers = static_cast<double>(scene_.touch.body.factor_numbers());
-    return {12 * numbers, 6 * numbers, 18 * static_cast<double>(scene_.context.bundle.index.counts.tetrahedra)};
-  }
+  bool has_own_field() const { return scene_.touch.body->surface_field() != nullptr; }
+  palpate_pass_work deform() const { return scene_.body()->effect->body->predict(scene_, load_); }
 
   palpate_pass_work solve() const {
     const double rows = load_.rows, nodes = load_.nodes, contacts = load_.contacts;

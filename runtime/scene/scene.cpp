@@ -90,7 +90,7 @@ void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, vo
 
 size_t palpate_contacts_bytes(const palpate_scene* scene) {
   return palpate::bytes_of_contacts(PALPATE_MAX_TOOLS, scene ? scene->def.max_contact_nodes : 0,
-                                    scene ? scene->touch.field_nodes : 0, palpate::motions_of(scene));
+                                    scene ? scene->touch.held.nodes : 0, palpate::motions_of(scene));
 }
 
 palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
@@ -118,9 +118,8 @@ const palpate_motion_state* palpate_scene_motion_state(const palpate_scene* scen
 }
 
 int32_t palpate_scene_deform(palpate_scene* scene) {
-  if (!scene || !palpate::deforms_beside(scene->def)) return -1;
-  const std::int32_t evaluations = scene->touch.beside.deform();
-  scene->watch.ended(palpate::Pass::deform);
+  const std::int32_t evaluations = scene ? scene->touch.body->deform() : -1;
+  if (evaluations >= 0) scene->watch.ended(palpate::Pass::deform);
   return evaluations;
 }
 

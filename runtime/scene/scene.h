@@ -42,6 +42,12 @@ struct palpate_scene {
   std::uint32_t uses = 0;   // bits of Use, of these effects and of the world
   palpate::RowBudget rows;  // of these effects
 
+  // The effect that is the body; nullptr: the organ is linear.
+  const palpate::EffectInScene* body() const {
+    for (std::int32_t e = 0; e < effect_count; ++e)
+      if (effects[e].effect->body) return &effects[e];
+    return nullptr;
+  }
   // The effect's state; nullptr where the scene does not have it.
   void* state_of(const palpate::Effect& effect) const {
     for (std::int32_t e = 0; e < effect_count; ++e)

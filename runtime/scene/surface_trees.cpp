@@ -28,24 +28,25 @@ void reach_motions(const MotionRows& rows, double largest, double* reach) {
 
 }  // namespace
 
-bool set_reaches(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                 const std::int32_t* touchable, const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree,
-                 double* same, double* of_nodes) {
+bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors, const std::int32_t* touchable,
+                 const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree, double* same,
+                 double* of_nodes) {
   SceneMemory scratch = reader.memory().of_same_host();
   const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
   double* const reach = scratch.array<double>(count);
   if (reach) {
+    const bool is_length = body.surface_field() != nullptr;
     double most = 0;
     std::fill(reach, reach + count, -1.0);
-    for (std::int32_t k = 0; k < tensors.columns && !deforms_largely(def); ++k) {
+    for (std::int32_t k = 0; k < tensors.columns && !is_length; ++k) {
       Mat3 compliance;
       self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(k), &compliance);
       reach[touchable[k]] = std::sqrt(eigenvalue_bound(compliance));
       most = std::max(most, reach[touchable[k]]);
     }
-    std::replace(reach, reach + count, -1.0, deforms_largely(def) ? 1 : most);
+    std::replace(reach, reach + count, -1.0, is_length ? 1 : most);
     *same = most > 0 ? most : 1;
-    if (deforms_beside(def)) std::fill(reach, reach + count, *same);
+    if (body.added()) std::fill(reach, reach + count, *same);
     reach_motions(motions, *same, reach);
     if (of_nodes) std::copy(reach, reach + count, of_nodes);
     if (!fine) tree.set_reach(reach);

@@ -20,6 +20,7 @@ class WorkBounds {
       : scene_(scene),
         def_(scene.def),
         touch_(scene.touch),
+        in_touch_(scene.touch.body->surface_field() ? scene.body()->effect->body : nullptr),
         fine_(scene.touch.fine.bound() ? scene.touch.fine.triangle_count() : 0) {}
 
   // Of tests and changes. The rest is kept for the solution.
@@ -27,7 +28,7 @@ class WorkBounds {
   // Normals of a fine surface below discs that have moved, each of which may visit the whole surface.
   double rows() const { return 30 * fine_ * def_.max_points; }
   double contact() const {
-    if (deforms_largely(def_)) return static_cast<double>(touch_.body.most_operations()) + laws();
+    if (in_touch_) return in_touch_->most_operations(scene_);
     return most() + unasked_changes();
   }
   // Of an effect, on top of max_operations.
@@ -43,14 +44,14 @@ class WorkBounds {
   double step() const {
     double on_top = rows();
     for (std::int32_t e = 0; e < scene_.effect_count; ++e) on_top += of_effect(e);
-    return deforms_largely(def_) ? collision() + contact() + on_top : contact() + on_top;
+    return in_touch_ ? collision() + contact() + on_top : contact() + on_top;
   }
   // A step of the fewest operations looks at all points and still tests one.
   double least() const {
     constexpr double tests = 24, linear = 10'000;
     const double test =
         def_.collision == PALPATE_COLLISION_OFF ? 0 : tests * static_cast<double>(touch_.collision.overshoot());
-    return std::max(deforms_largely(def_) ? 1 : linear, test) + points();
+    return std::max(in_touch_ ? 1 : linear, test) + points();
   }
 
  private:
@@ -58,16 +59,12 @@ class WorkBounds {
   double points() const { return static_cast<double>(StepWork::kOfPoint) * def_.max_points; }
   double nodes() const { return def_.max_contact_nodes; }
   std::int32_t contacts() const { return constraints_of_point(def_) * def_.max_points + scene_.rows.constraints; }
-  // Rows of effects that change without being asked, as those of all contacts do where a solution of large deformation arrives.
+  // Rows of effects that change without being asked.
   double unasked_changes() const {
-    const double rows = 3.0 * contacts();
     double most = 0;
     for (std::int32_t e = 0; e < scene_.effect_count; ++e)
       if (const EffectPass& pass = scene_.effects[e].effect->pass; pass.most_unasked)
         most += pass.most_unasked(scene_, of_a_change());
-    if (deforms_beside(def_))
-      most += (9 * nodes() * (nodes() + contacts()) + std::min(rows * rows * rows / 3, 12 * this->most())) / kDense +
-              contacts() * of_discs();
     return most;
   }
   // Of one contact.
@@ -76,16 +73,11 @@ class WorkBounds {
   double of_discs() const {
     return def_.contact == PALPATE_CONTACT_PATCH ? static_cast<double>(kOfTwoDiscs) * contacts() : 0;
   }
-  // Of laws under large deformation, which are solved anew in each round: what is left of the step's operations, and one sweep.
-  double laws() const {
-    const double rows = 3.0 * contacts();
-    if (!contacts_may_give_way(def_)) return 0;
-    return most() + DeformingBody::kMostRounds * (8 * rows * rows + 1600 * contacts()) / kDense;
-  }
 
   const palpate_scene& scene_;
   const palpate_scene_def& def_;
   const TouchState& touch_;
+  const EffectBody* in_touch_;  // the body that is solved in the touch; nullptr: the linear organ is
   const double fine_;
 };
 

@@ -80,20 +80,19 @@ class Shape {
 
   std::uint32_t step(const palpate_contacts* contacts) {
     if (!contacts || !is_aligned(contacts) ||
-        !has_layout(*contacts, context_.def.max_contact_nodes, {shape_state_.field_nodes, deforms_beside(context_.def)},
-                    shape_state_.moved_surface.count)) {
+        !has_layout(*contacts, context_.def.max_contact_nodes, shape_state_.held, shape_state_.moved_surface.count)) {
       flags_ |= PALPATE_STEP_BAD_INPUT;
       contacts = nullptr;
     } else if (contacts->bundle != context_.bundle.index.header.index_checksum) {
       flags_ |= PALPATE_STEP_OTHER_BUNDLE;
       contacts = nullptr;
     }
-    if (deforms_largely(context_.def)) {
+    if (holds_displacements() && !shape_state_.held.adds) {
       copy_field(contacts);
       return flags_;
     }
     gather(contacts);
-    added_ = contacts && deforms_beside(context_.def) ? palpate_contacts_field(contacts) : nullptr;
+    added_ = contacts && holds_displacements() ? palpate_contacts_field(contacts) : nullptr;
     amounts_ = contacts && has_motions(context_.def) ? palpate_contacts_motions(contacts) : nullptr;
     if (amounts_ && !are_sound_amounts()) {
       flags_ |= PALPATE_STEP_BAD_INPUT;
@@ -123,6 +122,7 @@ class Shape {
   }
 
  private:
+  bool holds_displacements() const { return kHasEffects && shape_state_.held.nodes > 0; }
   // Large deformation: the contacts hold the displacements.
   void copy_field(const palpate_contacts* contacts) {
     const std::int32_t wanted = std::min(shape_state_.nodes, out_.node_capacity);

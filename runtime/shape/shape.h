@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "runtime/base/contact_nodes.h"
 #include "runtime/bundle/motion_rows.h"
 #include "runtime/bundle/step_context.h"
 #include "runtime/tissue/response_curve.h"
@@ -19,7 +20,7 @@ struct ShapeState {
   DisplacementRows interior;                         // numbers is nullptr where the shape ends at the surface
   const float* rest = nullptr;                       // [nodes][3] m, positions without contacts, preload included
   std::int32_t nodes = 0;                            // Ns for the surface, N for the volume
-  std::int32_t field_nodes = 0;                      // whose displacements the contacts hold: under large deformation
+  HeldField held;                                    // as in the touch
   MotionRows moved_surface, moved_interior;          // where the bundle's motions move the organ; numbers nullptr: not
   ResponseCurve radial;
   std::int32_t* slot_of_column = nullptr;  // [S] 1 + first of its three entries in the arrays below; 0 between steps

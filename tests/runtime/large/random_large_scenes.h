@@ -9,6 +9,8 @@
 #include <random>
 #include <string>
 
+#include "runtime/large/deforming_body.h"
+#include "runtime/large/effect.h"
 #include "runtime/scene/scene.h"
 #include "tests/runtime/large/energy_account.h"
 #include "tests/runtime/large/large_scene.h"
@@ -168,7 +170,7 @@ class RandomLargeScenes {
       finds->pressed += raw > 0;
       if (!std::isfinite(raw)) return find(k, "a force that is not finite", finds, told);
       if (!solved) return;
-      const DeformingBody& body = scene_.get()->touch.body;
+      const DeformingBody& body = deforming_body_of(*scene_.get());
       Eigen::VectorXd u(3 * count_), f = Eigen::VectorXd::Zero(3 * count_), of_energy;
       for (std::int32_t n = 0; n < count_; ++n) {
         const Vec3 at = body.displacement(n);
@@ -223,7 +225,7 @@ class RandomLargeScenes {
     // At the places of the rows that hold, with no force on the others.
     template <class Told>
     void compare(int k, bool behind, const Eigen::VectorXd& u, LargeFinds* finds, const Told& told) {
-      const DeformingBody& body = scene_.get()->touch.body;
+      const DeformingBody& body = deforming_body_of(*scene_.get());
       const LargeContacts all = body.last_rows();
       std::vector<std::int32_t> held;
       for (std::int32_t r = 0; r < all.row_count; ++r)

@@ -1,10 +1,8 @@
-// The displacement of the surface under large deformation, with the bounds and predictions that collision asks for. ContactField
-// answers the same questions for the linear organ, and states them.
+// The displacement of the surface under large deformation, with the bounds and predictions that collision asks for (surface_field.h).
 //
 // What one contact does to the surface has no exact meaning here. A contact that is alone does all of it. Of several, each has the
 // linear response to its force, times the ratio of the displacement that its rows have and that which all responses together give
 // them: so the parts add up at the contacts.
-// Norms are lengths: a surface node has moved by at most norm() metres.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +10,12 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/step_work.h"
 #include "runtime/contact/contact_constraints.h"
-#include "runtime/contact/deforming_body.h"
+#include "runtime/contact/surface_field.h"
+#include "runtime/large/deforming_body.h"
 
 namespace palpate {
 
-class BodyField {
+class BodyField final : public SurfaceField {
  public:
   // body: borrowed; its contacts are those of the last set().
   bool create(SceneMemory& memory, const DeformingBody* body, std::int32_t constraint_capacity,
@@ -27,26 +26,25 @@ class BodyField {
   // Cost: a pass over the surface nodes.
   void set(const ContactConstraints& set, const Vec3* force, bool solved, Operations* work);
 
-  bool empty() const { return !moves_ && contact_count_ == 0; }
-  // The contact ends. The field stays as it is until the next set(); predictions are of the others alone.
-  void end(const ContactId& id);
-  Vec3 at_node(std::int32_t node, QueryWork* work) const;
-  Vec3 before_at_node(std::int32_t node, QueryWork* work) const {
+  bool empty() const override { return !moves_ && contact_count_ == 0; }
+  void end(const ContactId& id) override;
+  Vec3 at_node(std::int32_t node, QueryWork* work) const override;
+  Vec3 before_at_node(std::int32_t node, QueryWork* work) const override {
     work->add(3);
     return read(before_, node);
   }
-  Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) const;
-  bool predict_without(const ContactId& id, Operations* work);
-  Vec3 predicted_at_node(std::int32_t node, QueryWork* work) const;
-  bool pulls_among_others(const ContactId& id, Vec3 outward) const;
-  double predicted_norm() const { return norm_ + predicted_apart_; }
-  double predicted_apart() const { return predicted_apart_; }
-  double norm() const { return norm_; }
-  double path() const { return path_; }
-  double last_change() const { return path_ - path_before_; }
-  double own_norm(const ContactId& id) const;
-  double norm_without(const ContactId& id) const;
-  double last_change_without(const ContactId& id) const;
+  Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) const override;
+  bool predict_without(const ContactId& id, Operations* work) override;
+  Vec3 predicted_at_node(std::int32_t node, QueryWork* work) const override;
+  bool pulls_among_others(const ContactId& id, Vec3 outward) const override;
+  double predicted_norm() const override { return norm_ + predicted_apart_; }
+  double predicted_apart() const override { return predicted_apart_; }
+  double norm() const override { return norm_; }
+  double path() const override { return path_; }
+  double last_change() const override { return path_ - path_before_; }
+  double own_norm(const ContactId& id) const override;
+  double norm_without(const ContactId& id) const override;
+  double last_change_without(const ContactId& id) const override;
 
  private:
   // A contact: its rows, and what it does.

@@ -1,4 +1,4 @@
-#include "runtime/scene/body_reader.h"
+#include "runtime/large/body_reader.h"
 
 #include "runtime/surface/surface_tissue.h"
 

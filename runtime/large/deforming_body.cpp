@@ -1,4 +1,4 @@
-#include "runtime/contact/deforming_body.h"
+#include "runtime/large/deforming_body.h"
 
 #include <algorithm>
 #include <cmath>

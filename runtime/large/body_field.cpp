@@ -1,4 +1,4 @@
-#include "runtime/contact/body_field.h"
+#include "runtime/large/body_field.h"
 
 #include <algorithm>
 #include <cmath>

@@ -17,9 +17,9 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/contact_constraints.h"
-#include "runtime/contact/deforming_body.h"
-#include "runtime/contact/turned_surface.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
+#include "runtime/large/deforming_body.h"
+#include "runtime/large/turned_surface.h"
 
 namespace palpate {
 

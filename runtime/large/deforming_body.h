@@ -12,8 +12,8 @@
 #include "runtime/base/step_work.h"
 #include "runtime/contact/contact_constraints.h"
 #include "runtime/contact/law_solver.h"
-#include "runtime/contact/turned_surface.h"
 #include "runtime/large/large_solver.h"
+#include "runtime/large/turned_surface.h"
 
 namespace palpate {
 
@@ -50,6 +50,7 @@ class DeformingBody {
   // Of constraint p of the last solve(), in the frame that has turned with the surface: the force on the body (N), and by how much
   // its rows miss their targets (m).
   Vec3 reaction(std::int32_t p) const { return reaction_[p]; }
+  const Vec3* reactions() const { return reaction_; }
   Vec3 missed(std::int32_t p) const;
   const Mat3& frame(std::int32_t p) const { return frames_[p]; }  // the turned one
   // Rad, by which the frame of the worst contact that may slide is off the surface's normal after the last solve(), of `set`.

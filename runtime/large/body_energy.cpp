@@ -1,4 +1,4 @@
-#include "runtime/contact/body_energy.h"
+#include "runtime/large/body_energy.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "runtime/contact/turned_surface.h"
+#include "runtime/large/turned_surface.h"
 
 namespace palpate {
 

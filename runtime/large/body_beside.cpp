@@ -1,4 +1,4 @@
-#include "runtime/contact/body_beside.h"
+#include "runtime/large/body_beside.h"
 
 #include <algorithm>
 

@@ -1,0 +1,64 @@
+// What deforms under the rows of a step. This class is the linear organ, which the bundle's tensors describe and contact_solver.h solves. A
+// body of another kind derives from it and overrides what it answers otherwise (large/large_body.h). A step asks the scene's body, and
+// never what it is.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/contact_solver.h"
+
+namespace palpate {
+
+class AddedField;
+class SurfaceField;
+struct TouchState;
+struct TouchStep;
+
+// What a body says about the steps of its own that it took for a step of the touch.
+struct Deformed {
+  std::int32_t steps = 0;
+  double residual = 0, least_volume = 1;  // as in palpate_contacts
+  bool lags = false;                      // it is not where its contacts hold it
+};
+
+// No function is pure: a library without C++ runtime has none of these. No destructor: bodies belong to a scene's memory.
+class Body {
+ public:
+  // ---- while a scene is built
+  // Displacements are linear in the forces. Then a contact's own part of the field does not change its share as the anchor moves, and
+  // slide_energy.h knows the energy of contacts that slide; else the body accounts for it.
+  virtual bool responds_linearly() const { return true; }
+  // The body's own field, in place of the tensors'; nullptr: it has none.
+  virtual SurfaceField* surface_field() { return nullptr; }
+  // What adds to the tensors' field; nullptr: nothing. The solver then has other targets and frames than those that were requested.
+  virtual const AddedField* added() const { return nullptr; }
+
+  // ---- a step, in this order
+  // The requested constraints as the body is to hold them.
+  virtual const ContactConstraints& take(TouchStep& step);
+  // Finds their reactions and the force of each contact node, again where a source or an account of energy asks for it.
+  virtual ContactSolver::Outcome solve(TouchStep& step, const ContactConstraints& set);
+  // Judges the energy of contacts that slide.
+  virtual void judge(TouchStep& step, ContactSolver::Outcome outcome);
+  // The fields follow these forces.
+  virtual void move_surface(TouchStep& step, const ContactConstraints& set);
+  // m, in the frame of constraint p: by how much its rows miss their targets.
+  virtual Vec3 missed(const TouchStep& step, std::int32_t p) const;
+  // What the body adds to the step's result, which is laid out.
+  virtual void write(const TouchStep& step) const;
+
+  // ---- between steps
+  virtual void forget() {}
+  // Completes a restored state (scene_memory.h) by what follows from it.
+  virtual void restored() {}
+  // Of a body that is solved beside the touch, in a thread of its own: palpate_scene_deform of palpate.h.
+  virtual std::int32_t deform() { return -1; }
+
+ protected:
+  ~Body() = default;
+};
+
+class LinearOrgan final : public Body {};
+
+}  // namespace palpate

@@ -1,0 +1,290 @@
+#include "runtime/large/effect.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/base/error_text.h"
+#include "runtime/large/body_reader.h"
+#include "runtime/large/large_body.h"
+#include "runtime/scene/build_scene.h"
+#include "runtime/scene/effect_build.h"
+
+namespace palpate {
+namespace {
+
+using formats::SectionId;
+
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(deformation), EffectKey::Type::choice, "",
+                                "linear, large, large-beside, large-renewed", 0, PALPATE_DEFORMATION_LARGE_RENEWED}};
+constexpr char kResponseIsLinear[] =
+    "deformation LARGE is right at any depth without the measured response; leave force and radial at their defaults, "
+    "or take deformation LINEAR";
+constexpr EffectNeed kNeeds[] = {
+    {PALPATE_NEEDS(force), 1u << PALPATE_FORCE_OFF | 1u << PALPATE_FORCE_LINEAR, kResponseIsLinear},
+    {PALPATE_NEEDS(radial), 1u << PALPATE_RADIAL_OFF, kResponseIsLinear},
+};
+
+bool is_in_touch(const palpate_scene_def& def) {
+  return def.deformation == PALPATE_DEFORMATION_LARGE;
+}
+bool renews_metric(const palpate_scene_def& def) {
+  return def.deformation == PALPATE_DEFORMATION_LARGE_RENEWED;
+}
+
+LargeBody& body_of(const palpate_scene& scene) {
+  return *static_cast<LargeBody*>(scene.touch.body);
+}
+
+void add_sections(const palpate_scene_def& def, SectionList& sections) {
+  sections.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,
+                SectionId::poisson, SectionId::large_order, SectionId::large_stiffening, SectionId::provenance,
+                SectionId::large_support_nodes, SectionId::large_support_stiffness});
+  if (def.preload == PALPATE_PRELOAD_ON) sections.add({SectionId::preload_displacement});
+}
+
+// ---- the bundle's body -----------------------------------------------------------------------------------------------
+
+palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* body, TissueLaw* laws) {
+  const char* const effect = "deformation LARGE";
+  palpate_status status = read_body(reader, effect, body, laws);
+  if (status == PALPATE_OK) status = read_stiffening(reader, effect, laws);
+  if (status == PALPATE_OK) status = reader.map(SectionId::fixed, &body->fixed);
+  if (status != PALPATE_OK) return status;
+  formats::IndexedSections sections;
+  sections.fixed = body->fixed;
+  return reader.check(sections);
+}
+
+// Foundations and springs, where the bundle has them. The arrays are needed until the body is made.
+palpate_status read_supports(const SectionReader& reader, const SectionReader& of_scratch, HyperelasticBody* body) {
+  const formats::SectionEntry *const nodes = reader.find(SectionId::large_support_nodes),
+                                     *const stiffness = reader.find(SectionId::large_support_stiffness);
+  if (!nodes && !stiffness) return PALPATE_OK;
+  if (!nodes || !stiffness || nodes->shape[0] != stiffness->shape[0])
+    return fail(
+        reader.error(), PALPATE_ERROR_CONTENT, (nodes ? nodes : stiffness)->offset,
+        "large/support: expected as many pairs of nodes as 3 x 3 stiffnesses, found other numbers of them; rebuild "
+        "the bundle");
+  const std::uint64_t pairs = nodes->shape[0];
+  palpate_status status = of_scratch.copy_indices(SectionId::large_support_nodes, 2 * pairs,
+                                                  &formats::IndexedSections::large_support_nodes, &body->support_nodes);
+  if (status == PALPATE_OK) status = reader.map(SectionId::large_support_stiffness, &body->support_stiffness);
+  if (status != PALPATE_OK) return status;
+  for (std::uint64_t p = 0; p < pairs; ++p) {
+    const std::int32_t *const pair = body->support_nodes + 2 * p, *const before = p > 0 ? pair - 2 : nullptr;
+    const bool ascends = !before || before[0] < pair[0] || (before[0] == pair[0] && before[1] < pair[1]);
+    if (pair[0] > pair[1] || !ascends) return reader.not_usable(SectionId::large_support_nodes, 2 * p);
+    const double* const k = body->support_stiffness + 9 * p;
+    for (int i = 0; i < 9; ++i)
+      if (!(std::fabs(k[i]) <= 1e15) || (pair[0] == pair[1] && k[i] != k[i % 3 * 3 + i / 3]))
+        return reader.not_usable(SectionId::large_support_stiffness, 9 * p + static_cast<std::uint64_t>(i));
+  }
+  body->support_count = static_cast<std::int32_t>(pairs);
+  return PALPATE_OK;
+}
+
+// Each node that can move stands once in the order.
+bool is_an_order(const HyperelasticBody& body, const std::int32_t* order, std::int32_t count, std::uint8_t* seen) {
+  for (std::int32_t i = 0; i < count; ++i)
+    if (seen[order[i]]++ > 0) return false;
+  for (std::int32_t n = 0; n < body.node_count; ++n) {
+    const std::uint8_t* const held = body.fixed + 3 * static_cast<std::size_t>(n);
+    if ((held[0] && held[1] && held[2]) == (seen[n] > 0)) return false;
+  }
+  return true;
+}
+
+palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, const palpate_scene& scene,
+                                   DeformingBody& deforming) {
+  const palpate_scene_def& def = scene.def;
+  // These are needed until the body is made.
+  const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
+  const char* const effect = "deformation LARGE";
+  if (!reader.find(SectionId::large_order)) return reader.missing(effect, SectionId::large_order);
+  HyperelasticBody body;
+  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
+  std::uint8_t* const seen = scratch.array<std::uint8_t>(reader.counts().nodes);
+  if (scratch.failed()) return reader.no_memory("deformation");
+  if (const palpate_status status = read_large_body(reader, &body, laws)) return status;
+  const std::int32_t* order = nullptr;
+  const double* preload = nullptr;
+  const std::uint64_t count = reader.find(SectionId::large_order)->shape[0];
+  using Sections = formats::IndexedSections;
+  palpate_status status = of_scratch.copy_indices(SectionId::large_order, count, &Sections::large_order, &order);
+  if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, &body);
+  if (status == PALPATE_OK) status = read_supports(reader, of_scratch, &body);
+  if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
+  if (status != PALPATE_OK) return status;
+  if (!is_an_order(body, order, static_cast<std::int32_t>(count), seen))
+    return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::large_order)->offset,
+                "large/order: expected each node that is not held once, found another list; rebuild the bundle");
+  for (std::int64_t i = 0; preload && i < 3 * static_cast<std::int64_t>(body.node_count); ++i)
+    if (!(std::fabs(preload[i]) <= 1e6))
+      return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
+  DeformingBody::Limits limits;
+  limits.nodes = def.max_contact_nodes, limits.constraints = scene.touch.most_constraints;
+  limits.gives_way = contacts_may_give_way(def), limits.renews_metric = renews_metric(def);
+  switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
+    case LargeSolver::Created::no_memory:
+      return reader.no_memory("deformation");
+    case LargeSolver::Created::not_definite:
+      return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
+                  "deformation LARGE: the stiffness of the bundle's mesh is not positive definite; rebuild the bundle");
+    case LargeSolver::Created::no_equilibrium:
+      return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+                  "deformation LARGE: expected a preload under which the body comes to rest, found one under which its "
+                  "equilibrium was not found, though the load grew in steps of 1/512; take a stiffer tissue, a smaller "
+                  "load, or "
+                  "preload OFF");
+    case LargeSolver::Created::made:
+      break;
+  }
+  if (!preload) return PALPATE_OK;
+  // The organ rests where the loads bring it in truth.
+  double* const rest = reader.memory().array<double>(3 * static_cast<std::size_t>(body.node_count));
+  if (!rest) return reader.no_memory("deformation");
+  for (std::int32_t n = 0; n < body.node_count; ++n) store3(deforming.rest_displacement(n), rest + 3 * n);
+  reader.replace_preload(rest);
+  return PALPATE_OK;
+}
+
+palpate_status prepare(EffectBuild& build) {
+  palpate_scene& scene = build.scene;
+  SceneMemory& memory = build.reader.memory();
+  LargeBody* body = nullptr;
+  if (is_in_touch(scene.def))
+    body = memory.make<BodyInTouch>();
+  else
+    body = memory.make<BodyInThread>();
+  if (!body) return build.reader.no_memory("deformation");
+  scene.touch.body = body;
+  SceneMemory scratch = memory.of_same_host();
+  const palpate_status status = make_deforming_body(build.reader, scratch, scene, body->deforming());
+  scratch.release_all();
+  return status;
+}
+
+// ---- its place in the touch ------------------------------------------------------------------------------------------
+
+// Nodes whose displacements the contacts of a step hold.
+std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene& scene) {
+  const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes),
+                     of_shape[] = {scene.uses & kUsesHeldSurface ? reader.surface_nodes() : 0, reader.surface_nodes(),
+                                   nodes};
+  return of_shape[scene.def.shape];
+}
+
+bool place_in_touch(const SectionReader& reader, palpate_scene& scene, BodyInTouch& body) {
+  const palpate_scene_def& def = scene.def;
+  scene.touch.admission.admit_any(body.deforming().operations_to_renew());
+  return !(follows_deformed_surface(def) || reports_contacts(def)) ||
+         body.create_field(reader.memory(), scene.touch.most_constraints, reader.surface_nodes());
+}
+
+bool place_in_thread(const SectionReader& reader, const palpate_scene& scene, BodyInThread& body) {
+  const palpate_scene_def& def = scene.def;
+  const TouchState& touch = scene.touch;
+  BodyBeside::Limits limits;
+  limits.nodes = def.max_contact_nodes, limits.constraints = touch.most_constraints;
+  limits.surface_nodes = reader.surface_nodes();
+  limits.field_nodes = std::max(reader.surface_nodes(), touch.held.nodes);
+  return body.beside().create(reader.memory(), &body.deforming(), limits) &&
+         (def.law == PALPATE_LAW_STICKING ||
+          body.beside().follow_normals(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles,
+                                       reader.triangles()));
+}
+
+void log_fewest_steps(const palpate_scene& scene) {
+  const Operations fewest = body_of(scene).deforming().fewest_operations();
+  if (!is_in_touch(scene.def) || fewest <= scene.def.max_operations) return;
+  scene.context.bundle.log.say(
+      PALPATE_LOG_NOTE,
+      "scene: deformation LARGE takes up to %d steps in a touch, %lld operations, though max_operations is "
+      "%lld: fewer do not follow; where a touch then takes too long, take LARGE_BESIDE",
+      static_cast<int>(LargeSolver::kFewestSteps), static_cast<long long>(fewest),
+      static_cast<long long>(scene.def.max_operations));
+}
+
+// After the surface and the limits of contacts are known.
+palpate_status build(EffectBuild& build) {
+  const SectionReader& reader = build.reader;
+  palpate_scene& scene = build.scene;
+  const palpate_scene_def& def = scene.def;
+  TouchState& touch = scene.touch;
+  LargeBody& body = body_of(scene);
+  touch.held = scene.shape.held = {field_nodes_of(reader, scene), !is_in_touch(def)};
+  const bool made = (!contacts_may_slide(def) || body.watch_energy(reader.memory(), touch.most_constraints)) &&
+                    (def.law == PALPATE_LAW_STICKING ||
+                     body.deforming().follow_normals(reader.memory(), touch.rest, reader.surface_nodes(),
+                                                     touch.triangles, reader.triangles())) &&
+                    (is_in_touch(def) ? place_in_touch(reader, scene, static_cast<BodyInTouch&>(body))
+                                      : place_in_thread(reader, scene, static_cast<BodyInThread&>(body)));
+  if (made) log_fewest_steps(scene);
+  return made ? PALPATE_OK : reader.no_memory("deformation");
+}
+
+// ---- what it takes ---------------------------------------------------------------------------------------------------
+
+const char* pass_of(const palpate_scene_def& def) {
+  static const char* const names[][4] = {
+      {"deformation: large, sticking", "deformation: large, sliding", "deformation: large, unilateral",
+       "deformation: large, coulomb"},
+      {"deformation: large-beside, sticking", "deformation: large-beside, sliding",
+       "deformation: large-beside, unilateral", "deformation: large-beside, coulomb"},
+      {"deformation: large-renewed, sticking", "deformation: large-renewed, sliding",
+       "deformation: large-renewed, unilateral", "deformation: large-renewed, coulomb"}};
+  return names[def.deformation - 1][def.law];
+}
+
+// Of a tool that moves at 0.1 m/s: one and a half back-substitutions, and as many evaluations.
+palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load&) {
+  const double numbers = static_cast<double>(body_of(scene).deforming().factor_numbers());
+  return {12 * numbers, 6 * numbers, 18 * static_cast<double>(scene.context.bundle.index.counts.tetrahedra)};
+}
+
+double most_contacts(const palpate_scene& scene) {
+  return static_cast<double>(constraints_of_point(scene.def)) * scene.def.max_points + scene.rows.constraints;
+}
+
+// The steps, and the laws, which are solved anew in each round: what is left of the step's operations, and one sweep.
+double most_operations(const palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  const auto steps = static_cast<double>(body_of(scene).deforming().most_operations());
+  const double contacts = most_contacts(scene), rows = 3 * contacts;
+  if (!contacts_may_give_way(def)) return steps;
+  return steps + static_cast<double>(def.max_operations) +
+         DeformingBody::kMostRounds * (8 * rows * rows + 1600 * contacts) / kDense;
+}
+
+// Of rows that change without being asked, as those of all contacts do where a solution arrives from beside the touch.
+double most_unasked(const palpate_scene& scene, double) {
+  const palpate_scene_def& def = scene.def;
+  const double contacts = most_contacts(scene), rows = 3 * contacts, nodes = def.max_contact_nodes,
+               of_discs = def.contact == PALPATE_CONTACT_PATCH ? static_cast<double>(kOfTwoDiscs) * contacts : 0;
+  if (is_in_touch(def)) return 0;
+  return (9 * nodes * (nodes + contacts) +
+          std::min(rows * rows * rows / 3, 12 * static_cast<double>(def.max_operations))) /
+             kDense +
+         contacts * of_discs;
+}
+
+constexpr EffectBody kBody = {pass_of, predict, most_operations};
+
+}  // namespace
+
+const DeformingBody& deforming_body_of(const palpate_scene& scene) {
+  return body_of(scene).deforming();
+}
+
+constinit const Effect large_effect = {
+    .name = "deformation",
+    .keys = kKeys,
+    .needs = kNeeds,
+    .pass = {nullptr, Half::touch, Pass::contact, nullptr, nullptr, most_unasked},
+    .body = &kBody,
+    .sections = add_sections,
+    .build = build,
+    .prepare = prepare,
+};
+
+}  // namespace palpate

@@ -1,0 +1,145 @@
+#include "runtime/large/large_body.h"
+
+#include <algorithm>
+
+#include "runtime/base/contact_nodes.h"
+#include "runtime/contact/touch_solve.h"
+#include "runtime/contact/touch_step.h"
+
+namespace palpate {
+
+template <class Force>
+void LargeBody::note_energy(TouchStep& step, const ContactConstraints& set, Force force_on) {
+  note_sliding(step, set, energy_.sliding());
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) energy_.force()[p] = force_on(p);
+}
+
+void LargeBody::raise_where_shortened(TouchStep& step, const ContactConstraints& set, bool behind) {
+  if (behind) energy_.lag();
+  if (energy_.lag_shortens(set, BodyBeside::kBehind))
+    raise_where_slides(step, set, energy_.sliding(), PALPATE_STEP_DEFORMATION_BEHIND);
+}
+
+void LargeBody::end_energy(TouchStep& step, const ContactConstraints& set, bool followed) {
+  if (energy_.gives_much()) raise_where_slides(step, set, energy_.sliding(), PALPATE_STEP_SOLVE_INEXACT);
+  energy_.end(set, followed);
+}
+
+void LargeBody::raise(TouchStep& step, std::uint32_t flags) {
+  step.flags |= flags;
+  for (std::int32_t t = 0; t < step.state->input.count(); ++t)
+    if (step.result[t].sum.contacts > 0) step.state->input.tool(t).flags |= flags;
+}
+
+// ---- in the touch ----------------------------------------------------------------------------------------------------
+
+namespace {
+
+// The body is not where its contacts hold it.
+bool lags(const DeformingBody::Outcome& outcome) {
+  return outcome.failed || outcome.cut || outcome.given_up || outcome.unfinished;
+}
+
+}  // namespace
+
+ContactSolver::Outcome BodyInTouch::solve(TouchStep& step, const ContactConstraints& set) {
+  TouchState& state = *step.state;
+  step.acting = &set;
+  outcome_ = {};
+  for (int solve = 0;; ++solve) {
+    const DeformingBody::Outcome last = outcome_;
+    outcome_ = deforming_.solve(set, &state.work, state.force);
+    outcome_.steps += last.steps, outcome_.evaluations += last.evaluations;
+    if (!watches_) break;
+    note_energy(step, set,
+                [&](std::int32_t p) { return transposed_times(deforming_.frame(p), deforming_.reaction(p)); });
+    const double energy = deforming_.energy(), noise = deforming_.solver().energy_noise(energy);
+    const bool has_room = state.work.left() >= deforming_.fewest_operations();
+    if (lags(outcome_) || !has_room || solve + 1 == kMostSlipSolves || !energy_.give_way(energy, noise, state.rows))
+      break;
+  }
+  std::fill(state.modified, state.modified + set.node_count, Vec3{});
+  step.reactions = deforming_.reactions();
+  step.deformed = {outcome_.steps, outcome_.residual, outcome_.least_volume, outcome_.cut || outcome_.given_up};
+  return outcome_.failed ? ContactSolver::Outcome::unsolved : ContactSolver::Outcome::solved;
+}
+
+void BodyInTouch::judge(TouchStep& step, ContactSolver::Outcome) {
+  const ContactConstraints& set = *step.acting;
+  const bool behind = lags(outcome_);
+  if (watches_) {
+    raise_where_shortened(step, set, behind);
+    const double energy = deforming_.energy();
+    if (!behind) energy_.judge(energy, deforming_.solver().energy_noise(energy), set);
+    end_energy(step, set, !behind);
+  }
+  std::uint32_t flags = 0;
+  if (outcome_.failed) flags |= PALPATE_STEP_UNSOLVED;
+  if (outcome_.cut || outcome_.given_up || outcome_.unfinished) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
+  if (outcome_.inexact) flags |= PALPATE_STEP_SOLVE_INEXACT;
+  raise(step, flags);
+}
+
+void BodyInTouch::move_surface(TouchStep& step, const ContactConstraints& set) {
+  if (!has_field_) return;
+  Operations work = 0;
+  field_.set(set, step.state->force, step.is_solved, &work);
+  step.state->work.owe(work);
+}
+
+void BodyInTouch::write(const TouchStep& step) const {
+  palpate_contacts& out = *step.out;
+  deforming_.write_field(step.state->held.nodes, field_behind(out));
+  out.sweeps = deforming_.effort().sweeps, out.newton_steps = deforming_.effort().newton_steps;
+  out.residual_displacement = outcome_.missed;
+}
+
+void BodyInTouch::forget() {
+  if (watches_) energy_.forget();
+  deforming_.forget();
+  if (has_field_) field_.forget();
+}
+
+// ---- beside it -------------------------------------------------------------------------------------------------------
+
+// The constraints as the linear organ is to hold them.
+const ContactConstraints& BodyInThread::take(TouchStep& step) {
+  bool fresh = false;
+  const ContactConstraints& set = beside_.take(step.state->rows.set(), &fresh);
+  const BodyBeside::Told& told = beside_.told();
+  // What contacts felt before is no work that was done on the body.
+  if (watches_ && fresh && beside_.is_first()) energy_.adopt();
+  std::uint32_t flags = 0;
+  if (told.failed) flags |= PALPATE_STEP_UNSOLVED;
+  if (told.cut || told.unfinished || beside_.behind()) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
+  raise(step, flags);
+  step.deformed = {told.steps, told.residual, told.least_volume, false};
+  return set;
+}
+
+// The body's energy, of a solution that goes on by the linear response.
+void BodyInThread::judge(TouchStep& step, ContactSolver::Outcome outcome) {
+  if (!watches_) return;
+  const ContactConstraints& set = step.state->rows.set();
+  note_energy(step, set, [&](std::int32_t p) {
+    const ContactConstraint& constraint = step.acting->constraints[p];
+    const Vec3 reaction = step.state->solver.reaction(p);
+    return constraint.framed ? transposed_times(constraint.frame, reaction) : reaction;
+  });
+  const double energy = beside_.energy(energy_.force()), residual = beside_.told().residual;
+  raise_where_shortened(step, set, (step.flags & PALPATE_STEP_DEFORMATION_BEHIND) != 0);
+  energy_.judge(energy, deforming_.solver().energy_noise(energy) + residual * residual * energy, set);
+  end_energy(step, set, is_trusted(step, outcome));
+}
+
+void BodyInThread::write(const TouchStep& step) const {
+  Body::write(step);
+  std::copy_n(beside_.added().all(), 3 * static_cast<std::size_t>(step.state->held.nodes), field_behind(*step.out));
+}
+
+void BodyInThread::forget() {
+  if (watches_) energy_.forget();
+  beside_.forget();
+}
+
+}  // namespace palpate

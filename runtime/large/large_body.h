@@ -1,0 +1,82 @@
+// The hyperelastic body as the body of a touch (contact/body.h): solved in the step, or beside it.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/contact/body.h"
+#include "runtime/large/body_beside.h"
+#include "runtime/large/body_energy.h"
+#include "runtime/large/body_field.h"
+#include "runtime/large/deforming_body.h"
+
+namespace palpate {
+
+class LargeBody : public Body {
+ public:
+  DeformingBody& deforming() { return deforming_; }
+  // For contacts that slide. False where memory ends.
+  bool watch_energy(SceneMemory& memory, std::int32_t constraint_capacity) {
+    watches_ = true;
+    return energy_.create(memory, constraint_capacity);
+  }
+
+  bool responds_linearly() const override { return false; }
+
+ protected:
+  ~LargeBody() = default;
+  // force_on(p): N, of constraint p on the body, in the organ's frame.
+  template <class Force>
+  void note_energy(TouchStep& step, const ContactConstraints& set, Force force_on);
+  // Contacts felt too little while the body was behind, and what it has beyond that has shortened them since.
+  void raise_where_shortened(TouchStep& step, const ContactConstraints& set, bool behind);
+  void end_energy(TouchStep& step, const ContactConstraints& set, bool followed);
+  // For the step, and each tool that has contacts in it.
+  static void raise(TouchStep& step, std::uint32_t flags);
+
+  DeformingBody deforming_;
+  BodyEnergy energy_;
+  bool watches_ = false;
+};
+
+// LARGE: the body takes the steps of its method in the touch, and has a field of its own.
+class BodyInTouch final : public LargeBody {
+ public:
+  // For those who ask about the surface beside the solve. False where memory ends.
+  bool create_field(SceneMemory& memory, std::int32_t constraint_capacity, std::int32_t surface_nodes) {
+    has_field_ = true;
+    return field_.create(memory, &deforming_, constraint_capacity, surface_nodes);
+  }
+
+  SurfaceField* surface_field() override { return &field_; }
+  ContactSolver::Outcome solve(TouchStep& step, const ContactConstraints& set) override;
+  void judge(TouchStep& step, ContactSolver::Outcome outcome) override;
+  void move_surface(TouchStep& step, const ContactConstraints& set) override;
+  Vec3 missed(const TouchStep&, std::int32_t p) const override { return deforming_.missed(p); }
+  void write(const TouchStep& step) const override;
+  void forget() override;
+  void restored() override { deforming_.restored(); }
+
+ private:
+  BodyField field_;
+  bool has_field_ = false;
+  DeformingBody::Outcome outcome_;  // of the step that goes on
+};
+
+// LARGE_BESIDE: the thread of palpate_scene_deform has the body, and the touch goes on from its solutions by the linear response.
+class BodyInThread final : public LargeBody {
+ public:
+  BodyBeside& beside() { return beside_; }
+
+  const AddedField* added() const override { return &beside_.added(); }
+  const ContactConstraints& take(TouchStep& step) override;
+  void judge(TouchStep& step, ContactSolver::Outcome outcome) override;
+  void write(const TouchStep& step) const override;
+  void forget() override;
+  void restored() override { beside_.restored(); }
+  std::int32_t deform() override { return beside_.deform(); }
+
+ private:
+  BodyBeside beside_;
+};
+
+}  // namespace palpate
