@@ -37,8 +37,12 @@ class Body {
   // ---- a step, in this order
   // The requested constraints as the body is to hold them.
   virtual const ContactConstraints& take(TouchStep& step);
-  // Finds their reactions and the force of each contact node, again where a source or an account of energy asks for it.
-  virtual ContactSolver::Outcome solve(TouchStep& step, const ContactConstraints& set);
+  // Finds the reactions of TouchStep::acting and the force of each contact node. again: the step has solved them before, with other targets.
+  virtual ContactSolver::Outcome solve(TouchStep& step, bool again);
+  // What solve() takes at least.
+  virtual Operations operations_to_solve(const TouchStep& step) const;
+  // Whether contacts that slide have shorter targets now, for energy that nobody paid, so that the step is to be solved again.
+  virtual bool gives_way(TouchStep& step, ContactSolver::Outcome outcome);
   // Judges the energy of contacts that slide.
   virtual void judge(TouchStep& step, ContactSolver::Outcome outcome);
   // The fields follow these forces.

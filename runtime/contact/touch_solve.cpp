@@ -47,32 +47,20 @@ const ContactConstraints& Body::take(TouchStep& step) {
   return step.state->rows.set();
 }
 
-// The constraints once more as long as sources ask for it, and where a held volume is missed.
-ContactSolver::Outcome Body::solve(TouchStep& step, const ContactConstraints& set) {
-  const StepContext& context = *step.context;
+ContactSolver::Outcome Body::solve(TouchStep& step, bool again) {
   TouchState& state = *step.state;
-  ContactSolver::Outcome outcome = ContactSolver::Outcome::solved;
-  const bool moves = has_motions(context.def);
-  for (int solve = 0; solve < kMostSlipSolves; ++solve) {
-    step.acting = moves ? &state.motions.acting(set) : &set;
-    outcome = state.solver.solve(context.tensors, *step.acting, state.force, state.modified, &state.work, solve > 0);
-    if (outcome == ContactSolver::Outcome::unsolved) break;
-    // Without room, what sources and held volumes miss is that of this solve.
-    const bool has_room = state.work.left() >= state.solver.operations_to_solve({}),
-               last = solve + 1 == kMostSlipSolves;
-    const bool missed = moves && (has_room || last ? state.motions.follow_volumes(set, state.force, solve, &step.flags)
-                                                   : state.motions.holds_volumes());
-    if (last) break;
-    const bool gives_way =
-        state.slide_energy.exists() && has_room && is_trusted(step, outcome) &&
-        note_sliding(step, *step.acting, state.slide_energy.sliding()) &&
-        state.slide_energy.give_way(state.solver, *step.acting, state.slide_energy.sliding(), state.rows);
-    if (!sources_ask_again(step) && !missed && !gives_way) break;
-    if (has_room) continue;
-    step.flags |= PALPATE_STEP_SOLVE_INEXACT;
-    break;
-  }
-  return outcome;
+  return state.solver.solve(step.context->tensors, *step.acting, state.force, state.modified, &state.work, again);
+}
+
+Operations Body::operations_to_solve(const TouchStep& step) const {
+  return step.state->solver.operations_to_solve({});
+}
+
+bool Body::gives_way(TouchStep& step, ContactSolver::Outcome outcome) {
+  TouchState& state = *step.state;
+  SlideEnergy& energy = state.slide_energy;
+  return energy.exists() && is_trusted(step, outcome) && note_sliding(step, *step.acting, energy.sliding()) &&
+         energy.give_way(state.solver, *step.acting, energy.sliding(), state.rows);
 }
 
 void Body::judge(TouchStep& step, ContactSolver::Outcome outcome) {
@@ -113,13 +101,39 @@ void Body::write(const TouchStep& step) const {
 
 // ---- of any body -----------------------------------------------------------------------------------------------------
 
+namespace {
+
+// As long as sources or the body ask for it, and where a held volume is missed.
+ContactSolver::Outcome solve_again(TouchStep& step, const ContactConstraints& set) {
+  TouchState& state = *step.state;
+  const bool moves = has_motions(step.context->def);
+  for (int solve = 0;; ++solve) {
+    step.acting = moves ? &state.motions.acting(set) : &set;
+    const ContactSolver::Outcome outcome = state.body->solve(step, solve > 0);
+    if (outcome == ContactSolver::Outcome::unsolved) return outcome;
+    // Without room, what sources and held volumes miss is that of this solve.
+    const bool has_room = state.work.left() >= state.body->operations_to_solve(step),
+               last = solve + 1 == kMostSlipSolves;
+    const bool missed = moves && (has_room || last ? state.motions.follow_volumes(set, state.force, solve, &step.flags)
+                                                   : state.motions.holds_volumes());
+    if (last) return outcome;
+    const bool gives_way = has_room && state.body->gives_way(step, outcome);
+    if (!sources_ask_again(step) && !missed && !gives_way) return outcome;
+    if (has_room) continue;
+    step.flags |= PALPATE_STEP_SOLVE_INEXACT;
+    return outcome;
+  }
+}
+
+}  // namespace
+
 void solve_contacts(TouchStep& step, const ContactSolver::Outcome* joint) {
   TouchState& state = *step.state;
   Body& body = *state.body;
   const bool moves = has_motions(step.context->def);
   const ContactConstraints& set = body.take(step);
   step.acting = joint && moves ? &state.motions.acting(set) : &set;
-  const ContactSolver::Outcome outcome = joint ? *joint : body.solve(step, set);
+  const ContactSolver::Outcome outcome = joint ? *joint : solve_again(step, set);
   body.judge(step, outcome);
   if (moves) state.motions.end(set, state.force);
   step.is_solved = outcome != ContactSolver::Outcome::unsolved;

@@ -42,32 +42,35 @@ bool lags(const DeformingBody::Outcome& outcome) {
 
 }  // namespace
 
-ContactSolver::Outcome BodyInTouch::solve(TouchStep& step, const ContactConstraints& set) {
+ContactSolver::Outcome BodyInTouch::solve(TouchStep& step, bool again) {
   TouchState& state = *step.state;
-  step.acting = &set;
-  outcome_ = {};
-  for (int solve = 0;; ++solve) {
-    const DeformingBody::Outcome last = outcome_;
-    outcome_ = deforming_.solve(set, &state.work, state.force);
-    outcome_.steps += last.steps, outcome_.evaluations += last.evaluations;
-    if (!watches_) break;
-    note_energy(step, set,
-                [&](std::int32_t p) { return transposed_times(deforming_.frame(p), deforming_.reaction(p)); });
-    const double energy = deforming_.energy(), noise = deforming_.solver().energy_noise(energy);
-    const bool has_room = state.work.left() >= deforming_.fewest_operations();
-    if (lags(outcome_) || !has_room || solve + 1 == kMostSlipSolves || !energy_.give_way(energy, noise, state.rows))
-      break;
-  }
+  const ContactConstraints& set = *step.acting;
+  const DeformingBody::Outcome last = again ? outcome_ : DeformingBody::Outcome{};
+  outcome_ = deforming_.solve(set, &state.work, state.force);
+  outcome_.steps += last.steps, outcome_.evaluations += last.evaluations;
   std::fill(state.modified, state.modified + set.node_count, Vec3{});
   step.reactions = deforming_.reactions();
   step.deformed = {outcome_.steps, outcome_.residual, outcome_.least_volume, outcome_.cut || outcome_.given_up};
   return outcome_.failed ? ContactSolver::Outcome::unsolved : ContactSolver::Outcome::solved;
 }
 
+void BodyInTouch::note_energy(TouchStep& step) {
+  LargeBody::note_energy(step, *step.acting,
+                         [&](std::int32_t p) { return transposed_times(deforming_.frame(p), deforming_.reaction(p)); });
+}
+
+bool BodyInTouch::gives_way(TouchStep& step, ContactSolver::Outcome) {
+  if (!watches_ || lags(outcome_)) return false;
+  note_energy(step);
+  const double energy = deforming_.energy();
+  return energy_.give_way(energy, deforming_.solver().energy_noise(energy), step.state->rows);
+}
+
 void BodyInTouch::judge(TouchStep& step, ContactSolver::Outcome) {
   const ContactConstraints& set = *step.acting;
   const bool behind = lags(outcome_);
   if (watches_) {
+    note_energy(step);
     raise_where_shortened(step, set, behind);
     const double energy = deforming_.energy();
     if (!behind) energy_.judge(energy, deforming_.solver().energy_noise(energy), set);

@@ -48,7 +48,9 @@ class BodyInTouch final : public LargeBody {
   }
 
   SurfaceField* surface_field() override { return &field_; }
-  ContactSolver::Outcome solve(TouchStep& step, const ContactConstraints& set) override;
+  ContactSolver::Outcome solve(TouchStep& step, bool again) override;
+  Operations operations_to_solve(const TouchStep&) const override { return deforming_.fewest_operations(); }
+  bool gives_way(TouchStep& step, ContactSolver::Outcome outcome) override;
   void judge(TouchStep& step, ContactSolver::Outcome outcome) override;
   void move_surface(TouchStep& step, const ContactConstraints& set) override;
   Vec3 missed(const TouchStep&, std::int32_t p) const override { return deforming_.missed(p); }
@@ -57,6 +59,8 @@ class BodyInTouch final : public LargeBody {
   void restored() override { deforming_.restored(); }
 
  private:
+  void note_energy(TouchStep& step);
+
   BodyField field_;
   bool has_field_ = false;
   DeformingBody::Outcome outcome_;  // of the step that goes on
