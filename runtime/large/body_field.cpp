@@ -166,12 +166,10 @@ bool BodyField::predict_without(const ContactId& id, Operations* work) {
     if (count == kMostRows) return false;
     own[count++] = r;
   }
-  const double* const c = solver.compliance();
-  const std::size_t stride = solver.compliance_stride();
+  const RowMatrix& c = solver.compliance();
   for (std::int32_t r = 0; r < rows; ++r)
     for (std::int32_t k = 0; solver.holds(r) && k < rows; ++k)
-      if (gone[k] != 0 && !solver.holds(k))
-        predicted_[r] -= c[static_cast<std::size_t>(r) * stride + static_cast<std::size_t>(k)] * own_[k];
+      if (gone[k] != 0 && !solver.holds(k)) predicted_[r] -= c.entry(r, k) * own_[k];
   solver.solve_held(predicted_);
   double system[kMostRows][kMostRows + 1];
   for (int k = 0; k < count; ++k) {

@@ -8,14 +8,15 @@ namespace {
 
 // Of an evaluation, for each tetrahedron; and of a solve, numbers of the factor for one operation.
 constexpr Operations kOfATetrahedron = 12, kFactorNumbers = 6;
-// Added to the diagonal of the laws' system, as a share: contacts that conflict keep finite forces.
+// Of a row's own compliance, what others leave of it where they determine the row.
 constexpr double kShift = 1e-6;
-// The laws are solved to this share of the largest target; what remains is the body's part.
-constexpr double kSettled = 1e-6;
 // Of what a contact's frame is off the surface's normal, the share that it follows in a step.
 constexpr double kFollows = 0.25;
 // Off by less, rad, it stays: targets that stand still then are the same ones.
 constexpr double kTurned = 1e-3;
+
+// How far the reactions move a node is not known before the body has moved.
+class UnknownNodes final : public NodesOfRows {};
 
 bool may_release(const ContactConstraint& constraint) {
   return constraint.law == ContactLaw::unilateral || constraint.law == ContactLaw::coulomb;
@@ -35,16 +36,17 @@ LargeSolver::Created DeformingBody::create(SceneMemory& memory, const Hyperelast
   force_ = memory.array<double>(rows), start_ = memory.array<double>(rows);
   beside_ = memory.array<double>(rows * rows);
   if (limits.gives_way) {
-    for (double** array : {&law_force_, &place_, &free_, &target_, &soft_, &ahead_})
-      *array = memory.array<double>(rows);
+    for (double** array : {&place_, &free_, &ahead_}) *array = memory.array<double>(rows);
     holds_ = memory.array<std::uint8_t>(rows), slips_ = memory.array<std::uint8_t>(rows);
-    if (!laws_.create(memory, static_cast<std::int32_t>(rows))) return LargeSolver::Created::no_memory;
   }
   if (memory.failed()) return LargeSolver::Created::no_memory;
   memory.keep(kept_count_);
   memory.keep_array(kept_, constraints, kept_count_);
   const LargeSolver::Created created = solver_.create(memory, body, order, order_count, 3 * limits.constraints,
                                                       limits.nodes, preload, limits.renews_metric);
+  if (created == LargeSolver::Created::made && limits.gives_way &&
+      !laws_.create(memory, &solver_.compliance(), {0, kUnlimitedOperations, false}))
+    return LargeSolver::Created::no_memory;
   solve_operations_ = solver_.factor().numbers() / kFactorNumbers;
   operations_ = kOfATetrahedron * body.tetrahedron_count + solve_operations_;
   return created;
@@ -161,14 +163,6 @@ void DeformingBody::keep(const ContactConstraints& set) {
   std::swap(kept_, now_);
 }
 
-ContactSystem DeformingBody::system(const ContactConstraints& set) const {
-  ContactSystem laws;
-  laws.matrix = solver_.compliance(), laws.stride = solver_.compliance_stride(), laws.rows_end = row_count_;
-  laws.soft = soft_, laws.target = target_;
-  laws.constraints = set.constraints, laws.rows = rows_of_, laws.constraint_count = set.constraint_count;
-  return laws;
-}
-
 // Which rows hold, and where, by the reactions that the laws ask for. A contact that slips with friction is held, too: where these
 // reactions bring it in the linear response. Its friction is then found as a force that holds. Were it applied as a load, a part of the body
 // that has become softer than at rest would go too far under it, and back again by more in the next step. Held, it goes too little, and
@@ -190,45 +184,47 @@ void DeformingBody::decide(const ContactConstraints& set, const double* reaction
       slips_[r] = 1;
       holds_[r] = !gone.released && constraint.friction > 0;
       if (!holds_[r]) continue;
-      const double* const c = solver_.compliance() + static_cast<std::size_t>(r) * solver_.compliance_stride();
+      const double* const c = solver_.compliance().row(r);
       place_[r] = free_[r];
       for (std::int32_t k = 0; k < row_count_; ++k) place_[r] += c[k] * reaction[k];
     }
   }
 }
 
-// m, by how much the laws are missed by the forces that the rows have now.
-double DeformingBody::measure_laws(const ContactSystem& laws, double* targets) {
+// Begins a solution of the laws at the state now, from the forces `carried`. Returns by how much these miss the laws, m.
+double DeformingBody::begin_laws(const ContactConstraints& set, const double* carried) {
   solver_.find_free(free_);
-  for (std::int32_t r = 0; r < row_count_; ++r) targets[r] = rows_[r].target - free_[r];
-  find_ahead(laws, law_force_, ahead_);
-  return law_residual(laws, law_force_, ahead_).displacement;
+  for (std::int32_t r = 0; r < row_count_; ++r) laws_.targets()[r] = rows_[r].target - free_[r];
+  std::copy(carried, carried + row_count_, laws_.reactions());
+  const ConstraintRows rows = {set.constraints, rows_of_, set.constraint_count};
+  laws_.begin(rows);
+  const ContactSystem system = laws_.system(rows);
+  find_ahead(system, laws_.reactions(), ahead_);
+  return law_residual(system, laws_.reactions(), ahead_).displacement;
+}
+
+// A row without a scale has its nodes held along it.
+void DeformingBody::drop_held_rows(const ContactConstraints& set) {
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    for (std::int32_t& at : rows_of_[p].at)
+      if (at >= 0 && solver_.compliance().scale[at] == 0) at = -1;
 }
 
 // False where a number is not finite.
 bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work,
                                Outcome* outcome) {
   double largest = 0;
-  for (std::int32_t r = 0; r < row_count_; ++r) {
-    largest = std::max(largest, std::fabs(rows_[r].target));
-    const double own = solver_.compliance()[static_cast<std::size_t>(r) * (solver_.compliance_stride() + 1)];
-    soft_[r] = kShift * own;
-    if (own > 0) continue;  // else its nodes are held along the row
-    for (std::int32_t p = 0; p < set.constraint_count; ++p)
-      for (std::int32_t& at : rows_of_[p].at)
-        if (at == r) at = -1;
-  }
-  const ContactSystem laws = system(set);
+  for (std::int32_t r = 0; r < row_count_; ++r) largest = std::max(largest, std::fabs(rows_[r].target));
+  drop_held_rows(set);
+  UnknownNodes nodes;
   const double* carried = start_;
   for (int round = 0;; ++round) {
-    std::copy(carried, carried + row_count_, law_force_);
-    outcome->missed = measure_laws(laws, target_);
+    outcome->missed = begin_laws(set, carried);
     const bool met = outcome->missed <= kLawMet * largest;
     if (round > 0 && (met || outcome->steps >= most_steps || round >= kMostRounds)) break;
-    laws_.solve(laws, kSettled * largest, work->left() * kDense, law_force_);
+    laws_.solve(nodes, work);
     effort_.sweeps += laws_.effort().sweeps, effort_.newton_steps += laws_.effort().newton_steps;
-    work->add(laws_.effort().operations / kDense);
-    decide(set, law_force_);
+    decide(set, laws_.reactions());
     if (!solver_.hold(holds_, place_, carried, outcome)) return false;
     solver_.improve(std::max(1, most_steps - outcome->steps), outcome);
     carried = solver_.carried();
@@ -306,10 +302,7 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
 Mat3 DeformingBody::own_stiffness(std::int32_t p) const {
   Mat3 left, back;  // of C in the frame, and of the identity, as the rows are eliminated
   Mat3 stiffness;
-  const auto c = [&](int i, int k) {
-    return solver_.compliance()[static_cast<std::size_t>(rows_of_[p].at[i]) * solver_.compliance_stride() +
-                                static_cast<std::size_t>(rows_of_[p].at[k])];
-  };
+  const auto c = [&](int i, int k) { return solver_.compliance().entry(rows_of_[p].at[i], rows_of_[p].at[k]); };
   const auto held = [&](int i) { return rows_of_[p].at[i] >= 0 && solver_.holds(rows_of_[p].at[i]); };
   for (int i = 0; i < 3; ++i) {
     if (!held(i)) continue;

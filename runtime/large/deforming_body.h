@@ -1,7 +1,7 @@
 // Contacts under large deformation: constraints -> rows of large_solver.h -> forces at the contact nodes, and the displaced nodes.
 //
 // Contacts that may release or slip: the laws are solved on the linear response to the last state, free + C r, by the solver of the
-// linear contacts (law_solver.h). That tells which rows hold and which friction acts on the others. The body takes its steps with
+// linear contacts (system_solver.h). That tells which rows hold and which friction acts on the others. The body takes its steps with
 // these, and where the laws are then missed, both are done again. The laws act along the present normal of the surface: the frame
 // of a constraint turns with it from step to step.
 #pragma once
@@ -11,7 +11,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/step_work.h"
 #include "runtime/contact/contact_constraints.h"
-#include "runtime/contact/law_solver.h"
+#include "runtime/contact/system_solver.h"
 #include "runtime/large/large_solver.h"
 #include "runtime/large/turned_surface.h"
 
@@ -120,15 +120,15 @@ class DeformingBody {
   void take_start(const ContactConstraints& set);
   bool fill_beside(const ContactConstraints& set, StepWork* work);
   void keep(const ContactConstraints& set);
-  ContactSystem system(const ContactConstraints& set) const;
   bool solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work, Outcome* outcome);
-  double measure_laws(const ContactSystem& laws, double* targets);
+  double begin_laws(const ContactConstraints& set, const double* carried);
+  void drop_held_rows(const ContactConstraints& set);
   void decide(const ContactConstraints& set, const double* reaction);
   void obey(const ContactConstraint& constraint, std::int32_t p);
 
   LargeSolver solver_;
   TurnedSurface turned_;
-  LawSolver laws_;
+  SystemSolver laws_;  // where contacts give way
   LawEffort effort_;
   std::int32_t constraint_capacity_ = 0, row_count_ = 0, kept_count_ = 0;
   LargeRow* rows_ = nullptr;                    // [3 constraint_capacity]
@@ -143,9 +143,8 @@ class DeformingBody {
       nullptr;  // [3 constraint_capacity][3 constraint_capacity] m/N, between the discs of two constraints
   bool has_beside_ = false;
   // Where contacts give way:
-  double* law_force_ = nullptr;  // [3 constraint_capacity] N
-  double* place_ = nullptr;      // [3 constraint_capacity] m, where each row is held
-  double *free_ = nullptr, *target_ = nullptr, *soft_ = nullptr, *ahead_ = nullptr;
+  double* place_ = nullptr;                           // [3 constraint_capacity] m, where each row is held
+  double *free_ = nullptr, *ahead_ = nullptr;         // [3 constraint_capacity] m
   std::uint8_t *holds_ = nullptr, *slips_ = nullptr;  // [3 constraint_capacity]
   bool laws_decided_ = false;                         // in the last solve()
   Operations operations_ = 0, solve_operations_ = 0;

@@ -111,13 +111,12 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
     of_metric_ = memory.array<float>(padded), of_next_ = memory.array<float>(padded);
   }
   generation_ = memory.array<std::int32_t>(most_spots), largest_response_ = memory.array<double>(3 * most_spots);
-  for (double** matrix : {&between_spots_, &compliance_, &contact_, &beside_})
-    *matrix = memory.array<double>(most * stride_);
+  for (double** matrix : {&between_spots_, &contact_, &beside_}) *matrix = memory.array<double>(most * stride_);
   holds_ = memory.array<std::uint8_t>(most);
   for (double** vector : {&applied_, &local_, &next_local_, &multiplier_, &local_g_, &local_p_, &trial_local_, &work_,
                           &work2_, &local_before_})
     *vector = memory.array<double>(most);
-  if (memory.failed()) return Created::no_memory;
+  if (!compliance_.create(memory, max_rows) || memory.failed()) return Created::no_memory;
   for (std::size_t n = 0; n < nodes; ++n)
     for (int i = 0; i < 3; ++i)
       if (place_[n] < rows_ && body.fixed[3 * n + static_cast<std::size_t>(i)])
@@ -527,7 +526,7 @@ double LargeSolver::response_bound(const double* force, std::int32_t first, std:
 
 void LargeSolver::response_on_rows(const double* force, double* out) const {
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
-    const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
+    const double* const c = compliance_.row(r);
     out[r] = 0;
     for (std::int32_t k = 0; k < now_.row_count; ++k) out[r] += c[k] * force[k];
     for (std::int32_t k = 0; k < 3 && row_[r].group + k < now_.row_count; ++k)
@@ -655,9 +654,11 @@ bool LargeSolver::fill_compliance() {
       if (k >= 0 && k < 3) sum += row_[i].compliance[k];
       if (now_.has_beside) sum += beside(i, j);
       finite = finite && std::isfinite(sum);
-      compliance_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)] =
-          compliance_[static_cast<std::size_t>(j) * stride_ + static_cast<std::size_t>(i)] = sum;
+      compliance_.entry(i, j) = compliance_.entry(j, i) = sum;
     }
+  compliance_.rows_end = now_.row_count;
+  for (std::int32_t r = 0; r < now_.row_count; ++r)
+    compliance_.scale[r] = compliance_.entry(r, r) > 0 ? 1 / std::sqrt(compliance_.entry(r, r)) : 0;
   return finite;
 }
 
@@ -691,9 +692,7 @@ bool LargeSolver::factor_contacts() {
   };
   for (std::int32_t i = 0; i < now_.row_count; ++i) {
     for (std::int32_t j = 0; j <= i; ++j)
-      at(i, j) = holds_[i] && holds_[j]
-                     ? compliance_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)]
-                     : (i == j ? 1 : 0);
+      at(i, j) = holds_[i] && holds_[j] ? compliance_.entry(i, j) : (i == j ? 1 : 0);
     at(i, i) *= 1 + kContactShift;
   }
   for (std::int32_t j = 0; j < now_.row_count; ++j) {
@@ -765,7 +764,7 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const dou
   if ((other_rows || rows_changed_) && !factor_contacts()) return false;
   compliance_times(local_, move);
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
-    const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
+    const double* const c = compliance_.row(r);
     if (!holds_[r]) {
       largest = std::max(largest, std::abs(change[r]) * c[r]);
       continue;
@@ -789,7 +788,7 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const dou
     if (!holds_[r]) move[r] = change[r];
   double squared = 0;  // J, twice what a move of the body alone would take at rest
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
-    const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
+    const double* const c = compliance_.row(r);
     for (std::int32_t k = 0; k < now_.row_count; ++k) squared += move[r] * c[k] * move[k];
   }
   const double of_rows = 0.5 * times_compliance(local_, local_);
@@ -824,7 +823,7 @@ void LargeSolver::find_multipliers() {
   responses_times(f_, work_);
   compliance_times(local_, multiplier_);
   for (std::int32_t r = 0; r < now_.row_count; ++r) {
-    const double* const c = compliance_ + static_cast<std::size_t>(r) * stride_;
+    const double* const c = compliance_.row(r);
     multiplier_[r] = holds_[r] ? multiplier_[r] + work_[r] : 0;
     for (std::int32_t k = 0; holds_[r] && k < now_.row_count; ++k)
       if (!holds_[k]) multiplier_[r] -= (now_.has_beside ? c[k] - beside(r, k) : c[k]) * applied_[k];

@@ -18,6 +18,7 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/contact/row_matrix.h"
 #include "runtime/large/block_factor.h"
 #include "runtime/large/element_lanes.h"
 #include "runtime/large/tangent.h"
@@ -100,10 +101,9 @@ class LargeSolver {
   // False where a number is not finite.
   bool take(const LargeContacts& contacts);
   // free: [row_count] m, where each row would be without the forces of all rows, in the linear response to the last state.
-  // With forces r the rows are at free + compliance() r, the part of L included.
+  // With forces r the rows are at free + C r, the part of L included.
   void find_free(double* free) const;
-  const double* compliance() const { return compliance_; }  // [row_count][compliance_stride()] m/N, C
-  std::size_t compliance_stride() const { return stride_; }
+  const RowMatrix& compliance() const { return compliance_; }  // [row_count][row_count] m/N, C
   // holds: [row_count] whether the row is held, at place[row] (m); nullptr: all are, at their targets. Else it has no force, and
   // before it had start[row]. False as take().
   bool hold(const std::uint8_t* holds, const double* place, const double* start, LargeOutcome* outcome);
@@ -309,7 +309,7 @@ class LargeSolver {
   std::int32_t* generation_ = nullptr;                         // [max_spots] counts what was in the slot
   double* largest_response_ = nullptr;                         // [max_spots][3] m/N, the longest displacement of a node
   double* between_spots_ = nullptr;                            // [max_rows][stride] W Y along x, y and z of the spots
-  double* compliance_ = nullptr;                               // [max_rows][stride] C
+  RowMatrix compliance_;                                       // [max_rows][max_rows] C
   double* beside_ = nullptr;                                   // [max_rows][stride] L between rows of different groups
   double* contact_ = nullptr;                        // [max_rows][stride] Cholesky factor of C, of the rows that hold
   std::uint8_t* holds_ = nullptr;                    // [max_rows]
