@@ -65,11 +65,6 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.grasps != 0;
 }
 
-// Motions of the bundle move the organ from outside.
-[[maybe_unused]] static bool has_motions(const palpate_scene_def& def) {
-  return kHasEffects && def.motions != 0;
-}
-
 // Tools meet a finer surface than the mesh's. While the scene is created; later its FineSurface is bound.
 [[maybe_unused]] static bool has_fine_surface(const palpate_scene_def& def) {
   return kHasEffects && def.fine_surface;
@@ -80,7 +75,7 @@ constexpr bool kHasEffects = true;
   return !kHasEffects && (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
                           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE ||
                           def.radial != PALPATE_RADIAL_OFF || def.fine_surface || def.report != PALPATE_REPORT_OFF ||
-                          def.grasps || def.needles || def.motions || def.dent != PALPATE_DENT_OFF);
+                          def.grasps || def.needles || def.dent != PALPATE_DENT_OFF);
 }
 
 }  // namespace palpate

@@ -11,7 +11,6 @@ namespace palpate {
 // In the order in which a step runs them.
 enum class Pass : std::int32_t {
   input,
-  motions,
   collision,
   rows,
   contact,

@@ -4,6 +4,7 @@
 #include "runtime/inside/effect.h"
 #include "runtime/large/effect.h"
 #include "runtime/links/effect.h"
+#include "runtime/motions/effect.h"
 #include "runtime/needles/effect.h"
 #include "runtime/query/effect.h"
 #include "runtime/relaxation/effect.h"
@@ -13,9 +14,9 @@
 namespace palpate {
 
 EffectList all_effects() {
-  static constexpr const Effect* kAll[] = {&large_effect, &grasps_effect,     &needles_effect,
-                                           &links_effect, &relaxation_effect, &queries_effect,
-                                           &skin_effect,  &dent_effect,       &inside_effect};
+  static constexpr const Effect* kAll[] = {&large_effect, &grasps_effect,     &needles_effect, &motions_effect,
+                                           &links_effect, &relaxation_effect, &queries_effect, &skin_effect,
+                                           &dent_effect,  &inside_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 }

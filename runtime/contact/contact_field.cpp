@@ -153,8 +153,8 @@ void ContactField::swap_layers() {
 
 void ContactField::begin_moved() {
   is_set_ = false;
-  if (motions_->stepped() == 0) return;
-  path_ += motions_->stepped() / moved_reach_;
+  if (offset_->stepped() == 0) return;
+  path_ += offset_->stepped() / moved_reach_;
   forget_nodes(now_->known);
   without_id_ = {};
 }
@@ -162,7 +162,7 @@ void ContactField::begin_moved() {
 void ContactField::set_rest() {
   swap_layers();
   solver_ = nullptr;
-  norm_ = linear_norm_ = 0, path_ += norm_before_ + moved_by_volumes();
+  norm_ = linear_norm_ = 0, path_ += norm_before_ + moved_in_step();
   path_set_ = path_;
   measure_ways();
 }
@@ -188,7 +188,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   if (change > norms.change_of_kept || !measured) change = std::min(change, measure_whole_change(most - *work, work));
   if (now.adds && before_->adds) change += added_->change() / reach_;
   if (now.adds != before_->adds) change = norm_before_ + norm_;
-  path_ += change + moved_by_volumes();
+  path_ += change + moved_in_step();
   path_set_ = path_;
 }
 
@@ -355,7 +355,7 @@ double ContactField::own_norm(const ContactId& id) const {
   if (body_) return body_->own_norm(id);
   const Contact* contact = find(*now_, id);
   if (contact && now_->adds && now_->contact_count == 1)
-    return norm_;  // `adds` belongs to large deformation, which refuses motions
+    return norm_;  // `adds` belongs to large deformation, which has no offset
   return contact ? contact->ratio * contact->own : 0;
 }
 
@@ -439,7 +439,7 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
 }
 
 Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) const {
-  if (loads(layer).count() == 0) return motions_ && work->take(operations_moved()) ? moved_at(layer, node) : Vec3{};
+  if (loads(layer).count() == 0) return offset_ && work->take(operations_moved()) ? moved_at(layer, node) : Vec3{};
   return recall(layer.known, node, loads(layer), work, [&](std::int32_t n) { return added_at(layer, n); });
 }
 

@@ -10,7 +10,7 @@
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/displacement_field.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/offset.h"
 #include "runtime/contact/surface_field.h"
 #include "runtime/surface/surface_tree.h"
 
@@ -32,13 +32,13 @@ class ContactField {
   // several, each makes as many times its own linear part as its nodes move, along its forces, farther than the linear field moves
   // them. reach: m / sqrt(J), the same for all nodes. borrowed.
   void add(const AddedField* added, double reach) { added_ = added, reach_ = reach; }
-  // Beside create(): the motions' displacement adds to the contacts' field, with contacts and without. It belongs to no contact.
+  // Beside create(): the offset adds to the contacts' field, with contacts and without. It belongs to no contact.
   // reach: m / sqrt(J), in which its length is stated as a norm (set_reaches of the scene). borrowed.
-  void move(const Motions* motions, double reach) { motions_ = motions, moved_reach_ = reach; }
-  bool has_motions() const { return motions_ != nullptr; }
-  // m, of a surface node by the motions alone.
-  Vec3 moved_at_node(std::int32_t node) const { return motions_ ? motions_->now(node) : Vec3{}; }
-  // The motions have begun a step: until set() the field is that of the last step's contacts, moved by them.
+  void move(const Offset* offset, double reach) { offset_ = offset, moved_reach_ = reach; }
+  bool has_offset() const { return offset_ != nullptr; }
+  // m, of a surface node: the offset alone.
+  Vec3 moved_at_node(std::int32_t node) const { return offset_ ? offset_->now(node) : Vec3{}; }
+  // The offset has begun a step: until set() the field is that of the last step's contacts, moved by the offset.
   void begin_moved();
   void forget();
   // Completes a restored state (scene_memory.h) by what follows from it.
@@ -52,7 +52,7 @@ class ContactField {
            Operations most, Operations* work);
   // A step without a solution: the surface is at rest.
   void set_rest();
-  bool empty() const { return body_ ? body_->empty() : count() == 0 && !motions_; }
+  bool empty() const { return body_ ? body_->empty() : count() == 0 && !offset_; }
 
   // The contact ends. The field stays as it is until the next set(); predictions are of the others alone.
   void end(const ContactId& id);
@@ -162,14 +162,14 @@ class ContactField {
     return sum;
   }
   Vec3 moved_at(const Layer& layer, std::int32_t node) const {
-    if (!motions_) return {};
-    if (&layer == now_) return motions_->now(node);
-    return is_set_ ? motions_->begun(node) : motions_->before(node);
+    if (!offset_) return {};
+    if (&layer == now_) return offset_->now(node);
+    return is_set_ ? offset_->begun(node) : offset_->before(node);
   }
-  double moved_norm() const { return motions_ ? motions_->longest() / moved_reach_ : 0; }
-  double moved_change() const { return motions_ ? motions_->change() / moved_reach_ : 0; }
-  double moved_by_volumes() const { return motions_ ? motions_->pumped() / moved_reach_ : 0; }
-  Operations operations_moved() const { return motions_ ? motions_->count() : 0; }
+  double moved_norm() const { return offset_ ? offset_->longest() / moved_reach_ : 0; }
+  double moved_change() const { return offset_ ? offset_->change() / moved_reach_ : 0; }
+  double moved_in_step() const { return offset_ ? offset_->moved_in_step() / moved_reach_ : 0; }
+  Operations operations_moved() const { return offset_ ? offset_->count() : 0; }
   void share_added_field();
   template <class Visit>
   void for_gone(Visit visit) const;
@@ -188,7 +188,7 @@ class ContactField {
   const DisplacementField* field_ = nullptr;
   const AddedField* added_ = nullptr;
   double reach_ = 1;
-  const Motions* motions_ = nullptr;
+  const Offset* offset_ = nullptr;
   double moved_reach_ = 1;
   bool is_set_ = true;  // since begin_moved()
   const Tensors* tensors_ = nullptr;

@@ -211,7 +211,7 @@ Vec3 DeformedSurface::normal(std::int32_t node) {
 
 Vec3 DeformedSurface::moved(const SurfacePoint& surface_point) {
   Vec3 sum;
-  if (!field_ || !field_->has_motions()) return sum;
+  if (!field_ || !field_->has_offset()) return sum;
   for (int v = 0; v < 3; ++v)
     if (surface_point.barycentric[v] != 0)
       sum += surface_point.barycentric[v] *

@@ -77,7 +77,7 @@ class DeformedSurface {
   void corners(std::int32_t triangle, Vec3 corner[3]);
   // Unit, outward, of a node now: the mean of its triangles' normals, by their areas; zero where they cancel.
   Vec3 normal(std::int32_t node);
-  // m, the displacement of a surface point by the bundle's motions alone.
+  // m, the displacement of a surface point by the offset alone.
   Vec3 moved(const SurfacePoint& surface_point);
 
   // What the queries have cost since the last call; there is no limit any more.

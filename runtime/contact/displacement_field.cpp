@@ -47,7 +47,7 @@ Vec3 DisplacementField::before_at_node(std::int32_t node) const {
   if (body_) return body_->before_at_node(node, &work);
   Vec3 u = finite_or_zero(before_.at_node(node));
   if (added_) u += added_->before(node);
-  return motions_ ? u + motions_->before(node) : u;
+  return offset_ ? u + offset_->before(node) : u;
 }
 
 }  // namespace palpate

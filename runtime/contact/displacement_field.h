@@ -1,5 +1,5 @@
 // The field of an organ after a solve, at any node: u = o + C f. The offset o is what moves the nodes beside the forces f at the contacts:
-// the bundle's motions, and what large deformation beside the touch does beyond the linear response. Bounds and predictions of the
+// rows with amounts (offset.h), and what large deformation beside the touch does beyond the linear response. Bounds and predictions of the
 // field, which collision needs, are in contact_field.h.
 #pragma once
 
@@ -9,7 +9,7 @@
 #include "runtime/bundle/load_field.h"
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/contact_constraints.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/offset.h"
 #include "runtime/contact/surface_field.h"
 
 namespace palpate {
@@ -20,7 +20,7 @@ class DisplacementField {
   // In place of create(): the field of a body that has its own answers. borrowed.
   void follow(const SurfaceField* body) { body_ = body; }
   // The sources of the offset; nullptr: none. borrowed.
-  void offset_by(const Motions* motions, const AddedField* added) { motions_ = motions, added_ = added; }
+  void offset_by(const Offset* offset, const AddedField* added) { offset_ = offset, added_ = added; }
 
   bool exists() const { return exists_; }
   // Takes over the contact nodes of a solve of the linear organ, and u~ of each, m. Not solved: there are none.
@@ -29,19 +29,19 @@ class DisplacementField {
   // Completes a restored state (scene_memory.h).
   void restored(const Tensors& tensors);
 
-  // m, of a node of the surface or, with a corridor, inside: after the last solve, moved by the motions of this step; after the solve
+  // m, of a node of the surface or, with a corridor, inside: after the last solve, moved by the offset of this step; after the solve
   // before. Zero where it is not finite.
   Vec3 at_node(std::int32_t node) const;
   Vec3 before_at_node(std::int32_t node) const;
-  // m: o of the motions alone. A contact holds what they leave of its target.
-  Vec3 moved_at_node(std::int32_t node) const { return motions_ ? motions_->now(node) : Vec3{}; }
+  // m: o of the offset's rows alone. A contact holds what they leave of its target.
+  Vec3 moved_at_node(std::int32_t node) const { return offset_ ? offset_->now(node) : Vec3{}; }
   // m: C f alone.
   const LoadField& loads() const { return now_; }
   const LoadField& loads_before() const { return before_; }
 
  private:
   const SurfaceField* body_ = nullptr;
-  const Motions* motions_ = nullptr;
+  const Offset* offset_ = nullptr;
   const AddedField* added_ = nullptr;
   LoadField now_, before_;
   bool exists_ = false;

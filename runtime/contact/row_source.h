@@ -4,7 +4,6 @@
 
 #include <cstdint>
 
-#include "runtime/base/passes.h"
 #include "runtime/contact/slide_energy.h"
 #include "runtime/contact/step_part.h"
 
@@ -20,8 +19,6 @@ class RowSource : public StepPart {
   virtual void request(TouchStep&) {}
   // After a solve: whether it has other targets now, so that the step is to be solved again.
   virtual bool asks_again(TouchStep&) { return false; }
-  // After the last solve: reads the reactions of its constraints. solved: false where the step has no solution.
-  virtual void take_reactions(TouchStep&, bool /*solved*/) {}
   // After the displacement field has been set from these reactions.
   virtual void end(TouchStep&) {}
   virtual void report(TouchStep&) {}
@@ -31,8 +28,6 @@ class RowSource : public StepPart {
                             SlideEnergy::Sliding*) {
     return false;
   }
-  // The pass (passes.h) that counts the time of take_reactions() and end().
-  virtual Pass pass() const { return Pass::contact; }
 
  protected:
   ~RowSource() = default;

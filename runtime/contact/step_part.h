@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "runtime/base/passes.h"
+
 namespace palpate {
 
 struct TouchStep;
@@ -10,8 +12,18 @@ struct TouchStep;
 // A part overrides what concerns it. No destructor: parts belong to a scene's memory.
 class StepPart {
  public:
+  // A step, in this order. After the input, before collision: moves the organ from outside.
+  virtual void begin_step(TouchStep&) {}
+  // After a solve, whose forces TouchState::force has: whether it has moved the organ, so that the step is to be solved again. Without
+  // has_room, work for one more solve, it moves nothing: whether it might have.
+  virtual bool follow(TouchStep&, bool /*has_room*/) { return false; }
+  // After the last solve. solved: false where the step has no solution.
+  virtual void take_reactions(TouchStep&, bool /*solved*/) {}
   // After P and Q, before the limits for a device: changes what tools feel, raw and raw_torque of TouchStep::result.
   virtual void correct_forces(TouchStep&) {}
+
+  // The pass (passes.h) that counts the time of take_reactions() and, of a RowSource, of end().
+  virtual Pass pass() const { return Pass::contact; }
 
   // Forgets what earlier steps have left: for the tool in place t; for all that belongs to no tool.
   virtual void forget_tool(std::int32_t) {}

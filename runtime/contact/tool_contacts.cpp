@@ -53,8 +53,8 @@ class Contacts {
       if (state.contact != was_in_contact) change_contact(state, state.contact);
       if (!state.contact && (state.in_surface || (was_in_contact && state.over_held)))
         step_.raise(t, PALPATE_STEP_NOT_TOUCHABLE);
-      // Where the last step left the disc, as the motions have moved it since then.
-      if (state.contact && !has_fine_contacts(state_)) state.ridden += moved(state.anchor, &Motions::step_of);
+      // Where the last step left the disc, as the offset has moved it since then.
+      if (state.contact && !has_fine_contacts(state_)) state.ridden += moved(state.anchor, &Offset::step_of);
       if (!state.contact || !follows || !may_slide(t, i)) continue;
       const SurfacePoint anchor = state.anchor;
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
@@ -227,12 +227,12 @@ class Contacts {
     if (flags) step_.raise(wish.contact.index, flags);
     if (made) step_.count_contact(wish.contact.index, wish.displacement);
   }
-  // m, by the motions, of a surface point.
-  Vec3 moved(const SurfacePoint& surface_point, Vec3 (Motions::*by)(std::int32_t) const = &Motions::now) const {
+  // m, by the offset, of a surface point.
+  Vec3 moved(const SurfacePoint& surface_point, Vec3 (Offset::*by)(std::int32_t) const = &Offset::now) const {
     Vec3 sum;
-    for (int v = 0; v < 3 && has_motions(context_.def); ++v)
+    for (int v = 0; v < 3 && state_.offset.exists(); ++v)
       sum += surface_point.barycentric[v] *
-             (state_.motions.*
+             (state_.offset.*
               by)(state_.triangles[3 * static_cast<std::size_t>(surface_point.triangle) + static_cast<std::size_t>(v)]);
     return sum;
   }
@@ -301,8 +301,7 @@ class Contacts {
   Vec3 left_behind(std::int32_t p) const {
     const ContactConstraint& constraint = state_.rows.set().constraints[p];
     const ContactConstraints& set = state_.rows.set();
-    const Vec3 missed = state_.body->missed(step_, p),
-               target = has_motions(context_.def) ? step_.acting->target[p] : set.target[p];
+    const Vec3 missed = state_.body->missed(step_, p), target = state_.offset.left_of_target(set, p);
     double share = constraint.share;
     // As Collision::follow: the contact's own part of the field moves with its anchor, by about own / asked of the way.
     const double asked = length(target), own = length(target + missed);

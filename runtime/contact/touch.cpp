@@ -1,4 +1,4 @@
-// The step of a touch, in order: input, motions, collision, constraints, solution, forces, output, report.
+// The step of a touch, in order: input, offset, collision, constraints, solution, forces, output, report.
 #include "runtime/contact/touch.h"
 
 #include <algorithm>
@@ -97,15 +97,6 @@ void begin_tools(TouchStep& step, const palpate_tool* tools, std::int32_t tool_c
   for (std::int32_t t = 0; t < state.input.count(); ++t) step.result[t] = ToolResult{};
 }
 
-void begin_motions(TouchStep& step) {
-  TouchState& state = *step.state;
-  const palpate_scene_def& def = step.context->def;
-  step.context->watch.ended(Pass::input);
-  step.flags |= state.motions.begin(def.max_tool_speed * state.input.dt());
-  if (follows_deformed_surface(def)) state.field.begin_moved();
-  step.context->watch.ended(Pass::motions);
-}
-
 void request_rows(TouchStep& step) {
   TouchState& state = *step.state;
   const auto for_sources = [&](const auto& each) {
@@ -145,10 +136,9 @@ void write_contacts(TouchStep& step) {
   TouchState& state = *step.state;
   const palpate_scene_def& def = step.context->def;
   palpate_contacts& out = *step.out;
-  const std::int32_t motions = has_motions(def) ? state.motions.count() : 0;
-  lay_out_contacts(out, state.input.sent(), state.rows.set().node_count, state.held, motions);
+  lay_out_contacts(out, state.input.sent(), state.rows.set().node_count, state.held, state.offset.count());
   clear_behind_field(out);
-  if (motions > 0) std::copy_n(state.motions.amounts(), motions, motions_behind(out));
+  std::copy_n(state.offset.amounts(), state.offset.count(), motions_behind(out));
   out.deformation_steps = step.deformed.steps;
   out.deformation_residual = step.deformed.residual, out.least_volume = step.deformed.least_volume;
   state.body->write(step);
@@ -173,9 +163,9 @@ void begin_touch(TouchStep& step, const StepContext& context, TouchState& state,
   step.begin(context, state, world, out);
   state.slides.begin();
   begin_tools(step, tools, tool_count, dt);
-  if (has_motions(context.def)) begin_motions(step);
   if (world) pass_far_tools(step);
   context.watch.ended(Pass::input);
+  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->begin_step(step);
   state.admission.begin();
   request_rows(step);
 }
@@ -222,7 +212,6 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.body->forget();
   state.rows.forget();
   for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_rest();
-  if (has_motions(def)) state.motions.forget();
   if (reports_contacts(def)) state.report.forget();
   state.step = 0;
   for (std::int32_t t = 0; t < def.max_tools; ++t) forget_tool(def, state, t);

@@ -16,7 +16,7 @@
 #include "runtime/contact/deformed_surface.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/far_tools.h"
-#include "runtime/contact/motions.h"
+#include "runtime/contact/offset.h"
 #include "runtime/contact/slide_energy.h"
 #include "runtime/contact/tool_contacts.h"
 #include "runtime/contact/tool_input.h"
@@ -58,7 +58,7 @@ struct TouchState {
   FineContact* fine_contacts[PALPATE_MAX_TOOLS] =
       {};  // [max_points] for each tool; nullptr: tools meet the mesh's surface
   ContactPatch patch;
-  Motions motions;  // where the bundle's motions move the organ
+  Offset offset;  // where something moves the organ from outside
   ContactRows rows;
   std::int32_t most_constraints = 0;  // that a step can have, with those of a world
   // What asks for rows, in the order of their constraints.

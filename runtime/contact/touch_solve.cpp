@@ -8,12 +8,17 @@
 
 namespace palpate {
 
-static_assert(Motions::kMostSolves <= kMostSlipSolves, "the last solve has the pressures that follow_volumes() left");
-
 bool sources_ask_again(TouchStep& step) {
   bool again = false;
   for (std::int32_t s = 0; s < step.state->source_count; ++s) again = step.state->sources[s]->asks_again(step) || again;
   return again;
+}
+
+bool parts_move_organ(TouchStep& step, bool has_room) {
+  bool moved = false;
+  for (std::int32_t p = 0; p < step.state->part_count; ++p)
+    moved = step.state->parts[p]->follow(step, has_room) || moved;
+  return moved;
 }
 
 bool note_sliding(TouchStep& step, const ContactConstraints& set, SlideEnergy::Sliding* of) {
@@ -103,22 +108,18 @@ void Body::write(const TouchStep& step) const {
 
 namespace {
 
-// As long as sources or the body ask for it, and where a held volume is missed.
+// As long as sources or the body ask for it, and where a part of the step has moved the organ.
 ContactSolver::Outcome solve_again(TouchStep& step, const ContactConstraints& set) {
   TouchState& state = *step.state;
-  const bool moves = has_motions(step.context->def);
   for (int solve = 0;; ++solve) {
-    step.acting = moves ? &state.motions.acting(set) : &set;
+    step.acting = &state.offset.acting(set);
     const ContactSolver::Outcome outcome = state.body->solve(step, solve > 0);
-    if (outcome == ContactSolver::Outcome::unsolved) return outcome;
-    // Without room, what sources and held volumes miss is that of this solve.
-    const bool has_room = state.work.left() >= state.body->operations_to_solve(step),
-               last = solve + 1 == kMostSlipSolves;
-    const bool missed = moves && (has_room || last ? state.motions.follow_volumes(set, state.force, solve, &step.flags)
-                                                   : state.motions.holds_volumes());
-    if (last) return outcome;
+    if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlipSolves) return outcome;
+    // Without room, what sources and parts miss is that of this solve.
+    const bool has_room = state.work.left() >= state.body->operations_to_solve(step);
+    const bool moved = parts_move_organ(step, has_room);
     const bool gives_way = has_room && state.body->gives_way(step, outcome);
-    if (!sources_ask_again(step) && !missed && !gives_way) return outcome;
+    if (!sources_ask_again(step) && !moved && !gives_way) return outcome;
     if (has_room) continue;
     step.flags |= PALPATE_STEP_SOLVE_INEXACT;
     return outcome;
@@ -130,18 +131,16 @@ ContactSolver::Outcome solve_again(TouchStep& step, const ContactConstraints& se
 void solve_contacts(TouchStep& step, const ContactSolver::Outcome* joint) {
   TouchState& state = *step.state;
   Body& body = *state.body;
-  const bool moves = has_motions(step.context->def);
   const ContactConstraints& set = body.take(step);
-  step.acting = joint && moves ? &state.motions.acting(set) : &set;
+  step.acting = joint ? &state.offset.acting(set) : &set;
   const ContactSolver::Outcome outcome = joint ? *joint : solve_again(step, set);
   body.judge(step, outcome);
-  if (moves) state.motions.end(set, state.force);
   step.is_solved = outcome != ContactSolver::Outcome::unsolved;
   step.follows = step.is_solved && !step.deformed.lags;
   step.context->watch.ended(Pass::contact);
-  for (std::int32_t s = 0; s < state.source_count; ++s) {
-    state.sources[s]->take_reactions(step, step.is_solved);
-    step.context->watch.ended(state.sources[s]->pass());
+  for (std::int32_t p = 0; p < state.part_count; ++p) {
+    state.parts[p]->take_reactions(step, step.is_solved);
+    step.context->watch.ended(state.parts[p]->pass());
   }
   std::uint32_t flag = 0;
   if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;

@@ -31,12 +31,7 @@ Vec3 TouchStep::holder(const Tool& tool, std::int32_t point) const {
 }
 
 Vec3 TouchStep::moved(const ContactConstraints& set, const ContactConstraint& constraint) const {
-  Vec3 sum;
-  for (std::int32_t e = 0; e < constraint.node_count && has_motions(context->def); ++e) {
-    const ContactNode& held = set.nodes[constraint.first_node + e];
-    sum += held.weight * state->displacement.moved_at_node(held.node);
-  }
-  return sum;
+  return state->offset.held_by(set, constraint);
 }
 
 }  // namespace palpate

@@ -73,7 +73,7 @@ struct TouchStep {
   // m, in the organ's frame: a tool point; that, or where a grip takes the place that it holds.
   Vec3 point(const Tool& tool, std::int32_t i) const { return state->organ.point_to_organ(tool.points[i]); }
   Vec3 holder(const Tool& tool, std::int32_t point) const;
-  // m, by the motions: of the weighted mean that a constraint of `set` holds.
+  // m, by the offset: of the weighted mean that a constraint of `set` holds.
   Vec3 moved(const ContactConstraints& set, const ContactConstraint& constraint) const;
   // N, of constraint p, in its frame.
   Vec3 reaction(std::int32_t p) const { return reactions ? reactions[p] : state->solver.reaction(p); }

@@ -41,8 +41,7 @@ palpate_status build(EffectBuild& build) {
   if (!links) return build.reader.no_memory("links");
   build.state = links;
   const Links::Source source = {link_surface_of(scene.def, scene.touch, build.reader.triangles()),
-                                scene.tensors.stiffness, &scene.touch.displacement,
-                                has_motions(scene.def) ? &scene.touch.motions : nullptr, build.pass};
+                                scene.tensors.stiffness, &scene.touch.displacement, &scene.touch.offset, build.pass};
   scene.touch.ask(links);
   return links->create(memory, source, scene.def.max_links) ? PALPATE_OK : build.reader.no_memory("links");
 }

@@ -136,9 +136,9 @@ bool Links::walk(const ContactConstraints& set, const ContactSolver& solver, boo
   return true;
 }
 
-// Where the motions have brought the ends.
+// Where the offset has brought the ends.
 void Links::drive(Link& link) const {
-  for (int e = 0; source_.motions && e < 2; ++e)
+  for (int e = 0; source_.offset->exists() && e < 2; ++e)
     link.ends[e].driven = driven_by(*source_.field, source_.surface, link.given.ends[e], link.ends[e]);
 }
 
@@ -185,7 +185,7 @@ std::uint32_t Links::add_rows(ContactRows& rows, ContactAdmission& admission) {
     for (std::int32_t i = thread.first; i < thread.end; ++i) {
       Link& link = links_[i];
       if (!has_nodes(link)) continue;
-      // Of an end on nodes, Motions::acting() takes what the motions do.
+      // Of an end on nodes, Offset::acting() takes what the offset does.
       const auto unmoved = [&](const LinkEnd& end) { return end.count > 0 ? end.rest : end.rest + end.driven; };
       LinkWish wish = link_wish(link, i, unmoved(link.ends[1]) - unmoved(link.ends[0]));
       wish.thread = thread.first, wish.joined = first >= 0;
@@ -238,12 +238,12 @@ void Links::report(TouchStep& step) {
 std::uint32_t Links::read_reactions(const ContactConstraints& set, const Vec3* force, const ContactSolver& solver,
                                     bool solved, std::uint64_t step, Operations* work) {
   std::uint32_t flags = 0;
-  const bool known = walk(set, solver, solved);
+  const bool known = walk(set, solver, solved), moved = source_.offset->moved_in_step() > 0;
   for_threads([&](const auto& thread) {
     std::int32_t row = -1;
     for (std::int32_t i = thread.first; i < thread.end; ++i) {
       Link& link = links_[i];
-      if (source_.motions && source_.motions->holds_volumes()) drive(link);
+      if (moved) drive(link);
       const bool rests = known && may_rest(i);
       slacken_link(link);
       if (!solved) link.row_of = -1;

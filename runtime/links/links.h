@@ -25,7 +25,7 @@ class Links final : public RowSource {
     LinkSurface surface;
     const double* stiffness;  // [S][3][3] N/m, of each column
     const DisplacementField* field;
-    const Motions* motions;  // move the organ beside the contacts, or nullptr
+    const Offset* offset;  // moves the organ beside the contacts
     Pass pass;
   };
   bool create(SceneMemory& memory, const Source& source, std::int32_t capacity);

@@ -350,7 +350,7 @@ bool Needles::note_sliding(const TouchStep& step, const ContactConstraints&, con
   const std::int32_t t = contact.index;
   const palpate_needle& given = step.state->input.tool(t).needle;
   // Of one that something brakes, friction and cutting take more than new places may give.
-  if (has_motions(step.context->def) || given.friction != 0 || given.cutting_force != 0) return false;
+  if (step.state->offset.exists() || given.friction != 0 || given.cutting_force != 0) return false;
   NeedleInTissue& needle = needles_[t];
   const bool is_tip = contact.point == 0;
   NeedlePlace& place = is_tip ? needle.tip : needle.place[contact.point - 1];

@@ -163,59 +163,10 @@ palpate_status bind_fine_surface(const SectionReader& reader, const palpate_scen
   return status;
 }
 
-// ---- motions ---------------------------------------------------------------------------------------------------------
-
-palpate_status read_motion_rows(const SectionReader& reader, SectionId id, std::int32_t nodes, MotionRows* out) {
-  const char* const effect = "motions";
-  if (const palpate_status status = reader.map_for(effect, id, &out->numbers)) return status;
-  out->count = static_cast<std::int32_t>(reader.counts().motions), out->nodes = nodes;
-  const std::size_t numbers = 3 * static_cast<std::size_t>(out->count) * static_cast<std::size_t>(nodes);
-  for (std::size_t i = 0; i < numbers; ++i)
-    if (!(std::fabs(out->numbers[i]) <= 1e12f)) return reader.not_usable(id, i);
-  return PALPATE_OK;
-}
-
-palpate_status build_motions(const SectionReader& reader, const palpate_scene& scene, TouchState& touch,
-                             ShapeState& shape) {
-  Motions::Source source;
-  if (const palpate_status status =
-          read_motion_rows(reader, SectionId::motion_surface, reader.surface_nodes(), &source.surface))
-    return status;
-  if (const palpate_status status = reader.copy_indices(SectionId::motion_kinds, reader.counts().motions,
-                                                        &formats::IndexedSections::motion_kinds, &source.kind))
-    return status;
-  const std::uint64_t m = reader.counts().motions;
-  if (reader.find(SectionId::motion_volume)) {
-    if (const palpate_status status = reader.map(SectionId::motion_volume, &source.volume)) return status;
-    for (std::uint64_t i = 0; i < m * m; ++i)
-      if (!(std::fabs(source.volume[i]) <= 1e12)) return reader.not_usable(SectionId::motion_volume, i);
-  }
-  for (std::uint64_t i = 0; i < m; ++i)
-    if (static_cast<formats::MotionKind>(source.kind[i]) == formats::MotionKind::pressure &&
-        (!source.volume || !(source.volume[i * m + i] > 0)))
-      return source.volume ? reader.not_usable(SectionId::motion_volume, i * m + i)
-                           : reader.missing("motions", SectionId::motion_volume);
-  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
-  if (scene.tensors.corridor && inside > 0) {
-    MotionRows rows;
-    if (const palpate_status status = read_motion_rows(reader, SectionId::motion_interior, inside, &rows))
-      return status;
-    source.surface.inside = rows.numbers, source.surface.nodes_inside = inside;
-  }
-  if (!touch.motions.create(reader.memory(), source, touch.most_constraints)) return reader.no_memory("motions");
-  shape.moved_surface = touch.motions.rows();
-  if (!has_interior_shape(scene)) return PALPATE_OK;
-  return read_motion_rows(reader, SectionId::motion_interior, inside, &shape.moved_interior);
-}
-
-const Motions* motions_of(const palpate_scene_def& def, const TouchState& touch) {
-  return has_motions(def) ? &touch.motions : nullptr;
-}
-
 palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, std::uint32_t uses,
                                   TouchState& touch) {
   DisplacementField& field = touch.displacement;
-  field.offset_by(motions_of(def, touch), touch.body->added());
+  field.offset_by(&touch.offset, touch.body->added());
   if (const SurfaceField* const own = touch.body->surface_field()) field.follow(own);
   const bool asked = (!touch.body->surface_field() && (follows_deformed_surface(def) || reports_contacts(def))) ||
                      (uses & kUsesDisplacements) != 0;
@@ -242,11 +193,11 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
   if (touch.most_pairs > 0)
     touch.node_reach = reader.memory().array<double>(static_cast<std::size_t>(reader.surface_nodes()));
   double reach = 1;
-  if (deformed && (!create_field() || !set_reaches(reader, *touch.body, tensors, touchable, fine, touch.motions.rows(),
+  if (deformed && (!create_field() || !set_reaches(reader, *touch.body, tensors, touchable, fine, touch.offset.rows(),
                                                    touch.tree, &reach, touch.node_reach)))
     return reader.no_memory("collision");
   if (deformed && touch.body->added()) touch.field.add(touch.body->added(), reach);
-  if (deformed && has_motions(def)) touch.field.move(&touch.motions, reach);
+  if (deformed && touch.offset.exists()) touch.field.move(&touch.offset, reach);
   if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, fine))
     return reader.no_memory("collision");
   if (deformed) touch.tree.keep_seen(reader.memory());
@@ -493,11 +444,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
   if (def.max_contact_nodes < 0 || def.max_contact_nodes > kMostContactNodes)
     return bad("max_contact_nodes must be 0 .. 3000; 0 takes a number that fits max_points");
-  if (def.motions < 0 || def.motions > 1) return bad("motions must be 0 or 1");
-  if (def.motions && def.deformation != PALPATE_DEFORMATION_LINEAR)
-    return bad("motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR");
-  if (def.motions && def.collision == PALPATE_COLLISION_REST)
-    return bad("tools meet an organ that moves where it is: take collision DEFORMED, or OFF, or leave motions at 0");
   if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
   if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
   if (!(def.torque_limit > 0)) return bad("torque_limit must be above 0 N m");
@@ -572,7 +518,6 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
   step(needs_surface(def, scene.uses), use.surface, [&] { return build_surface(reader, def, touch); });
   step(has_fine_surface(def), use.fine_surface, [&] { return bind_fine_surface(reader, def, touch); });
-  step(has_motions(def), use.motions, [&] { return build_motions(reader, scene, touch, shape); });
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
   step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,

@@ -125,8 +125,8 @@ struct Effect {
   // Adds the sections that the effect maps. May be nullptr.
   void (*sections)(const palpate_scene_def& def, SectionList& sections) = nullptr;
   // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
-  palpate_status (*build)(EffectBuild& build);
-  // The same for what the core uses, before it is built. May be nullptr.
+  palpate_status (*build)(EffectBuild& build) = nullptr;
+  // The same before it is built, for what the core uses: nodes inside, the offset. One of the two may be nullptr.
   palpate_status (*prepare)(EffectBuild& build) = nullptr;
 
   bool is_on(const palpate_scene_def& def) const { return keys[0].number(def) != 0; }

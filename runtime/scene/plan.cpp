@@ -47,14 +47,6 @@ class CoreSections {
     return list;
   }
 
-  // interior: those of the shape.
-  SectionList motions(bool interior) const {
-    SectionList list = none();
-    list.add({SectionId::motion_kinds, SectionId::motion_surface});
-    if (interior) list.add({SectionId::motion_interior});
-    return list.add({SectionId::motion_volume});
-  }
-
   SectionList response(SectionId id) const { return none().add({id, SectionId::response_range}); }
 
  private:
@@ -132,8 +124,6 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
 
   const SectionList none = sections.none();
   step(true, Pass::input, "input", "touch", none);
-  step(has_motions(def), Pass::motions, "motions", "touch", sections.motions(has_interior_shape(scene)),
-       memory.motions);
   const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
   step(def.collision != PALPATE_COLLISION_OFF, Pass::collision, deformed ? "collision: deformed" : "collision: rest",
        "touch", deformed ? sections.surface() : none, memory.collision);

@@ -20,8 +20,6 @@ class PassWork {
         return {0, 0, 42 + 0.5 * points + 1.3 * grips};
       case Pass::collision:
         return {0, 0, 15 + 8 * points + deformed_tests()};
-      case Pass::motions:
-        return motions();
       case Pass::rows:
         return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
       case Pass::contact:
@@ -79,9 +77,6 @@ class PassWork {
             60 + 60 * contacts + 20 * nodes + 120 * contacts * (load_.sweeps + 2 * newton) +
                 (100 + 40 * nodes + 5 * nodes * nodes + of_two_discs * patches()) * load_.slips};
   }
-
-  // The targets of the contacts, in the pass of the contacts, are counted here.
-  palpate_pass_work motions() const { return {0, 0, 20 + scene_.touch.motions.count() * (6 + 3.0 * load_.nodes)}; }
 
   palpate_pass_work superposition() const {
     const Tensors& tensors = scene_.tensors;

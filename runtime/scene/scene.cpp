@@ -13,21 +13,6 @@
 #include "runtime/scene/build_scene.h"
 #include "runtime/shape/vertex_normals.h"
 
-namespace palpate {
-namespace {
-
-std::int32_t motions_of(const palpate_scene* scene) {
-  return scene && has_motions(scene->def) ? scene->touch.motions.count() : 0;
-}
-
-palpate_status refuse_without_motions(palpate_error* error) {
-  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-              "motions: expected a scene with motions, found %s; create the scene with motions = 1", "none");
-}
-
-}  // namespace
-}  // namespace palpate
-
 palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects,
                                      PartOfWorld part, palpate_scene** scene, palpate_error* error) {
   if (scene) *scene = nullptr;
@@ -90,7 +75,7 @@ void palpate_watch_passes(palpate_scene* scene, palpate_pass_watcher watcher, vo
 
 size_t palpate_contacts_bytes(const palpate_scene* scene) {
   return palpate::bytes_of_contacts(PALPATE_MAX_TOOLS, scene ? scene->def.max_contact_nodes : 0,
-                                    scene ? scene->touch.held.nodes : 0, palpate::motions_of(scene));
+                                    scene ? scene->touch.held.nodes : 0, scene ? scene->touch.offset.count() : 0);
 }
 
 palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
@@ -99,22 +84,6 @@ palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool*
       contacts_bytes < palpate_contacts_bytes(scene))
     return PALPATE_STEP_BAD_INPUT;
   return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, nullptr, *contacts);
-}
-
-palpate_status palpate_scene_set_motions(palpate_scene* scene, const double* amounts, int32_t count,
-                                         palpate_error* error) {
-  if (!scene || !palpate::has_motions(scene->def)) return palpate::refuse_without_motions(error);
-  return scene->touch.motions.set(amounts, count, error);
-}
-
-palpate_status palpate_scene_hold_volume(palpate_scene* scene, int32_t motion, int32_t holds, double volume,
-                                         palpate_error* error) {
-  if (!scene || !palpate::has_motions(scene->def)) return palpate::refuse_without_motions(error);
-  return scene->touch.motions.hold_volume(motion, holds != 0, volume, error);
-}
-
-const palpate_motion_state* palpate_scene_motion_state(const palpate_scene* scene, int32_t motion) {
-  return palpate::motions_of(scene) > 0 ? scene->touch.motions.state(motion) : nullptr;
 }
 
 int32_t palpate_scene_deform(palpate_scene* scene) {

@@ -104,7 +104,7 @@ std::uint64_t definition_of(const palpate_scene& scene) {
   digest.add(def.collision, def.contact, def.law, def.force, def.shape, def.radial, def.preload);
   digest.add(def.max_tools, def.max_points, def.max_contact_nodes, def.force_limit, def.force_slew);
   digest.add(def.max_tool_speed, def.release_distance, def.report);
-  digest.add(def.torque_limit, def.torque_slew, def.max_operations, scene.touch.fine.identity(), def.motions);
+  digest.add(def.torque_limit, def.torque_slew, def.max_operations, scene.touch.fine.identity());
   for (std::int32_t e = 0; e < scene.effect_count; ++e) {
     const Effect& effect = *scene.effects[e].effect;
     for (const EffectKey& key : effect.keys)

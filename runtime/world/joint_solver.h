@@ -14,7 +14,7 @@ namespace palpate {
 
 struct JointOrgan {
   ContactSolver* solver = nullptr;
-  const ContactConstraints* set = nullptr;  // with the targets of contacts, without what motions do
+  const ContactConstraints* set = nullptr;  // with the targets of contacts, without what offsets do
   Vec3* force = nullptr;                    // [node_count] N, overwritten
 };
 struct JointPair {
@@ -24,7 +24,7 @@ struct JointPair {
   double friction = 0;
   double give = 0;      // share of its rows' own compliance by which the pair gives way besides
   bool joined = false;  // its row is that of the pair before, as the parts of one thread have it
-  Vec3 target;          // m, for the contacts: without what motions do
+  Vec3 target;          // m, for the contacts: without what offsets do
   Vec3 reaction;        // N; in: of the last step
   double gap = 0;       // m, along the normal, when it was solved
 };

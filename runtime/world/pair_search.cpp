@@ -88,7 +88,7 @@ bool turn(const OrganGroup& group, Vec3 before, OrganPair* pair) {
 }
 
 bool has_stepped(const TouchState& organ) {
-  return organ.field.has_motions() && organ.motions.stepped() > 0;
+  return organ.field.has_offset() && organ.offset.stepped() > 0;
 }
 
 bool same_pose(const Pose& a, const Pose& b) {
@@ -235,7 +235,7 @@ Vec3 PairSearch::target(const OrganPair& pair) const {
 Vec3 PairSearch::moved_apart(const OrganPair& pair) const {
   const OrganGroup& g = group(pair);
   const TouchState &a = touch(g.a), &b = touch(g.b);
-  if (!a.field.has_motions() && !b.field.has_motions()) return {};
+  if (!a.field.has_offset() && !b.field.has_offset()) return {};
   const Vec3 apart = turned_to_second(g, a.field.moved_at_node(pair.vertex)) -
                      mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.field.moved_at_node(n); });
   return {dot(pair.normal, apart), dot(pair.tangent, apart), dot(cross(pair.normal, pair.tangent), apart)};
@@ -245,10 +245,10 @@ Vec3 PairSearch::moved_apart(const OrganPair& pair) const {
 // vertex: where it is now, in the first organ's frame.
 Vec3 PairSearch::left_by_last_step(const OrganGroup& group, const OrganPair& pair, Vec3 vertex) const {
   const TouchState &a = touch(group.a), &b = touch(group.b);
-  const Vec3 step_a = has_stepped(a) ? a.motions.step_of(pair.vertex) : Vec3{};
+  const Vec3 step_a = has_stepped(a) ? a.offset.step_of(pair.vertex) : Vec3{};
   const Vec3 left = to_second_before(group, vertex - step_a);
   if (!has_stepped(b)) return left;
-  return left + mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.motions.step_of(n); });
+  return left + mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.offset.step_of(n); });
 }
 
 // The place of the pair and its normal. off: from the nearest place to the vertex.

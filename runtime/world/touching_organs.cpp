@@ -116,10 +116,10 @@ void TouchingOrgans::request_pairs() {
   }
 }
 
-// The constraints of an organ, with what its motions leave for the contacts.
+// The constraints of an organ, with what its offset leaves for the contacts.
 const ContactConstraints& TouchingOrgans::acting(std::int32_t organ) {
   TouchState& own = touch(organ);
-  return has_motions(organs_[organ]->def) ? own.motions.acting(own.rows.set()) : own.rows.set();
+  return own.offset.acting(own.rows.set());
 }
 
 // Two held places: there is nothing to solve.
@@ -145,7 +145,7 @@ std::uint32_t TouchingOrgans::solve_slipping(const std::int32_t* members, std::i
   return met ? 0u : static_cast<std::uint32_t>(PALPATE_STEP_SOLVE_INEXACT);
 }
 
-// m, for the contacts: without what motions do.
+// m, for the contacts: without what offsets do.
 Vec3 TouchingOrgans::target_of(std::int32_t i) {
   if (i >= search_.count()) return links_.target(link_of_[i - search_.count()]);
   const OrganPair& pair = search_.pair(i);
@@ -183,13 +183,13 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
     for (std::int32_t& organ : together_[pair_count].organ) organ = place[organ];
     ++pair_count;
   }
-  std::uint32_t flags = 0, limited = 0;
-  for (int solve = 0;; ++solve) {
+  std::uint32_t flags = 0;
+  for (int solve = 1;; ++solve) {
     for (std::int32_t q = 0; q < pair_count; ++q)
       together_[q].target = pairs_[number_[q]].target = target_of(number_[q]);
     flags = solve_slipping(members, count, pair_count, operations);
     take_reactions(members, count);
-    if (!follow_volumes(members, count, solve, &limited)) break;
+    if (solve == kMostSlipSolves || !follow(members, count)) break;
     for (std::int32_t m = 0; m < count; ++m) acting(members[m]);
   }
   for (std::int32_t q = 0; q < pair_count; ++q) {
@@ -198,7 +198,7 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
     for (int side = 0; side < 2; ++side)
       if (const std::int32_t p = pair.constraint[side]; p >= 0) pair.gap += touch(pair.organ[side]).solver.reached(p).x;
   }
-  return flags | limited;
+  return flags;
 }
 
 // To the organ alone, a pair is what the solution has made of it.
@@ -216,15 +216,13 @@ void TouchingOrgans::take_reactions(const std::int32_t* members, std::int32_t co
   }
 }
 
-// Whether volumes that are held are missed, and the step is to be solved once more.
-bool TouchingOrgans::follow_volumes(const std::int32_t* members, std::int32_t count, int solve, std::uint32_t* flags) {
-  bool missed = false;
-  for (std::int32_t m = 0; m < count; ++m) {
-    TouchState& own = touch(members[m]);
-    if (has_motions(organs_[members[m]]->def) && outcome_[members[m]] != ContactSolver::Outcome::unsolved)
-      missed = own.motions.follow_volumes(own.rows.set(), own.force, solve, flags) || missed;
-  }
-  return missed;
+// Whether a part of a step has moved its organ, so that the organs are to be solved once more.
+bool TouchingOrgans::follow(const std::int32_t* members, std::int32_t count) {
+  bool moved = false;
+  for (std::int32_t m = 0; m < count; ++m)
+    if (outcome_[members[m]] != ContactSolver::Outcome::unsolved)
+      moved = parts_move_organ(step_[members[m]], true) || moved;
+  return moved;
 }
 
 std::uint32_t TouchingOrgans::find_pairs() {

@@ -140,7 +140,7 @@ void WorldLinks::place_ends(WorldLink& of) const {
 void WorldLinks::drive(WorldLink& of) const {
   for (int e = 0; e < 2; ++e) {
     const TouchState& own = touch(of, e);
-    if (!has_motions(organs_[of.organ[e]]->def)) continue;
+    if (!own.offset.exists()) continue;
     const Vec3 driven = driven_by(own.displacement, surface_[of.organ[e]], of.link.given.ends[e], of.link.ends[e]);
     of.link.ends[e].driven = own.organ.vector_to_world(driven);
   }

@@ -68,11 +68,12 @@ runtime/large/: LAYOUT runtime/include/ runtime/large/ runtime/scene/ runtime/sh
 runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/grasps/: LAYOUT runtime/include/ runtime/grasps/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/links/: LAYOUT runtime/include/ runtime/links/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/motions/: LAYOUT runtime/include/ runtime/motions/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/needles/: LAYOUT runtime/include/ runtime/needles/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/query/: LAYOUT runtime/include/ runtime/query/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/skin/: LAYOUT runtime/include/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/relaxation/: LAYOUT runtime/include/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/needles/ runtime/query/ runtime/relaxation/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/motions/ runtime/needles/ runtime/query/ runtime/relaxation/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/complete/ runtime/links/ runtime/needles/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/include/: palpate.h: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate

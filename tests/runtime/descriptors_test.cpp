@@ -48,7 +48,7 @@ TEST(Descriptors, HaveNamesAndFieldsOfTheirOwn) {
   std::vector<int> owners(sizeof(palpate_scene_def), 0);
   for (const Effect* effect : all_effects()) {
     EXPECT_TRUE(names.insert(effect->name).second) << effect->name;
-    EXPECT_NE(effect->build, nullptr) << effect->name;
+    EXPECT_TRUE(effect->build || effect->prepare) << effect->name;
     EXPECT_FALSE(effect->keys.empty()) << effect->name;
   }
   for_every_key([&](const Effect&, const EffectKey& key) {

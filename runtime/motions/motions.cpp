@@ -1,9 +1,10 @@
-#include "runtime/contact/motions.h"
+#include "runtime/motions/motions.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "runtime/base/error_text.h"
+#include "runtime/contact/touch_step.h"
 
 namespace palpate {
 namespace {
@@ -14,33 +15,26 @@ constexpr double kLeastMove = 1e-9, kMet = 1e-7;  // m; 1
 constexpr double kFarOff = 1e-5, kOff = 1e-4;  // m; 1
 // Farther no node may be moved.
 constexpr double kFarthest = 1e6;  // m
+constexpr std::int32_t kMost = formats::kMostMotions;
 
 }  // namespace
 
-bool Motions::create(SceneMemory& memory, const Source& source, std::int32_t constraint_capacity) {
+bool Motions::create(SceneMemory& memory, const Source& source) {
   source_ = source;
-  acting_.target = memory.array<Vec3>(static_cast<std::size_t>(constraint_capacity));
   const auto motions = static_cast<std::size_t>(count());
-  for (double** const array : {&longest_, &step_, &last_now_, &last_by_}) *array = memory.array<double>(motions);
-  for (double** const array : {&wanted_, &now_, &begun_, &before_, &held_}) {
+  for (double** const array : {&last_now_, &last_by_}) *array = memory.array<double>(motions);
+  for (double** const array : {&wanted_, &held_}) {
     *array = memory.array<double>(motions);
     memory.keep_array(*array, motions);
   }
   holds_ = memory.array<std::int32_t>(motions), state_ = memory.array<palpate_motion_state>(motions);
   memory.keep_array(holds_, motions), memory.keep_array(state_, motions);
   memory.keep(first_), memory.keep(pumps_);
-  if (memory.failed()) return false;
-  for (std::int32_t m = 0; m < count(); ++m) {
-    double most = 0;
-    for (std::int32_t n = 0; n < rows().nodes; ++n) most = std::max(most, dot(rows().at(m, n), rows().at(m, n)));
-    longest_[m] = std::sqrt(most) * (1 + 1e-12);
-  }
-  source_.surface.longest = longest_;
-  return true;
+  return !memory.failed();
 }
 
-void Motions::forget() {
-  for (double* const array : {now_, begun_, before_}) std::fill_n(array, count(), 0.0);
+void Motions::forget_rest() {
+  source_.offset->forget();
   std::fill_n(state_, count(), palpate_motion_state{});
   first_ = 1;
 }
@@ -53,7 +47,7 @@ palpate_status Motions::set(const double* amounts, std::int32_t given, palpate_e
                 "palpate_scene_set_motions: expected an amount for each of the %d motions, found %d amounts",
                 static_cast<int>(count()), amounts ? static_cast<int>(given) : 0);
   double farthest = 0;
-  for (std::int32_t m = 0; m < count(); ++m) farthest += std::fabs(amounts[m]) * longest_[m];
+  for (std::int32_t m = 0; m < count(); ++m) farthest += std::fabs(amounts[m]) * rows().longest[m];
   const bool finite = std::all_of(amounts, amounts + count(), [](double q) { return std::isfinite(q); });
   if (!finite || !(farthest <= kFarthest))
     return fail(
@@ -74,10 +68,10 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
     return bad("a motion of kind PRESSURE, whose surface sweeps a volume");
   const double own = source_.volume[static_cast<std::size_t>(motion) * static_cast<std::size_t>(count()) +
                                     static_cast<std::size_t>(motion)];
-  if (holds && !(own > 0 && std::fabs(volume) / own * longest_[motion] <= kFarthest))
+  if (holds && !(own > 0 && std::fabs(volume) / own * rows().longest[motion] <= kFarthest))
     return bad("a finite volume whose pressure moves no node by more than 1e6 m");
   // The pressure goes on from where it is.
-  if (!holds && holds_[motion]) wanted_[motion] = now_[motion];
+  if (!holds && holds_[motion]) wanted_[motion] = source_.offset->amounts()[motion];
   pumps_ += (holds ? 1 : 0) - holds_[motion];
   holds_[motion] = holds, held_[motion] = holds ? volume : 0;
   return succeed(error);
@@ -85,55 +79,40 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
 
 // ---- a step ----------------------------------------------------------------------------------------------------------
 
-// from: nullptr for zeros.
-double Motions::length_of(const double* amounts, const double* from) const {
-  double sum = 0;
-  for (std::int32_t m = 0; m < count(); ++m) sum += std::fabs(amounts[m] - (from ? from[m] : 0)) * longest_[m];
-  return sum;
-}
-
 void Motions::take_all() {
+  double* const now = source_.offset->amounts();
   for (std::int32_t m = 0; m < count(); ++m)
-    if (!holds_[m]) now_[m] = wanted_[m];
+    if (!holds_[m]) now[m] = wanted_[m];
   double by[kMost];
   for (std::int32_t m = 0; m < count(); ++m) by[m] = volume_of(m, {}, nullptr);
   if (pumps_ > 0 && solve_pumps(by))
     for (std::int32_t m = 0; m < count(); ++m)
-      if (holds_[m]) now_[m] += by[m];
+      if (holds_[m]) now[m] += by[m];
 }
 
-std::uint32_t Motions::begin(double most) {
-  std::copy_n(begun_, count(), before_);
-  std::copy_n(now_, count(), begun_);  // to measure the way
+// most: m, that a node may move. Returns step flags.
+std::uint32_t Motions::take(double most) {
+  Offset& offset = *source_.offset;
+  double* const now = offset.amounts();
+  offset.end_last_step();
   double moved = 0;
   for (std::int32_t m = 0; m < count(); ++m)
-    if (!holds_[m]) moved += std::fabs(wanted_[m] - now_[m]) * longest_[m];
+    if (!holds_[m]) moved += std::fabs(wanted_[m] - now[m]) * rows().longest[m];
   const double share = moved > most && !first_ ? most / moved : 1;
   if (first_) take_all();
   for (std::int32_t m = 0; m < count(); ++m)
-    if (!holds_[m]) now_[m] = share == 1 ? wanted_[m] : now_[m] + share * (wanted_[m] - now_[m]);
-  stepped_ = length_of(now_, begun_);
-  for (std::int32_t m = 0; m < count(); ++m) step_[m] = now_[m] - begun_[m];
-  std::copy_n(now_, count(), begun_);
-  // No place was before the first step.
-  if (first_) std::copy_n(now_, count(), before_);
+    if (!holds_[m]) now[m] = share == 1 ? wanted_[m] : now[m] + share * (wanted_[m] - now[m]);
+  offset.begin_step(first_ != 0);
   most_ = first_ ? INFINITY : share == 1 ? most - moved : 0;
-  first_ = 0;
+  first_ = followed_ = 0;
   return share == 1 ? 0 : PALPATE_STEP_MOTION_LIMITED;
 }
 
-const ContactConstraints& Motions::acting(const ContactConstraints& set) {
-  Vec3* const target = acting_.target;
-  acting_ = set;
-  acting_.target = target;
-  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    const ContactConstraint& constraint = set.constraints[p];
-    Vec3 moved;
-    for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
-      moved += set.nodes[e].weight * now(set.nodes[e].node);
-    target[p] = set.target[p] - (constraint.framed ? constraint.frame * moved : moved);
-  }
-  return acting_;
+void Motions::begin_step(TouchStep& step) {
+  TouchState& state = *step.state;
+  step.flags |= take(step.context->def.max_tool_speed * state.input.dt());
+  if (state.field.has_offset()) state.field.begin_moved();
+  step.context->watch.ended(source_.pass);
 }
 
 // m^3, what the surface of a pressure has swept.
@@ -143,7 +122,7 @@ double Motions::volume_of(std::int32_t motion, const ContactConstraints& set, co
   for (std::int32_t m = 0; m < count(); ++m)
     sum += source_.volume[static_cast<std::size_t>(motion) * static_cast<std::size_t>(count()) +
                           static_cast<std::size_t>(m)] *
-           now_[m];
+           source_.offset->amounts()[m];
   for (std::int32_t e = 0; e < set.node_count; ++e) sum += dot(rows().at(motion, set.nodes[e].node), force[e]);
   return sum;
 }
@@ -181,44 +160,60 @@ bool Motions::solve_pumps(double* by) const {
   return true;
 }
 
-// q <- q + V^-1 (v - V q - B^T f), which alone converges slowly where contacts hold the surface; so from the second solve on it goes
+// by: [count] Pa, by how much the held pressures are to change. Returns how far that moves a node at most, m; zero where nothing is to change
+// or the numbers are not finite. size: m, how far the amounts now move one.
+double Motions::find_change(const ContactConstraints& set, const Vec3* force, double* by, double* size) const {
+  *size = 0;
+  if (pumps_ == 0) return 0;
+  for (std::int32_t m = 0; m < count(); ++m) by[m] = holds_[m] ? volume_of(m, set, force) : 0;
+  if (!solve_pumps(by)) return 0;
+  double moves = 0;
+  for (std::int32_t m = 0; m < count(); ++m)
+    moves += std::fabs(by[m]) * rows().longest[m], *size += std::fabs(source_.offset->amounts()[m]) * rows().longest[m];
+  return std::isfinite(moves) ? moves : 0;
+}
+
+// q <- q + V^-1 (v - V q - B^T f), which alone converges slowly where contacts hold the surface; so from the second time on it goes
 // along the line between the last two (Anderson's method of depth one, for a single volume the secant): contacts that stick then are
 // met in the third solve.
-bool Motions::follow_volumes(const ContactConstraints& set, const Vec3* force, int solve, std::uint32_t* flags) {
-  if (pumps_ == 0) return false;
-  double by[kMost];
-  for (std::int32_t m = 0; m < count(); ++m) by[m] = holds_[m] ? volume_of(m, set, force) : 0;
-  if (!solve_pumps(by)) return false;
-  double moves = 0, size = 0;
-  for (std::int32_t m = 0; m < count(); ++m)
-    moves += std::fabs(by[m]) * longest_[m], size += std::fabs(now_[m]) * longest_[m];
-  if (!(moves > kLeastMove + kMet * size) || !std::isfinite(moves)) return false;
-  if (solve + 1 >= kMostSolves) {
-    if (moves > kFarOff + kOff * size) *flags |= PALPATE_STEP_SOLVE_INEXACT;
-    return false;
-  }
+bool Motions::follow(TouchStep& step, bool has_room) {
+  if (!has_room) return pumps_ > 0;
+  double *const now = source_.offset->amounts(), by[kMost], size = 0;
+  const double moves = find_change(step.state->rows.set(), step.state->force, by, &size);
+  if (!(moves > kLeastMove + kMet * size)) return false;
+  const double* const longest = rows().longest;
   double next[kMost], along = 0, squared = 0;
   for (std::int32_t m = 0; m < count(); ++m) {
-    next[m] = now_[m] + by[m];
-    const double turned = (by[m] - last_by_[m]) * longest_[m];
-    along += by[m] * longest_[m] * turned, squared += turned * turned;
+    next[m] = now[m] + by[m];
+    const double turned = (by[m] - last_by_[m]) * longest[m];
+    along += by[m] * longest[m] * turned, squared += turned * turned;
   }
-  if (solve > 0 && squared > 0)
+  if (followed_ > 0 && squared > 0)
     for (std::int32_t m = 0; m < count(); ++m)
-      next[m] -= along / squared * (now_[m] + by[m] - last_now_[m] - last_by_[m]);
-  std::copy_n(now_, count(), last_now_), std::copy_n(by, count(), last_by_);
+      next[m] -= along / squared * (now[m] + by[m] - last_now_[m] - last_by_[m]);
+  std::copy_n(now, count(), last_now_), std::copy_n(by, count(), last_by_);
+  ++followed_;
+  const double* const begun = source_.offset->begun_amounts();
   double moved = 0;
   for (std::int32_t m = 0; m < count(); ++m)
-    if (holds_[m]) moved += std::fabs(next[m] - begun_[m]) * longest_[m];
+    if (holds_[m]) moved += std::fabs(next[m] - begun[m]) * longest[m];
   const double share = moved > most_ ? most_ / moved : 1;
   for (std::int32_t m = 0; m < count(); ++m)
-    if (holds_[m]) now_[m] = share == 1 ? next[m] : begun_[m] + share * (next[m] - begun_[m]);
-  if (share != 1) *flags |= PALPATE_STEP_MOTION_LIMITED;
+    if (holds_[m]) now[m] = share == 1 ? next[m] : begun[m] + share * (next[m] - begun[m]);
+  if (share != 1) step.flags |= PALPATE_STEP_MOTION_LIMITED;
   return true;
 }
 
-void Motions::end(const ContactConstraints& set, const Vec3* force) {
-  for (std::int32_t m = 0; m < count(); ++m) state_[m] = {now_[m], volume_of(m, set, force)};
+bool Motions::is_far_off(const ContactConstraints& set, const Vec3* force) const {
+  double by[kMost], size = 0;
+  return find_change(set, force, by, &size) > kFarOff + kOff * size;
+}
+
+void Motions::take_reactions(TouchStep& step, bool solved) {
+  const ContactConstraints& set = step.state->rows.set();
+  const Vec3* const force = step.state->force;
+  if (solved && is_far_off(set, force)) step.flags |= PALPATE_STEP_SOLVE_INEXACT;
+  for (std::int32_t m = 0; m < count(); ++m) state_[m] = {source_.offset->amounts()[m], volume_of(m, set, force)};
 }
 
 }  // namespace palpate

@@ -1,0 +1,72 @@
+#include "runtime/contact/offset.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+
+bool Offset::create(SceneMemory& memory, const MotionRows& rows, std::int32_t constraint_capacity) {
+  const auto count = static_cast<std::size_t>(rows.count);
+  acting_.target = memory.array<Vec3>(static_cast<std::size_t>(constraint_capacity));
+  for (double** const array : {&longest_, &step_}) *array = memory.array<double>(count);
+  for (double** const array : {&now_, &begun_, &before_}) {
+    *array = memory.array<double>(count);
+    memory.keep_array(*array, count);
+  }
+  if (memory.failed()) return false;
+  for (std::int32_t m = 0; m < rows.count; ++m) {
+    double most = 0;
+    for (std::int32_t n = 0; n < rows.nodes; ++n) most = std::max(most, dot(rows.at(m, n), rows.at(m, n)));
+    longest_[m] = std::sqrt(most) * (1 + 1e-12);
+  }
+  rows_ = rows, rows_.longest = longest_;
+  return true;
+}
+
+void Offset::forget() {
+  for (double* const array : {now_, begun_, before_}) std::fill_n(array, count(), 0.0);
+}
+
+void Offset::end_last_step() {
+  std::copy_n(begun_, count(), before_);
+  std::copy_n(now_, count(), begun_);  // to measure the way
+}
+
+void Offset::begin_step(bool is_first) {
+  stepped_ = moved_in_step();
+  for (std::int32_t m = 0; m < count(); ++m) step_[m] = now_[m] - begun_[m];
+  std::copy_n(now_, count(), begun_);
+  if (is_first) std::copy_n(now_, count(), before_);
+}
+
+// from: nullptr for zeros.
+double Offset::length_of(const double* amounts, const double* from) const {
+  double sum = 0;
+  for (std::int32_t m = 0; m < count(); ++m) sum += std::fabs(amounts[m] - (from ? from[m] : 0)) * longest_[m];
+  return sum;
+}
+
+Vec3 Offset::held_by(const ContactConstraints& set, const ContactConstraint& constraint) const {
+  Vec3 sum;
+  if (!exists()) return sum;
+  for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+    sum += set.nodes[e].weight * now(set.nodes[e].node);
+  return sum;
+}
+
+Vec3 Offset::left_of_target(const ContactConstraints& set, std::int32_t p) const {
+  if (!exists()) return set.target[p];
+  const ContactConstraint& constraint = set.constraints[p];
+  const Vec3 held = held_by(set, constraint);
+  return set.target[p] - (constraint.framed ? constraint.frame * held : held);
+}
+
+const ContactConstraints& Offset::acting(const ContactConstraints& set) {
+  if (!exists()) return set;
+  Vec3* const target = acting_.target;
+  acting_ = set, acting_.target = target;
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) target[p] = left_of_target(set, p);
+  return acting_;
+}
+
+}  // namespace palpate

@@ -1,0 +1,10 @@
+#pragma once
+
+#include "runtime/scene/effect.h"
+
+namespace palpate {
+
+// Supports, pressures and gravity that move the organ from outside.
+extern const Effect motions_effect;
+
+}  // namespace palpate

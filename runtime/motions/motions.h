@@ -1,0 +1,66 @@
+// What moves the organ from outside: supports, pressure, gravity. The bundle's motions are the rows of the organ's offset (offset.h), and
+// this decides their amounts q in each step.
+// Where the volume of a pressure is held in place of the pressure, its amount follows from
+//     V q + B^T f = v,      V_ij: the volume that motion j makes the surface of pressure i sweep; f: the contacts' forces.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/passes.h"
+#include "runtime/contact/offset.h"
+#include "runtime/contact/step_part.h"
+
+namespace palpate {
+
+class Motions final : public StepPart {
+ public:
+  // All borrowed. volume: [count][count] m^3, or nullptr where no motion is a pressure.
+  struct Source {
+    Offset* offset = nullptr;
+    const double* volume = nullptr;
+    const std::int32_t* kind = nullptr;  // [count]
+    Pass pass = Pass::input;
+  };
+  bool create(SceneMemory& memory, const Source& source);
+
+  std::int32_t count() const { return source_.offset->count(); }
+
+  // palpate_scene_set_motions and palpate_scene_hold_volume state the contract.
+  palpate_status set(const double* amounts, std::int32_t count, palpate_error* error);
+  palpate_status hold_volume(std::int32_t motion, bool holds, double volume, palpate_error* error);
+  // What was set stays; the next step takes it at once.
+  void forget_rest() override;
+
+  // The amounts go to what was set, by no more than tools may move at any node, but the first step takes them all.
+  void begin_step(TouchStep& step) override;
+  // Where held volumes are missed, their pressures are new.
+  bool follow(TouchStep& step, bool has_room) override;
+  void take_reactions(TouchStep& step, bool solved) override;
+
+  const palpate_motion_state* state(std::int32_t motion) const {
+    return motion >= 0 && motion < count() ? &state_[motion] : nullptr;
+  }
+
+ private:
+  const MotionRows& rows() const { return source_.offset->rows(); }
+  double volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const;
+  bool solve_pumps(double* missed) const;
+  double find_change(const ContactConstraints& set, const Vec3* force, double* by, double* size) const;
+  void take_all();
+  std::uint32_t take(double most);
+  bool is_far_off(const ContactConstraints& set, const Vec3* force) const;
+
+  Source source_;
+  // [count] each:
+  double* wanted_ = nullptr;
+  double* held_ = nullptr;         // m^3, where a volume is held
+  std::int32_t* holds_ = nullptr;  // 1: a volume is held
+  double *last_now_ = nullptr,
+         *last_by_ = nullptr;  // of the solve before: the amounts, and by how much they were to change
+  palpate_motion_state* state_ = nullptr;
+  double most_ = 0;  // m: what a node may still move in this step
+  std::int32_t first_ = 1, pumps_ = 0;
+  std::int32_t followed_ = 0;  // how often follow() has changed pressures in this step
+};
+
+}  // namespace palpate
