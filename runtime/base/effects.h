@@ -55,16 +55,6 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.radial != PALPATE_RADIAL_OFF;
 }
 
-// A touch step tells each contact, and what began and ended.
-[[maybe_unused]] static bool reports_contacts(const palpate_scene_def& def) {
-  return kHasEffects && def.report != PALPATE_REPORT_OFF;
-}
-
-// Tools may grasp.
-[[maybe_unused]] static bool has_grasps(const palpate_scene_def& def) {
-  return kHasEffects && def.grasps != 0;
-}
-
 // Tools meet a finer surface than the mesh's. While the scene is created; later its FineSurface is bound.
 [[maybe_unused]] static bool has_fine_surface(const palpate_scene_def& def) {
   return kHasEffects && def.fine_surface;
@@ -74,8 +64,7 @@ constexpr bool kHasEffects = true;
 [[maybe_unused]] static bool asks_for_missing_effects(const palpate_scene_def& def) {
   return !kHasEffects && (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
                           def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE ||
-                          def.radial != PALPATE_RADIAL_OFF || def.fine_surface || def.report != PALPATE_REPORT_OFF ||
-                          def.grasps || def.needles || def.dent != PALPATE_DENT_OFF);
+                          def.radial != PALPATE_RADIAL_OFF || def.fine_surface);
 }
 
 }  // namespace palpate

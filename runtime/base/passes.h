@@ -16,7 +16,6 @@ enum class Pass : std::int32_t {
   contact,
   force,
   output,
-  report,
   deform,
   superposition,
   radial,

@@ -8,6 +8,7 @@
 #include "runtime/needles/effect.h"
 #include "runtime/query/effect.h"
 #include "runtime/relaxation/effect.h"
+#include "runtime/report/effect.h"
 #include "runtime/scene/build_scene.h"
 #include "runtime/skin/effect.h"
 
@@ -15,8 +16,8 @@ namespace palpate {
 
 EffectList all_effects() {
   static constexpr const Effect* kAll[] = {&large_effect, &grasps_effect,     &needles_effect, &motions_effect,
-                                           &links_effect, &relaxation_effect, &queries_effect, &skin_effect,
-                                           &dent_effect,  &inside_effect};
+                                           &links_effect, &relaxation_effect, &report_effect,  &queries_effect,
+                                           &skin_effect,  &dent_effect,       &inside_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 }

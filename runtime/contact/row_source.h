@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "runtime/contact/event_sink.h"
 #include "runtime/contact/slide_energy.h"
 #include "runtime/contact/step_part.h"
 
@@ -21,7 +22,8 @@ class RowSource : public StepPart {
   virtual bool asks_again(TouchStep&) { return false; }
   // After the displacement field has been set from these reactions.
   virtual void end(TouchStep&) {}
-  virtual void report(TouchStep&) {}
+  // What it tells of the step beside the contacts of tools.
+  virtual void tell(TouchStep&, EventSink&) {}
 
   // For the accounts of energy: fills in what slides, of a constraint of `set` that may be its own. False: it does not slide.
   virtual bool note_sliding(const TouchStep&, const ContactConstraints& /*set*/, const ContactConstraint&,

@@ -21,6 +21,8 @@ class StepPart {
   virtual void take_reactions(TouchStep&, bool /*solved*/) {}
   // After P and Q, before the limits for a device: changes what tools feel, raw and raw_torque of TouchStep::result.
   virtual void correct_forces(TouchStep&) {}
+  // After the output.
+  virtual void end_step(TouchStep&) {}
 
   // The pass (passes.h) that counts the time of take_reactions() and, of a RowSource, of end().
   virtual Pass pass() const { return Pass::contact; }
@@ -28,6 +30,8 @@ class StepPart {
   // Forgets what earlier steps have left: for the tool in place t; for all that belongs to no tool.
   virtual void forget_tool(std::int32_t) {}
   virtual void forget_rest() {}
+  // The host has the tool in place t forgotten, after forget_tool(t).
+  virtual void reset_tool(std::int32_t) {}
 
  protected:
   ~StepPart() = default;

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "runtime/base/contact_nodes.h"
-#include "runtime/contact/report_contacts.h"
 #include "runtime/contact/tool_forces.h"
 #include "runtime/contact/touch_solve.h"
 #include "runtime/contact/touch_step.h"
@@ -65,7 +64,6 @@ void come_near(TouchStep& step, std::int32_t t, const ToolInWorld& tool) {
     PointState& point = state.points[t][i];
     point = PointState{};
     point.known = true, point.last = state.far.before_in_organ(tool.before[i]);
-    if (reports_contacts(step.context->def)) state.report.note(t, i, point.last);
   }
 }
 
@@ -180,10 +178,7 @@ std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint)
   write_contacts(step);
   write_tools(step);
   context.watch.ended(Pass::output);
-  if (reports_contacts(context.def)) {
-    report_contacts(step);
-    context.watch.ended(Pass::report);
-  }
+  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->end_step(step);
   if (context.bundle.is_lost()) step.flags |= PALPATE_STEP_BUNDLE_LOST;
   step.out->flags = step.flags;
   step.out->step = ++state.step;
@@ -212,7 +207,6 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.body->forget();
   state.rows.forget();
   for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_rest();
-  if (reports_contacts(def)) state.report.forget();
   state.step = 0;
   for (std::int32_t t = 0; t < def.max_tools; ++t) forget_tool(def, state, t);
 }
@@ -229,7 +223,7 @@ void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id
   if (t < 0) return;
   state.input.forget_input(t);
   forget_tool(def, state, t);
-  if (reports_contacts(def)) state.report.forget_tool(t);
+  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->reset_tool(t);
 }
 
 }  // namespace palpate

@@ -10,7 +10,6 @@
 #include "runtime/contact/collision.h"
 #include "runtime/contact/contact_admission.h"
 #include "runtime/contact/contact_patch.h"
-#include "runtime/contact/contact_report.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/deformed_surface.h"
@@ -84,7 +83,6 @@ struct TouchState {
       nullptr;     // [surface nodes] m / sqrt(J), as surface_tree.h explains, where there may be such pairs
   HeldField held;  // the displacements that a step writes: those that do not follow from the contact nodes alone
   ResponseCurve response;
-  ContactReport report;                 // where the scene reports its contacts
   Vec3* force = nullptr;                // [max_contact_nodes] N, f of each contact node
   Vec3* modified = nullptr;             // [max_contact_nodes] m, u~ of each contact node
   Vec3 last_force[PALPATE_MAX_TOOLS];   // N, in the world, what each tool was sent in the last step

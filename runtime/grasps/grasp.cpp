@@ -291,18 +291,18 @@ void Grasps::take_reactions(TouchStep& step, bool) {
   }
 }
 
-void Grasps::report(TouchStep& step) {
-  TouchState& state = *step.state;
+void Grasps::tell(TouchStep& step, EventSink& to) {
+  const TouchState& state = *step.state;
   for (std::int32_t t = 0; t < step.context->def.max_tools; ++t) {
     const Tool& tool = state.input.tool(t);
-    if (tool.index < 0) continue;  // hold_tool() has told its end
+    if (tool.index < 0) continue;  // its end has been told
     HeldEvent held;
     held.condition = grasps_[t].state.condition, held.closing = tool.has_grasp ? tool.grasp.id : 0;
     if (tool.has_grasp) {
       held.surface_point = surface_point_of(tool.grasp.triangle, tool.grasp.barycentric);
       held.place = state.organ.point_to_organ(load3(grasps_[t].state.place));
     }
-    state.report.tell_grasp(t, held);
+    to.tell_held(t, held);
   }
 }
 

@@ -42,7 +42,7 @@ class Grasps final : public RowSource {
   void request_of_tool(TouchStep& step, std::int32_t t) override;
   bool asks_again(TouchStep& step) override;
   void take_reactions(TouchStep& step, bool solved) override;
-  void report(TouchStep& step) override;
+  void tell(TouchStep& step, EventSink& to) override;
   Pass pass() const override { return pass_; }
   void forget_tool(std::int32_t t) override;
 

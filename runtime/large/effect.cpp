@@ -177,7 +177,7 @@ std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene& sc
 bool place_in_touch(const SectionReader& reader, palpate_scene& scene, BodyInTouch& body) {
   const palpate_scene_def& def = scene.def;
   scene.touch.admission.admit_any(body.deforming().operations_to_renew());
-  return !(follows_deformed_surface(def) || reports_contacts(def)) ||
+  return !(follows_deformed_surface(def) || (scene.uses & kUsesDisplacements) != 0) ||
          body.create_field(reader.memory(), scene.touch.most_constraints, reader.surface_nodes());
 }
 

@@ -221,17 +221,17 @@ void Links::end(TouchStep& step) {
   step.flags |= read_reactions(set, state.force, state.solver, step.is_solved, state.step + 1, &step.unasked);
 }
 
-void Links::report(TouchStep& step) {
+void Links::tell(TouchStep&, EventSink& to) {
   for (std::int32_t i = 0; i < count_; ++i) {
     const Link& link = links_[i];
     const palpate_link_condition now = link.state.condition;
     if (now == link.before) continue;
     const int e = link.given.ends[0].kind == PALPATE_END_SURFACE_POINT ? 0 : 1;
     const SurfacePoint place = surface_point_of(link.given.ends[e].triangle, link.given.ends[e].barycentric);
-    step.state->report.tell_link(now == PALPATE_LINK_TAUT     ? PALPATE_EVENT_LINK_TAUT
-                                 : now == PALPATE_LINK_BROKEN ? PALPATE_EVENT_LINK_BROKE
-                                                              : PALPATE_EVENT_LINK_SLACK,
-                                 link.state.id, place, link.ends[e].at());
+    to.tell_event(now == PALPATE_LINK_TAUT     ? PALPATE_EVENT_LINK_TAUT
+                  : now == PALPATE_LINK_BROKEN ? PALPATE_EVENT_LINK_BROKE
+                                               : PALPATE_EVENT_LINK_SLACK,
+                  link.state.id, place, link.ends[e].at());
   }
 }
 

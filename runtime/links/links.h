@@ -40,7 +40,7 @@ class Links final : public RowSource {
   // Cost: for each node of a link 9 multiply-adds for each contact node, at distant addresses where it is slack. A slack thread costs a
   // length while a bound on the motion of its ends shows that it stays slack; all of them together then cost rows^2 multiply-adds.
   void end(TouchStep& step) override;
-  void report(TouchStep& step) override;
+  void tell(TouchStep& step, EventSink& to) override;
   Pass pass() const override { return source_.pass; }
 
   std::int32_t count() const { return count_; }

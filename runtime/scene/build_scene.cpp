@@ -168,8 +168,8 @@ palpate_status build_displacement(const SectionReader& reader, const palpate_sce
   DisplacementField& field = touch.displacement;
   field.offset_by(&touch.offset, touch.body->added());
   if (const SurfaceField* const own = touch.body->surface_field()) field.follow(own);
-  const bool asked = (!touch.body->surface_field() && (follows_deformed_surface(def) || reports_contacts(def))) ||
-                     (uses & kUsesDisplacements) != 0;
+  const bool asked =
+      !touch.body->surface_field() && (follows_deformed_surface(def) || (uses & kUsesDisplacements) != 0);
   return !asked || field.create(reader.memory(), def.max_contact_nodes) ? PALPATE_OK : reader.no_memory("displacement");
 }
 
@@ -269,13 +269,6 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
   for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
   return PALPATE_OK;
-}
-
-palpate_status build_report(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  return touch.report.create(reader.memory(), def, touch.rest, touch.triangles, fine_surface_of(touch),
-                             &touch.displacement)
-             ? PALPATE_OK
-             : reader.no_memory("report");
 }
 
 // ---- the shape half --------------------------------------------------------------------------------------------------
@@ -438,7 +431,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
   if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_PATCH) ||
       !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
       !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
-      !is_one_of(def.preload, PALPATE_PRELOAD_ON) || !is_one_of(def.report, PALPATE_REPORT_CONTACTS))
+      !is_one_of(def.preload, PALPATE_PRELOAD_ON))
     return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
   if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
   if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
@@ -524,7 +517,6 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return build_collision(reader, def, scene.tensors, scene.touchable, touch); });
   step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, scene.touchable, touch); });
   touch.ask(&touch.tools);
-  step(def.report != PALPATE_REPORT_OFF, use.report, [&] { return build_report(reader, def, touch); });
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
   step(def.shape != PALPATE_SHAPE_OFF, use.shape, [&] { return build_shape(reader, scene); });

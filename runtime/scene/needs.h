@@ -13,7 +13,7 @@ namespace palpate {
 
 // Positions of the surface's nodes without contacts.
 [[maybe_unused]] static bool needs_rest(const palpate_scene_def& def, std::uint32_t uses) {
-  return needs_surface(def, uses) || def.report != PALPATE_REPORT_OFF || (uses & kUsesRest) != 0;
+  return needs_surface(def, uses) || (uses & kUsesRest) != 0;
 }
 
 // The triangles' corners, at least.

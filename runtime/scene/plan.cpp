@@ -144,7 +144,6 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
   step(def.force != PALPATE_FORCE_OFF, Pass::force, responds ? "force: response" : "force: linear", "touch",
        responds ? sections.response(SectionId::response_force) : none);
   step(true, Pass::output, "output", "touch", none);
-  step(def.report != PALPATE_REPORT_OFF, Pass::report, "report: contacts", "touch", sections.surface(), memory.report);
 
   if (body && !has_own_field) step(true, Pass::deform, body->effect->body->pass(def), "deform", of_body, body->bytes);
 

@@ -30,10 +30,6 @@ class PassWork {
             10 + (scene_.def.force == PALPATE_FORCE_RESPONSE ? 2.0 * scene_.touch.response.ratio_count() * tools : 0)};
       case Pass::output:
         return {0, 0, 25 + 3 * tools + nodes};
-      case Pass::report:
-        return {0, 0,
-                static_cast<double>(
-                    ContactReport::operations(load_.points, load_.contacts, load_.nodes, scene_.touch.fine.bound()))};
       case Pass::superposition:
         if (has_own_field()) return {24.0 * scene_.shape.nodes, 0, 50};
         return superposition();

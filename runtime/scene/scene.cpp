@@ -92,10 +92,6 @@ int32_t palpate_scene_deform(palpate_scene* scene) {
   return evaluations;
 }
 
-const palpate_contact_report* palpate_scene_report(const palpate_scene* scene) {
-  return scene ? scene->touch.report.report() : nullptr;
-}
-
 void palpate_scene_reset(palpate_scene* scene) {
   if (scene) palpate::reset_touch(scene->def, scene->touch);
 }

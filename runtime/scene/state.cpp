@@ -103,7 +103,7 @@ std::uint64_t definition_of(const palpate_scene& scene) {
                 "digest the new field here, or give it to an effect");
   digest.add(def.collision, def.contact, def.law, def.force, def.shape, def.radial, def.preload);
   digest.add(def.max_tools, def.max_points, def.max_contact_nodes, def.force_limit, def.force_slew);
-  digest.add(def.max_tool_speed, def.release_distance, def.report);
+  digest.add(def.max_tool_speed, def.release_distance);
   digest.add(def.torque_limit, def.torque_slew, def.max_operations, scene.touch.fine.identity());
   for (std::int32_t e = 0; e < scene.effect_count; ++e) {
     const Effect& effect = *scene.effects[e].effect;

@@ -36,11 +36,6 @@ class WorkBounds {
     const EffectPass& pass = scene_.effects[e].effect->pass;
     return pass.most_operations ? pass.most_operations(scene_) : 0;
   }
-  double report() const {
-    return reports_contacts(def_) ? static_cast<double>(ContactReport::operations(def_.max_points, contacts(),
-                                                                                  def_.max_contact_nodes, fine_ > 0))
-                                  : 0;
-  }
   double step() const {
     double on_top = rows();
     for (std::int32_t e = 0; e < scene_.effect_count; ++e) on_top += of_effect(e);
@@ -100,7 +95,6 @@ palpate_status state_work_bounds(palpate_scene& scene, palpate_error* error) {
   state(Pass::rows, bounds.rows());
   state(Pass::contact, bounds.contact());
   for (std::int32_t e = 0; e < scene.effect_count; ++e) state(pass_of_effect(e), bounds.of_effect(e));
-  if (reports_contacts(scene.def)) state(Pass::report, bounds.report());
   scene.plan.most_operations = static_cast<std::int64_t>(std::min(bounds.step(), 9e18));
   return PALPATE_OK;
 }

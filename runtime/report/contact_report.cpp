@@ -1,9 +1,7 @@
-#include "runtime/contact/contact_report.h"
+#include "runtime/report/contact_report.h"
 
 #include <algorithm>
 #include <cstring>
-
-#include "runtime/base/effects.h"
 
 namespace palpate {
 namespace {
@@ -11,7 +9,7 @@ namespace {
 // A contact may end and begin, a link become taut and break; a tool's place may see one grasp open and another one close and slip.
 std::size_t most_events(const palpate_scene_def& def) {
   return 2 * static_cast<std::size_t>(def.max_points) + static_cast<std::size_t>(def.max_links) +
-         (has_grasps(def) ? 4 * static_cast<std::size_t>(def.max_tools) : 0);
+         (def.grasps ? 4 * static_cast<std::size_t>(def.max_tools) : 0);
 }
 
 bool is_closed(const HeldEvent& grasp) {
@@ -34,7 +32,7 @@ bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, co
   slots_ = memory.array<Slot>(static_cast<std::size_t>(def.max_tools) * points);
   memory.keep(ids_);
   memory.keep(used_);
-  if (has_grasps(def)) memory.keep(grasps_);
+  if (def.grasps) memory.keep(grasps_);
   memory.keep(step_);
   memory.keep_array(slots_, static_cast<std::size_t>(def.max_tools) * points);
   memory.keep_array(bytes_, words);
@@ -84,27 +82,27 @@ palpate_contact_event& ContactReport::tell(palpate_contact_event_kind kind, std:
   return tell(kind, ids_[t], point, held.surface_point, held.node, held.place);
 }
 
-void ContactReport::tell_link(palpate_contact_event_kind kind, std::int32_t id, const SurfacePoint& place, Vec3 at) {
+void ContactReport::tell_event(palpate_contact_event_kind kind, std::int32_t id, const SurfacePoint& place, Vec3 at) {
   tell(kind, -1, id, place, -1, at);
 }
 
-void ContactReport::tell_grasp(palpate_contact_event_kind kind, std::int32_t t) {
+void ContactReport::tell_held(palpate_contact_event_kind kind, std::int32_t t) {
   tell(kind, ids_[t], -1, grasps_[t].surface_point, -1, grasps_[t].place);
 }
 
-void ContactReport::tell_grasp(std::int32_t t, const HeldEvent& now) {
+void ContactReport::tell_held(std::int32_t t, const HeldEvent& now) {
   const HeldEvent before = grasps_[t];
   const bool same = before.condition != PALPATE_GRASP_OPEN && before.closing == now.closing;
-  if (is_closed(before) && (now.condition == PALPATE_GRASP_OPEN || !same)) tell_grasp(PALPATE_EVENT_GRASP_OPENED, t);
+  if (is_closed(before) && (now.condition == PALPATE_GRASP_OPEN || !same)) tell_held(PALPATE_EVENT_GRASP_OPENED, t);
   grasps_[t] = now;
   if (now.condition == PALPATE_GRASP_OPEN) return;
-  if (!same) tell_grasp(PALPATE_EVENT_GRASP_CLOSED, t);
+  if (!same) tell_held(PALPATE_EVENT_GRASP_CLOSED, t);
   const palpate_grasp_condition last = same ? before.condition : PALPATE_GRASP_HOLDS;
   if (last == now.condition) return;
-  tell_grasp(now.condition == PALPATE_GRASP_LET_GO  ? PALPATE_EVENT_GRASP_LET_GO
-             : now.condition == PALPATE_GRASP_SLIPS ? PALPATE_EVENT_GRASP_SLIPS
-                                                    : PALPATE_EVENT_GRASP_HOLDS,
-             t);
+  tell_held(now.condition == PALPATE_GRASP_LET_GO  ? PALPATE_EVENT_GRASP_LET_GO
+            : now.condition == PALPATE_GRASP_SLIPS ? PALPATE_EVENT_GRASP_SLIPS
+                                                   : PALPATE_EVENT_GRASP_HOLDS,
+            t);
 }
 
 // Another tool in the place ends the contacts of the one before.
@@ -112,7 +110,7 @@ void ContactReport::hold_tool(std::int32_t t, std::int32_t id) {
   if (ids_[t] == id) return;
   for (std::int32_t i = 0; i < used_[t]; ++i)
     if (slot(t, i).held_step + 1 == step_ && slot(t, i).held_step > 0) tell(PALPATE_EVENT_END, t, i);
-  if (is_closed(grasps_[t])) tell_grasp(PALPATE_EVENT_GRASP_OPENED, t);
+  if (is_closed(grasps_[t])) tell_held(PALPATE_EVENT_GRASP_OPENED, t);
   forget_tool(t);
   ids_[t] = id;
 }

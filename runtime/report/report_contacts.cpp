@@ -1,4 +1,4 @@
-#include "runtime/contact/report_contacts.h"
+#include "runtime/report/report_contacts.h"
 
 #include <cmath>
 
@@ -8,9 +8,9 @@
 namespace palpate {
 namespace {
 
-class Report {
+class ContactsOfStep {
  public:
-  explicit Report(const TouchStep& step) : step_(step), state_(*step.state) {}
+  explicit ContactsOfStep(const TouchStep& step) : step_(step), state_(*step.state) {}
 
   // Calls visit(first, end) for the constraints of each contact, which are neighbours in the list. Links, at its end, and grasps are no contacts.
   template <class Visit>
@@ -84,9 +84,8 @@ class Report {
     contact->disc_radius = constraint.disc_radius, contact->disc_normal = outward, contact->indentation = pressed;
   }
 
-  void report() {
+  void tell(ContactReport& report) {
     const ContactConstraints& set = state_.rows.set();
-    ContactReport& report = state_.report;
     report.begin(state_.step + 1, state_.input.dt());
     for (std::int32_t t = 0; t < step_.context->def.max_tools; ++t) {
       const Tool& tool = state_.input.tool(t);
@@ -113,11 +112,21 @@ class Report {
 
 }  // namespace
 
-void report_contacts(TouchStep& step) {
-  Report(step).report();
-  TouchState& state = *step.state;
-  for (std::int32_t s = 0; s < state.source_count; ++s) state.sources[s]->report(step);
-  state.report.end();
+// The points of a tool that comes near in a world are where they were in the last step, in which they were not told.
+void StepReport::begin_step(TouchStep& step) {
+  const TouchState& state = *step.state;
+  for (std::int32_t t = 0; step.world && t < state.input.count(); ++t) {
+    const Tool& tool = state.input.tool(t);
+    for (std::int32_t i = 0; tool.index >= 0 && !step.far[t] && state.points[t] && i < tool.point_count; ++i)
+      if (state.points[t][i].known) report_.note_last(t, i, state.points[t][i].last);
+  }
+}
+
+void StepReport::end_step(TouchStep& step) {
+  ContactsOfStep(step).tell(report_);
+  for (std::int32_t s = 0; s < step.state->source_count; ++s) step.state->sources[s]->tell(step, report_);
+  report_.end();
+  step.context->watch.ended(pass_);
 }
 
 }  // namespace palpate

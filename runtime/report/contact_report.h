@@ -5,6 +5,7 @@
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/displacement_field.h"
+#include "runtime/contact/event_sink.h"
 #include "runtime/surface/fine_surface.h"
 
 namespace palpate {
@@ -23,15 +24,7 @@ struct ReportedContact {
   double indentation = 0;  // m, of the disc into a half-space
 };
 
-// A grasp as a step has left it. A part of what ContactReport keeps, without padding.
-struct HeldEvent {
-  palpate_grasp_condition condition = PALPATE_GRASP_OPEN;
-  std::int32_t closing = 0;    // palpate_grasp::id
-  SurfacePoint surface_point;  // of its first disc
-  Vec3 place;                  // m
-};
-
-class ContactReport {
+class ContactReport final : public EventSink {
  public:
   // position: [nodes][3] m; triangles: [F][3], nullptr where contacts hold nodes alone. Both are borrowed.
   // fine: where contacts are on a fine surface, else nullptr.
@@ -48,11 +41,15 @@ class ContactReport {
   void hold_tool(std::int32_t t, std::int32_t id);
   void hold(std::int32_t t, std::int32_t point);
   void end_missing();
-  // Behind the contacts: what became of the grasp of the tool in place t, and of a link whose condition changed.
-  void tell_grasp(std::int32_t t, const HeldEvent& now);
-  void tell_link(palpate_contact_event_kind kind, std::int32_t id, const SurfacePoint& place, Vec3 at);
+  // Behind the contacts.
+  void tell_held(std::int32_t t, const HeldEvent& now) override;
+  void tell_event(palpate_contact_event_kind kind, std::int32_t id, const SurfacePoint& place, Vec3 at) override;
   void add(const ReportedContact& contact, std::int32_t index);
   void note(std::int32_t t, std::int32_t point, Vec3 holder);
+  // Before begin(): the same of the last step, of a point that it was not told.
+  void note_last(std::int32_t t, std::int32_t point, Vec3 last) {
+    if (slot(t, point).last_step != step_) note(t, point, last);
+  }
   void end();
 
   // What a step's report takes, about.
@@ -88,7 +85,7 @@ class ContactReport {
   palpate_contact_event& tell(palpate_contact_event_kind kind, std::int32_t t, std::int32_t point);
   palpate_contact_event& tell(palpate_contact_event_kind kind, std::int32_t tool_id, std::int32_t point,
                               const SurfacePoint& surface_point, std::int32_t node, Vec3 place);
-  void tell_grasp(palpate_contact_event_kind kind, std::int32_t t);
+  void tell_held(palpate_contact_event_kind kind, std::int32_t t);
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;

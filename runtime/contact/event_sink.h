@@ -1,0 +1,31 @@
+// What sources of rows tell of a step beside their contacts, to whoever listens (runtime/report).
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/include/palpate/palpate.h"
+#include "runtime/surface/surface_index.h"
+
+namespace palpate {
+
+// What a tool holds, as a step has left it. Without padding: a saved state has it.
+struct HeldEvent {
+  palpate_grasp_condition condition = PALPATE_GRASP_OPEN;
+  std::int32_t closing = 0;    // palpate_grasp::id
+  SurfacePoint surface_point;  // of its first disc
+  Vec3 place;                  // m
+};
+
+class EventSink {
+ public:
+  // What became of what the tool in place t holds.
+  virtual void tell_held(std::int32_t /*t*/, const HeldEvent& /*now*/) {}
+  // Of something that belongs to no tool. at: m, of the place.
+  virtual void tell_event(palpate_contact_event_kind, std::int32_t /*id*/, const SurfacePoint& /*place*/, Vec3 /*at*/) {
+  }
+
+ protected:
+  ~EventSink() = default;
+};
+
+}  // namespace palpate

@@ -1,0 +1,54 @@
+#include "runtime/report/effect.h"
+
+#include "runtime/report/report_contacts.h"
+#include "runtime/scene/effect_build.h"
+#include "runtime/scene/surface_trees.h"
+
+namespace palpate {
+namespace {
+
+constexpr EffectKey kKeys[] = {
+    {PALPATE_KEY(report), EffectKey::Type::choice, "", "off, contacts", 0, PALPATE_REPORT_CONTACTS}};
+
+void add_sections(const palpate_scene_def&, SectionList& sections) {
+  sections.add_surface();
+}
+
+palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load& load) {
+  return {
+      0, 0,
+      static_cast<double>(ContactReport::operations(load.points, load.contacts, load.nodes, scene.touch.fine.bound()))};
+}
+
+palpate_status build(EffectBuild& build) {
+  TouchState& touch = build.scene.touch;
+  SceneMemory& memory = build.reader.memory();
+  auto* const report = memory.make<StepReport>();
+  if (!report) return build.reader.no_memory("report");
+  build.state = report;
+  touch.add(report);
+  return report->create(memory, build.scene.def, touch.rest, touch.triangles, fine_surface_of(touch),
+                        &touch.displacement, build.pass)
+             ? PALPATE_OK
+             : build.reader.no_memory("report");
+}
+
+}  // namespace
+
+constinit const Effect report_effect = {
+    .name = "report",
+    .keys = kKeys,
+    .needs = {},
+    .uses = kUsesRest | kUsesDisplacements,
+    .pass = {"report: contacts", Half::touch, Pass::output, predict},
+    .sections = add_sections,
+    .build = build,
+};
+
+}  // namespace palpate
+
+const palpate_contact_report* palpate_scene_report(const palpate_scene* scene) {
+  if (!scene) return nullptr;
+  const auto* const report = static_cast<const palpate::StepReport*>(scene->state_of(palpate::report_effect));
+  return report ? report->report() : nullptr;
+}
