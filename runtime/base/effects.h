@@ -55,16 +55,11 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.radial != PALPATE_RADIAL_OFF;
 }
 
-// Tools meet a finer surface than the mesh's. While the scene is created; later its FineSurface is bound.
-[[maybe_unused]] static bool has_fine_surface(const palpate_scene_def& def) {
-  return kHasEffects && def.fine_surface;
-}
-
 // True where the scene asks for something that a build without effects does not have.
 [[maybe_unused]] static bool asks_for_missing_effects(const palpate_scene_def& def) {
-  return !kHasEffects && (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
-                          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE ||
-                          def.radial != PALPATE_RADIAL_OFF || def.fine_surface);
+  return !kHasEffects &&
+         (def.collision == PALPATE_COLLISION_DEFORMED || def.contact == PALPATE_CONTACT_PATCH ||
+          def.law != PALPATE_LAW_STICKING || def.force == PALPATE_FORCE_RESPONSE || def.radial != PALPATE_RADIAL_OFF);
 }
 
 }  // namespace palpate

@@ -140,29 +140,6 @@ std::int32_t fewest_contact_nodes(const palpate_scene_def& def, const RowBudget&
   return constraints_of_point(def) * def.max_points + rows.fewest_nodes;
 }
 
-// The fine surface, bound to the mesh's. triangles: checked.
-palpate_status bind_fine_surface(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
-                                 TouchState& touch) {
-  FineSurface::Mesh mesh = {nullptr, nullptr, touch.triangles, reader.surface_nodes(), reader.triangles()};
-  const double* position = nullptr;
-  if (const palpate_status status = reader.map(SectionId::nodes, &position)) return status;
-  if (const palpate_status status = reader.map_preload(def, &mesh.preload)) return status;
-  if (const palpate_status status =
-          reader.sum_positions(position, nullptr, reader.counts().surface_nodes, scratch, &mesh.nodes))
-    return status;
-  palpate_fine_surface from = {};
-  if (const palpate_status status = read_host_struct("fine_surface", def.fine_surface, &from, reader.error()))
-    return status;
-  return touch.fine.bind(reader.memory(), scratch, from, mesh, touch.rest, reader.error());
-}
-
-palpate_status bind_fine_surface(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  SceneMemory scratch(def.allocator);
-  const palpate_status status = bind_fine_surface(reader, def, scratch, touch);
-  scratch.release_all();
-  return status;
-}
-
 palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, std::uint32_t uses,
                                   TouchState& touch) {
   DisplacementField& field = touch.displacement;
@@ -248,7 +225,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
                                       touch.rest,
                                       def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr,
                                       touch.body->responds_linearly() && contacts_may_slide(def) &&
-                                          def.contact == PALPATE_CONTACT_PATCH && !has_fine_surface(def)};
+                                          def.contact == PALPATE_CONTACT_PATCH && !touch.fine.bound()};
   ContactSolver::Limits solver;
   solver.of.nodes = def.max_contact_nodes, solver.of.constraints = constraints;
   solver.of.columns = tensors.all_columns(), solver.of.columns_of_surface = tensors.columns;
@@ -448,8 +425,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
-  if (def.fine_surface && def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF)
-    return bad("tools and queries meet the fine_surface, and collision and queries are OFF");
   for (const Effect* effect : effects)
     if (const palpate_status status = check_effect(*effect, def, error)) return status;
   if (const palpate_status status = check_contact_nodes(def, effects, error)) return status;
@@ -504,13 +479,18 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(true, use.contacts, [&] {
     return read_tensors(reader, def.max_contact_nodes, &scene.compliance, &scene.touchable, &scene.tensors);
   });
-  for (std::int32_t e = 0; e < scene.effect_count; ++e)
-    step(true, scene.effects[e].bytes, [&] { return run(scene.effects[e].effect->prepare, reader, scene, e); });
+  const auto prepare = [&](bool bodies) {
+    for (std::int32_t e = 0; e < scene.effect_count; ++e) {
+      EffectInScene& on = scene.effects[e];
+      step((on.effect->body != nullptr) == bodies, on.bytes, [&] { return run(on.effect->prepare, reader, scene, e); });
+    }
+  };
+  prepare(true);
   step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
   step(needs_rest(def, scene.uses), use.surface,
        [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
   step(needs_surface(def, scene.uses), use.surface, [&] { return build_surface(reader, def, touch); });
-  step(has_fine_surface(def), use.fine_surface, [&] { return bind_fine_surface(reader, def, touch); });
+  prepare(false);
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
   step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,

@@ -126,7 +126,8 @@ struct Effect {
   void (*sections)(const palpate_scene_def& def, SectionList& sections) = nullptr;
   // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
   palpate_status (*build)(EffectBuild& build) = nullptr;
-  // The same before it is built, for what the core uses: nodes inside, the offset. One of the two may be nullptr.
+  // The same before the core's contacts are built, for what these use: nodes inside, the offset, a fine surface. The surface at rest is there,
+  // except for an effect with a `body`, which may change it. One of the two may be nullptr.
   palpate_status (*prepare)(EffectBuild& build) = nullptr;
 
   bool is_on(const palpate_scene_def& def) const { return keys[0].number(def) != 0; }

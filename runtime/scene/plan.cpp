@@ -117,7 +117,6 @@ void make_plan(palpate_scene& scene, const MemoryUse& memory) {
 
   if (needs_surface(def, scene.uses)) create("rest surface in buckets", sections.rest(true), memory.surface);
   if (def.contact == PALPATE_CONTACT_PATCH) create("tissue under a patch", sections.tissue(), memory.tissue);
-  if (def.fine_surface) create("fine surface on the mesh", sections.rest(true), memory.fine_surface);
   for (std::int32_t e = 0; e < scene.effect_count; ++e)
     if (const EffectInScene& on = scene.effects[e]; on.effect->creates)
       create(on.effect->creates, sections_of(*on.effect), on.bytes);

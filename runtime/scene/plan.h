@@ -23,7 +23,7 @@ struct Plan {
 
 // Bytes that a scene has taken, by what they are for. Each effect of the scene's list states its own.
 struct MemoryUse {
-  std::uint64_t surface = 0, tissue = 0, fine_surface = 0, collision = 0, contacts = 0, shape = 0;
+  std::uint64_t surface = 0, tissue = 0, collision = 0, contacts = 0, shape = 0;
 };
 
 // Fills in the scene's plan, and tells its watch each pass's index in the plan. Both follow from the scene's effects and from which

@@ -108,7 +108,8 @@ std::uint64_t definition_of(const palpate_scene& scene) {
   for (std::int32_t e = 0; e < scene.effect_count; ++e) {
     const Effect& effect = *scene.effects[e].effect;
     for (const EffectKey& key : effect.keys)
-      if (effect.pass.half == Half::touch)
+      // What a pointer points to has a checksum of its own.
+      if (effect.pass.half == Half::touch && key.type != EffectKey::Type::pointer)
         digest.add(key.at).add_bytes(reinterpret_cast<const unsigned char*>(&def) + key.at, key.bytes);
   }
   for (int k = 0; k < memory.kept_count(); ++k) digest.add(memory.kept()[k].bytes, memory.kept()[k].count);

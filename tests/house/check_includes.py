@@ -67,6 +67,7 @@ runtime/scene/: LAYOUT runtime/include/ runtime/scene/ runtime/shape/ runtime/co
 runtime/large/: LAYOUT runtime/include/ runtime/large/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/grasps/: LAYOUT runtime/include/ runtime/grasps/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/fine_surface/: LAYOUT runtime/include/ runtime/fine_surface/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/links/: LAYOUT runtime/include/ runtime/links/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/report/: LAYOUT runtime/include/ runtime/report/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/motions/: LAYOUT runtime/include/ runtime/motions/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
@@ -74,7 +75,7 @@ runtime/needles/: LAYOUT runtime/include/ runtime/needles/ runtime/scene/ runtim
 runtime/query/: LAYOUT runtime/include/ runtime/query/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/skin/: LAYOUT runtime/include/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/relaxation/: LAYOUT runtime/include/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/motions/ runtime/needles/ runtime/query/ runtime/relaxation/ runtime/report/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/fine_surface/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/motions/ runtime/needles/ runtime/query/ runtime/relaxation/ runtime/report/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/complete/ runtime/links/ runtime/needles/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/include/: palpate.h: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate

@@ -7,7 +7,7 @@ import sys
 
 effects, program, whole, scratch = sys.argv[1:]
 names = re.findall(r"&(\w+_effect)\b", pathlib.Path(effects).read_text())
-if len(names) < 11:
+if len(names) < 12:
     sys.exit(f"{effects}: expected the list of all effects, found {names}")
 
 

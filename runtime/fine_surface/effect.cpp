@@ -1,0 +1,57 @@
+#include "runtime/fine_surface/effect.h"
+
+#include "runtime/base/host_struct.h"
+#include "runtime/scene/effect_build.h"
+
+namespace palpate {
+namespace {
+
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(fine_surface), EffectKey::Type::pointer, "", "", 0, 1}};
+
+const char* check(const palpate_scene_def& def) {
+  return def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF
+             ? "tools and queries meet the fine_surface, and collision and queries are OFF"
+             : nullptr;
+}
+
+void add_sections(const palpate_scene_def& def, SectionList& sections) {
+  sections.add_rest(def);
+}
+
+palpate_status bind(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
+                    TouchState& touch) {
+  FineSurface::Mesh mesh = {nullptr, nullptr, touch.triangles, reader.surface_nodes(), reader.triangles()};
+  const double* position = nullptr;
+  if (const palpate_status status = reader.map(formats::SectionId::nodes, &position)) return status;
+  if (const palpate_status status = reader.map_preload(def, &mesh.preload)) return status;
+  if (const palpate_status status =
+          reader.sum_positions(position, nullptr, reader.counts().surface_nodes, scratch, &mesh.nodes))
+    return status;
+  palpate_fine_surface from = {};
+  if (const palpate_status status = read_host_struct("fine_surface", def.fine_surface, &from, reader.error()))
+    return status;
+  return touch.fine.bind(reader.memory(), scratch, from, mesh, touch.rest, reader.error());
+}
+
+palpate_status prepare(EffectBuild& build) {
+  SceneMemory scratch = build.reader.memory().of_same_host();
+  const palpate_status status = bind(build.reader, build.scene.def, scratch, build.scene.touch);
+  scratch.release_all();
+  return status;
+}
+
+}  // namespace
+
+constinit const Effect fine_surface_effect = {
+    .name = "fine surface",
+    .keys = kKeys,
+    .needs = {},
+    .check = check,
+    .uses = kUsesRest,
+    .creates = "fine surface on the mesh",
+    .pass = {},
+    .sections = add_sections,
+    .prepare = prepare,
+};
+
+}  // namespace palpate
