@@ -40,21 +40,6 @@ constexpr bool kHasEffects = true;
   return kHasEffects && def.law != PALPATE_LAW_STICKING && def.collision != PALPATE_COLLISION_OFF;
 }
 
-// These, or needles, come to places of another stiffness (slide_energy.h).
-[[maybe_unused]] static bool watches_slide_energy(const palpate_scene_def& def) {
-  return contacts_may_slide(def) || (kHasEffects && def.needles);
-}
-
-// Q of the measured response corrects each tool's force.
-[[maybe_unused]] static bool corrects_force(const palpate_scene_def& def) {
-  return kHasEffects && def.force == PALPATE_FORCE_RESPONSE;
-}
-
-// P of the measured response corrects the shape.
-[[maybe_unused]] static bool corrects_shape(const palpate_scene_def& def) {
-  return kHasEffects && def.radial != PALPATE_RADIAL_OFF;
-}
-
 // True where the scene asks for something that a build without effects does not have.
 [[maybe_unused]] static bool asks_for_missing_effects(const palpate_scene_def& def) {
   return !kHasEffects &&

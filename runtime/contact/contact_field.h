@@ -40,6 +40,7 @@ class ContactField {
   Vec3 moved_at_node(std::int32_t node) const { return offset_ ? offset_->now(node) : Vec3{}; }
   // The offset has begun a step: until set() the field is that of the last step's contacts, moved by the offset.
   void begin_moved();
+  bool exists() const { return body_ || field_; }
   void forget();
   // Completes a restored state (scene_memory.h) by what follows from it.
   void restored(const Tensors& tensors, ContactSolver* solver);

@@ -33,7 +33,7 @@ double stretch_by_response(TouchStep& step, std::int32_t t) {
 }
 
 Vec3 corrected_moment(const TouchStep& step, const ToolResult& result) {
-  if (!corrects_force(step.context->def)) return result.factor * result.sum.moment;
+  if (!step.state->response.exists()) return result.factor * result.sum.moment;
   return result.factor * (result.sum.moment + result.stretch * result.sum.moment_along);
 }
 
@@ -91,8 +91,7 @@ void add_forces(TouchStep& step) {
     if (!tool.has_torque || is_of_grasp(step, held.contact)) continue;
     const Vec3 arm = step.holder(tool, held.contact.point) - state.organ.point_to_organ(tool.reference);
     result.sum.moment += cross(arm, force);
-    if (corrects_force(step.context->def))
-      result.sum.moment_along += cross(arm, part_along(force, result.direction.unit));
+    if (state.response.exists()) result.sum.moment_along += cross(arm, part_along(force, result.direction.unit));
   }
 }
 
@@ -103,7 +102,7 @@ void correct_forces(TouchStep& step) {
   if (def.force != PALPATE_FORCE_OFF) {
     for (std::int32_t t = 0; t < count; ++t) {
       step.result[t].factor = step.result[t].sum.contacts > 0 ? 1 : 0;
-      if (corrects_force(def)) step.result[t].stretch = stretch_by_response(step, t);
+      if (state.response.exists()) step.result[t].stretch = stretch_by_response(step, t);
     }
     step.context->watch.ended(Pass::force);
   }

@@ -20,7 +20,7 @@ void correct_forces(TouchStep& step);
 // N: what the tool in place t feels and the contacts tell of a linear force on the organ.
 inline Vec3 corrected(const TouchStep& step, std::int32_t t, Vec3 force) {
   const ToolResult& result = step.result[t];
-  if (!corrects_force(step.context->def)) return result.factor * force;
+  if (!step.state->response.exists()) return result.factor * force;
   return result.factor * (force + result.stretch * part_along(force, result.direction.unit));
 }
 // The tools' states in the step's output.

@@ -197,7 +197,7 @@ std::uint32_t touch_step(const StepContext& context, TouchState& state, const pa
 void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.input.forget();
   state.displacement.forget();
-  if (follows_deformed_surface(def)) state.field.forget();
+  if (state.field.exists()) state.field.forget();
   state.tree.forget();
   state.collision.forget();
   state.slides.forget();
@@ -215,7 +215,7 @@ void touch_restored(const StepContext& context, TouchState& state) {
   state.solver.restored(context.tensors);
   state.body->restored();
   state.displacement.restored(context.tensors);
-  if (follows_deformed_surface(context.def)) state.field.restored(context.tensors, &state.solver);
+  if (state.field.exists()) state.field.restored(context.tensors, &state.solver);
 }
 
 void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id) {

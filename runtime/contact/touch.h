@@ -47,7 +47,7 @@ struct TouchState {
   SurfaceMeasure measure;          // where contacts have frames (needs_contact_frames)
   FineSurface fine;                // where tools meet one
   SurfaceTree tree;                // of the surface that tools meet, where there is collision
-  DisplacementField displacement;  // where needs_displacement()
+  DisplacementField displacement;  // where someone asks for it
   ContactField field;              // where collision follows the deformed surface
   DeformedSurface deformed;
   Collision collision;
@@ -73,7 +73,8 @@ struct TouchState {
   ToolContacts tools;
   ContactSolver solver;
   ContactAdmission admission;
-  SlideEnergy slide_energy;  // where watches_slide_energy() and the body responds linearly
+  SlideEnergy
+      slide_energy;  // where the body responds linearly and contacts or needles come to places of another stiffness
   LinearOrgan linear_organ;
   Body* body = &linear_organ;
   FarTools far;                       // of an organ in a world

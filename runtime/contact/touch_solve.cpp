@@ -85,7 +85,7 @@ void Body::move_surface(TouchStep& step, const ContactConstraints& set) {
   const StepContext& context = *step.context;
   TouchState& state = *step.state;
   if (state.displacement.exists()) state.displacement.set(context.tensors, set, state.modified, step.is_solved);
-  if (!follows_deformed_surface(context.def)) return;
+  if (!state.field.exists()) return;
   Operations work = 0;
   if (step.is_solved)
     state.field.set(context.tensors, set, state.force, &state.solver, state.work.debts_left(), &work);

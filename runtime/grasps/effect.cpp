@@ -35,7 +35,7 @@ palpate_pass_work predict(const palpate_scene&, const palpate_step_load& load) {
 }
 
 // Of grasps that close.
-double most_unasked(const palpate_scene& scene, double change) {
+double most_operations(const palpate_scene& scene, double change) {
   return scene.def.max_tools *
          (2 * change + static_cast<double>(Grasps::operations_to_close(scene.def.max_contact_nodes)));
 }
@@ -61,7 +61,7 @@ constinit const Effect grasps_effect = {
     .needs = kNeeds,
     .uses = kUsesDisplacements,
     .rows = rows,
-    .pass = {"grasps", Half::touch, Pass::contact, predict, nullptr, most_unasked},
+    .pass = {"grasps", Half::touch, Pass::contact, predict, most_operations},
     .sections = add_sections,
     .build = build,
 };

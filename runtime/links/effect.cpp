@@ -30,7 +30,7 @@ palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load& l
   return {0, 0, links_of(&scene)->count() * (20 + 6.0 * nodes_of_a_link(scene.def) * load.nodes)};
 }
 
-double most_operations(const palpate_scene& scene) {
+double most_operations(const palpate_scene& scene, double) {
   return scene.def.max_links * (40 + 8.0 * nodes_of_a_link(scene.def) * scene.def.max_contact_nodes);
 }
 

@@ -32,7 +32,7 @@ palpate_pass_work predict(const palpate_scene&, const palpate_step_load& load) {
   return {0, 0, 500 + 50.0 * load.nodes};
 }
 
-double most_unasked(const palpate_scene& scene, double change) {
+double most_operations(const palpate_scene& scene, double change) {
   const palpate_scene_def& def = scene.def;
   return change + def.max_tools * static_cast<double>(Needles::operations(def.needle_places, def.max_contact_nodes));
 }
@@ -119,9 +119,9 @@ constinit const Effect needles_effect = {
     .name = "needles",
     .keys = kKeys,
     .needs = kNeeds,
-    .uses = kUsesRest | kUsesDisplacements,
+    .uses = kUsesRest | kUsesDisplacements | kUsesSlideEnergy,
     .rows = rows,
-    .pass = {"needles", Half::touch, Pass::contact, predict, nullptr, most_unasked},
+    .pass = {"needles", Half::touch, Pass::contact, predict, most_operations},
     .sections = add_sections,
     .build = build,
     .prepare = prepare,

@@ -203,7 +203,7 @@ ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
 }
 
 palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                              const std::int32_t* touchable, TouchState& touch) {
+                              const std::int32_t* touchable, std::uint32_t uses, TouchState& touch) {
   SceneMemory& memory = reader.memory();
   InputLimits limits;
   limits.surface_nodes = reader.surface_nodes(), limits.triangles = reader.triangles();
@@ -238,7 +238,8 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
     return reader.no_memory("contacts");
   if (const PartOfWorld part = part_of_world(touch); part.constraints() > 0)
     touch.rows.keep_for_pairs(contact_nodes_for(def, part), part.constraints());
-  if (touch.body->responds_linearly() && watches_slide_energy(def) && !touch.slide_energy.create(memory, constraints))
+  if (touch.body->responds_linearly() && (contacts_may_slide(def) || (uses & kUsesSlideEnergy) != 0) &&
+      !touch.slide_energy.create(memory, constraints))
     return reader.no_memory("contacts");
   if (def.contact == PALPATE_CONTACT_PATCH) touch.deformed.meet_discs(discs_of(touch));
   touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def),
@@ -495,7 +496,8 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision,
        [&] { return build_collision(reader, def, scene.tensors, scene.touchable, touch); });
-  step(true, use.contacts, [&] { return build_contacts(reader, def, scene.tensors, scene.touchable, touch); });
+  step(true, use.contacts,
+       [&] { return build_contacts(reader, def, scene.tensors, scene.touchable, scene.uses, touch); });
   touch.ask(&touch.tools);
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });

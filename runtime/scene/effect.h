@@ -83,6 +83,7 @@ enum Use : std::uint32_t {
   kUsesDisplacements = 4,  // where the nodes are after each solve (DisplacementField)
   kUsesHeldSurface =
       8,  // under large deformation: contacts that hold the surface's displacements, also without a shape
+  kUsesSlideEnergy = 16,  // the account of energy of rows that come to places of another stiffness (slide_energy.h)
 };
 
 // A pass of the steps that the effect adds to the plan. What acts in the touch half is part of what a saved state depends on.
@@ -92,10 +93,9 @@ struct EffectPass {
   Half half;
   Pass behind;  // of the core's passes
   palpate_pass_work (*predict)(const palpate_scene& scene, const palpate_step_load& load);
-  // Operations that it may count in a step on top of max_operations; nullptr: none.
-  double (*most_operations)(const palpate_scene& scene) = nullptr;
-  // The same in the pass of the contacts, for rows that change without being asked. change: of one change of a contact.
-  double (*most_unasked)(const palpate_scene& scene, double change) = nullptr;
+  // Operations that it may count in a step on top of max_operations; nullptr: none. Without a name: in the pass of the contacts.
+  // change: of one change of a contact.
+  double (*most_operations)(const palpate_scene& scene, double change) = nullptr;
 };
 
 // Of an effect that is the scene's body (contact/body.h), which its prepare() gives to the touch. The body is solved in the touch, in the

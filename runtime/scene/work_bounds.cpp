@@ -29,16 +29,15 @@ class WorkBounds {
   double rows() const { return 30 * fine_ * def_.max_points; }
   double contact() const {
     if (in_touch_) return in_touch_->most_operations(scene_);
-    return most() + unasked_changes();
+    return most() + of_effects(false);
   }
   // Of an effect, on top of max_operations.
   double of_effect(std::int32_t e) const {
     const EffectPass& pass = scene_.effects[e].effect->pass;
-    return pass.most_operations ? pass.most_operations(scene_) : 0;
+    return pass.most_operations ? pass.most_operations(scene_, of_a_change()) : 0;
   }
   double step() const {
-    double on_top = rows();
-    for (std::int32_t e = 0; e < scene_.effect_count; ++e) on_top += of_effect(e);
+    const double on_top = rows() + of_effects(true);
     return in_touch_ ? collision() + contact() + on_top : contact() + on_top;
   }
   // A step of the fewest operations looks at all points and still tests one.
@@ -54,13 +53,12 @@ class WorkBounds {
   double points() const { return static_cast<double>(StepWork::kOfPoint) * def_.max_points; }
   double nodes() const { return def_.max_contact_nodes; }
   std::int32_t contacts() const { return constraints_of_point(def_) * def_.max_points + scene_.rows.constraints; }
-  // Rows of effects that change without being asked.
-  double unasked_changes() const {
-    double most = 0;
+  // Of those with a pass of their own; of all others.
+  double of_effects(bool with_pass) const {
+    double sum = 0;
     for (std::int32_t e = 0; e < scene_.effect_count; ++e)
-      if (const EffectPass& pass = scene_.effects[e].effect->pass; pass.most_unasked)
-        most += pass.most_unasked(scene_, of_a_change());
-    return most;
+      if ((scene_.effects[e].effect->pass.name != nullptr) == with_pass) sum += of_effect(e);
+    return sum;
   }
   // Of one contact.
   double of_a_change() const { return 9 * nodes() * nodes() / kDense + of_discs() + most() / 4; }

@@ -175,7 +175,7 @@ class Shape {
 
   // d_t of a tool, of the length that touch.cpp explains; zero where the tool's contribution stays linear.
   Vec3 direction(const palpate_contacts& contacts, std::int32_t tool) {
-    if (!corrects_shape(context_.def)) return Vec3{};
+    if (!shape_state_.radial.exists()) return Vec3{};
     const Vec3 d = load3(tools_behind(contacts)[tool].direction);
     if (length(d) <= 1 + 1e-6) return d;
     flags_ |= PALPATE_STEP_BAD_INPUT;
@@ -196,7 +196,7 @@ class Shape {
         share[t] = 1;
       else
         d[t] = unit_or_zero(d[t]);
-      corrected[t] = corrects_shape(context_.def) && dot(d[t], d[t]) > 0;
+      corrected[t] = shape_state_.radial.exists() && dot(d[t], d[t]) > 0;
     }
     add_group(
         *contacts, [&](std::int32_t tool) { return tool < 0 || !corrected[tool]; }, Group{});

@@ -21,6 +21,7 @@ class ResponseCurve {
   double range() const { return range_; }
   bool outside(double x) const { return x > range_ || x < -range_; }
 
+  bool exists() const { return count_ > 0; }  // set() was called
   int ratio_count() const { return count_; }
   const double* ratio_coefficients() const { return ratio_; }
   double end_value() const { return end_value_; }
