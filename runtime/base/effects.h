@@ -1,4 +1,5 @@
-// Which optional effects a scene asks for. All code of a step that an effect adds stands behind one of these questions.
+// What a scene's collision, contact model and law ask of the core. Effects of the list (scene/effect.h) need no question: a step goes
+// through its parts.
 //
 // A build with PALPATE_WITHOUT_EFFECTS answers "no" to each, so that the compiler removes that code. Such a build exists for
 // two comparisons alone: recorded_run_test compares the bits of a scene that leaves the effects off, bench/effects_off.cpp
