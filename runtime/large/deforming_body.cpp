@@ -26,7 +26,7 @@ bool may_release(const ContactConstraint& constraint) {
 
 LargeSolver::Created DeformingBody::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
                                            std::int32_t order_count, const Limits& limits, const double* preload) {
-  constraint_capacity_ = limits.constraints;
+  constraint_capacity_ = limits.constraints, of_laws_ = limits.of_laws;
   const auto constraints = static_cast<std::size_t>(limits.constraints), rows = 3 * constraints,
              nodes = static_cast<std::size_t>(limits.nodes);
   rows_ = memory.array<LargeRow>(rows), rows_of_ = memory.array<RowsOfConstraint>(constraints);
@@ -217,18 +217,23 @@ bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_
   for (std::int32_t r = 0; r < row_count_; ++r) largest = std::max(largest, std::fabs(rows_[r].target));
   drop_held_rows(set);
   UnknownNodes nodes;
+  // Contacts that move in every step may have taken all of `work`. Without operations of their own the laws would never give such a contact a force.
+  StepWork of_laws;
+  of_laws.create(of_laws_);
+  of_laws.begin();
   const double* carried = start_;
   for (int round = 0;; ++round) {
     outcome->missed = begin_laws(set, carried);
     const bool met = outcome->missed <= kLawMet * largest;
     if (round > 0 && (met || outcome->steps >= most_steps || round >= kMostRounds)) break;
-    laws_.solve(nodes, work);
+    laws_.solve(nodes, &of_laws);
     effort_.sweeps += laws_.effort().sweeps, effort_.newton_steps += laws_.effort().newton_steps;
     decide(set, laws_.reactions());
     if (!solver_.hold(holds_, place_, carried, outcome)) return false;
     solver_.improve(std::max(1, most_steps - outcome->steps), outcome);
     carried = solver_.carried();
   }
+  work->add(of_laws.done());
   outcome->inexact = !(outcome->missed <= kInexact * largest);
   return true;
 }

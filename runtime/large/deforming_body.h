@@ -20,9 +20,10 @@ namespace palpate {
 class DeformingBody {
  public:
   struct Limits {
-    std::int32_t nodes = 0, constraints = 0;  // most of each in a step
-    bool gives_way = false;                   // some contacts have laws under which they release or slip
-    bool renews_metric = false;               // renew() does something
+    std::int32_t nodes = 0, constraints = 0;    // most of each in a step
+    bool gives_way = false;                     // some contacts have laws under which they release or slip
+    bool renews_metric = false;                 // renew() does something
+    Operations of_laws = kUnlimitedOperations;  // of a step, for its laws
   };
   // The laws count as met where they are missed by this share of the largest target; beyond kInexact the step says so.
   static constexpr double kLawMet = 0.01, kInexact = 0.05;
@@ -147,7 +148,7 @@ class DeformingBody {
   double *free_ = nullptr, *ahead_ = nullptr;         // [3 constraint_capacity] m
   std::uint8_t *holds_ = nullptr, *slips_ = nullptr;  // [3 constraint_capacity]
   bool laws_decided_ = false;                         // in the last solve()
-  Operations operations_ = 0, solve_operations_ = 0;
+  Operations operations_ = 0, solve_operations_ = 0, of_laws_ = 0;
 };
 
 }  // namespace palpate

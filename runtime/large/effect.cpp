@@ -124,6 +124,7 @@ palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, 
   DeformingBody::Limits limits;
   limits.nodes = def.max_contact_nodes, limits.constraints = scene.touch.most_constraints;
   limits.gives_way = contacts_may_give_way(def), limits.renews_metric = renews_metric(def);
+  if (is_in_touch(def)) limits.of_laws = def.max_operations;
   switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
     case LargeSolver::Created::no_memory:
       return reader.no_memory("deformation");
@@ -246,7 +247,7 @@ double most_contacts(const palpate_scene& scene) {
   return static_cast<double>(constraints_of_point(scene.def)) * scene.def.max_points + scene.rows.constraints;
 }
 
-// The steps, and the laws, which are solved anew in each round: what is left of the step's operations, and one sweep.
+// The steps, and the laws, which are solved anew in each round: as many as a step has, and one sweep each.
 double most_operations(const palpate_scene& scene) {
   const palpate_scene_def& def = scene.def;
   const auto steps = static_cast<double>(body_of(scene).deforming().most_operations());

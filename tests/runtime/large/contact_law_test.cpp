@@ -1,6 +1,7 @@
 // Sliding, unilateral contact and friction under large deformation, along the present normal of the surface.
 #include <Eigen/Geometry>
 
+#include "runtime/large/deforming_body.h"
 #include "tests/runtime/large/large_scene.h"
 
 namespace palpate::tests {
@@ -300,6 +301,35 @@ TEST(LargeLaws, AToolThatIsPulledOutNeverPullsAndTheOrganComesToRest) {
     for (const float u : displacements(probe.scene.get(), probe.contacts, box().body.surface_nodes))
       EXPECT_LE(std::abs(u), 1e-6f);
   }
+}
+
+// As where contacts that move have taken them all: a contact that moved in every step never had a force.
+TEST(LargeLaws, AreSolvedThoughNoOperationsOfTheStepAreLeft) {
+  const Seen seen(box(), false, 0);
+  std::vector<std::int32_t> order;
+  for (std::int32_t n = 0; n < seen.body.node_count; ++n)
+    if (!seen.fixed[3 * static_cast<std::size_t>(n)]) order.push_back(n);
+  SceneMemory memory{palpate_allocator{}};
+  DeformingBody deforming;
+  DeformingBody::Limits limits;
+  limits.nodes = limits.constraints = 1, limits.gives_way = true;
+  ASSERT_EQ(deforming.create(memory, seen.body, order.data(), static_cast<std::int32_t>(order.size()), limits, nullptr),
+            LargeSolver::Created::made);
+  ContactNode node = {order.back(), 0, {}, 0, 1};
+  ContactConstraint constraint = {};
+  constraint.node_count = 1, constraint.axes = 1, constraint.law = ContactLaw::unilateral, constraint.framed = true;
+  constraint.frame.m[0][2] = -1, constraint.frame.m[1][0] = constraint.frame.m[2][1] = 1, constraint.share = 1;
+  Vec3 target = {1e-3, 0, 0}, force;
+  ContactConstraints set;
+  set.nodes = &node, set.constraints = &constraint, set.target = &target;
+  set.node_count = set.constraint_count = 1;
+  StepWork work;
+  work.create(1000);
+  work.begin();
+  work.add(1000);
+  deforming.solve(set, &work, &force);
+  EXPECT_LT(force.z, -1e-4);
+  memory.release_all();
 }
 
 TEST(LargeLaws, ARestoredStateGoesOnWithTheSameBits) {
