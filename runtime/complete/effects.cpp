@@ -25,6 +25,16 @@ EffectList all_effects() {
 
 }  // namespace palpate
 
+const palpate_key* palpate_scene_key(int32_t key) {
+  std::span<const palpate::EffectKey> keys = palpate::core_keys();
+  std::size_t at = static_cast<std::size_t>(key);
+  for (const palpate::Effect* effect : palpate::all_effects()) {
+    if (at < keys.size()) break;
+    at -= keys.size(), keys = effect->keys;
+  }
+  return at < keys.size() ? &keys[at] : nullptr;
+}
+
 palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
                                     palpate_error* error) {
   return palpate::create_scene(bundle, def, palpate::all_effects(), {}, scene, error);

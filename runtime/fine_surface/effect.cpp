@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(fine_surface), EffectKey::Type::pointer, "", "", 0, 1}};
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(fine_surface), PALPATE_KEY_POINTER, "", "", 0, 1}};
 
 const char* check(const palpate_scene_def& def) {
   return def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF

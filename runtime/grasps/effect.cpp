@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kOfDiscs =
     "a grasp holds discs of an organ of contact PATCH and deformation LINEAR; take these, or leave grasps at 0";
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(grasps), EffectKey::Type::flag, "", "", 0, 1}};
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(grasps), PALPATE_KEY_FLAG, "", "", 0, 1}};
 constexpr EffectNeed kNeeds[] = {{PALPATE_NEEDS(contact), 1u << PALPATE_CONTACT_PATCH, kOfDiscs},
                                  {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR, kOfDiscs}};
 

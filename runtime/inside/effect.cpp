@@ -9,7 +9,7 @@ namespace {
 
 using formats::SectionId;
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(inside), EffectKey::Type::choice, "", "off, on", 0, PALPATE_INSIDE_ON}};
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(inside), PALPATE_KEY_CHOICE, "", "off, on", 0, PALPATE_INSIDE_ON}};
 constexpr EffectNeed kNeeds[] = {
     {PALPATE_NEEDS(shape), 1u << PALPATE_SHAPE_VOLUME,
      "inside needs the displacements of all nodes: take shape VOLUME, or leave inside OFF"}};

@@ -14,7 +14,7 @@ namespace {
 
 using formats::SectionId;
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(deformation), EffectKey::Type::choice, "",
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(deformation), PALPATE_KEY_CHOICE, "",
                                 "linear, large, large-beside, large-renewed", 0, PALPATE_DEFORMATION_LARGE_RENEWED}};
 constexpr char kResponseIsLinear[] =
     "deformation LARGE is right at any depth without the measured response; leave force and radial at their defaults, "

@@ -12,7 +12,7 @@ Links* links_of(const palpate_scene* scene) {
   return scene ? static_cast<Links*>(scene->state_of(links_effect)) : nullptr;
 }
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(max_links), EffectKey::Type::count, "", "", 0, 1000}};
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(max_links), PALPATE_KEY_COUNT, "", "", 0, 1000}};
 constexpr EffectNeed kNeeds[] = {
     {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR,
      "links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR"}};

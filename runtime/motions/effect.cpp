@@ -12,7 +12,7 @@ namespace {
 
 using formats::SectionId;
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(motions), EffectKey::Type::flag, "", "", 0, 1}};
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(motions), PALPATE_KEY_FLAG, "", "", 0, 1}};
 constexpr EffectNeed kNeeds[] = {
     {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR,
      "motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR"},

@@ -11,8 +11,8 @@ namespace {
 using formats::SectionId;
 
 constexpr EffectKey kKeys[] = {
-    {PALPATE_KEY(needles), EffectKey::Type::flag, "", "", 0, 1},
-    {PALPATE_KEY(needle_places), EffectKey::Type::count, "", "", 2, NeedleInTissue::kMostPlaces},
+    {PALPATE_KEY(needles), PALPATE_KEY_FLAG, "", "", 0, 1},
+    {PALPATE_KEY(needle_places), PALPATE_KEY_COUNT, "", "", 2, NeedleInTissue::kMostPlaces},
 };
 constexpr EffectNeed kNeeds[] = {
     {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR,

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(queries), EffectKey::Type::choice, "", "off, on", 0, PALPATE_QUERIES_ON}};
+constexpr EffectKey kKeys[] = {{PALPATE_KEY(queries), PALPATE_KEY_CHOICE, "", "off, on", 0, PALPATE_QUERIES_ON}};
 
 void add_sections(const palpate_scene_def& def, SectionList& sections) {
   sections.add_rest(def);

@@ -46,10 +46,10 @@ class Relaxation final : public StepPart {
 };
 
 constexpr EffectKey kKeys[] = {
-    {PALPATE_KEY_IN(relaxation, model), EffectKey::Type::choice, "", "off, prony", 0, PALPATE_RELAXATION_PRONY},
-    {PALPATE_KEY_IN(relaxation, terms), EffectKey::Type::count, "", "", 1, PALPATE_MAX_RELAXATION_TERMS},
-    {PALPATE_KEY_IN(relaxation, share), EffectKey::Type::numbers, "1", "", 0, 0},
-    {PALPATE_KEY_IN(relaxation, time), EffectKey::Type::numbers, "s", "", 0, 0},
+    {PALPATE_KEY_IN(relaxation, model), PALPATE_KEY_CHOICE, "", "off, prony", 0, PALPATE_RELAXATION_PRONY},
+    {PALPATE_KEY_IN(relaxation, terms), PALPATE_KEY_COUNT, "", "", 1, PALPATE_MAX_RELAXATION_TERMS},
+    {PALPATE_KEY_IN(relaxation, share), PALPATE_KEY_NUMBER, "1", "", 0, 1},
+    {PALPATE_KEY_IN(relaxation, time), PALPATE_KEY_NUMBER, "s", "", kAboveZero, kNoLimit},
 };
 constexpr EffectNeed kNeeds[] = {
     {PALPATE_NEEDS(force), 1u << PALPATE_FORCE_LINEAR | 1u << PALPATE_FORCE_RESPONSE,

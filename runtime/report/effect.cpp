@@ -8,7 +8,7 @@ namespace palpate {
 namespace {
 
 constexpr EffectKey kKeys[] = {
-    {PALPATE_KEY(report), EffectKey::Type::choice, "", "off, contacts", 0, PALPATE_REPORT_CONTACTS}};
+    {PALPATE_KEY(report), PALPATE_KEY_CHOICE, "", "off, contacts", 0, PALPATE_REPORT_CONTACTS}};
 
 void add_sections(const palpate_scene_def&, SectionList& sections) {
   sections.add_surface();

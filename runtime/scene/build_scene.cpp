@@ -17,14 +17,6 @@ namespace {
 
 using formats::SectionId;
 
-template <class Enum>
-bool is_one_of(const Enum& value, int last) {
-  return enum_number(value) >= 0 && enum_number(value) <= last;
-}
-
-// Of max_contact_nodes.
-constexpr std::int32_t kMostContactNodes = 3000;
-
 // ---- tensors ---------------------------------------------------------------------------------------------------------
 
 // Copies and checks the tables of a stored compliance; the numbers stay in the bundle.
@@ -365,19 +357,6 @@ palpate_status refuse_missing_effects(palpate_error* error) {
 
 // ---- the effects of the list -----------------------------------------------------------------------------------------
 
-palpate_status check_key(const EffectKey& key, const palpate_scene_def& def, palpate_error* error) {
-  if (key.type == EffectKey::Type::numbers) return PALPATE_OK;
-  const int number = key.number(def);
-  if (number >= key.least && number <= key.most) return PALPATE_OK;
-  if (key.type == EffectKey::Type::choice)
-    return fail(
-        error, PALPATE_ERROR_ARGUMENT, 0,
-        "palpate_scene_def: %s has a value that palpate.h does not list; start from palpate_default_scene_def()",
-        key.name);
-  return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s must be %d %s %d", key.name, key.least,
-              key.type == EffectKey::Type::flag ? "or" : "..", key.most);
-}
-
 palpate_status check_effect(const Effect& effect, const palpate_scene_def& def, palpate_error* error) {
   if (const palpate_status status = check_key(effect.keys[0], def, error)) return status;
   if (!effect.is_on(def)) return PALPATE_OK;
@@ -406,22 +385,8 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
   const auto bad = [&](const char* what) {
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_scene_def: %s", what);
   };
-  if (!is_one_of(def.collision, PALPATE_COLLISION_DEFORMED) || !is_one_of(def.contact, PALPATE_CONTACT_PATCH) ||
-      !is_one_of(def.law, PALPATE_LAW_COULOMB) || !is_one_of(def.force, PALPATE_FORCE_RESPONSE) ||
-      !is_one_of(def.shape, PALPATE_SHAPE_VOLUME) || !is_one_of(def.radial, PALPATE_RADIAL_RESPONSE) ||
-      !is_one_of(def.preload, PALPATE_PRELOAD_ON))
-    return bad("an effect has a value that palpate.h does not list; start from palpate_default_scene_def()");
-  if (def.max_tools < 1 || def.max_tools > PALPATE_MAX_TOOLS) return bad("max_tools must be 1 .. PALPATE_MAX_TOOLS");
-  if (def.max_points < 1 || def.max_points > 100000) return bad("max_points must be 1 .. 100000");
-  if (def.max_contact_nodes < 0 || def.max_contact_nodes > kMostContactNodes)
-    return bad("max_contact_nodes must be 0 .. 3000; 0 takes a number that fits max_points");
-  if (!(def.force_limit > 0)) return bad("force_limit must be above 0 N");
-  if (!(def.force_slew > 0)) return bad("force_slew must be above 0 N/s");
-  if (!(def.torque_limit > 0)) return bad("torque_limit must be above 0 N m");
-  if (!(def.torque_slew > 0)) return bad("torque_slew must be above 0 N m/s");
-  if (!(def.max_tool_speed > 0)) return bad("max_tool_speed must be above 0 m/s");
-  if (!(def.release_distance >= 0)) return bad("release_distance must be 0 m or more");
-  if (!(def.max_operations > 0)) return bad("max_operations must be above 0");
+  for (const EffectKey& key : core_keys())
+    if (const palpate_status status = check_key(key, def, error)) return status;
   if ((def.allocator.allocate == nullptr) != (def.allocator.release == nullptr))
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)

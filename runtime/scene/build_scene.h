@@ -12,6 +12,8 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
 RowBudget rows_of(const palpate_scene_def& def, EffectList effects);
 // A tool point or a grip makes so many constraints, and each of them holds a node or more.
 std::int32_t constraints_of_point(const palpate_scene_def& def);
+// Of max_contact_nodes.
+inline constexpr std::int32_t kMostContactNodes = 3000;
 // For tool points and grips, and for all, where the host does not set max_contact_nodes.
 inline constexpr std::int32_t kMostNodesByDefault = 1024;
 std::int32_t nodes_of_points(const palpate_scene_def& def);

@@ -4,9 +4,11 @@
 // A descriptor is constant data. Whoever leaves it out of the list that it passes to create_scene() does not link the effect's code.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 
 #include "runtime/base/passes.h"
@@ -28,39 +30,19 @@ struct RowBudget {
   }
 };
 
-// A field of palpate_scene_def that belongs to an effect. Its default is the one in palpate_default_scene_def().
-struct EffectKey {
-  enum class Type {
-    choice,   // one of `words`, as its index
-    flag,     // 0 or 1
-    pointer,  // NULL or the host's
-    count,    // a whole number
-    numbers,  // one or several of type double
-  };
-  const char* name;  // of the field
-  std::size_t at, bytes;
-  Type type;
-  const char* unit;   // "" where it has none
-  const char* words;  // of a choice, "off, prony"; else ""
-  int least, most;    // of a choice, a flag, a count
-
-  // Of a choice, a flag, a count; of a pointer 1 where it is not NULL. A host in C may have stored any number in an enum.
-  int number(const palpate_scene_def& def) const {
-    const auto* const field = reinterpret_cast<const unsigned char*>(&def) + at;
-    int number = 0;
-    const void* pointer = nullptr;
-    if (type == Type::pointer) {
-      std::memcpy(&pointer, field, sizeof pointer);
-      return pointer != nullptr;
-    }
-    std::memcpy(&number, field, sizeof number);
-    return number;
-  }
-};
+// A field of palpate_scene_def: one of an effect, or of the core. Its default is the one in palpate_default_scene_def().
+using EffectKey = palpate_key;
 // The first fields of an EffectKey.
 #define PALPATE_KEY(field) #field, offsetof(palpate_scene_def, field), sizeof(palpate_scene_def::field)
 #define PALPATE_KEY_IN(field, member) \
 #field "." #member, offsetof(palpate_scene_def, field.member), sizeof(decltype(palpate_scene_def::field)::member)
+// The least value of a number that must be above 0, and the most of one without an upper limit.
+constexpr double kAboveZero = std::numeric_limits<double>::denorm_min(), kNoLimit = HUGE_VAL;
+
+// The keys that belong to no effect of the list.
+std::span<const EffectKey> core_keys();
+// PALPATE_OK, or the error, with *error filled, where the field is outside of its limits.
+palpate_status check_key(const EffectKey& key, const palpate_scene_def& def, palpate_error* error);
 
 // What an effect needs of another field of palpate_scene_def, an enum or a flag.
 struct EffectNeed {
@@ -130,7 +112,7 @@ struct Effect {
   // except for an effect with a `body`, which may change it. One of the two may be nullptr.
   palpate_status (*prepare)(EffectBuild& build) = nullptr;
 
-  bool is_on(const palpate_scene_def& def) const { return keys[0].number(def) != 0; }
+  bool is_on(const palpate_scene_def& def) const { return palpate_key_number(&keys[0], &def) != 0; }
 };
 using EffectList = std::span<const Effect* const>;
 

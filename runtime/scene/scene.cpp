@@ -23,6 +23,7 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   *error = palpate_error{};
   palpate_scene_def wanted = palpate_default_scene_def();
   if (const palpate_status status = palpate::read_host_struct("scene_def", def, &wanted, error)) return status;
+  wanted.struct_bytes = sizeof wanted;  // it has all fields, whatever the host's has
   if (const palpate_status status = palpate::check_scene_def(wanted, effects, error)) return status;
   const RowBudget rows = palpate::rows_of(wanted, effects);
   wanted.max_contact_nodes = palpate::contact_nodes_for(wanted, rows) + palpate::contact_nodes_for(wanted, part);

@@ -85,9 +85,13 @@ void read_kept(const SceneMemory& memory, const unsigned char* state) {
   }
 }
 
-// The size of palpate_scene_def on 64-bit systems when this file was last told of a new field. A field that takes the place of
-// `reserved` does not change the size.
-constexpr std::size_t kDefinitionBytes = 320;
+// Field by field, because the padding between fields has any bits. Pointers stand for what their effects made of it.
+void add_fields(std::span<const EffectKey> keys, const palpate_scene_def& def, Digest& digest) {
+  for (const EffectKey& key : keys)
+    if (key.type != PALPATE_KEY_POINTER)
+      digest.add(key.offset)
+          .add_bytes(reinterpret_cast<const unsigned char*>(&def) + key.offset, static_cast<std::size_t>(key.bytes));
+}
 
 }  // namespace
 
@@ -98,19 +102,11 @@ std::uint64_t definition_of(const palpate_scene& scene) {
   std::int32_t version[4];
   palpate_version(version);
   digest.add(version);
-  // Field by field, because the padding between fields has any bits.
-  static_assert(sizeof(void*) != 8 || sizeof(palpate_scene_def) == kDefinitionBytes,
-                "digest the new field here, or give it to an effect");
-  digest.add(def.collision, def.contact, def.law, def.force, def.shape, def.radial, def.preload);
-  digest.add(def.max_tools, def.max_points, def.max_contact_nodes, def.force_limit, def.force_slew);
-  digest.add(def.max_tool_speed, def.release_distance);
-  digest.add(def.torque_limit, def.torque_slew, def.max_operations, scene.touch.fine.identity());
+  add_fields(core_keys(), def, digest);
+  digest.add(scene.touch.fine.identity());
   for (std::int32_t e = 0; e < scene.effect_count; ++e) {
     const Effect& effect = *scene.effects[e].effect;
-    for (const EffectKey& key : effect.keys)
-      // What a pointer points to has a checksum of its own.
-      if (effect.pass.half == Half::touch && key.type != EffectKey::Type::pointer)
-        digest.add(key.at).add_bytes(reinterpret_cast<const unsigned char*>(&def) + key.at, key.bytes);
+    if (effect.pass.half == Half::touch) add_fields(effect.keys, def, digest);
   }
   for (int k = 0; k < memory.kept_count(); ++k) digest.add(memory.kept()[k].bytes, memory.kept()[k].count);
   return digest.value();

@@ -17,7 +17,7 @@ Skin* skin_of(const palpate_scene* scene) {
 
 // ---- the render mesh -------------------------------------------------------------------------------------------------
 
-constexpr EffectKey kSkinKeys[] = {{PALPATE_KEY(render_mesh), EffectKey::Type::pointer, "", "", 0, 1}};
+constexpr EffectKey kSkinKeys[] = {{PALPATE_KEY(render_mesh), PALPATE_KEY_POINTER, "", "", 0, 1}};
 constexpr EffectNeed kSkinNeeds[] = {{PALPATE_NEEDS(shape), 1u << PALPATE_SHAPE_SURFACE | 1u << PALPATE_SHAPE_VOLUME,
                                       "render_mesh follows a shape, and shape is OFF"}};
 
@@ -73,8 +73,7 @@ palpate_status build_skin(EffectBuild& build) {
 constexpr const char* kOfDiscs =
     "dent DISCS draws the discs of a report on a render mesh; set render_mesh, contact PATCH and report CONTACTS, or "
     "leave dent OFF";
-constexpr EffectKey kDentKeys[] = {
-    {PALPATE_KEY(dent), EffectKey::Type::choice, "", "off, discs", 0, PALPATE_DENT_DISCS}};
+constexpr EffectKey kDentKeys[] = {{PALPATE_KEY(dent), PALPATE_KEY_CHOICE, "", "off, discs", 0, PALPATE_DENT_DISCS}};
 constexpr EffectNeed kDentNeeds[] = {{PALPATE_NEEDS(contact), 1u << PALPATE_CONTACT_PATCH, kOfDiscs},
                                      {PALPATE_NEEDS(report), 1u << PALPATE_REPORT_CONTACTS, kOfDiscs}};
 

@@ -1,6 +1,7 @@
-// The descriptors of the effects: what they say about palpate_scene_def, and that every host has their keys.
+// The keys of palpate_scene_def and the descriptors of the effects: what they say, and that every host has the effects' keys.
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "formats/config_keys.h"
 #include "runtime/complete/effects.h"
@@ -12,6 +13,22 @@ namespace {
 // Reads a file of the sources.
 std::string source(const std::string& file) {
   return file_bytes(std::filesystem::path(PALPATE_SOURCE_FOLDER) / file);
+}
+
+template <class Each>
+void for_each_key(Each each) {
+  for (std::int32_t k = 0; const palpate_key* key = palpate_scene_key(k); ++k) each(*key);
+}
+
+std::size_t offset_of(const palpate_key& key) {
+  return static_cast<std::size_t>(key.offset);
+}
+
+std::vector<std::string> words_of(const palpate_key& key) {
+  std::vector<std::string> words;
+  std::istringstream list(key.words);
+  for (std::string word; std::getline(list >> std::ws, word, ',');) words.push_back('"' + word + '"');
+  return words;
 }
 
 template <class Each>
@@ -51,10 +68,22 @@ TEST(Descriptors, HaveNamesAndFieldsOfTheirOwn) {
     EXPECT_TRUE(effect->build || effect->prepare) << effect->name;
     EXPECT_FALSE(effect->keys.empty()) << effect->name;
   }
-  for_every_key([&](const Effect&, const EffectKey& key) {
-    ASSERT_LE(key.at + key.bytes, owners.size()) << key.name;
-    for (std::size_t b = key.at; b < key.at + key.bytes; ++b) EXPECT_EQ(owners[b]++, 0) << key.name;
+  std::size_t keys = core_keys().size();
+  for (const Effect* effect : all_effects()) keys += effect->keys.size();
+  for_each_key([&](const palpate_key& key) {
+    const auto begin = static_cast<std::size_t>(key.offset), end = begin + static_cast<std::size_t>(key.bytes);
+    ASSERT_LE(end, owners.size()) << key.name;
+    for (std::size_t b = begin; b < end; ++b) EXPECT_EQ(owners[b]++, 0) << key.name;
+    --keys;
   });
+  EXPECT_EQ(keys, 0u);
+  EXPECT_EQ(palpate_scene_key(-1), nullptr);
+  // The 4 bytes in front of an 8-byte field may be padding. Of a field without a key a saved state would not know.
+  for_each_key([&](const palpate_key& key) {
+    const auto field = owners.begin() + key.offset;
+    if (key.bytes % 8 == 0) std::fill(field - 4, field, 1);
+  });
+  EXPECT_EQ(std::count(owners.begin() + sizeof(std::uint32_t), owners.end(), 0), 0);
 }
 
 TEST(Descriptors, AreOfEffectsThatAreOffByDefault) {
@@ -64,12 +93,9 @@ TEST(Descriptors, AreOfEffectsThatAreOffByDefault) {
 
 // Every choice has as many words as values, and every reason is a sentence that names what to do.
 TEST(Descriptors, SayWordsOfAllValuesAndReasons) {
-  for_every_key([](const Effect&, const EffectKey& key) {
-    const std::string words = key.words;
-    if (key.type == EffectKey::Type::choice)
-      EXPECT_EQ(std::count(words.begin(), words.end(), ','), key.most) << key.name;
-    else
-      EXPECT_EQ(words, "") << key.name;
+  for_each_key([](const palpate_key& key) {
+    if (key.type != PALPATE_KEY_CHOICE) return;
+    EXPECT_EQ(words_of(key).size(), key.most + 1) << key.name;
   });
   for (const Effect* effect : all_effects())
     for (const EffectNeed& need : effect->needs) {
@@ -78,29 +104,45 @@ TEST(Descriptors, SayWordsOfAllValuesAndReasons) {
     }
 }
 
+std::string refusal_of(const TouchedBox& box, const palpate_scene_def& def) {
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  EXPECT_NE(palpate_scene_create(box.bundle(), &def, &scene, &error), PALPATE_OK);
+  palpate_scene_destroy(scene);
+  return error.text;
+}
+
+// Every field of the core is refused by its name outside of its limits.
+TEST(Descriptors, SayTheLimitsOfTheCore) {
+  const TouchedBox box;
+  for (const EffectKey& key : core_keys()) {
+    if (key.type == PALPATE_KEY_POINTER) continue;
+    for (const double value : {key.least - 1, key.most + 1, static_cast<double>(NAN)}) {
+      if (value > 1e300) continue;
+      palpate_scene_def def = palpate_default_scene_def();
+      palpate_set_key(&key, &def, value);
+      EXPECT_THAT(refusal_of(box, def), testing::HasSubstr(std::string("palpate_scene_def: ") + key.name));
+    }
+  }
+}
+
 // A value outside of its limits is refused by its name, and one that the effect excludes with the reason.
 TEST(Descriptors, AreWhatASceneIsCheckedBy) {
   const TouchedBox box;
-  const auto refusal = [&](const palpate_scene_def& def) {
-    palpate_scene* scene = nullptr;
-    palpate_error error = {};
-    EXPECT_NE(palpate_scene_create(box.bundle(), &def, &scene, &error), PALPATE_OK);
-    palpate_scene_destroy(scene);
-    return std::string(error.text);
-  };
+  const auto refusal = [&](const palpate_scene_def& def) { return refusal_of(box, def); };
   const auto with = [](palpate_scene_def def, std::size_t at, int value) {
     std::memcpy(reinterpret_cast<unsigned char*>(&def) + at, &value, sizeof value);
     return def;
   };
   for (const Effect* effect : all_effects()) {
     const EffectKey& first = effect->keys[0];
-    if (first.type == EffectKey::Type::pointer) continue;
+    if (first.type == PALPATE_KEY_POINTER) continue;
     const palpate_scene_def off = palpate_default_scene_def();
-    palpate_scene_def on = with(off, first.at, 1);
+    palpate_scene_def on = with(off, offset_of(first), 1);
     for (const EffectKey& key : effect->keys.subspan(1))
-      if (key.type != EffectKey::Type::numbers) on = with(on, key.at, key.least);
-    EXPECT_THAT(refusal(with(off, first.at, first.most + 1)), testing::HasSubstr(first.name));
-    EXPECT_THAT(refusal(with(off, first.at, -1)), testing::HasSubstr(first.name));
+      if (key.type != PALPATE_KEY_NUMBER) on = with(on, offset_of(key), static_cast<int>(key.least));
+    EXPECT_THAT(refusal(with(off, offset_of(first), static_cast<int>(first.most) + 1)), testing::HasSubstr(first.name));
+    EXPECT_THAT(refusal(with(off, offset_of(first), -1)), testing::HasSubstr(first.name));
     for (const EffectNeed& need : effect->needs) {
       // All needs are met but this one.
       palpate_scene_def def = on;
