@@ -204,16 +204,7 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "", "link", "tables", "-", "-", "at most 1000 stretches together"},
       {S, "", "motion", "tables", "-", "-", "names all different"},
       {S, "", "carried", "tables", "-", "-", "needs `inside = true`; names all different"},
-      {S, "effects", "collision", "choice", "-", "\"rest\"", "off, rest, deformed"},
-      {S, "effects", "contact", "choice", "-", "\"point\"", "node, triangle, point, patch"},
-      {S, "effects", "law", "choice", "-", "\"sticking\"", "sticking, sliding, unilateral, coulomb"},
-      {S, "effects", "force", "choice", "-", "\"linear\"", "off, linear, response"},
-      {S, "effects", "shape", "choice", "-", "\"surface\"", "off, surface, volume"},
-      {S, "effects", "radial", "choice", "-", "\"off\"", "off, response"},
-      {S, "effects", "deformation", "choice", "-", "\"linear\"", "linear, large, large-beside, large-renewed"},
-      {S, "effects", "dent", "choice", "-", "\"off\"", "off, discs"},
-      {S, "effects", "preload", "boolean", "-", "false", ""},
-      {S, "effects", "inside", "boolean", "-", "false", "needs `shape = \"volume\"`"},
+      {S, "limits", "displacement", "number", "m", "-", "above 0"},
       {S, "organ", "name", "text", "-", "required", "letters, digits, - and _"},
       {S, "organ", "bundle", "file", "-", "-", ""},
       {S, "organ", "position", "point", "`unit`", "[0, 0, 0]", ""},
@@ -231,15 +222,6 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "rate", "touch", "number", "Hz", "1000", "1e-6 to 1e6"},
       {S, "rate", "shape", "number", "Hz", "60", "1e-6 to `touch`"},
       {S, "rate", "deform", "number", "Hz", "100", "1e-6 to `touch`"},
-      {S, "limits", "points", "integer", "-", "-", "1 to 65536"},
-      {S, "limits", "contact_nodes", "integer", "-", "-", "1 to 3000"},
-      {S, "limits", "needle_places", "integer", "-", "32", "2 to 64"},
-      {S, "limits", "force", "number", "N", "50", "above 0"},
-      {S, "limits", "force_slew", "number", "N/s", "10000.0", "above 0"},
-      {S, "limits", "tool_speed", "number", "m/s", "10.0", "above 0"},
-      {S, "limits", "release_distance", "number", "m", "-", "above 0"},
-      {S, "limits", "displacement", "number", "m", "-", "above 0"},
-      {S, "limits", "operations", "integer", "-", "300000", "1 to 1000000000"},
       {S, "tool", "name", "text", "-", "required", "not empty"},
       {S, "tool", "points", "points", "`unit`", "-", ""},
       {S, "tool", "capsule", "table", "-", "-", ""},
@@ -310,8 +292,9 @@ const std::vector<ConfigKey>& config_keys() {
   return keys;
 }
 
-const ConfigKey* find_config_key(ConfigFile file, std::string_view table, std::string_view key) {
-  for (const ConfigKey& one : config_keys())
+const ConfigKey* find_config_key(const std::vector<ConfigKey>& keys, ConfigFile file, std::string_view table,
+                                 std::string_view key) {
+  for (const ConfigKey& one : keys)
     if (one.file == file && table == one.table && key == one.key) return &one;
   return nullptr;
 }

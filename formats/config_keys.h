@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+struct palpate_key;
+
 namespace palpate {
 
 enum class ConfigFile { organ, boundary, scene };
@@ -19,6 +21,7 @@ struct ConfigKey {
   const char* unit;      // "-" for what has none
   const char* standard;  // the value where the key is absent: TOML text; "required"; or "-": the effect is off
   const char* limits;    // of a choice: "a, b, c", the words that the reader accepts
+  const palpate_key* field = nullptr;  // of the scene's definition that the key sets
 };
 
 const std::vector<ConfigKey>& config_keys();
@@ -28,6 +31,7 @@ const std::vector<ConfigKey>& config_keys();
 std::string example_line(const ConfigKey& key);
 
 // The list's line, or nullptr.
-const ConfigKey* find_config_key(ConfigFile file, std::string_view table, std::string_view key);
+const ConfigKey* find_config_key(const std::vector<ConfigKey>& keys, ConfigFile file, std::string_view table,
+                                 std::string_view key);
 
 }  // namespace palpate

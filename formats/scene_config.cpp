@@ -16,9 +16,6 @@ namespace {
 
 constexpr std::size_t kMaxTools = 8;
 constexpr int kMaxPoints = 1 << 16;
-constexpr int kMaxContactNodes = 3000;  // as palpate.h
-constexpr int kMaxNeedlePlaces = 64;    // as palpate.h
-constexpr int kMaxOperations = 1'000'000'000;
 constexpr double kMaxRadius = 1;   // m
 constexpr double kSlowest = 1e-6;  // Hz
 
@@ -201,24 +198,16 @@ void read_rate(TomlTable table, SceneConfig& scene) {
   table.finish();
 }
 
-void read_limits(TomlTable table, SceneConfig::Limits& limits) {
-  if (table.has("points")) limits.points = count(table, "points", 1, kMaxPoints);
-  if (table.has("contact_nodes")) limits.contact_nodes = count(table, "contact_nodes", 1, kMaxContactNodes);
-  if (table.has("needle_places")) limits.needle_places = count(table, "needle_places", 2, kMaxNeedlePlaces);
-  if (table.has("force")) limits.force = positive(table, "force", "a force above 0 N");
-  if (table.has("force_slew")) limits.force_slew = positive(table, "force_slew", "a rate above 0 N/s");
-  if (table.has("tool_speed")) limits.tool_speed = positive(table, "tool_speed", "a speed above 0 m/s");
-  if (table.has("release_distance"))
-    limits.release_distance = positive(table, "release_distance", "a length above 0 m");
-  if (table.has("displacement")) limits.displacement = positive(table, "displacement", "a length above 0 m");
-  if (table.has("operations")) limits.operations = count(table, "operations", 1, kMaxOperations);
+void read_limits(TomlTable table, SceneConfig& scene) {
+  read_fields(table, "limits", scene.def);
+  if (table.has("displacement")) scene.displacement = positive(table, "displacement", "a length above 0 m");
   table.finish();
 }
 
 }  // namespace
 
 SceneConfig read_scene_config(const std::filesystem::path& file) {
-  TomlTable root(file, ConfigFile::scene);
+  TomlTable root(file, ConfigFile::scene, scene_keys());
   SceneConfig scene;
   scene.file = file;
   scene.name = root.text("name", "\"push\"");
@@ -227,10 +216,10 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   scene.metres_per_unit = scale;
   NamedEffects named;
   if (root.has("effects")) named.add(root.table("effects")), read_effects(root.table("effects"), scene);
-  if (root.has("relaxation")) scene.relaxation = read_relaxation(root.table("relaxation"));
+  if (root.has("relaxation")) read_relaxation(root.table("relaxation"), scene);
   if (root.has("surface")) scene.surface = read_surface(root.table("surface"));
   if (root.has("rate")) read_rate(root.table("rate"), scene);
-  if (root.has("limits")) read_limits(root.table("limits"), scene.limits);
+  if (root.has("limits")) read_limits(root.table("limits"), scene);
   std::vector<NamedEffects> named_by_organs = read_organs(root, scene, named);
   if (!root.has("tool")) root.wrong("tool", "one [[tool]] or more");
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scene));

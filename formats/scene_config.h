@@ -7,30 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "formats/scene_keys.h"
+
 namespace palpate {
 
-// What is computed of an organ, and how.
+// What is computed of an organ, and how: [effects], [limits] and [relaxation]. What tools, links and motions of the file decide has its
+// default.
 struct SceneEffects {
-  enum class Collision { off, rest, deformed };
-  enum class Contact { node, triangle, point, patch };
-  enum class Law { sticking, sliding, unilateral, coulomb };
-  enum class Force { off, linear, response };
-  enum class Shape { off, surface, volume };
-  enum class Radial { off, response };
-  enum class Deformation { linear, large, large_beside, large_renewed };
-  enum class Dent { off, discs };
-
-  Collision collision = Collision::rest;
-  Contact contact = Contact::point;
-  Law law = Law::sticking;
-  Force force = Force::linear;
-  Shape shape = Shape::surface;
-  Radial radial = Radial::off;
-  Deformation deformation = Deformation::linear;
-  Dent dent = Dent::off;
-  bool preload = false;
-  bool inside = false;
-  bool operator==(const SceneEffects&) const = default;
+  palpate_scene_def def = default_of_scene_file();
+  std::string relaxation_source;
+  bool operator==(const SceneEffects& other) const {
+    return relaxation_source == other.relaxation_source && have_equal_fields(def, other.def);
+  }
 };
 
 // docs/files.md explains the keys; formats/config_keys.cpp lists them. Lengths are in metres here. A scene of several organs has
@@ -38,22 +26,6 @@ struct SceneEffects {
 struct SceneConfig : SceneEffects {
   using Vector = std::array<double, 3>;
 
-  struct Limits {
-    std::optional<int> points, contact_nodes;
-    int needle_places = 32;                  // of each needle
-    double force = 50;                       // N
-    double force_slew = 1e4;                 // N/s
-    double tool_speed = 10;                  // m/s
-    std::optional<double> release_distance;  // m
-    std::optional<double> displacement;      // m, up to which the scene takes the linear model; beyond, it warns
-    std::int32_t operations = 300'000;       // counted, of a touch step
-    bool operator==(const Limits&) const = default;
-  };
-  struct Relaxation {
-    std::vector<std::array<double, 2>> terms;  // share, s
-    std::string source;
-    bool operator==(const Relaxation&) const = default;
-  };
   struct Surface {
     std::filesystem::path file;  // already relative to the scene's folder
     double metres_per_unit = 1e-3;
@@ -172,7 +144,6 @@ struct SceneConfig : SceneEffects {
     std::filesystem::path bundle;  // already relative to the scene's folder; empty where the scene names none
     Vector position{}, turn{};     // m; axis times angle in degrees: where the organ's frame is in the world
     SceneEffects effects;          // [effects] of the scene, and [organ.effects] over it
-    std::optional<Relaxation> relaxation;
     std::optional<Surface> surface;
     int line = 0;
     bool operator==(const Organ&) const = default;
@@ -180,11 +151,10 @@ struct SceneConfig : SceneEffects {
 
   std::string name;
   std::filesystem::path file;
-  std::filesystem::path bundle;  // already relative to the scene's folder; empty where the scene names none
-  std::optional<Relaxation> relaxation;
+  std::filesystem::path bundle;    // already relative to the scene's folder; empty where the scene names none
   std::optional<Surface> surface;  // a finer one than the bundle's, which tools meet
   double touch_hz = 1000, shape_hz = 60, deform_hz = 100;
-  Limits limits;
+  std::optional<double> displacement;  // m, up to which the scene takes the linear model; beyond, it warns
   std::vector<Tool> tools;
   std::vector<Link> links;
   std::vector<Motion> motions;

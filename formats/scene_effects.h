@@ -8,7 +8,7 @@ namespace palpate {
 
 // Each table is read whole. A key that is absent leaves its effect as it is. Errors: InputError with file, line, key, expected and found.
 void read_effects(TomlTable table, SceneEffects& effects);
-SceneConfig::Relaxation read_relaxation(TomlTable table);
+void read_relaxation(TomlTable table, SceneEffects& effects);
 SceneConfig::Surface read_surface(TomlTable table);
 SceneConfig::Carried read_carried(TomlTable table, const SceneConfig& scene);
 

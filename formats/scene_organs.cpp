@@ -53,10 +53,10 @@ SceneConfig::Organ read_organ(TomlTable& table, const SceneConfig& scene, NamedE
   if (table.has("turn")) organ.turn = table.vector("turn");
   for (const double angle : organ.turn)
     if (std::abs(angle) > kMostDegrees) table.wrong("turn", fmt::format("angles of at most {} degrees", kMostDegrees));
-  organ.effects = scene, organ.relaxation = scene.relaxation;
-  if (scene.pairs > 0 && !named.collision) organ.effects.collision = SceneEffects::Collision::deformed;
+  organ.effects = scene;
+  if (scene.pairs > 0 && !named.collision) organ.effects.def.collision = PALPATE_COLLISION_DEFORMED;
   if (table.has("effects")) named.add(table.table("effects")), read_effects(table.table("effects"), organ.effects);
-  if (table.has("relaxation")) organ.relaxation = read_relaxation(table.table("relaxation"));
+  if (table.has("relaxation")) read_relaxation(table.table("relaxation"), organ.effects);
   if (table.has("surface")) organ.surface = read_surface(table.table("surface"));
   table.finish();
   return organ;
@@ -104,14 +104,14 @@ void check_links_between_organs(const SceneConfig& scene, const TomlTable& root)
     if (link.organs.empty()) continue;
     stretches += stretches_of(link);
     for (const SceneConfig::Organ& organ : scene.organs)
-      if (organ.effects.deformation != SceneEffects::Deformation::linear)
+      if (organ.effects.def.deformation != PALPATE_DEFORMATION_LINEAR)
         root.contradicts("link", link.line,
                          fmt::format("of organ \"{}\" deformation = \"linear\" in [effects], since link \"{}\" is "
                                      "between organs",
                                      organ.name, link.name),
                          "another one");
     for (const std::size_t k : link.organs)
-      if (link.radius > 0 && scene.organs[k].effects.contact != SceneEffects::Contact::patch)
+      if (link.radius > 0 && scene.organs[k].effects.def.contact != PALPATE_CONTACT_PATCH)
         root.contradicts("link", link.line,
                          fmt::format("of organ \"{}\" contact = \"patch\" in [effects], since link \"{}\" has a radius",
                                      scene.organs[k].name, link.name),
@@ -129,8 +129,8 @@ void check_pairs(const SceneConfig& scene, const TomlTable& root) {
       root.contradicts("world", 0, fmt::format("pairs = 0, or of organ \"{}\" {}", organ.name, expected),
                        fmt::format("pairs = {} and another one", scene.pairs));
     };
-    if (organ.effects.collision != SceneEffects::Collision::deformed) refuse("collision = \"deformed\" in [effects]");
-    if (organ.effects.deformation != SceneEffects::Deformation::linear) refuse("deformation = \"linear\" in [effects]");
+    if (organ.effects.def.collision != PALPATE_COLLISION_DEFORMED) refuse("collision = \"deformed\" in [effects]");
+    if (organ.effects.def.deformation != PALPATE_DEFORMATION_LINEAR) refuse("deformation = \"linear\" in [effects]");
     if (organ.surface) refuse("no [organ.surface]");
   }
 }
@@ -139,7 +139,7 @@ SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {
   SceneConfig one = scene;
   const SceneConfig::Organ& of = scene.organs[organ];
   static_cast<SceneEffects&>(one) = of.effects;
-  one.bundle = of.bundle, one.relaxation = of.relaxation, one.surface = of.surface;
+  one.bundle = of.bundle, one.surface = of.surface;
   for (SceneConfig::Tool& tool : one.tools)
     if (tool.organ != organ) tool.grips.clear(), tool.grasp.reset(), tool.needle.reset(), tool.place.reset();
   const auto of_another = [organ](const auto& holds) { return holds.organ != organ; };

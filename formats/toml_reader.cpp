@@ -78,12 +78,13 @@ struct TomlTable::State {
   const toml::table* table;
   std::filesystem::path file;
   ConfigFile kind;
+  const std::vector<ConfigKey>* keys;
   std::string name;      // of the table in the list of keys: "region"
   std::string headline;  // of the table in sentences: "", "response", "[[region]] 2"
   std::set<std::string, std::less<>> asked;
 
   std::shared_ptr<State> inner(const toml::table& node, std::string_view key, std::string head) const {
-    return std::make_shared<State>(State{document, &node, file, kind, std::string(key), std::move(head), {}});
+    return std::make_shared<State>(State{document, &node, file, kind, keys, std::string(key), std::move(head), {}});
   }
 
   std::string heading() const { return headline.empty() ? "" : headline + ": "; }
@@ -101,7 +102,7 @@ struct TomlTable::State {
   }
 
   const ConfigKey& listed(std::string_view key) const {
-    if (const ConfigKey* line = find_config_key(kind, name, key)) return *line;
+    if (const ConfigKey* line = find_config_key(*keys, kind, name, key)) return *line;
     throw std::logic_error(fmt::format("formats/config_keys.cpp has no key \"{}\" in table \"{}\"", key, name));
   }
 
@@ -147,9 +148,9 @@ struct TomlTable::State {
   }
 };
 
-TomlTable::TomlTable(const std::filesystem::path& file, ConfigFile kind) {
+TomlTable::TomlTable(const std::filesystem::path& file, ConfigFile kind, const std::vector<ConfigKey>& keys) {
   const auto document = std::make_shared<const toml::table>(parse_toml(file));
-  state_ = std::make_shared<State>(State{document, document.get(), file, kind, "", "", {}});
+  state_ = std::make_shared<State>(State{document, document.get(), file, kind, &keys, "", "", {}});
 }
 
 int TomlTable::line() const {
@@ -237,6 +238,13 @@ std::size_t TomlTable::index_of_choice(std::string_view key, const std::vector<s
   return static_cast<std::size_t>(at - words.begin());
 }
 
+std::size_t TomlTable::choice(std::string_view key) {
+  std::vector<std::string> words;
+  std::istringstream list(state_->listed(key).limits);
+  for (std::string word; std::getline(list >> std::ws, word, ',');) words.push_back(word);
+  return index_of_choice(key, words);
+}
+
 TomlTable TomlTable::table(std::string_view key) {
   const auto* value = state_->need(key).as_table();
   if (!value) {
@@ -275,7 +283,7 @@ std::vector<TomlTable> TomlTable::one_or_more(std::string_view key, std::string_
 
 void TomlTable::finish() const {
   std::vector<std::string> known;
-  for (const ConfigKey& line : config_keys())
+  for (const ConfigKey& line : *state_->keys)
     if (line.file == state_->kind && line.table == state_->name) known.push_back(line.key);
   for (const auto& [key, ignored] : *state_->table)
     if (std::find(known.begin(), known.end(), key.str()) == known.end())

@@ -18,8 +18,8 @@ namespace palpate {
 
 class TomlTable {
  public:
-  // Reads the top of a file. Errors: InputError where it cannot be read or is not TOML.
-  TomlTable(const std::filesystem::path& file, ConfigFile kind);
+  // Reads the top of a file. keys: those that it may have, which stay as long as the table. Errors: InputError where it cannot be read or is not TOML.
+  TomlTable(const std::filesystem::path& file, ConfigFile kind, const std::vector<ConfigKey>& keys = config_keys());
 
   int line() const;
   const std::filesystem::path& file() const;
@@ -56,6 +56,9 @@ class TomlTable {
     for (const auto& [word, value] : choices) words.push_back(word);
     return choices[index_of_choice(key, words)].second;
   }
+
+  // The index of one of the list's words.
+  std::size_t choice(std::string_view key);
 
   TomlTable table(std::string_view key);
   // [[key]]; none where the key is absent.

@@ -31,7 +31,7 @@ struct Options : SceneOptions {
 
 void run(const Options& options) {
   const SceneConfig scene = read_scene_config(options.scene);
-  if (scene.shape == SceneConfig::Shape::off)
+  if (scene.def.shape == PALPATE_SHAPE_OFF)
     throw InputError(
         fmt::format("{}: effects.shape: expected surface or volume to draw, found off", scene.file.string()));
   check_deformation(scene);

@@ -27,7 +27,7 @@ struct Options : SceneOptions {
 };
 
 void check(const SceneConfig& scene, const Options& options) {
-  if (scene.shape == SceneConfig::Shape::off)
+  if (scene.def.shape == PALPATE_SHAPE_OFF)
     throw InputError(
         fmt::format("{}: effects.shape: expected surface, which is what is sent, found off", scene.file.string()));
   for (const auto& tool : scene.tools)

@@ -173,12 +173,11 @@ void check_deformation(const SceneConfig& scene) {
           "{}: tool \"{}\": expected a tool without [tool.needle], since a datagram holds contacts at touchable nodes "
           "and a needle also holds nodes inside, found one; play the scene with palpate-run or palpate-igtl",
           scene.file.string(), tool.name));
-  if (scene.deformation == SceneConfig::Deformation::linear) return;
-  static const char* const words[] = {"linear", "large", "large-beside", "large-renewed"};
+  if (scene.def.deformation == PALPATE_DEFORMATION_LINEAR) return;
   throw InputError(fmt::format(
       "{}: effects.deformation: expected \"linear\", since a datagram holds contacts and not the displacement "
       "of every node, found \"{}\"; play the scene with palpate-run or palpate-igtl",
-      scene.file.string(), words[static_cast<int>(scene.deformation)]));
+      scene.file.string(), word_of("deformation", scene.def)));
 }
 
 DatagramLimits datagram_limits(const Player& player, std::uint64_t bundle) {

@@ -23,7 +23,7 @@ void check_room(const Player& player) {
         "{}: limits.contact_nodes: expected at most {}, which one datagram holds, found {} ({}); lower it: the first "
         "contacts are kept and a step that has more says so",
         player.scene().file.string(), kMostDatagramNodes, player.contact_node_limit(),
-        player.scene().limits.contact_nodes ? "as written" : "from the tools' points"));
+        player.scene().def.max_contact_nodes > 0 ? "as written" : "from the tools' points"));
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ GltfFile::GltfFile(std::filesystem::path target, const WorldPlayer& player, std:
 }
 
 void GltfFile::begin(const PlayedOrgan& organ, const std::string& name, const palpate_pose* pose) {
-  if (organ.scene().shape == SceneConfig::Shape::off)
+  if (organ.scene().def.shape == PALPATE_SHAPE_OFF)
     throw InputError(
         fmt::format("{}: effects.shape: expected surface or volume for --export, found off", scene_.file.string()));
   Surface& surface = surfaces_.emplace_back(Surface{&organ, name, pose, {}, {}, {}, {}, {}});

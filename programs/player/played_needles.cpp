@@ -20,7 +20,7 @@ double distance(const Vector& a, const Vector& b) {
 }  // namespace
 
 PlayedNeedles::PlayedNeedles(const SceneConfig& scene, const palpate_bundle* bundle)
-    : places_(scene.limits.needle_places),
+    : places_(scene.def.needle_places),
       needles_(scene.tools.size()),
       near_(scene.tools.size()),
       directions_(scene.tools.size()),

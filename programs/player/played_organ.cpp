@@ -14,14 +14,6 @@ namespace {
 
 using Vector = SceneConfig::Vector;
 
-// The config's words and the API's enums are in the same order.
-static_assert(static_cast<int>(SceneConfig::Collision::deformed) == PALPATE_COLLISION_DEFORMED);
-static_assert(static_cast<int>(SceneConfig::Contact::patch) == PALPATE_CONTACT_PATCH);
-static_assert(static_cast<int>(SceneConfig::Law::coulomb) == PALPATE_LAW_COULOMB);
-static_assert(static_cast<int>(SceneConfig::Force::response) == PALPATE_FORCE_RESPONSE);
-static_assert(static_cast<int>(SceneConfig::Shape::volume) == PALPATE_SHAPE_VOLUME);
-static_assert(static_cast<int>(SceneConfig::Radial::response) == PALPATE_RADIAL_RESPONSE);
-
 Vector node_position(const palpate_bundle* bundle, std::int32_t node) {
   const double* p = palpate_bundle_nodes(bundle) + 3 * static_cast<std::size_t>(node);
   return {p[0], p[1], p[2]};
@@ -53,37 +45,19 @@ std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const pal
 
 palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const HeldTissue& held,
                             const PlayedNeedles& needles) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = static_cast<palpate_collision>(scene.collision);
-  def.contact = static_cast<palpate_contact_model>(scene.contact);
-  def.law = static_cast<palpate_contact_law>(scene.law);
-  def.force = static_cast<palpate_force_model>(scene.force);
-  def.shape = static_cast<palpate_shape_model>(scene.shape);
-  def.radial = static_cast<palpate_radial_model>(scene.radial);
-  def.deformation = static_cast<palpate_deformation_model>(scene.deformation);
-  def.preload = scene.preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
-  def.inside = scene.inside ? PALPATE_INSIDE_ON : PALPATE_INSIDE_OFF;
-  if (scene.relaxation) {
-    def.relaxation.model = PALPATE_RELAXATION_PRONY;
-    for (const auto& [share, time] : scene.relaxation->terms) {
-      def.relaxation.share[def.relaxation.terms] = share;
-      def.relaxation.time[def.relaxation.terms++] = time;
-    }
-  }
+  palpate_scene_def def = scene.def;
+  def.dent = PALPATE_DENT_OFF;  // until there is a mesh to draw it on
   def.max_tools = static_cast<int>(scene.tools.size());
-  def.max_points = scene.limits.points.value_or(std::max(1, max_points));
+  if (def.max_points == 0) def.max_points = std::max(1, max_points);
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
-  const int nodes_per_point = scene.contact == SceneConfig::Contact::patch ? 100 : 3, most = 3000;  // of palpate.h
-  def.max_contact_nodes = scene.limits.contact_nodes.value_or(
-      std::min(most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) +
-                         held.most_nodes() + needles.most_nodes()));
+  const int nodes_per_point = def.contact == PALPATE_CONTACT_PATCH ? 100 : 3, most = 3000;  // of palpate.h
+  if (def.max_contact_nodes == 0)
+    def.max_contact_nodes =
+        std::min(most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) +
+                           held.most_nodes() + needles.most_nodes());
   def.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps = held.has_grasps();
   def.needles = needles.any(), def.needle_places = needles.places();
   def.motions = !scene.motions.empty();
-  def.force_limit = scene.limits.force;
-  def.force_slew = scene.limits.force_slew;
-  def.max_tool_speed = scene.limits.tool_speed, def.max_operations = scene.limits.operations;
-  if (scene.limits.release_distance) def.release_distance = *scene.limits.release_distance;
   return def;
 }
 
@@ -162,14 +136,13 @@ int PlayedOrgan::points_and_grips() const {
 
 palpate_scene_def PlayedOrgan::definition(int max_points) {
   palpate_scene_def def = half_of(scene_def(scene_, max_points, *held_, *needles_), half_);
-  scene_.shape = static_cast<SceneConfig::Shape>(def.shape);
-  scene_.inside = def.inside != PALPATE_INSIDE_OFF;
+  scene_.def.shape = def.shape, scene_.def.inside = def.inside;
   contact_node_limit_ = def.max_contact_nodes;
   if (render_mesh_) {
     skin_.positions = render_mesh_->positions.data(), skin_.normals = render_mesh_->normals.data();
     skin_.vertex_count = static_cast<std::int32_t>(render_mesh_->positions.size() / 3);
     def.render_mesh = &skin_;
-    if (scene_.dent == SceneConfig::Dent::discs && half_ == Half::both)
+    if (scene_.def.dent == PALPATE_DENT_DISCS && half_ == Half::both)
       def.dent = PALPATE_DENT_DISCS, def.report = PALPATE_REPORT_CONTACTS;
   }
   if (scene_.surface && def.collision != PALPATE_COLLISION_OFF) {
@@ -190,13 +163,14 @@ palpate_scene_def PlayedOrgan::definition(int max_points) {
 void PlayedOrgan::play_on(palpate_scene* scene) {
   runtime_scene_ = scene;
   if (holds_) held_->hold_links(scene, 0);
-  if (scene_.inside) inside_ = std::make_unique<OrganInside>(scene_, scene, shape_node_count());
+  if (scene_.def.inside == PALPATE_INSIDE_ON)
+    inside_ = std::make_unique<OrganInside>(scene_, scene, shape_node_count());
 }
 
 int PlayedOrgan::shape_node_count() const {
-  if (scene_.shape == SceneConfig::Shape::off) return 0;
+  if (scene_.def.shape == PALPATE_SHAPE_OFF) return 0;
   const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());
-  return scene_.shape == SceneConfig::Shape::surface ? info.surface_node_count : info.node_count;
+  return scene_.def.shape == PALPATE_SHAPE_SURFACE ? info.surface_node_count : info.node_count;
 }
 
 void PlayedOrgan::move(double time) {

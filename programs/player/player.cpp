@@ -25,7 +25,7 @@ Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half
 }
 
 std::uint64_t Player::shape_count() const {
-  return scene().shape == SceneConfig::Shape::off ? 0 : frames_of(scene());
+  return scene().def.shape == PALPATE_SHAPE_OFF ? 0 : frames_of(scene());
 }
 
 void Player::move_tools(double time) {
@@ -37,8 +37,8 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
                     const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before,
                     const std::function<void()>& on_deform) {
   palpate_scene_reset(runtime_scene());
-  const bool solves_beside = scene().deformation >= SceneConfig::Deformation::large_beside;
-  const bool shaped = scene().shape != SceneConfig::Shape::off;
+  const bool solves_beside = scene().def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
+  const bool shaped = scene().def.shape != PALPATE_SHAPE_OFF;
   const int node_count = shape_node_count();
   std::vector<float> displacements(3 * static_cast<std::size_t>(node_count)), positions(displacements.size());
   std::vector<float> skin_positions(render_mesh() ? render_mesh()->positions.size() : 0), skin_normals(skin_positions);

@@ -53,7 +53,7 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds) {
   run.rate = rate, run.seconds = seconds;
   const SceneConfig& scene = player.scene();
   const double duration = std::max(player.duration(), 1 / rate);
-  const bool shaped = scene.shape != SceneConfig::Shape::off;
+  const bool shaped = scene.def.shape != PALPATE_SHAPE_OFF;
   const int nodes = player.shape_node_count();
   std::vector<float> positions(3 * static_cast<std::size_t>(nodes));
 

@@ -25,39 +25,46 @@ toml::array numbers(const SceneConfig::Vector& v) {
   return toml::array{v[0], v[1], v[2]};
 }
 
-template <typename Word, std::size_t Count>
-const char* word(Word value, const char* const (&words)[Count]) {
-  return words[static_cast<std::size_t>(value)];
-}
+constexpr const char* kLinkKinds[] = {"thread", "spring", "clip"};
 
-toml::table effects_of(const SceneConfig& scene) {
-  return toml::table{{"collision", word(scene.collision, {"off", "rest", "deformed"})},
-                     {"contact", word(scene.contact, {"node", "triangle", "point", "patch"})},
-                     {"law", word(scene.law, {"sticking", "sliding", "unilateral", "coulomb"})},
-                     {"force", word(scene.force, {"off", "linear", "response"})},
-                     {"shape", word(scene.shape, {"off", "surface", "volume"})},
-                     {"radial", word(scene.radial, {"off", "response"})},
-                     {"deformation", word(scene.deformation, {"linear", "large", "large-beside", "large-renewed"})},
-                     {"preload", scene.preload}};
-}
-
-toml::table limits_of(const SceneConfig::Limits& limits) {
-  toml::table table{{"force", limits.force},
-                    {"force_slew", limits.force_slew},
-                    {"tool_speed", limits.tool_speed},
-                    {"operations", limits.operations},
-                    {"needle_places", limits.needle_places}};
-  if (limits.release_distance) table.insert("release_distance", *limits.release_distance);
-  if (limits.displacement) table.insert("displacement", *limits.displacement);
-  if (limits.points) table.insert("points", *limits.points);
-  if (limits.contact_nodes) table.insert("contact_nodes", *limits.contact_nodes);
+// The keys of a table that set fields. What is 0 of the limits follows from the scene.
+toml::table fields_of(const std::string& name, const palpate_scene_def& def) {
+  toml::table table;
+  for (const ConfigKey& key : scene_keys()) {
+    if (!key.field || name != key.table) continue;
+    const double number = palpate_key_number(key.field, &def);
+    const std::string type = key.type;
+    if (type == "boolean")
+      table.insert(key.key, number != 0);
+    else if (type == "choice")
+      table.insert(key.key, word_of(*key.field, def));
+    else if (type == "integer" && number != 0)
+      table.insert(key.key, static_cast<std::int64_t>(number));
+    else if (number != 0)
+      table.insert(key.key, number);
+  }
   return table;
 }
 
-toml::table relaxation_of(const SceneConfig::Relaxation& relaxation) {
+// Without what changes no number of a record.
+toml::table effects_of(const SceneConfig& scene) {
+  toml::table table = fields_of("effects", scene.def);
+  table.erase("dent"), table.erase("inside");
+  return table;
+}
+
+toml::table limits_of(const SceneConfig& scene) {
+  toml::table table = fields_of("limits", scene.def);
+  if (scene.displacement) table.insert("displacement", *scene.displacement);
+  return table;
+}
+
+toml::table relaxation_of(const SceneConfig& scene) {
   toml::array terms;
-  for (const auto& [share, time] : relaxation.terms) terms.push_back(toml::array{share, time});
-  return toml::table{{"terms", std::move(terms)}, {"source", relaxation.source}};
+  const palpate_relaxation& relaxation = scene.def.relaxation;
+  for (std::int32_t i = 0; i < relaxation.terms; ++i)
+    terms.push_back(toml::array{relaxation.share[i], relaxation.time[i]});
+  return toml::table{{"terms", std::move(terms)}, {"source", scene.relaxation_source}};
 }
 
 toml::table surface_of(const SceneConfig::Surface& surface, const fs::path& file) {
@@ -125,7 +132,7 @@ toml::array links_of(const SceneConfig& scene) {
   for (const SceneConfig::Link& link : scene.links) {
     toml::array places;
     for (const auto& place : link.places) places.push_back(numbers(place));
-    toml::table table{{"name", link.name}, {"kind", word(link.kind, {"thread", "spring", "clip"})}};
+    toml::table table{{"name", link.name}, {"kind", kLinkKinds[static_cast<std::size_t>(link.kind)]}};
     table.insert("places", std::move(places));
     if (link.world) table.insert("world", numbers(*link.world));
     if (!link.rest_length.empty()) table.insert("rest_lengths", rows_of(link.rest_length));
@@ -191,11 +198,11 @@ toml::table resolved_scene(const Player& player) {
   toml::table table{{"name", scene.name},
                     {"unit", "m"},
                     {"effects", effects_of(scene)},
-                    {"limits", limits_of(scene.limits)},
+                    {"limits", limits_of(scene)},
                     {"rate", toml::table{{"touch", scene.touch_hz}, {"shape", scene.shape_hz}}}};
-  if (scene.deformation >= SceneConfig::Deformation::large_beside)
+  if (scene.def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE)
     table["rate"].as_table()->insert("deform", scene.deform_hz);
-  if (scene.relaxation) table.insert("relaxation", relaxation_of(*scene.relaxation));
+  if (scene.def.relaxation.terms > 0) table.insert("relaxation", relaxation_of(scene));
   if (scene.surface) table.insert("surface", surface_of(*scene.surface, fs::absolute(scene.surface->file)));
   toml::array tools;
   for (std::size_t t = 0; t < scene.tools.size(); ++t) tools.push_back(tool_of(player, t));

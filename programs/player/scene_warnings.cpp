@@ -56,7 +56,7 @@ class RestSurface {
     palpate_scene_def def = palpate_default_scene_def();
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
     def.force = PALPATE_FORCE_OFF, def.shape = PALPATE_SHAPE_OFF, def.queries = PALPATE_QUERIES_ON;
-    def.preload = of.organ->scene().preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
+    def.preload = of.organ->scene().def.preload;
     def.fine_surface = of.organ->met_surface();
     palpate_error error{};
     if (palpate_scene_create(bundle_, &def, &scene_, &error) != PALPATE_OK)
@@ -231,7 +231,7 @@ std::vector<std::string> placement_warnings(const SceneConfig& scene, const std:
   std::vector<std::string> sentences;
   RestSurfaces surfaces;  // that tools may touch
   for (const NamedOrgan& of : organs)
-    if (of.organ->scene().collision != SceneConfig::Collision::off)
+    if (of.organ->scene().def.collision != PALPATE_COLLISION_OFF)
       surfaces.push_back(std::make_unique<const RestSurface>(of));
   for (std::size_t t = 0; t < scene.tools.size(); ++t) {
     const SceneConfig::Tool& tool = scene.tools[t];
@@ -269,11 +269,11 @@ std::vector<std::string> displacement_warnings(const NamedOrgan& of, const Bundl
   std::string begin = fmt::format("{} moved by {:.3g} mm (node {}, at {:.4g} s), beyond the ",
                                   of.name.empty() ? "the organ" : fmt::format("organ \"{}\"", of.name),
                                   1e3 * largest.length, largest.node, largest.time);
-  if (const auto& limit = of.organ->scene().limits.displacement) {
+  if (const auto& limit = of.organ->scene().displacement) {
     if (largest.length <= *limit) return {};
     return {begin + fmt::format("{:.3g} mm that `displacement` in the scene's [limits] allows", 1e3 * *limit)};
   }
-  if (of.organ->scene().deformation != SceneConfig::Deformation::linear) return {};  // right at any depth
+  if (of.organ->scene().def.deformation != PALPATE_DEFORMATION_LINEAR) return {};  // right at any depth
   const auto provenance = nlohmann::json::parse(fields.provenance, nullptr, false);
   const auto stated = provenance.is_object() ? provenance.find("accuracy_linear_limit_mm") : provenance.end();
   const bool measured = stated != provenance.end() && stated->is_number();

@@ -333,9 +333,9 @@ struct ShapeFiles::Organ : MovedGrid {
   Organ(const PlayedOrgan& organ, const BundleFields& fields, std::string file_name, const Frame& in_world)
       : of(organ), name(std::move(file_name)), frame(in_world) {
     if (of.render_mesh()) skin = std::make_unique<Skin>(*of.render_mesh());
-    if (of.scene().shape == SceneConfig::Shape::off) return;
+    if (of.scene().def.shape == PALPATE_SHAPE_OFF) return;
     const palpate_bundle_info info = palpate_bundle_describe(of.bundle());
-    const bool volume = of.scene().shape == SceneConfig::Shape::volume;
+    const bool volume = of.scene().def.shape == PALPATE_SHAPE_VOLUME;
     const vtkIdType rows = volume ? info.node_count : info.surface_node_count;
     if (volume)
       add_cells(grid, VTK_TETRA, 4, palpate_bundle_tetrahedra(of.bundle()), info.tetrahedron_count);

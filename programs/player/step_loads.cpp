@@ -12,8 +12,8 @@ constexpr int kRowsOfPlace = 3;  // of a needle; its tip has as many
 constexpr double kAtLimit = 1 - 1e-6;
 
 int rows_of_tool(const PlayedOrgan& organ, std::size_t tool, const palpate_contacts& contacts) {
-  const SceneConfig::Law law = organ.scene().law;
-  const int rows_of_place = law == SceneConfig::Law::sliding || law == SceneConfig::Law::unilateral ? 1 : 3;
+  const palpate_contact_law law = organ.scene().def.law;
+  const int rows_of_place = law == PALPATE_LAW_SLIDING || law == PALPATE_LAW_UNILATERAL ? 1 : 3;
   const int grips = static_cast<int>(organ.grips()[tool].size());
   int rows = 0;
   for (const palpate_grip& grip : organ.grips()[tool]) rows += std::popcount(grip.axes);

@@ -202,7 +202,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
 
 std::vector<std::string> Summary::forces() const {
   std::vector<std::string> lines;
-  const auto has_force = [](const Organ& organ) { return organ.of.organ->scene().force != SceneConfig::Force::off; };
+  const auto has_force = [](const Organ& organ) { return organ.of.organ->scene().def.force != PALPATE_FORCE_OFF; };
   for (std::size_t t = 0; t < tools_.size(); ++t)
     if (tools_[t].most_contacts > 0 && std::any_of(organs_.begin(), organs_.end(), has_force))
       lines.push_back(fmt::format("tool \"{}\": largest force {:.3g} N, at {:.3g} s; first contact at {:.3g} s",

@@ -66,7 +66,7 @@ void WorldPlayer::create() {
     all[k].bundle = organs_[k]->bundle(), all[k].def = &scenes[k], all[k].pose = &poses_[k];
   palpate_world_def def = palpate_default_world_def();
   def.organs = all.data(), def.organ_count = static_cast<std::int32_t>(all.size());
-  def.force_limit = scene_.limits.force, def.force_slew = scene_.limits.force_slew;
+  def.force_limit = scene_.def.force_limit, def.force_slew = scene_.def.force_slew;
   def.max_pairs = scene_.pairs, def.friction = scene_.organ_friction;
   def.max_links = static_cast<std::int32_t>(links_->links().size());
   palpate_world* created = nullptr;
@@ -83,13 +83,13 @@ void WorldPlayer::create() {
 
 std::uint64_t WorldPlayer::shape_count() const {
   for (const auto& organ : organs_)
-    if (organ->scene().shape != SceneConfig::Shape::off) return frames_of(scene_);
+    if (organ->scene().def.shape != PALPATE_SHAPE_OFF) return frames_of(scene_);
   return 0;
 }
 
 bool WorldPlayer::solves_beside() const {
   return std::any_of(organs_.begin(), organs_.end(), [](const auto& organ) {
-    return organ->scene().deformation >= SceneConfig::Deformation::large_beside;
+    return organ->scene().def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
   });
 }
 
@@ -122,7 +122,7 @@ Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_
       if (before) before();
       timed(timing.deform_us, [&] {
         for (const auto& organ : organs_)
-          if (organ->scene().deformation >= SceneConfig::Deformation::large_beside)
+          if (organ->scene().def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE)
             palpate_scene_deform(organ->runtime_scene());
         return 0;
       });

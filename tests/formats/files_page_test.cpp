@@ -10,9 +10,9 @@
 #include <set>
 #include <sstream>
 
-#include "formats/config_keys.h"
 #include "formats/organ_config.h"
 #include "formats/scene_config.h"
+#include "formats/scene_keys.h"
 #include "tests/support/test_files.h"
 #include "tests/support/texts.h"
 
@@ -46,7 +46,7 @@ std::string meaning_of(const std::string& key, const std::string& table) {
 std::string keys_of(ConfigFile file, const std::string& table, const std::string& own) {
   std::ostringstream out;
   out << "| key | type | unit | default | limits | meaning |\n|---|---|---|---|---|---|\n";
-  for (const ConfigKey& key : config_keys()) {
+  for (const ConfigKey& key : scene_keys()) {
     if (key.file != file || table != key.table) continue;
     const std::string standard = key.standard;
     const bool word = standard == "required" || standard == "-";
@@ -85,13 +85,13 @@ TEST(FilesPage, HasEachTableOfKeysOnceAndAsTheListSays) {
   const std::string text = page();
   std::multiset<std::pair<ConfigFile, std::string>> tables;
   const std::string expected = printed(text, tables);
-  for (const ConfigKey& key : config_keys())
+  for (const ConfigKey& key : scene_keys())
     EXPECT_EQ(tables.count({key.file, key.table}), 1u) << "docs/files.md: keys of table \"" << key.table << '"';
   if (text == expected) return;
   const std::filesystem::path printed_page = fresh_folder() / "files.md";
   std::ofstream(printed_page) << expected;
-  ADD_FAILURE() << "docs/files.md does not say what formats/config_keys.cpp says; replace it: cp "
-                << printed_page.string() << " docs/files.md";
+  ADD_FAILURE() << "docs/files.md does not say what the list of keys says; replace it: cp " << printed_page.string()
+                << " docs/files.md";
 }
 
 // The page's ```toml blocks, by the file name in their first line.
@@ -121,7 +121,7 @@ TEST(FilesPage, HasAnExampleOfEachFileThatTheReaderAcceptsAndThatShowsEveryKey) 
       {ConfigFile::organ, text.at("organ.toml")},
       {ConfigFile::boundary, text.at("boundary/held.toml")},
       {ConfigFile::scene, text.at("scene.toml") + text.at("scenes/organs.toml")}};
-  for (const ConfigKey& key : config_keys())
+  for (const ConfigKey& key : scene_keys())
     EXPECT_TRUE(std::regex_search(shown.at(key.file), std::regex("\\b" + std::string(key.key) + "\\b")))
         << "docs/files.md: no example shows the key " << key.key;
 }
@@ -144,7 +144,7 @@ TEST(FilesPage, ARefusalOfAMissingKeyShowsALineWithWhichTheExampleIsReadAgain) {
   for (const auto& [name, kind] : std::map<std::string, ConfigFile>{{"organ.toml", ConfigFile::organ},
                                                                     {"boundary/held.toml", ConfigFile::boundary},
                                                                     {"scene.toml", ConfigFile::scene}})
-    for (const ConfigKey& key : config_keys()) {
+    for (const ConfigKey& key : scene_keys()) {
       if (key.file != kind || std::string(key.standard) != "required") continue;
       const std::string& whole = text.at(name);
       const std::regex own_line("(^|\n)" + std::string(key.key) + " = [^\n]*[^\\[\n]\n");
@@ -171,7 +171,7 @@ std::string filled(ConfigFile file, const std::string& text, bool with_defaults,
     static const std::regex place(R"(@(\w+)\.(\w+)(,?)@)");
     std::smatch found;
     while (std::regex_search(line, found, place)) {
-      const ConfigKey* key = find_config_key(file, found[1].str(), found[2].str());
+      const ConfigKey* key = find_config_key(scene_keys(), file, found[1].str(), found[2].str());
       EXPECT_NE(key, nullptr) << line;
       if (key) seen.insert(found[1].str() + "." + found[2].str());
       const std::string value = key && with_defaults ? found[2].str() + " = " + key->standard : std::string();
@@ -193,7 +193,7 @@ void expect_the_defaults(ConfigFile file, const std::function<Config(const std::
   const Config stated = read(toml);
   std::ofstream(toml) << filled(file, text, false, seen);
   EXPECT_TRUE(stated == read(toml)) << "a default of formats/config_keys.cpp is not the reader's:\n" << text;
-  for (const ConfigKey& key : config_keys()) {
+  for (const ConfigKey& key : scene_keys()) {
     const std::string standard = key.standard;
     if (left_out.count(key.table) || (!alone.empty() && !alone.count(key.table))) continue;
     if (key.file == file && standard != "required" && standard != "-") {

@@ -32,6 +32,7 @@ LAYOUT = ("formats/bundle_layout.h formats/bundle_reader.h formats/bundle_sectio
 # and the bundle layout alone; studies use nothing of bench/, tests/ and programs/.
 RULES = """
 formats/: formats/: plumbing
+formats/scene_: formats/: plumbing palpate
 formats/bundle_writer.cpp: formats/: plumbing HDF5
 formats/command_line.cpp: formats/: plumbing CLI11
 formats/toml_reader.cpp: formats/: plumbing toml++

@@ -3,7 +3,6 @@
 #include <set>
 #include <sstream>
 
-#include "formats/config_keys.h"
 #include "runtime/complete/effects.h"
 #include "tests/runtime/touched_box.h"
 
@@ -183,18 +182,6 @@ TEST(Descriptors, HaveAFieldInJavaScriptWithTheirWords) {
     else
       EXPECT_THAT(names, testing::ContainsRegex("[\".]" + field_of(key))) << key.name;
   });
-}
-
-// A scene file may leave a key to a tool or a link that needs it; where it has one, it has the words.
-TEST(Descriptors, HaveTheWordsOfSceneFiles) {
-  int found = 0;
-  for_every_key([&](const Effect&, const EffectKey& key) {
-    const ConfigKey* const in_file = find_config_key(ConfigFile::scene, "effects", key.name);
-    if (!in_file || std::string(in_file->type) != "choice") return;
-    EXPECT_STREQ(in_file->limits, key.words) << key.name;
-    ++found;
-  });
-  EXPECT_GT(found, 0);
 }
 
 }  // namespace

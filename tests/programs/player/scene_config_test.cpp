@@ -71,17 +71,17 @@ TEST_F(SceneFile, GivesEveryLengthInMetres) {
 
 TEST_F(SceneFile, HasTheRuntimesDefaults) {
   const SceneConfig scene = read(kPoint + kPath);
-  EXPECT_EQ(scene.collision, SceneConfig::Collision::rest);
-  EXPECT_EQ(scene.contact, SceneConfig::Contact::point);
-  EXPECT_EQ(scene.shape, SceneConfig::Shape::surface);
+  EXPECT_EQ(scene.def.collision, PALPATE_COLLISION_REST);
+  EXPECT_EQ(scene.def.contact, PALPATE_CONTACT_POINT);
+  EXPECT_EQ(scene.def.shape, PALPATE_SHAPE_SURFACE);
   EXPECT_EQ(scene.touch_hz, 1000);
 }
 
 TEST_F(SceneFile, MakesAPatchOfAToolWithARadius) {
   const SceneConfig scene =
       read(kPoint + kPath + "disc_radius = 3\nfriction = 0.2\n", "[effects]\nlaw = \"coulomb\"\n");
-  EXPECT_EQ(scene.contact, SceneConfig::Contact::patch);
-  EXPECT_EQ(scene.law, SceneConfig::Law::coulomb);
+  EXPECT_EQ(scene.def.contact, PALPATE_CONTACT_PATCH);
+  EXPECT_EQ(scene.def.law, PALPATE_LAW_COULOMB);
   EXPECT_DOUBLE_EQ(scene.tools.at(0).disc_radius, 0.003);
   EXPECT_DOUBLE_EQ(scene.tools.at(0).friction, 0.2);
   expect_refused(kPoint + kPath + "disc_radius = 0\n", "", "scene.toml:7: [[tool]] 1: disc_radius: ");
@@ -96,7 +96,7 @@ TEST_F(SceneFile, TakesAGraspAndTheTurnOfATool) {
                                  "turn = [[0, 0, 0, 0], [2, 0, 0, 90]]\n[tool.grasp]\nnear = [1, 2, 3]\nopposite = [1, "
                                  "2, 9]\nradius = 5\nclosing = [[0, 0], [1, 2]]\nfriction = 0.4\nclosed = [[0, 1], [1, "
                                  "2]]\n");
-  EXPECT_EQ(scene.contact, SceneConfig::Contact::patch);
+  EXPECT_EQ(scene.def.contact, PALPATE_CONTACT_PATCH);
   const SceneConfig::Tool& tool = scene.tools.at(0);
   EXPECT_THAT(tool.turn.at(1).position, ElementsAre(0, 0, 90));
   EXPECT_DOUBLE_EQ(tool.grasp->near[2], 0.003);
@@ -135,7 +135,7 @@ TEST_F(SceneFile, TakesANeedle) {
                                      "[tool.needle]\nentry = [1, 2, 3]\ndirection = [0, 0, -2]\nradius = 0.6\n"
                                      "friction = 20\npuncture_force = 0.5\ncutting_force = 0.2\nspacing = 2\n",
                                  "[limits]\nneedle_places = 12\n");
-  EXPECT_EQ(scene.limits.needle_places, 12);
+  EXPECT_EQ(scene.def.needle_places, 12);
   const SceneConfig::Needle& needle = *scene.tools.at(0).needle;
   EXPECT_DOUBLE_EQ((*needle.entry)[2], 0.003);
   EXPECT_THAT(*needle.direction, ElementsAre(0, 0, -2));
@@ -179,7 +179,7 @@ TEST_F(SceneFile, TakesLinksOfEachKind) {
            "50]\nrest_length = 40\nstiffnesses = [[0, 50], [1, 5]]\n"
            "[[link]]\nname = \"clip\"\nkind = \"clip\"\nplaces = [[1, 2, 3], [4, 5, 6]]\nstiffness "
            "= 300\n");
-  EXPECT_EQ(scene.contact, SceneConfig::Contact::patch);  // of the radius
+  EXPECT_EQ(scene.def.contact, PALPATE_CONTACT_PATCH);  // of the radius
   ASSERT_EQ(scene.links.size(), 3u);
   const SceneConfig::Link &suture = scene.links[0], &ligament = scene.links[1], &clip = scene.links[2];
   EXPECT_DOUBLE_EQ(suture.places.at(2)[0], 0.007);
@@ -199,7 +199,7 @@ TEST_F(SceneFile, TakesMotionsOfEachKindOfAmount) {
                                  "[[motion]]\nname = \"diaphragm\"\nsine = { amplitude = 5, period = 4, mean = 2 }\n"
                                  "[[motion]]\nname = \"tilt\"\namounts = [[0, -3], [2, 3]]\n"
                                  "[[motion]]\nname = \"filling\"\namounts_csv = \"breath.csv\"\n");
-  EXPECT_EQ(scene.collision, SceneConfig::Collision::deformed);  // of the motions
+  EXPECT_EQ(scene.def.collision, PALPATE_COLLISION_DEFORMED);  // of the motions
   ASSERT_EQ(scene.motions.size(), 3u);
   EXPECT_DOUBLE_EQ(amount_at(scene.motions[0], 1), 7);
   EXPECT_NEAR(amount_at(scene.motions[0], 4 * 250 + 3), -3, 1e-9);
@@ -276,9 +276,9 @@ TEST_F(SceneFile, TakesTheTermsOfARelaxation) {
     return "[relaxation]\nterms = " + terms + "\nsource = \"a paper\"\n";
   };
   const SceneConfig scene = read(kPoint + kPath, with("[[0.45, 0.5], [0.365, 50]]"));
-  ASSERT_EQ(scene.relaxation->terms.size(), 2u);
-  EXPECT_EQ(scene.relaxation->terms[1][0], 0.365);
-  EXPECT_EQ(scene.relaxation->terms[1][1], 50);
+  ASSERT_EQ(scene.def.relaxation.terms, 2);
+  EXPECT_EQ(scene.def.relaxation.share[1], 0.365);
+  EXPECT_EQ(scene.def.relaxation.time[1], 50);
   expect_refused(kPoint + kPath, with("[[0.5, 1], [0.5, 2]]"), "all together below 1");
   expect_refused(kPoint + kPath, with("[[0.5, 0]]"), "a time above 0 s");
   expect_refused(kPoint + kPath, "[relaxation]\nterms = [[0.5, 1]]\n", "source");
