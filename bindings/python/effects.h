@@ -1,24 +1,49 @@
 // The effects and limits of a scene as the keywords of Python give them.
 #pragma once
 
+#include <algorithm>
+#include <cstring>
+#include <iomanip>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "bindings/python/tools.h"
 
 namespace palpate::python {
 
-// The value of an enum from a word; words are in the order of the enum's values.
-template <class Enum>
-Enum choose(const char* effect, const std::string& word, std::initializer_list<const char*> words) {
-  int value = 0;
-  std::string all;
-  for (const char* each : words) {
-    if (word == each) return static_cast<Enum>(value);
-    all += (value++ ? ", " : "") + std::string(each);
-  }
-  throw py::value_error(std::string(effect) + ": expected one of " + all + "; found \"" + word + "\"");
+inline std::vector<std::string> words_of(const palpate_key& key) {
+  std::istringstream list(key.words);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(list >> std::ws, word, ',');) words.push_back(word);
+  return words;
+}
+
+// The index of a word among the key's.
+inline std::int32_t choose(const palpate_key& key, const std::string& word) {
+  const std::vector<std::string> words = words_of(key);
+  const auto at = std::find(words.begin(), words.end(), word);
+  if (at == words.end())
+    throw py::value_error(std::string(key.name) + ": expected one of " + key.words + "; found \"" + word + "\"");
+  return static_cast<std::int32_t>(at - words.begin());
+}
+
+// Stores the value of a keyword; of two words it may be a bool as well. Throws cast_error where the value has another type.
+inline void set_field(const palpate_key& key, const py::handle& value, palpate_scene_def& def) {
+  const bool is_bool = key.most == 1 && py::isinstance<py::bool_>(value);
+  const double number = key.type == PALPATE_KEY_NUMBER               ? value.cast<double>()
+                        : key.type == PALPATE_KEY_CHOICE && !is_bool ? choose(key, value.cast<std::string>())
+                                                                     : static_cast<double>(value.cast<std::int64_t>());
+  if (!palpate_set_key(&key, &def, number)) throw py::cast_error();
+}
+
+// The keys that are keywords as they are: neither pointers nor parts of a struct.
+template <class Each>
+void for_each_keyword(Each each) {
+  for (std::int32_t k = 0; const palpate_key* key = palpate_scene_key(k); ++k)
+    if (key->type != PALPATE_KEY_POINTER && !std::strchr(key->name, '.')) each(*key);
 }
 
 inline palpate_relaxation relaxation_of(const py::object& terms) {
@@ -102,70 +127,59 @@ struct Effects {
   }
 };
 
-inline Effects effects_of(const std::string& collision, const std::string& contact, const std::string& law,
-                          const std::string& force, const std::string& shape, const std::string& radial,
-                          const std::string& preload, const std::string& queries, const std::string& deformation,
-                          const std::string& report, const std::string& dent, const py::object& relaxation,
-                          const py::object& render_mesh, const py::object& fine_surface, std::int32_t max_tools,
-                          std::int32_t max_points, std::int32_t max_contact_nodes, double force_limit,
-                          double force_slew, double max_tool_speed, double release_distance, double torque_limit,
-                          double torque_slew, std::int64_t max_operations, std::int32_t max_links, bool grasps,
-                          bool motions, bool inside, bool needles, std::int32_t needle_places) {
+inline constexpr const char* kOtherArguments = "__init__(): incompatible constructor arguments";
+
+// named: the keywords of Scene and Organ. What it refuses in pybind11's words is worded anew by palpate/__init__.py.
+inline Effects effects_of(const py::kwargs& named) {
   Effects effects;
-  palpate_scene_def& def = effects.def;
-  def.collision = choose<palpate_collision>("collision", collision, {"off", "rest", "deformed"});
-  def.contact = choose<palpate_contact_model>("contact", contact, {"node", "triangle", "point", "patch"});
-  def.law = choose<palpate_contact_law>("law", law, {"sticking", "sliding", "unilateral", "coulomb"});
-  def.force = choose<palpate_force_model>("force", force, {"off", "linear", "response"});
-  def.shape = choose<palpate_shape_model>("shape", shape, {"off", "surface", "volume"});
-  def.radial = choose<palpate_radial_model>("radial", radial, {"off", "response"});
-  def.preload = choose<palpate_preload_model>("preload", preload, {"off", "on"});
-  def.queries = choose<palpate_query_model>("queries", queries, {"off", "on"});
-  def.deformation = choose<palpate_deformation_model>("deformation", deformation,
-                                                      {"linear", "large", "large-beside", "large-renewed"});
-  def.report = choose<palpate_report_model>("report", report, {"off", "contacts"});
-  def.dent = choose<palpate_dent_model>("dent", dent, {"off", "discs"});
-  def.relaxation = relaxation_of(relaxation);
-  if (!render_mesh.is_none()) effects.render_mesh.emplace(render_mesh);
-  if (!fine_surface.is_none()) effects.fine_surface.emplace(fine_surface);
-  def.max_tools = max_tools;
-  def.max_points = max_points;
-  def.max_contact_nodes = max_contact_nodes;
-  def.force_limit = force_limit;
-  def.force_slew = force_slew;
-  def.max_tool_speed = max_tool_speed;
-  def.release_distance = release_distance;
-  def.torque_limit = torque_limit;
-  def.torque_slew = torque_slew;
-  def.max_operations = max_operations;
-  def.max_links = max_links;
-  def.grasps = grasps;
-  def.motions = motions;
-  def.inside = inside ? PALPATE_INSIDE_ON : PALPATE_INSIDE_OFF;
-  def.needles = needles;
-  def.needle_places = needle_places;
+  const auto take = [&](const char* name) -> py::object { return named.attr("pop")(name, py::none()); };
+  try {
+    effects.def.relaxation = relaxation_of(take("relaxation"));
+    if (const py::object mesh = take("render_mesh"); !mesh.is_none()) effects.render_mesh.emplace(mesh);
+    if (const py::object surface = take("fine_surface"); !surface.is_none()) effects.fine_surface.emplace(surface);
+    for_each_keyword([&](const palpate_key& key) {
+      if (named.contains(key.name)) set_field(key, take(key.name), effects.def);
+    });
+  } catch (const py::cast_error&) {
+    throw py::type_error(kOtherArguments);
+  }
+  if (!named.empty()) throw py::type_error(kOtherArguments);
   return effects;
+}
+
+// A line for each keyword: its default, unit and words.
+inline std::string lines_of_keywords() {
+  const palpate_scene_def start = palpate_default_scene_def();
+  std::ostringstream lines;
+  for_each_keyword([&](const palpate_key& key) {
+    const double number = palpate_key_number(&key, &start);
+    lines << key.name << " = ";
+    if (key.type == PALPATE_KEY_CHOICE)
+      lines << '"' << words_of(key)[static_cast<std::size_t>(number)] << '"';
+    else
+      lines << std::fixed << std::setprecision(0) << number << (key.unit[0] ? " " : "") << key.unit;
+    lines << (key.words[0] ? ": " : "") << key.words << '\n';
+  });
+  return lines.str();
 }
 
 inline constexpr const char* kAboutEffects =
     "Takes all memory and maps the sections that the effects need, and no other. Raises Error.\n"
     "\n"
-    "collision: off, rest, deformed        contact: node, triangle, point, patch (a disc of the tool's disc_radius)\n"
-    "law: sticking, sliding, unilateral, coulomb          force: off, linear, response\n"
-    "shape: off, surface, volume           radial: off, response           preload: off, on\n"
-    "queries: off, on (cast_ray, closest_point, signed_distance)          report: off, contacts\n"
-    "dent: off, discs (skin sinks the render mesh to the discs of the report)\n"
-    "deformation: linear; large (a hyperelastic body, solved in the touch; the bundle must have been made for it);\n"
-    "large-beside, large-renewed (the same, solved by deform)\n"
+    "contact patch: a disc of the tool's disc_radius\n"
+    "queries: for cast_ray, closest_point, signed_distance\n"
+    "dent discs: skin sinks the render mesh to the discs of the report\n"
+    "deformation large: a hyperelastic body, solved in the touch; the bundle must have been made for it; "
+    "large-beside,\n"
+    "large-renewed: the same, solved by deform\n"
     "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"
     "render_mesh: None, or a finer mesh that skin moves with the surface: positions [vertices, 3], m, or a tuple of\n"
     "positions and normals; read now and no longer\n"
     "fine_surface: None, or a closed surface that tools meet in place of the bundle's triangles: a tuple of positions\n"
     "[vertices, 3], m, and triangles [triangles, 3], counter-clockwise from outside; read now and no longer\n"
     "max_tools, max_points, max_contact_nodes: limits that memory is taken for\n"
-    "force_limit, N; force_slew, N/s: on each tool's force, for a device; torque_limit, N m; torque_slew, N m/s: on\n"
-    "its torque\n"
-    "max_tool_speed, m/s; release_distance, m (0: from the organ's size): beyond them a point is TRACKING_LOST\n"
+    "force_limit, force_slew, torque_limit, torque_slew: on each tool's force and torque, for a device\n"
+    "max_tool_speed, release_distance: beyond them a point is TRACKING_LOST\n"
     "max_operations: counted operations of a touch; what does not fit is put off (WORK_DEFERRED)\n"
     "max_links: links that set_links may give; grasps: whether tools may have a Grasp (contact=\"patch\",\n"
     "deformation=\"linear\")\n"
@@ -173,31 +187,16 @@ inline constexpr const char* kAboutEffects =
     "inside: whether inside and inside_at tell strain and stress, and carry moves points of the tissue\n"
     "(shape=\"volume\")\n"
     "needles: whether tools may have a Needle (deformation=\"linear\"; a bundle with a corridor); needle_places: of\n"
-    "the tissue that each of them holds at most, 2 .. 64";
+    "the tissue that each of them holds at most\n"
+    "\n";
 
-// Gives a class of Python its constructor Class(bundle, *, ...): the bundle, and the keywords of effects_of.
-template <class Held, class... Choices>
-auto maker_with(Effects (*choose_effects)(Choices...)) {
-  return [choose_effects](std::shared_ptr<HeldBundle> bundle, Choices... choices) {
-    return std::make_shared<Held>(std::move(bundle), choose_effects(choices...));
-  };
-}
+// Gives a class of Python its constructor Class(bundle, **effects).
 template <class Class>
-void takes_effects(Class& type, const char* about) {
-  const palpate_scene_def start = palpate_default_scene_def();
-  type.def(
-      py::init(maker_with<typename Class::type>(&effects_of)), py::arg("bundle"), py::kw_only(),
-      py::arg("collision") = "rest", py::arg("contact") = "patch", py::arg("law") = "sticking",
-      py::arg("force") = "linear", py::arg("shape") = "surface", py::arg("radial") = "off", py::arg("preload") = "off",
-      py::arg("queries") = "off", py::arg("deformation") = "linear", py::arg("report") = "off", py::arg("dent") = "off",
-      py::arg("relaxation") = py::none(), py::arg("render_mesh") = py::none(), py::arg("fine_surface") = py::none(),
-      py::arg("max_tools") = start.max_tools, py::arg("max_points") = start.max_points,
-      py::arg("max_contact_nodes") = start.max_contact_nodes, py::arg("force_limit") = start.force_limit,
-      py::arg("force_slew") = start.force_slew, py::arg("max_tool_speed") = start.max_tool_speed,
-      py::arg("release_distance") = start.release_distance, py::arg("torque_limit") = start.torque_limit,
-      py::arg("torque_slew") = start.torque_slew, py::arg("max_operations") = start.max_operations,
-      py::arg("max_links") = start.max_links, py::arg("grasps") = false, py::arg("motions") = false,
-      py::arg("inside") = false, py::arg("needles") = false, py::arg("needle_places") = start.needle_places, about);
+void takes_effects(Class& type, const std::string& about) {
+  type.def(py::init([](std::shared_ptr<HeldBundle> bundle, const py::kwargs& effects) {
+             return std::make_shared<typename Class::type>(std::move(bundle), effects_of(effects));
+           }),
+           py::arg("bundle"), about.c_str());
 }
 
 }  // namespace palpate::python

@@ -44,7 +44,11 @@ void add_scene(py::module_& module) {
       module, "Scene",
       "One organ under one set of effects. It keeps its bundle open. touch and shape run without the\n"
       "interpreter's lock, so one thread may touch while another draws. Each is for one thread at a time.");
-  takes_effects(type, kAboutEffects);
+  takes_effects(type, kAboutEffects + lines_of_keywords());
+  py::list keywords;
+  for (const char* own : {"relaxation", "render_mesh", "fine_surface"}) keywords.append(own);
+  for_each_keyword([&](const palpate_key& key) { keywords.append(key.name); });
+  module.attr("EFFECTS") = keywords;
   type.def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")
       .def_property_readonly("shape_node_count", &HeldScene::shape_node_count,
                              "nodes that shape fills: the surface's, all (shape=\"volume\"), or 0")

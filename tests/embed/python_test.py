@@ -1094,6 +1094,7 @@ class Stub(unittest.TestCase):
         stub = ast.parse((SOURCE / "bindings/python/palpate/__init__.pyi").read_text())
         fields_of = lambda node: [a.target.id for a in node.body if isinstance(a, ast.AnnAssign)]
         effects = next(fields_of(node) for node in stub.body if getattr(node, "name", "") == "_Effects")
+        self.assertEqual(set(effects), set(palpate._palpate.EFFECTS))
         classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef) and not node.name.startswith("_")}
         plain = {node.target.id for node in stub.body if isinstance(node, ast.AnnAssign)}
         self.assertEqual(set(classes) | plain, set(palpate.__all__))
@@ -1110,7 +1111,7 @@ class Stub(unittest.TestCase):
             for function, written in functions.items():
                 doc = inspect.getdoc(getattr(real, function)) or ""
                 found = re.findall(r"(\w+): ", doc.split("\n")[0].split(" -> ")[0])
-                asked = [a.arg for a in (*written.args.args, *written.args.kwonlyargs)] + (effects if written.args.kwarg else [])
+                asked = [a.arg for a in (*written.args.args, *written.args.kwonlyargs)]
                 if not isinstance(getattr(real, function), property):
                     self.assertEqual([a for a in found if a != "self"], [a for a in asked if a != "self"], f"{name}.{function}")
 

@@ -7,6 +7,7 @@ copies. A scene writes shapes into arrays of the caller.
 import difflib
 import re
 
+from palpate._palpate import EFFECTS as _EFFECTS
 from palpate._palpate import (
     API_VERSION,
     Bundle,
@@ -72,6 +73,8 @@ def _with_plain_errors(kind):
     signature = re.search(r"__init__\((.*)\) -> None", made.__doc__ or "")
     # The names in front of a type and a default, which have brackets, blanks and equals signs of their own.
     known = re.findall(r"(?:^|, )(\w+): ", re.sub(r"\[[^][]*\]|\([^()]*\)", "", signature[1]))[1:] if signature else []
+    if signature and "**kwargs" in signature[1]:
+        known += _EFFECTS
 
     def __init__(self, *positional, **named):
         try:

@@ -205,36 +205,38 @@ class Hit:
     distance: Final[float]
 
 class _Effects(TypedDict, total=False):
+    # Printed from palpate_scene_key():
     collision: Literal["off", "rest", "deformed"]
     contact: Literal["node", "triangle", "point", "patch"]
     law: Literal["sticking", "sliding", "unilateral", "coulomb"]
     force: Literal["off", "linear", "response"]
     shape: Literal["off", "surface", "volume"]
     radial: Literal["off", "response"]
-    preload: Literal["off", "on"]
-    queries: Literal["off", "on"]
+    preload: Union[bool, Literal["off", "on"]]
     deformation: Literal["linear", "large", "large-beside", "large-renewed"]
     report: Literal["off", "contacts"]
-    dent: Literal["off", "discs"]
-    relaxation: Optional[Sequence[tuple[float, float]]]
-    render_mesh: Union[ArrayLike, tuple[ArrayLike, ArrayLike], None]
-    fine_surface: Optional[tuple[ArrayLike, ArrayLike]]
+    motions: bool
     max_tools: int
     max_points: int
     max_contact_nodes: int
+    max_operations: int
     force_limit: float
     force_slew: float
-    max_tool_speed: float
-    release_distance: float
     torque_limit: float
     torque_slew: float
-    max_operations: int
-    max_links: int
+    max_tool_speed: float
+    release_distance: float
     grasps: bool
-    motions: bool
-    inside: bool
     needles: bool
     needle_places: int
+    max_links: int
+    queries: Union[bool, Literal["off", "on"]]
+    dent: Literal["off", "discs"]
+    inside: Union[bool, Literal["off", "on"]]
+    # (end of what is printed)
+    relaxation: Optional[Sequence[tuple[float, float]]]
+    render_mesh: Union[ArrayLike, tuple[ArrayLike, ArrayLike], None]
+    fine_surface: Optional[tuple[ArrayLike, ArrayLike]]
 
 class Scene:
     def __init__(self, bundle: Bundle, **effects: Unpack[_Effects]) -> None: ...

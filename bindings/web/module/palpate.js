@@ -3,7 +3,7 @@
 // are not copied. Opening a bundle or creating a scene may move them, so ask for them again afterwards; a step never moves them.
 import { Heap, HeapBytes, PalpateError, readFields } from "./heap.js";
 import { Scene } from "./scene.js";
-import { SceneDef } from "./scene_def.js";
+import { readKeys, SceneDef } from "./scene_def.js";
 import { reader } from "./struct.js";
 import { World } from "./world.js";
 export * from "./flags.js";
@@ -19,17 +19,19 @@ export { PalpateError, Scene, World };
 /** @typedef {{node?: number, triangle?: number, barycentric?: number[], displacement: ArrayLike<number>, axes?: number}} Grip
  *  Holds a touchable node, or a point of a triangle (barycentric weights); give node or triangle. At a displacement from rest, m. axes: bits 1, 2, 4
  *  impose x, y, z. */
+// Printed from palpate_scene_key():
 /** @typedef {{
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
- *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response",
- *   shape?: "off" | "surface" | "volume", radial?: "off" | "response", preload?: boolean,
- *   deformation?: "linear" | "large" | "large-beside" | "large-renewed",
- *   queries?: "off" | "on", report?: "off" | "contacts", dent?: "off" | "discs",
- *   relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface,
- *   maxTools?: number, maxPoints?: number, maxContactNodes?: number, forceLimit?: number, forceSlew?: number,
- *   torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number, releaseDistance?: number, maxOperations?: number,
- *   maxLinks?: number, grasps?: boolean, motions?: boolean, inside?: boolean, needles?: boolean, needlePlaces?: number
- * }} Effects The effects of a scene; those left out have the values of palpate_default_scene_def. */
+ *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response", shape?: "off" | "surface" | "volume",
+ *   radial?: "off" | "response", preload?: boolean | "off" | "on", deformation?: "linear" | "large" | "large-beside" | "large-renewed",
+ *   report?: "off" | "contacts", motions?: boolean, maxTools?: number, maxPoints?: number, maxContactNodes?: number,
+ *   maxOperations?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number,
+ *   releaseDistance?: number, grasps?: boolean, needles?: boolean, needlePlaces?: number, maxLinks?: number,
+ *   queries?: boolean | "off" | "on", dent?: "off" | "discs", inside?: boolean | "off" | "on",
+ * }} SceneKeys */
+// (end of what is printed)
+/** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
+ *  The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
 /** @typedef {{positions: Float32Array, triangles: Int32Array}} FineSurface
@@ -99,6 +101,7 @@ export class Runtime {
     this.api._initialize();
     this.heap = new Heap(this.api);
     this.fields = readFields(this.api, this.heap);
+    this.keys = readKeys(this);
   }
 
   /** @param {string} name "struct" (its size) or "struct.field" (its offset) @returns {number} bytes */

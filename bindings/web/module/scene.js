@@ -53,9 +53,9 @@ export class Scene extends ToolStates {
     this.hasNormals = !!effects.renderMesh?.normals;
     /** whether skin() draws the dents of the report's discs */
     this.hasDents = effects.dent === "discs";
-    this.maxTools = def.integer("max_tools");
-    this.maxPoints = def.integer("max_points");
-    this.maxLinks = def.integer("max_links");
+    this.maxTools = def.integer("maxTools");
+    this.maxPoints = def.integer("maxPoints");
+    this.maxLinks = def.integer("maxLinks");
     /** nodes that shape() fills: none, those of the surface, or all */
     this.nodeCount = [0, bundle.info.surfaceNodeCount, bundle.info.nodeCount][def.integer("shape")] ?? 0;
     this.#contacts = ofWorld ?? { at: 0, touched: false };

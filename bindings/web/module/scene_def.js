@@ -1,26 +1,19 @@
 // Effects as words and numbers -> palpate_scene_def in the module's memory; a pose as numbers -> palpate_pose.
 import { ARGUMENT, PalpateError } from "./heap.js";
-import { reader, writer } from "./struct.js";
+import { nameOf, reader, writer } from "./struct.js";
 /** @import { Runtime, Effects, RenderMesh, FineSurface, Pose } from "./palpate.js" */
 
-// The words of palpate.h's enums, in their order.
-const WORDS = /** @type {const} */ ({
-  collision: ["off", "rest", "deformed"],
-  contact: ["node", "triangle", "point", "patch"],
-  law: ["sticking", "sliding", "unilateral", "coulomb"],
-  force: ["off", "linear", "response"],
-  shape: ["off", "surface", "volume"],
-  radial: ["off", "response"],
-  deformation: ["linear", "large", "large-beside", "large-renewed"],
-  queries: ["off", "on"],
-  report: ["off", "contacts"],
-  dent: ["off", "discs"],
-});
+const CHOICE = 0, POINTER = 4; // of palpate_key_type
 const MAX_RELAXATION_TERMS = 8;
-const PLAIN = {
-  integer: ["preload", "max_tools", "max_points", "max_contact_nodes", "max_links", "grasps", "motions", "inside", "needles", "needle_places"],
-  number: ["force_limit", "force_slew", "torque_limit", "torque_slew", "max_tool_speed", "release_distance"],
-};
+
+/** @typedef {{at: number, words: string, offset: number, type: number}} Key  A field of palpate_scene_def; at: of its palpate_key. */
+/** The keys of palpate_scene_def by their names in JavaScript. @param {Runtime} runtime @returns {Map<string, Key>} */
+export function readKeys(runtime) {
+  const { api, heap } = runtime, from = (/** @type {number} */ at) => reader(runtime, "palpate_key", at);
+  const ats = runtime.list((k) => api.palpate_scene_key(k), (at) => at);
+  return new Map(ats.map((at) => [nameOf(heap.text(from(at).unsigned("name"))),
+    { at, words: heap.text(from(at).unsigned("words")), offset: from(at).integer("offset"), type: from(at).integer("type") }]));
+}
 
 /** A palpate_scene_def in the module's memory, with the meshes that it lends. Release it when the scene is made. */
 export class SceneDef {
@@ -43,9 +36,9 @@ export class SceneDef {
     }
   }
 
-  /** A number of the definition, defaults included. @param {string} name */
+  /** A whole number of the definition, defaults included. @param {string} name in JavaScript */
   integer(name) {
-    return reader(this.runtime, "palpate_scene_def", this.at).integer(name);
+    return this.runtime.heap.i32(this.at + keyOf(this.runtime, name).offset);
   }
 
   release() {
@@ -53,33 +46,31 @@ export class SceneDef {
   }
 }
 
+/** @param {Runtime} runtime @param {string} name in JavaScript @returns {Key} */
+const keyOf = (runtime, name) => /** @type {Key} */ (runtime.keys.get(name));
+
 /** @param {Runtime} runtime @param {number} def @param {Effects} effects */
 function fillSceneDef(runtime, def, effects) {
-  const put = writer(runtime, "palpate_scene_def", def);
-  for (const [effect, words] of Object.entries(WORDS)) {
-    const word = effects[/** @type {keyof typeof WORDS} */ (effect)];
-    if (word === undefined) continue;
-    const value = /** @type {readonly string[]} */ (words).indexOf(word);
-    if (value < 0) throw new PalpateError(ARGUMENT, `${effect}: expected ${words.join(", ")}, found ${word}`);
-    put.integer(effect, value);
+  for (const [name, { at, type, words }] of runtime.keys) {
+    const value = /** @type {Record<string, any>} */ (effects)[name];
+    if (value === undefined || type === POINTER) continue;
+    const isWord = type === CHOICE && typeof value !== "boolean", index = words.split(", ").indexOf(value);
+    if (isWord && index < 0) throw new PalpateError(ARGUMENT, `${name}: expected ${words}, found ${value}`);
+    runtime.api.palpate_set_key(at, def, isWord ? index : Number(value));
   }
   fillRelaxation(runtime, def, effects.relaxation ?? []);
-  put.all(effects, PLAIN);
-  if (effects.maxOperations !== undefined)
-    runtime.heap.data.setBigInt64(def + runtime.field("palpate_scene_def.max_operations"), BigInt(effects.maxOperations), true);
 }
 
 /** @param {Runtime} runtime @param {number} def @param {{share: number, time: number}[]} terms */
 function fillRelaxation(runtime, def, terms) {
   if (terms.length > MAX_RELAXATION_TERMS)
     throw new PalpateError(ARGUMENT, `relaxation: expected at most ${MAX_RELAXATION_TERMS} terms, found ${terms.length}`);
-  const put = writer(runtime, "palpate_scene_def", def), { data } = runtime.heap;
-  put.integer("relaxation.model", terms.length ? 1 : 0);
-  put.integer("relaxation.terms", terms.length);
-  const first = (/** @type {string} */ name) => def + runtime.field(`palpate_scene_def.relaxation.${name}`);
+  const { data } = runtime.heap, at = (/** @type {string} */ name) => def + keyOf(runtime, `relaxation.${name}`).offset;
+  data.setInt32(at("model"), terms.length ? 1 : 0, true);
+  data.setInt32(at("terms"), terms.length, true);
   terms.forEach(({ share, time }, i) => {
-    data.setFloat64(first("share") + 8 * i, share, true);
-    data.setFloat64(first("time") + 8 * i, time, true);
+    data.setFloat64(at("share") + 8 * i, share, true);
+    data.setFloat64(at("time") + 8 * i, time, true);
   });
 }
 
@@ -105,7 +96,7 @@ function lend(runtime, def, effect, positions, name, second, counts) {
   put.address("positions", first);
   put.address(name, second ? next : 0);
   for (const [count, value] of Object.entries(counts)) put.integer(count, value);
-  writer(runtime, "palpate_scene_def", def).address(effect, at);
+  heap.data.setUint32(def + keyOf(runtime, nameOf(effect)).offset, at, true);
   return at;
 }
 

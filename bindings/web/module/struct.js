@@ -6,7 +6,7 @@ import { ARGUMENT, PalpateError } from "./heap.js";
 /** @type {Map<string, string>} */
 const NAMES = new Map();
 /** The name in JavaScript of a field: of rest_length restLength. @param {string} field @returns {string} */
-function nameOf(field) {
+export function nameOf(field) {
   let name = NAMES.get(field);
   if (name === undefined) NAMES.set(field, (name = field.replace(/_(\w)/g, (_, letter) => letter.toUpperCase())));
   return name;

@@ -44,7 +44,7 @@ export class World extends ToolStates {
       /** One for each organ: its shape, skin, queries, links, motions, report and pose, and the forces of that organ on the tools. Its tools,
        *  touch(), save(), restore() and destroy() are the world's. */
       this.organs = organs.map(({ bundle }, k) => new Scene(bundle, defs[k], runtime.api.palpate_world_scene(this.pointer, k) >>> 0, this.#contacts[k]));
-      this.#tools = new ToolMemory(runtime, defs[0].integer("max_tools"), defs[0].integer("max_points"));
+      this.#tools = new ToolMemory(runtime, defs[0].integer("maxTools"), defs[0].integer("maxPoints"));
     } finally {
       for (const def of defs) def.release();
     }
