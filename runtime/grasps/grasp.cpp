@@ -180,21 +180,25 @@ bool Grasps::slip(const ToolInput& input, Operations kept, ContactSolver& solver
   SystemSolver::MovedAlike patches[SystemSolver::kMostMovedAlike];
   double stiffness[most * most], back[most];
   int count = 0;
+  bool any_exceeds = false;
   for (std::int32_t t = 0; t < input.count(); ++t) {
     const Vec3 excess = excess_of(grasps_[t], input.tool(t), solver);
-    if (!is_finite(excess) || !(length(excess) > 0)) continue;
+    const bool exceeds = length(excess) > 0;
+    // What has slipped in this step keeps its force while others slip. Held fast it would exceed its friction next, and they in turn.
+    if (!is_finite(excess) || !(exceeds || slips_[t].has_slipped)) continue;
+    any_exceeds = any_exceeds || exceeds;
     slips_[t].learn(force_of(grasps_[t], solver), excess);
     for (int p = 0; p < 2; ++p) patches[count].constraint[p] = grasps_[t].patches[p].rows_of;
     store3(excess, back + 3 * count), slipping[count++] = t;
   }
-  if (count == 0) return false;
+  if (!any_exceeds) return false;
   solver.system().measure_stiffness(patches, count, kept, work, stiffness);
   solve_positive(3 * count, stiffness, back);
   for (int i = 0; i < count; ++i) {
     Grasp& grasp = grasps_[slipping[i]];
     const Vec3 way = slips_[slipping[i]].share * load3(back + 3 * i);
     if (!is_finite(way)) continue;
-    grasp.slipped += way;
+    grasp.slipped += way, slips_[slipping[i]].has_slipped = true;
     grasp.state.condition = PALPATE_GRASP_SLIPS;
     for (int p = 0; p < 2; ++p)
       if (grasp.patches[p].rows_of >= 0)
@@ -203,9 +207,10 @@ bool Grasps::slip(const ToolInput& input, Operations kept, ContactSolver& solver
   return true;
 }
 
-// Contacts that give way beside the grasp, or that conflict with it, are not as stiff as they were held to be, or stiffer.
+// Contacts that give way beside the grasp, or that conflict with it, are not as stiff as they were held to be, or stiffer. The bound: where a
+// contact beside sticks in one solve and slips in the next, the share would else throw the grasp to many times its friction.
 void Grasps::Slip::learn(Vec3 now, Vec3 excess) {
-  constexpr double most = 1e3;
+  constexpr double most = 1.5;
   if (const double expected = dot(wanted, wanted); expected > 0) {
     const double taken = dot(force - now, wanted) / expected;
     if (taken > 0) share = std::clamp(share / taken, 1 / most, most);

@@ -60,8 +60,8 @@ class Grasps final : public RowSource {
   std::int32_t begin_tool(std::int32_t t, const Tool& tool, const OrganPose& organ, Operations* work);
   // Its rows: point `first` and the next one. Returns step flags. made: contacts.
   std::uint32_t add_rows(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows, std::int32_t* made);
-  // After a solve: whether grasps pull beyond their friction. Their targets are then those after they have slipped, all together, and the
-  // step is to be solved again. kept: operations of that.
+  // After a solve: whether grasps pull beyond their friction. Their targets are then those after they have slipped, all together with those that
+  // have slipped in this step before, and the step is to be solved again. kept: operations of that.
   bool slip(const ToolInput& input, Operations kept, ContactSolver& solver, ContactRows& rows, StepWork* work);
   // After the last solve: the torque of its forces on the organ about the tool's reference, N m, and that of the parts of the forces along
   // `unit`, both in the organ's frame. Returns step flags.
@@ -84,6 +84,7 @@ class Grasps final : public RowSource {
   struct Slip {
     Vec3 force, wanted;  // N, before the last one; what that was to take away
     double share = 1;    // of what the stiffness asks for
+    bool has_slipped = false;
 
     void learn(Vec3 now, Vec3 excess);
   };

@@ -514,6 +514,49 @@ TEST(Grasp, SlipsAtItsFrictionBesideWhatHoldsTheSameTissue) {
         }
 }
 
+// A disc that slips beside the jaws gives way, and the tissue is softer for the jaws than it would be with a disc that held. The slips of a
+// step tell by how much.
+TEST(Grasp, SlipsAtItsFrictionBesideADiscThatSlips) {
+  palpate_scene_def def = grasping_def();
+  def.law = PALPATE_LAW_COULOMB, def.collision = PALPATE_COLLISION_REST;
+  Grasping grasping(def);
+  palpate_grasp grasp = grasp_of_the_middle();
+  grasp.friction = 0.2, grasp.clamp_force = 0.5;
+  int slipped = 0;
+  for (int s = 0; s <= 40; ++s) {
+    const Vector3d point = kMiddle + Vector3d(s == 0 ? 1e-3 : -1e-4 * s, 0.003 + 1e-4 * s, 0);
+    EXPECT_EQ(grasping.step(&grasp, kMiddle, {point_tool(point.data(), 1, 0.004, 0.4)}), 0u) << s;
+    if (grasping.state().condition == PALPATE_GRASP_LET_GO) break;
+    EXPECT_LE(grasping.force().norm(), grasping.state().friction_limit * (1 + 1e-3)) << s;
+    slipped += grasping.state().condition == PALPATE_GRASP_SLIPS;
+    move(grasp, {-1e-4, -2e-4, 0});
+  }
+  EXPECT_GT(slipped, 20);
+}
+
+// Jaws with other limits 6 mm apart: when one pair slips, its neighbour gets more.
+TEST(Grasp, SlipsTogetherWithOtherJawsThatSlip) {
+  int slipped = 0;
+  for (const double radius : {0.003, kRadius})
+    for (const double friction : {0.1, 0.2, 0.4})
+      for (const Vector3d& way : {Vector3d(2e-4, 0, 0), Vector3d(0, 2e-4, 1e-4), Vector3d(-1e-4, -2e-4, 0)}) {
+        Grasping grasping;
+        palpate_grasp mine = grasp_of(place_at(box(), {1, 0, 0}, kMiddle), kMiddle, radius);
+        palpate_grasp its = grasp_of(place_at(box(), {1, 0, 0}, kMiddle + Vector3d(0, 0.006, 0)), kMiddle, radius);
+        mine.friction = friction, mine.clamp_force = 0.5, its.friction = 0.7 * friction, its.clamp_force = 0.6;
+        palpate_tool other = palpate_default_tool();
+        other.grasp = &its;
+        for (int s = 0; s <= 40; ++s) {
+          EXPECT_EQ(grasping.step(&mine, kMiddle, {other}), 0u) << s;
+          if (grasping.state().condition == PALPATE_GRASP_LET_GO) break;
+          ASSERT_LE(grasping.force().norm(), grasping.state().friction_limit * (1 + 1e-3)) << s;
+          slipped += grasping.state().condition == PALPATE_GRASP_SLIPS;
+          move(mine, way), move(its, 0.7 * way);
+        }
+      }
+  EXPECT_GT(slipped, 300);
+}
+
 // Two tools that grasp the same place and draw it apart, and one that is turned round.
 TEST(Grasp, AgainstGraspStaysFiniteAndBounded) {
   Grasping grasping;
