@@ -166,6 +166,33 @@ TEST(Motions, AHeldVolumeHasThePressureOfAFullSolve) {
   EXPECT_EQ(played.state(kFilling).amount, last);
 }
 
+// Points that release while the volume goes up and down: what four solves leave of the volume is told.
+TEST(Motions, AHeldVolumeThatIsMissedIsFlagged) {
+  palpate_scene_def def = moved_def();
+  def.law = PALPATE_LAW_UNILATERAL, def.contact = PALPATE_CONTACT_POINT;
+  Played played(on_two(), def);
+  std::vector<std::int32_t> far;
+  for (std::int32_t t = 0; t < static_cast<std::int32_t>(on_two().body.triangles.size()); ++t)
+    if (on_two().outward(t)[0] > 0.9) far.push_back(t);
+  constexpr double most = 5e-6;  // m^3
+  int missed = 0;
+  for (int s = 0; s < 40; ++s) {
+    const double volume = most * std::sin(1.7 * s * s);
+    ASSERT_EQ(palpate_scene_hold_volume(played.scene.get(), kFilling, 1, volume, nullptr), PALPATE_OK);
+    std::vector<Vector3d> points;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::int32_t triangle = far[(3 + 5 * i) % far.size()];
+      const double depth = s < 3 ? -0.02 : 0.006 + 0.0018 * static_cast<double>(i);
+      points.push_back(on_two().place(triangle, {.3, .3, .4}) - depth * on_two().outward(triangle));
+    }
+    const palpate_step_flags flags = played.step({point_tool(points[0].data(), 3, 0, 0.2)});
+    if (std::abs(played.state(kFilling).volume - volume) <= 2e-3 * most) continue;
+    ++missed;
+    EXPECT_TRUE(flags & PALPATE_STEP_SOLVE_INEXACT) << s;
+  }
+  EXPECT_GT(missed, 5);
+}
+
 // ---- rigid motions: an organ that moves against a tool is a tool that moves against the organ -----------------------------
 
 // The organ's held face, and so the whole organ, moves by q along x; the tool stands. Beside it a scene whose tool moves by -q.
