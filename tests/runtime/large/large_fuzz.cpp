@@ -29,12 +29,13 @@ int main(int argc, char** argv) {
         std::printf(
             "%ld steps in %ld scenes: %ld with a force, %ld flagged; %ld held against Newton's method (%ld without a "
             "reference), "
-            "force at most %.2f times its; %ld of them without a flag: field %.1f %%, force %.1f %% off at worst; "
+            "force at most %.2f times its, %ld letting go of a larger one; %ld of them without a flag: field %.1f %%, "
+            "force %.1f %% off at worst; "
             "energy without work "
             "%.1f %% at worst; %ld finds, %.0f s\n",
             all.steps, all.scenes, all.pressed, all.flagged, all.compared, all.without_reference, all.worst_force,
-            all.trusted, 100 * all.worst_field, 100 * all.worst_trusted_force, 100 * all.worst_gain, all.found,
-            seconds);
+            all.letting_go, all.trusted, 100 * all.worst_field, 100 * all.worst_trusted_force, 100 * all.worst_gain,
+            all.found, seconds);
       });
   return found ? 1 : 0;
 }
