@@ -268,6 +268,7 @@ TEST(Collision, OfTwoToolsThatPressAThinPartAwayFromEachOtherDoesNotEndAndBeginI
     for (const bool pinched : {false, true}) {
       const Unrest unrest = unrest_on_a_bar(law, pinched);
       // A disc that slides off an edge meets the next face again, so some beginnings are right: at most 12, 21 and 631 are found.
+      // The constants of easing.h were chosen on these pairs: ten other sets of 40 pairs have at most 16, 37 and 741.
       EXPECT_LE(unrest.worst, 14) << law << pinched;
       EXPECT_LE(unrest.again, 30) << law << pinched;
       EXPECT_LE(unrest.jumps, 800) << law << pinched;
