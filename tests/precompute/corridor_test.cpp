@@ -29,21 +29,16 @@ Point mixed(const Point& a, const Point& b, double t) {
 BoundaryConfig::Fixed held(std::array<bool, 3> dofs, const Selector& where) {
   return {dofs, {where}};
 }
-Selector patch(const char* name) {
-  return {.kind = Selector::Kind::patch, .whole_mesh = true, .names = {name}};
-}
 Selector inside_near(const Point& p) {
   return {.kind = Selector::Kind::nearest, .whole_mesh = true, .points = {p}};
 }
 
 ElasticBody body_with(const TetrahedralMesh& mesh, const std::vector<BoundaryConfig::Corridor>& corridors,
                       const std::vector<BoundaryConfig::Fixed>& fixed = {}) {
-  OrganConfig organ;
-  for (const auto& name : mesh.region_names) organ.regions.push_back({name, {5400, "test"}, {0.45, "test"}, {}});
   BoundaryConfig boundary;
   boundary.fixed = fixed;
   boundary.corridors = corridors;
-  return make_elastic_body(mesh, organ, boundary, {"box.msh", "organ.toml", "bc.toml"});
+  return supported(mesh, {5400, 0.45, 0}, boundary);
 }
 
 TetrahedralMesh box(double jitter = 0.2) {
@@ -179,12 +174,7 @@ TEST(CorridorNodes, ThatAreNoneOrTooManyAreRefusedInOneSentence) {
 // ---- columns --------------------------------------------------------------------------------------------------------
 
 class CorridorColumns : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, CorridorColumns, ::testing::Values(Element::p1, Element::p1_anp, Element::p2_p0),
-                         [](const auto& instance) {
-                           std::string name = name_of(instance.param);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Elements, CorridorColumns, kElements, name_of_instance);
 
 // Of the nodes inside, one is held along all axes and one along y.
 ElasticBody body_with_held_nodes() {

@@ -22,22 +22,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 class EveryElement : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, EveryElement, ::testing::Values(Element::p1, Element::p1_anp, Element::p2_p0),
-                         [](const auto& instance) {
-                           std::string name = name_of(instance.param);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
-
-// Regions "left" and "right" of x = half.
-void part_in_two(TetrahedralMesh& mesh, double half) {
-  mesh.region_names = {"left", "right"};
-  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-    double x = 0;
-    for (const auto n : mesh.tetrahedra[t]) x += mesh.nodes[n][0] / 4;
-    mesh.region[t] = x > half;
-  }
-}
+INSTANTIATE_TEST_SUITE_P(Elements, EveryElement, kElements, name_of_instance);
 
 TEST_P(EveryElement, ReproducesAffineFieldsOnADistortedBox) {
   // Rounding of a direct solve: 1e-16 times the condition of K, which is 1e5 at nu = 0.4999.

@@ -26,14 +26,8 @@ using Eigen::VectorXd;
 using ::testing::HasSubstr;
 using Kind = BoundaryConfig::Motion::Kind;
 
-Selector patch(const char* name) {
-  return {.kind = Selector::Kind::patch, .whole_mesh = true, .names = {name}};
-}
 Selector ball(double radius) {
   return {.kind = Selector::Kind::sphere, .number = radius};
-}
-Selector nearest(const Point& p) {
-  return {.kind = Selector::Kind::nearest, .points = {p}};
 }
 BoundaryConfig::Fixed held(const Selector& where) {
   return {{true, true, true}, {where}};
@@ -50,12 +44,7 @@ BoundaryConfig::Motion rotation(const Point& axis, const Point& point, std::vect
 
 ElasticBody body_with(const TetrahedralMesh& mesh, const BoundaryConfig& boundary, double poisson = 0.45,
                       double density = 1060) {
-  OrganConfig organ;
-  for (const auto& name : mesh.region_names) {
-    organ.regions.push_back({name, {5400, "test"}, {poisson, "test"}, {}});
-    if (density > 0) organ.regions.back().density = SourcedValue{density, "test"};
-  }
-  return make_elastic_body(mesh, organ, boundary, {"box.msh", "organ.toml", "bc.toml"});
+  return supported(mesh, {5400, poisson, density}, boundary);
 }
 
 TetrahedralMesh box() {
@@ -78,12 +67,7 @@ Solved solve(const ElasticBody& body, Element element) {
 }
 
 class Motions : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, Motions, ::testing::Values(Element::p1, Element::p1_anp, Element::p2_p0),
-                         [](const auto& instance) {
-                           std::string name = name_of(instance.param);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Elements, Motions, kElements, name_of_instance);
 
 // A held face, a foundation that is stiff along its normal, a rope to a point of the world and springs within the body.
 BoundaryConfig every_support() {

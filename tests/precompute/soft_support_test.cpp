@@ -20,12 +20,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
 
-Selector patch(const char* name) {
-  return {.kind = Selector::Kind::patch, .whole_mesh = true, .names = {name}};
-}
-Selector nearest(const Point& p) {
-  return {.kind = Selector::Kind::nearest, .points = {p}};
-}
 BoundaryConfig::Foundation foundation(const Selector& where, double normal, double tangential) {
   return {.name = "soft", .normal = {normal, "test"}, .tangential = {tangential, "test"}, .select = {where}};
 }
@@ -33,20 +27,8 @@ BoundaryConfig::Spring spring(const Selector& from, double stiffness) {
   return {.name = "spring", .stiffness = {stiffness, "test"}, .from = {from}};
 }
 
-ElasticBody supported(const TetrahedralMesh& mesh, const Material& material, const BoundaryConfig& boundary) {
-  OrganConfig organ;
-  for (const auto& name : mesh.region_names)
-    organ.regions.push_back({name, {material.young, "test"}, {material.poisson, "test"}, {}});
-  return make_elastic_body(mesh, organ, boundary, {"box.msh", "organ.toml", "bc.toml"});
-}
-
 class SoftSupport : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, SoftSupport, ::testing::Values(Element::p1, Element::p1_anp, Element::p2_p0),
-                         [](const auto& instance) {
-                           std::string name = name_of(instance.param);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Elements, SoftSupport, kElements, name_of_instance);
 
 // Column m: translation along x, y, z, then rotation about the axes through the centre, at every node.
 MatrixXd rigid_motions(const std::vector<Point>& nodes, const Vector3d& centre) {

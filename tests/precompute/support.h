@@ -30,6 +30,19 @@ BlockMatrix assemble_stiffness(const ElasticBody& body, Element element = Elemen
 
 Eigen::MatrixXd dense(const BlockMatrix& k);
 
+// The elements, for a suite that runs with each of them, and what its tests' names end with.
+inline const auto kElements = ::testing::Values(Element::p1, Element::p1_anp, Element::p2_p0);
+std::string name_of_instance(const ::testing::TestParamInfo<Element>& instance);
+
+Selector patch(const char* name);
+Selector nearest(const std::array<double, 3>& point);
+
+// All regions of one material. Refusals name the files box.msh, organ.toml and bc.toml.
+ElasticBody supported(const TetrahedralMesh& mesh, const Material& material, const BoundaryConfig& boundary);
+
+// Regions of these names on both sides of x = half.
+void part_in_two(TetrahedralMesh& mesh, double half, const std::vector<std::string>& names = {"left", "right"});
+
 // The dofs (numbered 3 n + d) that are not held.
 std::vector<Eigen::Index> free_dofs(const ElasticBody& body);
 

@@ -13,12 +13,7 @@ using Eigen::VectorXd;
 // node held in y.
 ElasticBody small_organ(double poisson) {
   TetrahedralMesh mesh = box_mesh({3, 3, 3}, {0.06, 0.05, 0.04}, 0.15);
-  mesh.region_names = {"soft", "stiff"};
-  for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-    double x = 0;
-    for (const auto n : mesh.tetrahedra[t]) x += mesh.nodes[n][0] / 4;
-    mesh.region[t] = x > 0.03;
-  }
+  part_in_two(mesh, 0.03, {"soft", "stiff"});
   ElasticBody body = body_of(mesh, {{3000, poisson, 0}, {20000, 0.3, 0}});
   hold(body, [](const auto& p) {
     if (p[0] == 0) return 7;
