@@ -174,7 +174,7 @@ TEST(CorridorNodes, ThatAreNoneOrTooManyAreRefusedInOneSentence) {
 // ---- columns --------------------------------------------------------------------------------------------------------
 
 class CorridorColumns : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, CorridorColumns, kElements, name_of_instance);
+INSTANTIATE_TEST_SUITE_P(Elements, CorridorColumns, ::testing::ValuesIn(kElements), name_of_instance);
 
 // Of the nodes inside, one is held along all axes and one along y.
 ElasticBody body_with_held_nodes() {

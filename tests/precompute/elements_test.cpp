@@ -22,7 +22,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 class EveryElement : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, EveryElement, kElements, name_of_instance);
+INSTANTIATE_TEST_SUITE_P(Elements, EveryElement, ::testing::ValuesIn(kElements), name_of_instance);
 
 TEST_P(EveryElement, ReproducesAffineFieldsOnADistortedBox) {
   // Rounding of a direct solve: 1e-16 times the condition of K, which is 1e5 at nu = 0.4999.

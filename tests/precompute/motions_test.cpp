@@ -67,7 +67,7 @@ Solved solve(const ElasticBody& body, Element element) {
 }
 
 class Motions : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, Motions, kElements, name_of_instance);
+INSTANTIATE_TEST_SUITE_P(Elements, Motions, ::testing::ValuesIn(kElements), name_of_instance);
 
 // A held face, a foundation that is stiff along its normal, a rope to a point of the world and springs within the body.
 BoundaryConfig every_support() {

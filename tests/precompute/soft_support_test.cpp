@@ -28,7 +28,7 @@ BoundaryConfig::Spring spring(const Selector& from, double stiffness) {
 }
 
 class SoftSupport : public ::testing::TestWithParam<Element> {};
-INSTANTIATE_TEST_SUITE_P(Elements, SoftSupport, kElements, name_of_instance);
+INSTANTIATE_TEST_SUITE_P(Elements, SoftSupport, ::testing::ValuesIn(kElements), name_of_instance);
 
 // Column m: translation along x, y, z, then rotation about the axes through the centre, at every node.
 MatrixXd rigid_motions(const std::vector<Point>& nodes, const Vector3d& centre) {

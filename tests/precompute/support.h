@@ -30,8 +30,8 @@ BlockMatrix assemble_stiffness(const ElasticBody& body, Element element = Elemen
 
 Eigen::MatrixXd dense(const BlockMatrix& k);
 
-// The elements, for a suite that runs with each of them, and what its tests' names end with.
-inline const auto kElements = ::testing::Values(Element::p1, Element::p1_anp, Element::p2_p0);
+// The elements, and what the names of a suite's tests end with that run with each of them.
+inline constexpr Element kElements[] = {Element::p1, Element::p1_anp, Element::p2_p0};
 std::string name_of_instance(const ::testing::TestParamInfo<Element>& instance);
 
 Selector patch(const char* name);

@@ -171,47 +171,6 @@ TEST(StabilityProgramPath, DamagedMeshes) {
   attack.hold("refusals that left a file", left, 0, "nothing half-written");
 }
 
-TEST(StabilityProgramPath, Supports) {
-  StabilityCase attack(
-      "Only the rank of K shows that a body can move: without a check the solver iterates for an hour, or gives a "
-      "wrong answer.");
-  const auto fix = [](const std::string& dofs, const std::string& select) {
-    return "[[fixed]]\ndofs = \"" + dofs + "\"\nselect = { " + select + " }\n";
-  };
-  const auto nearest = [](const std::string& points) { return "nearest = { points = [" + points + "] }"; };
-  const struct {
-    const char* name;
-    std::string fixed;
-    int code;
-    const char* sentence;
-  } supports[] = {
-      {"floating", "", 2, "expected at least one [[fixed]]"},
-      {"one node", fix("xyz", nearest("[0, 0, 0]")), 2, "3 of its 6 rigid motions left"},
-      {"two nodes", fix("xyz", nearest("[0, 0, 0], [60, 0, 0]")), 2, "1 of its 6 rigid motions left"},
-      {"three on a line", fix("xyz", nearest("[0, 0, 0], [20, 0, 0], [60, 0, 0]")), 2, "1 of its 6 rigid motions left"},
-      {"three", fix("xyz", nearest("[0, 0, 0], [60, 0, 0], [0, 50, 0]")), 0, ""},
-      {"3-2-1", fix("xyz", nearest("[0, 0, 0]")) + fix("yz", nearest("[60, 0, 0]")) + fix("z", nearest("[0, 50, 0]")),
-       0, ""},
-      {"a plane in x", fix("x", "patch = \"x0\""), 2, "3 of its 6 rigid motions left"},
-      {"two planes", fix("x", "patch = \"x0\"") + fix("y", "patch = \"y0\""), 2, "1 of its 6 rigid motions left"},
-      {"three planes", fix("x", "patch = \"x0\"") + fix("y", "patch = \"y0\"") + fix("z", "patch = \"z0\""), 0, ""},
-      {"everything", fix("xyz", "everything = true"), 2, "no node can be touched"},
-  };
-  Programs programs;
-  double wrong = 0;
-  for (const std::string& element : elements())
-    for (const auto& support : supports) {
-      programs.write("organ.toml", replaced(programs.organ(), "\"p1\"", fmt::format("\"{}\"", element)));
-      programs.write("bc.toml", "name = \"s\"\n" + support.fixed);
-      const ProgramRun ended = programs.precompute("x.h5");
-      const bool right = ended.code == support.code && ended.errors.find(support.sentence) != std::string::npos &&
-                         (support.code == 0 ? programs.verifies("x.h5") : !programs.left_anything("x.h5"));
-      EXPECT_TRUE(right) << element << ", " << support.name << ": " << ended.code << ' ' << ended.errors;
-      wrong += !right;
-    }
-  attack.hold("refused or solved where the other was right", wrong, 0, "statics");
-}
-
 TEST(StabilityProgramPath, HostileScenes) {
   StabilityCase attack(
       "Grips that contradict one another at one node, a tool that shoots through the organ at 10 m/s and back, a path "

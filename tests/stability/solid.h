@@ -9,8 +9,6 @@ namespace palpate::tests {
 
 using Point = std::array<double, 3>;
 
-inline constexpr Element kElements[] = {Element::p1, Element::p1_anp, Element::p2_p0};
-
 // Holds the face of lowest x.
 inline ElasticBody held_body(const TetrahedralMesh& mesh, const std::vector<Material>& materials) {
   ElasticBody body = body_of(mesh, materials);

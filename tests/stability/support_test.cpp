@@ -1,5 +1,5 @@
 // Supports that leave a rigid motion free, supports that just prevent all of them, and supports that hold some dofs of a node. A
-// support must be refused exactly where K is singular.
+// support must be refused exactly where K is singular, and the refusal names the part and the motion.
 #include "precompute/elements/support_check.h"
 #include "tests/stability/extended_precision.h"
 #include "tests/stability/stability_case.h"
@@ -22,16 +22,27 @@ struct Support {
   std::vector<Point> shifts;               // one for each further box
   std::function<int(const Point&)> holds;  // bits 1, 2, 4: x, y, z
   int motions;                             // rigid motions that the support leaves, counted by hand
+  std::vector<const char*> named = {};     // what the refusal also names: the part of the body, the motion
 };
 bool is(const Point& p, double x, double y, double z) {
   return p == Point{x, y, z};
 }
 const std::vector<Support>& supports() {
   static const std::vector<Support> all = {
-      {"floating", {}, [](const Point&) { return 0; }, 6},
+      {"floating", {}, [](const Point&) { return 0; }, 6, {"bc.toml"}},
+      {"a face", {}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 0},
       {"one node", {}, [](const Point& p) { return is(p, 0, 0, 0) ? 7 : 0; }, 3},
       {"two nodes", {}, [](const Point& p) { return is(p, 0, 0, 0) || is(p, 2, 1, 2) ? 7 : 0; }, 1},
-      {"three nodes on a line", {}, [](const Point& p) { return p[1] == 0 && p[2] == 0 ? 7 : 0; }, 1},
+      {"the ends of an edge",
+       {},
+       [](const Point& p) { return is(p, 0, 2, 0) || is(p, 2, 2, 0) ? 7 : 0; },
+       1,
+       {"through (1, 2, 0) m along (1, 0, 0)"}},
+      {"three nodes on a line",
+       {},
+       [](const Point& p) { return p[1] == 0 && p[2] == 0 ? 7 : 0; },
+       1,
+       {"along (1, 0, 0)"}},
       {"three nodes", {}, [](const Point& p) { return is(p, 0, 0, 0) || is(p, 2, 0, 0) || is(p, 0, 2, 0) ? 7 : 0; }, 0},
       {"3-2-1", {}, [](const Point& p) { return is(p, 0, 0, 0)   ? 7
                                                 : is(p, 2, 0, 0) ? 6
@@ -43,8 +54,16 @@ const std::vector<Support>& supports() {
          return is(p, 0, 0, 0) ? 7 : is(p, 2, 0, 0) ? 6 : is(p, 1, 0, 0) ? 4 : 0;
        },
        1},
-      {"a plane in z", {}, [](const Point& p) { return p[2] == 0 ? 4 : 0; }, 3},
-      {"planes in y and z", {}, [](const Point& p) { return (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0); }, 1},
+      {"a plane in z",
+       {},
+       [](const Point& p) { return p[2] == 0 ? 4 : 0; },
+       3,
+       {"slide along", "rotate about", "along (0, 0, 1)"}},
+      {"planes in y and z",
+       {},
+       [](const Point& p) { return (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0); },
+       1,
+       {"slide along (1, 0, 0)"}},
       {"planes in x, y and z",
        {},
        [](const Point& p) { return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0); },
@@ -54,12 +73,25 @@ const std::vector<Support>& supports() {
        [](const Point& p) {
          return (p[2] == 0 && p[0] != 1 && p[1] != 1 ? 4 : 0) | (is(p, 1, 1, 0) || is(p, 1, 1, 2) ? 3 : 0);
        },
-       1},
+       1,
+       {"through (1, 1, 1) m along (0, 0, 1)"}},
       {"all x of one line", {}, [](const Point& p) { return p[1] == 0 && p[2] == 0 ? 1 : 0; }, 5},
-      {"two boxes apart, one held", {{5, 0, 0}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 6},
+      {"two boxes apart, one held",
+       {{5, 0, 0}},
+       [](const Point& p) { return p[0] == 0 ? 7 : 0; },
+       6,
+       {"part 2 of 2", "around (6, 1, 1) m", "nothing holds it at all"}},
       {"two boxes apart, both held", {{5, 0, 0}}, [](const Point& p) { return p[0] == 0 || p[0] == 7 ? 7 : 0; }, 0},
-      {"two boxes with one vertex in common", {{2, 2, 2}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 3},
-      {"two boxes with one edge in common", {{2, 2, 0}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 1},
+      {"two boxes with one vertex in common",
+       {{2, 2, 2}},
+       [](const Point& p) { return p[0] == 0 ? 7 : 0; },
+       3,
+       {"part 2 of 2", "at 1 nodes"}},
+      {"two boxes with one edge in common",
+       {{2, 2, 0}},
+       [](const Point& p) { return p[0] == 0 ? 7 : 0; },
+       1,
+       {"at 3 nodes", "through (2, 2, 1) m along (0, 0, 1)"}},
       {"two boxes with half a face in common", {{2, 1, 1}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }, 0},
       {"an arch of three hinges",
        {{2, 2, 0}},
@@ -77,12 +109,15 @@ const std::vector<Support>& supports() {
   return all;
 }
 
-ElasticBody held(const Support& support, double size) {
+// The box's edge is twice the size; away: m along x.
+ElasticBody held(const Support& support, double size, double away = 0) {
   TetrahedralMesh mesh = boxes(support.shifts);
   ElasticBody body = body_of(mesh, {{5400, 0.45, 0}});
   hold(body, support.holds);
-  for (Point& p : body.nodes)
+  for (Point& p : body.nodes) {
     for (double& x : p) x *= size;
+    p[0] += away;
+  }
   return body;
 }
 
@@ -101,14 +136,17 @@ TEST(StabilitySupport, IsRefusedExactlyWhereKIsSingular) {
       "rounding. Two parts that share only a vertex or an edge count as connected, but the hinge transfers no moment.");
   double singular = 0, refused = 0, motions = 0, cases = 0;
   for (const Support& support : supports())
-    for (const double size : {1e-6, 0.01, 1e3}) {
-      const ElasticBody body = held(support, size);
+    for (const auto& [size, away] : {std::pair(1e-6, 0.0), {0.01, 0.0}, {1.0, 0.0}, {1.0, 1e4}, {1e3, 0.0}}) {
+      const ElasticBody body = held(support, size, away);
       const std::string said = refusal(body);
       const std::string counted = std::to_string(support.motions) + " of its 6 rigid motions left";
       ++cases;
       singular += nullity(body) != support.motions;
       refused += said.empty() != (support.motions == 0);
       motions += support.motions > 0 && said.find(counted) == std::string::npos;
+      if (size != 1 || away != 0) continue;
+      for (const char* noun : support.named)
+        EXPECT_TRUE(said.find(noun) != std::string::npos) << support.name << ": " << said;
     }
   const std::string of = " of " + std::to_string(static_cast<int>(cases));
   attack.hold("supports where K has another nullity than statics," + of, singular, 0, "the test builds what it claims");
