@@ -69,6 +69,9 @@ function(palpate_orchestrates target)
   if(CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")  # collects its garbage seldom: a tenth of the time for a sixth more memory
+    target_compile_options(${target} PRIVATE "SHELL:--param ggc-min-expand=300 --param ggc-min-heapsize=1048576")
+  endif()
 endfunction()
 
 # palpate_room(NAME SOURCES ... [USES ...] [PRIVATE ...]): the static library of one folder. USES: the rooms and libraries that its
