@@ -222,7 +222,7 @@ class RandomLargeScenes {
    private:
     // N, of all rows of the last solve.
     double forces_of(std::int32_t rows) const {
-      return Eigen::Map<const Eigen::VectorXd>(scene_.get()->touch.body.row_forces(), rows).norm();
+      return Eigen::Map<const Eigen::VectorXd>(deforming_body_of(*scene_.get()).row_forces(), rows).norm();
     }
 
     template <class Told>
