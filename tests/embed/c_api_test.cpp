@@ -178,6 +178,34 @@ TEST(CApi, ShowsWhatABundleHolds) {
   EXPECT_EQ(motion.kind, PALPATE_MOTION_PRESSURE);
 }
 
+TEST(CApi, SetsAndReadsTheFieldsOfAScene) {
+  palpate_scene_def def = palpate_default_scene_def();
+  int numbers = 0;
+  for (int32_t k = 0; const palpate_key* key = palpate_scene_key(k); ++k) {
+    if (key->type == PALPATE_KEY_POINTER) {
+      EXPECT_EQ(palpate_set_key(key, &def, 1), 0) << key->name;
+      continue;
+    }
+    const double other = key->most < 100 ? key->most : 2 * palpate_key_number(key, &def) + 1;
+    ASSERT_EQ(palpate_set_key(key, &def, other), 1) << key->name;
+    EXPECT_EQ(palpate_key_number(key, &def), other) << key->name;
+    ++numbers;
+  }
+  EXPECT_GT(numbers, 20);
+  EXPECT_EQ(def.law, PALPATE_LAW_COULOMB);
+  EXPECT_EQ(def.force_limit, 101);
+  // Of an earlier host's struct, which ends before its newest field.
+  def.struct_bytes = offsetof(palpate_scene_def, needle_places);
+  const auto newest = [] {
+    for (int32_t k = 0; const palpate_key* key = palpate_scene_key(k); ++k)
+      if (std::strcmp(key->name, "needle_places") == 0) return key;
+    return static_cast<const palpate_key*>(nullptr);
+  }();
+  ASSERT_NE(newest, nullptr);
+  EXPECT_EQ(palpate_set_key(newest, &def, 8), 0);
+  EXPECT_EQ(palpate_key_number(newest, &def), 0);
+}
+
 TEST(CApi, PlansAndPredictsAScene) {
   BundleOwner owner(bundle_path);
   SceneOwner made(owner.bundle, full_def());

@@ -213,9 +213,6 @@ class _Effects(TypedDict, total=False):
     shape: Literal["off", "surface", "volume"]
     radial: Literal["off", "response"]
     preload: Union[bool, Literal["off", "on"]]
-    deformation: Literal["linear", "large", "large-beside", "large-renewed"]
-    report: Literal["off", "contacts"]
-    motions: bool
     max_tools: int
     max_points: int
     max_contact_nodes: int
@@ -226,10 +223,13 @@ class _Effects(TypedDict, total=False):
     torque_slew: float
     max_tool_speed: float
     release_distance: float
+    deformation: Literal["linear", "large", "large-beside", "large-renewed"]
     grasps: bool
     needles: bool
     needle_places: int
+    motions: bool
     max_links: int
+    report: Literal["off", "contacts"]
     queries: Union[bool, Literal["off", "on"]]
     dent: Literal["off", "discs"]
     inside: Union[bool, Literal["off", "on"]]

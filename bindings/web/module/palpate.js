@@ -23,11 +23,11 @@ export { PalpateError, Scene, World };
 /** @typedef {{
  *   collision?: "off" | "rest" | "deformed", contact?: "node" | "triangle" | "point" | "patch",
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response", shape?: "off" | "surface" | "volume",
- *   radial?: "off" | "response", preload?: boolean | "off" | "on", deformation?: "linear" | "large" | "large-beside" | "large-renewed",
- *   report?: "off" | "contacts", motions?: boolean, maxTools?: number, maxPoints?: number, maxContactNodes?: number,
+ *   radial?: "off" | "response", preload?: boolean | "off" | "on", maxTools?: number, maxPoints?: number, maxContactNodes?: number,
  *   maxOperations?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number,
- *   releaseDistance?: number, grasps?: boolean, needles?: boolean, needlePlaces?: number, maxLinks?: number,
- *   queries?: boolean | "off" | "on", dent?: "off" | "discs", inside?: boolean | "off" | "on",
+ *   releaseDistance?: number, deformation?: "linear" | "large" | "large-beside" | "large-renewed", grasps?: boolean, needles?: boolean,
+ *   needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts", queries?: boolean | "off" | "on",
+ *   dent?: "off" | "discs", inside?: boolean | "off" | "on",
  * }} SceneKeys */
 // (end of what is printed)
 /** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
