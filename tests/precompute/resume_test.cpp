@@ -198,6 +198,33 @@ TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
   EXPECT_TRUE(file_bytes(folder_ / "x.h5") == file_bytes(folder_ / "other.h5"));
 }
 
+// Voxels of 10 mm whose label 3 fills the layer of least or of largest x.
+void write_labels(const std::filesystem::path& file, int layer) {
+  std::filesystem::create_directories(file.parent_path());
+  std::ofstream nrrd(file, std::ios::binary);
+  nrrd << "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 7 6 5\n"
+          "space directions: (10,0,0) (0,10,0) (0,0,10)\nspace origin: (0,0,0)\nencoding: raw\n\n";
+  for (int v = 0; v < 7 * 6 * 5; ++v) nrrd.put(static_cast<char>(v % 7 == layer ? 3 : 0));
+}
+
+// The images decide what is held along z alone, so that columns of both stiffnesses have the same places.
+TEST_F(Resume, BeginsAnewWhereEitherOfTwoFilesOfOneNameIsAnother) {
+  std::string boundary = "name = \"labels\"\n[[fixed]]\ndofs = \"xyz\"\nselect = { patch = \"x0\" }\n";
+  for (const std::string folder : {"a", "b"})
+    boundary +=
+        "[[fixed]]\ndofs = \"z\"\nselect = { label = { labels = [3], image = \"" + folder + "/labels.nrrd\" } }\n";
+  write("bc.toml", boundary);
+  for (const std::string changed : {"a", "b"}) {
+    write_labels(folder_ / "a/labels.nrrd", 0), write_labels(folder_ / "b/labels.nrrd", 0);
+    kill_at_batch(9);
+    write_labels(folder_ / changed / "labels.nrrd", 6);
+    EXPECT_EQ(resume(), 0);
+    EXPECT_THAT(said_, HasSubstr("anew: label_image_sha256 " + changed + "/labels.nrrd was "));
+    ASSERT_EQ(run("other.h5", kOptions), 0) << said_;
+    EXPECT_TRUE(file_bytes(folder_ / "x.h5") == file_bytes(folder_ / "other.h5"));
+  }
+}
+
 TEST_F(Resume, KeepsItsColumnsWhenOnlyTheMemoryIsAnother) {
   kill_at_batch(9);
   EXPECT_EQ(resume("--batch 24 --memory 3"), 8);
