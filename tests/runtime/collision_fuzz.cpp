@@ -40,10 +40,11 @@ int main(int argc, char** argv) {
       },
       [&](double seconds) {
         std::printf(
-            "%ld steps of %ld tool points: %ld within 2 mm of the surface, %ld in contact, %ld contacts begun, %ld "
-            "ended; %ld out of the surface without their contact (%ld more not compared); excused %.2f %%: %ld "
-            "deferred, %ld lost; %ld over held nodes; %ld contradictions, %.0f s\n",
-            all.steps, all.points, all.near, all.touched, all.begun, all.ended, all.out, all.out_unknown,
+            "%ld steps, %ld of them with a needle in the body, of %ld tool points: %ld within 2 mm of the surface, %ld "
+            "in "
+            "contact, %ld contacts begun, %ld ended; %ld out of the surface without their contact (%ld more not "
+            "compared); excused %.2f %%: %ld deferred, %ld lost; %ld over held nodes; %ld contradictions, %.0f s\n",
+            all.steps, all.pierced, all.points, all.near, all.touched, all.begun, all.ended, all.out, all.out_unknown,
             100 * all.excused(), all.deferred, all.lost, all.over_held, all.found, seconds);
       });
   const bool hides = all.steps >= 100000 && all.excused() > kMostExcused;

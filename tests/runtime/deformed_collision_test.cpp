@@ -213,6 +213,7 @@ TEST(DeformedCollision, AgreesWithEveryTriangleInRandomScenes) {
     EXPECT_GT(all.near, all.steps / 20);
     EXPECT_GT(all.begun, 5);
     EXPECT_GT(all.touched, all.steps / 50);
+    EXPECT_GT(all.pierced, all.steps / 50) << "no needle beside the deformed surface";
   }
 }
 
