@@ -60,6 +60,25 @@ class Refusals(unittest.TestCase):
             palpate.Scene(bundle, law=3)
         self.assertIn("friction", palpate.Tool.__init__.__doc__)
 
+    def test_every_method_says_in_one_line_which_keyword_it_does_not_know(self):
+        said = {}
+        for kind in (getattr(palpate, name) for name in palpate.__all__):
+            methods = [name for name in dir(kind) if not name.startswith("_") and callable(getattr(kind, name))]
+            for name in methods if isinstance(kind, type) and kind.__module__ == "palpate" and not issubclass(kind, (Exception, int)) else []:
+                with self.assertRaises(TypeError, msg=name) as caught:
+                    getattr(kind, name)(no_such_keyword=1)
+                said["%s.%s" % (kind.__name__, name)] = str(caught.exception)
+        self.assertGreater(len(said), 40)
+        for method, sentence in said.items():
+            self.assertEqual(sentence, "%s: expected a keyword that it has, found 'no_such_keyword'; help(palpate.%s) lists them" % (method, method))
+        scene = palpate.Scene(palpate.Bundle(BUNDLE))
+        contacts = scene.make_contacts()
+        with self.assertRaisesRegex(TypeError, "^Scene.touch: expected a keyword that it has, found 'dtt'; did you mean 'dt'.; help.palpate.Scene.touch. lists them$"):
+            scene.touch([], dtt=0.001, contacts=contacts)
+        with self.assertRaisesRegex(TypeError, "^Scene.touch: expected other arguments, found int, contacts: Contacts; help"):
+            scene.touch(3, contacts=contacts)
+        self.assertIn("dt: float", palpate.Scene.touch.__doc__)
+
     def test_numbers_that_the_scene_leaves_out_are_refused(self):
         bundle = palpate.Bundle(BUNDLE)
         scene = palpate.Scene(bundle, contact="point")

@@ -67,37 +67,43 @@ __all__ = [
 ]
 
 
-def _with_plain_errors(kind):
-    """Has the class say which keyword it does not know, where pybind11 would print the whole signature."""
-    made = kind.__init__
-    signature = re.search(r"__init__\((.*)\) -> None", made.__doc__ or "")
+def _with_plain_errors(kind, method):
+    """Has a method of a class say which keyword it does not know, where pybind11 would print the whole signature."""
+    held = kind.__dict__[method]
+    is_static = isinstance(held, staticmethod)
+    made = held.__func__ if is_static else held
+    name = kind.__name__ if method == "__init__" else "%s.%s" % (kind.__name__, method)
+    signatures = re.findall(r"%s\((.*)\) -> " % method, made.__doc__ or "")
     # The names in front of a type and a default, which have brackets, blanks and equals signs of their own.
-    known = re.findall(r"(?:^|, )(\w+): ", re.sub(r"\[[^][]*\]|\([^()]*\)", "", signature[1]))[1:] if signature else []
-    if signature and "**kwargs" in signature[1]:
+    known = [word for signature in signatures
+             for word in re.findall(r"(?:^|, )(\w+): ", re.sub(r"\[[^][]*\]|\([^()]*\)", "", signature)) if word != "self"]
+    if any("**kwargs" in signature for signature in signatures):
         known += _EFFECTS
 
-    def __init__(self, *positional, **named):
+    def plain(*positional, **named):
         try:
-            made(self, *positional, **named)
+            return made(*positional, **named)
         except TypeError as error:
-            unknown = [name for name in named if name not in known]
-            if not known or not str(error).startswith("__init__(): incompatible constructor arguments"):
+            if not re.match(r"%s\(\): incompatible (constructor|function) arguments" % method, str(error)):
                 raise
+            unknown = [word for word in named if word not in known]
             if unknown:
                 near = difflib.get_close_matches(unknown[0], known, 1)
                 said = "expected a keyword that it has, found %r%s; help(palpate.%s) lists them" % (
-                    unknown[0], "; did you mean %r?" % near[0] if near else "", kind.__name__)
+                    unknown[0], "; did you mean %r?" % near[0] if near else "", name)
             else:
-                said = "expected other arguments, found %s; help(palpate.%s) says which" % (
-                    ", ".join([type(value).__name__ for value in positional] + ["%s: %s" % (name, type(value).__name__) for name, value in named.items()])
-                    or "none", kind.__name__)
-            raise TypeError("%s: %s" % (kind.__name__, said)) from None
+                given = [type(value).__name__ for value in (positional if is_static else positional[1:])]
+                given += ["%s: %s" % (word, type(value).__name__) for word, value in named.items()]
+                said = "expected other arguments, found %s; help(palpate.%s) says which" % (", ".join(given) or "none", name)
+            raise TypeError("%s: %s" % (name, said)) from None
 
-    __init__.__doc__ = made.__doc__
-    kind.__init__ = __init__
+    plain.__name__, plain.__qualname__, plain.__doc__ = method, "%s.%s" % (kind.__name__, method), made.__doc__
+    setattr(kind, method, staticmethod(plain) if is_static else plain)
 
 
 for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Needle, Organ, Passivity, PlanPass, Scene, Tool, ToolShape,
               Watchdog, World, WorldContacts, WorldLink):
     _each.__module__ = "palpate"
-    _with_plain_errors(_each)
+    for _method in [_name for _name, _held in vars(_each).items() if not isinstance(_held, property) and callable(getattr(_each, _name))]:
+        if _method == "__init__" or not _method.startswith("_"):
+            _with_plain_errors(_each, _method)
