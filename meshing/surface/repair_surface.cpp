@@ -189,15 +189,15 @@ RepairedSurface repair_surface(TriangleSurface soup, const PieceFilter& filter, 
   for (const TriangleSurface& shell : shells) volumes.push_back(std::abs(enclosed_volume(shell)));
   const std::vector<bool> keep = kept_pieces(filter, volumes);
   std::vector<TriangleSurface> kept;
-  double dropped_mm3 = 0;
   for (std::size_t s = 0; s < shells.size(); ++s) {
     if (keep[s])
       kept.push_back(std::move(shells[s]));
     else
-      dropped_mm3 += volumes[s];
+      result.dropped_mm3 += volumes[s];
   }
-  repairs.add(shells.size() - kept.size(),
-              fmt::format("shells dropped, {:.4g} mm3 in all (--components all keeps them)", dropped_mm3));
+  result.dropped = shells.size() - kept.size();
+  repairs.add(result.dropped,
+              fmt::format("shells dropped, {:.4g} mm3 in all (--components all keeps them)", result.dropped_mm3));
   if (kept.empty()) throw InputError(fmt::format("{}: --components keeps nothing", name));
 
   const SelfIntersections crossings = find_self_intersections(join_shells(kept));

@@ -13,6 +13,8 @@ namespace palpate {
 struct RepairedSurface {
   TriangleSurface surface;
   std::vector<std::string> repairs;  // one sentence for each repair, in order
+  std::size_t dropped = 0;           // shells that the filter refused
+  double dropped_mm3 = 0;            // that they enclose
 };
 
 // Merges points nearer than 1e-6 of the diagonal of the surface's box. Drops isolated points, flat and repeated

@@ -185,10 +185,10 @@ std::string organ_mk(const OrganRequest& request, const OrganSource& source, con
   std::string names, options;
   if (source.kind == OrganSource::Kind::image) options += comment("--smooth: " + choices.smooth_reason);
   if (source.pieces > 1)
-    options +=
-        comment(fmt::format("--components: the label has {} pieces. Only the largest is held and kept; the others "
-                            "have {:.3g} cm3 together.",
-                            source.pieces, source.dropped_mm3 / 1000));
+    options += comment(fmt::format(
+        "--components: the {} has {} pieces. Only the largest is held and kept; the others "
+        "have {:.3g} cm3 together.",
+        source.kind == OrganSource::Kind::image ? "label" : "surface", source.pieces, source.dropped_mm3 / 1000));
   for (const auto& size : choices.sizes) {
     text += fmt::format("# {}: about {:.0f} vertices, a bundle of up to {:.2g} MB\n", size.name, size.vertices,
                         size.bundle_megabytes);

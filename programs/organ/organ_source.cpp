@@ -202,6 +202,7 @@ void measure_surface(const OrganRequest& request, OrganSource& source) {
   const RepairedSurface repaired =
       repair_surface(read_surface(name, millimetres(source.unit)), {PieceFilter::Kind::largest, 1}, "", name);
   measure_triangles(repaired.surface, source);
+  source.pieces = 1 + repaired.dropped, source.dropped_mm3 = repaired.dropped_mm3;
 }
 
 void measure_mesh(const OrganRequest& request, OrganSource& source) {
@@ -258,17 +259,18 @@ std::string other_unit(const OrganSource& source) {
 }  // namespace
 
 std::vector<std::string> doubts(const OrganRequest& request, const OrganSource& source) {
-  constexpr double kNoOrgan = 10;  // times as long as the longest, or as short as the shortest
+  constexpr double kNoOrgan = 10;      // times as long as the longest
+  constexpr double kNoVolume = 1.001;  // mm^3: a cube of 1 mm, and what the file's numbers round
   const double longest = longest_mm(source), shortest_organ = 1e3 * kSmallestOrgan, longest_organ = 1e3 * kLargestOrgan;
   const bool knows_unit = source.kind == OrganSource::Kind::image || request.unit;
   const bool knows_frame = source.kind == OrganSource::Kind::image || request.frame;
   std::vector<std::string> sentences;
-  if (longest < shortest_organ || longest > longest_organ) {
+  const bool is_speck = source.volume_mm3 <= kNoVolume;
+  if (is_speck || longest < shortest_organ || longest > longest_organ) {
     const std::string text = fmt::format("{}: expected an organ of 1 cm to 1 m, found one of {}, {:.3g} cm3{}; {}",
                                          source.file.string(), length_text(longest), source.volume_mm3 / 1000,
                                          knows_unit ? "" : ", in mm, since UNIT= is not given", other_unit(source));
-    if (longest < shortest_organ / kNoOrgan || longest > longest_organ * kNoOrgan || !knows_unit)
-      throw InputError(text);
+    if (is_speck || longest > longest_organ * kNoOrgan || !knows_unit) throw InputError(text);
     sentences.push_back(text);
   }
   if (!knows_unit)

@@ -28,7 +28,7 @@ struct OrganSource {
 
   std::vector<double> labels;             // of an image
   std::string labels_text;                // "1 (spleen)"
-  std::uint64_t pieces = 1;               // of the labels; the organ is the largest
+  std::uint64_t pieces = 1;               // of the labels or the surface; the organ is the largest
   double dropped_mm3 = 0;                 // volume of the other pieces
   bool touches_border = false;            // of the image
   double voxel_mm = 0;                    // of an image: the mean of the voxel's sides
@@ -61,7 +61,7 @@ struct OrganGroup {
 OrganGroup measure_group(const OrganRequest& request, const std::vector<NamedLabel>& labels);
 
 // What is taken for granted, and what is out of the way: a unit or a frame that was not given, a size that hardly any organ has. A
-// sentence each. Errors: InputError for an organ below 1 mm or above 10 m, and for one below 1 cm or above 1 m whose unit was not given.
+// sentence each. Errors: InputError for an organ of .001 cm^3 or less or above 10 m, and for one below 1 cm or above 1 m whose unit was not given.
 std::vector<std::string> doubts(const OrganRequest& request, const OrganSource& source);
 
 // Reads and measures. Errors: InputError for a label that the image does not have, with the list of its labels; for several

@@ -515,16 +515,23 @@ class NewOrgan(unittest.TestCase):
         self.assertEqual(file_times(self.organs), before)
 
 
+    def boxes(self, *cubes):
+        """Cubes as one surface: of each the coordinate where it begins on all axes, and its side."""
+        file = os.path.join(self.scans, "box %s.off" % " ".join("%g" % side for _, side in cubes))
+        with open(file, "w") as stream:
+            stream.write("OFF\n%d %d 0\n" % (8 * len(cubes), 12 * len(cubes)))
+            for start, side in cubes:
+                for corner in range(8):
+                    stream.write("%g %g %g\n" % tuple(start + side * (corner >> axis & 1) for axis in range(3)))
+            for first in range(0, 8 * len(cubes), 8):
+                for face in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)):
+                    a, b, c, d = (first + corner for corner in face)
+                    stream.write("3 %d %d %d\n3 %d %d %d\n" % (a, b, c, a, c, d))
+        return "SURFACE=" + file
+
     def box(self, side):
         """A cube with a corner at 0, as a surface."""
-        file = os.path.join(self.scans, "box %g.off" % side)
-        with open(file, "w") as stream:
-            stream.write("OFF\n8 12 0\n")
-            for corner in range(8):
-                stream.write("%g %g %g\n" % tuple(side * (corner >> axis & 1) for axis in range(3)))
-            for a, b, c, d in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)):
-                stream.write("3 %d %d %d\n3 %d %d %d\n" % (a, b, c, a, c, d))
-        return "SURFACE=" + file
+        return self.boxes((0, side))
 
     def test_a_unit_is_said_or_warned_of_and_a_size_that_no_organ_has_is_refused(self):
         said = self.refused("NAME=a", self.box(0.1))
@@ -532,6 +539,7 @@ class NewOrgan(unittest.TestCase):
         self.assertIn("with UNIT=m it would be 100 mm", said)
         self.assertIn("found one of 29 km, 2.44e+19 cm3", self.refused("NAME=a", self.box(29000), "UNIT=m"))
         self.assertIn("found one of 0.9 mm", self.refused("NAME=a", self.box(0.9), "UNIT=mm"))
+        self.assertIn("found one of 1 mm, 0.001 cm3", self.refused("NAME=a", self.box(1), "UNIT=mm"))
         self.assertEqual(os.listdir(self.organs), [])
         said = self.make("new-organ", "NAME=box_100", self.box(100))
         self.assertIn("warning: %s: taken to be in mm" % self.box(100)[8:], said)
@@ -540,6 +548,12 @@ class NewOrgan(unittest.TestCase):
         said = self.make("new-organ", "NAME=told", self.box(100), "UNIT=mm", "FRAME=RAS")
         self.assertNotIn("warning", said)
         self.assertIn("found one of 5 mm", self.make("new-organ", "NAME=small", self.box(5), "UNIT=mm", "FRAME=none"))
+
+    def test_a_piece_that_is_dropped_from_a_surface_is_told_with_its_volume(self):
+        for name, start in (("around", -1), ("beside", 20)):  # where the second shell begins
+            said = self.make("new-organ", "NAME=" + name, self.boxes((0, 10), (start, 257)), "UNIT=cm", "FRAME=LPS")
+            self.assertIn("warning: the organ has 2 pieces; the largest is kept, 1.697e+07 cm3; the others have 1e+03 cm3 together", said)
+            self.assertIn("found one of 2.57e+03 mm", said)
 
     def test_a_noisy_label_is_told_from_an_organ_before_its_bundle_fills_the_disk(self):
         x, y, z = np.meshgrid(*(np.arange(n) for n in (40, 40, 40)), indexing="ij")
