@@ -1,9 +1,9 @@
 // Organs pushed on one another at random, and what passes through. A vertex has passed through where it is deeper inside the other organ
 // than it has moved against that organ's surface in the step, and deeper than kSlack beyond that, though the step raised no flag: pairs hold
-// it where the last step has left both. It is a vertex that carries pairs: one of the organ with the shorter edges, whose
-// surface faces the other one's where it is nearest: now, when it was last looked at, and where the step has looked for its pair. A vertex
-// that comes in past the side of the other organ does not face it, and nothing holds it (docs/method.md, section 17): it is counted alone,
-// until it faces a surface and has had a step to be pressed out.
+// it where the last step has left both. Vertices of both organs are looked at, where their surface faces the other one's at the nearest
+// place: now, when they were last looked at, and where the step has looked for their pair. A vertex that comes in past the side of the
+// other organ does not face it, and nothing holds it (docs/method.md, section 17): it is counted alone, until it faces a surface and has
+// had a step to be pressed out.
 #pragma once
 
 #include <algorithm>

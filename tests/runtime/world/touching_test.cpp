@@ -2,6 +2,7 @@
 #include "studies/coupled/coupled_rows.h"
 #include "tests/runtime/world/random_pushes.h"
 #include "tests/runtime/world/touching_world.h"
+#include "tests/support/ball_body.h"
 
 namespace palpate::tests {
 namespace {
@@ -301,6 +302,54 @@ TEST(Touching, NothingPassesThroughUnderRandomPushes) {
   EXPECT_GT(all.pressed, 500);
   EXPECT_GT(all.looked, 10000);
   RecordProperty("deepest_edges", std::to_string(all.deepest));
+}
+
+// m: how deep the deepest vertex of an organ is inside another one. Each with a place in the world and a turn.
+double deepest(const DeformedTruth& organ, std::int32_t count, const palpate_pose& at, const DeformedTruth& other,
+               const palpate_pose& there) {
+  double deepest = 0;
+  for (std::int32_t n = 0; n < count; ++n) {
+    Vector3d world, local;
+    palpate_point_to_world(at.position, at.orientation, organ.place(n).data(), world.data());
+    palpate_point_to_organ(there.position, there.orientation, world.data(), local.data());
+    deepest = std::max(deepest, -other.signed_distance(local));
+  }
+  return deepest;
+}
+
+TEST(Touching, BallsOfSixtyMillimetresPressedByFifteenStayOutOfOneAnother) {
+  constexpr double radius = 0.03, pressed = 0.015;
+  constexpr int steps = 60;
+  const TouchedBody ball(dense_ball(radius, 6));
+  const std::int32_t nodes = ball.body.surface_nodes;
+  double edge = 0;  // m, mean
+  for (const auto& t : ball.body.triangles)
+    for (int v = 0; v < 3; ++v)
+      edge += (ball.node(t[v]) - ball.node(t[(v + 1) % 3])).norm() /
+              (3.0 * static_cast<double>(ball.body.triangles.size()));
+  EXPECT_NEAR(edge, 0.0075, 0.0015);
+  for (const double friction : {0.0, 0.5}) {
+    Touching both({{&ball, {0, 0, 0}}, {&ball, {0, 0, 2.1 * radius}}}, friction, 400);
+    std::vector<DeformedTruth> truth(2, DeformedTruth(ball.body));
+    int looked = 0;
+    double worst = 0;
+    palpate_pose pose[] = {pose_at({0, 0, 0}), pose_at({0, 0, 0})};
+    for (int s = 0; s <= steps + 5; ++s) {
+      // No vertex stands on a vertex.
+      const Vector3d at(0.0021, 0.0013, 2 * radius + 0.0005 - (pressed + 0.0005) * std::min(s, steps) / steps);
+      pose[1] = pose_at(at, Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX())));
+      ASSERT_EQ(palpate_scene_set_pose(palpate_world_scene(both.world.get(), 1), &pose[1], nullptr), PALPATE_OK);
+      if (both.step() != 0 || s % 5 != 0) continue;
+      ++looked;
+      for (std::int32_t k = 0; k < 2; ++k) truth[static_cast<std::size_t>(k)].move(both.shape(k, ball));
+      worst = std::max({worst, deepest(truth[0], nodes, pose[0], truth[1], pose[1]),
+                        deepest(truth[1], nodes, pose[1], truth[0], pose[0])});
+    }
+    EXPECT_GT(looked, 10) << friction;
+    EXPECT_GT(both.pressed(0).norm(), 0.5) << friction;
+    // A tenth of an edge is promised. Where pairs of one ball alone hold, the other one's vertices are .034 of an edge deep.
+    EXPECT_LT(worst, 0.01 * edge) << friction;
+  }
 }
 
 TEST(Touching, AnOverlapAtRestCountsAsTouchingUntilTheOrgansPart) {
