@@ -1,10 +1,13 @@
 #include "tests/runtime/touched_box.h"
 
+#include <unistd.h>
+
 namespace palpate::tests {
 
 std::filesystem::path scratch_file(const std::string& name) {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  std::string file = test ? std::string(test->test_suite_name()) + "." + test->name() + "." + name : name;
+  std::string file = test ? std::string(test->test_suite_name()) + "." + test->name() + "." + name
+                          : std::to_string(::getpid()) + "." + name;  // of a program, which may run twice at a time
   std::replace(file.begin(), file.end(), '/', '_');
   return std::filesystem::path(testing::TempDir()) / file;
 }
