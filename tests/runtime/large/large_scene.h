@@ -1,6 +1,7 @@
 // Bodies and scenes for the tests of large deformation through the C API.
 #pragma once
 
+#include "runtime/large/deforming_body.h"
 #include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/touched_box.h"
 
@@ -19,6 +20,14 @@ struct Seen {
   TissueLaw law;
   HyperelasticBody body;
 };
+
+// The rows of the last step that hold, for Newton's method: with [3N] node weights each, what gives way beside the body (m/N), places (m)
+// and the forces that the scene has found (N).
+struct HeldRows {
+  Eigen::MatrixXd weights, compliance;
+  Eigen::VectorXd place, carried;
+};
+HeldRows held_rows(const DeformingBody& body, std::int32_t node_count);
 
 // The box of TouchedBox, whose tensors are those of the tangent at rest.
 inline TouchedBody large_body(bool nodal, const std::function<void(BundleParts&)>& change = {}) {

@@ -234,29 +234,8 @@ class RandomLargeScenes {
     // At the places of the rows that hold, with no force on the others.
     template <class Told>
     void compare(int k, bool behind, const Eigen::VectorXd& u, LargeFinds* finds, const Told& told) {
-      const DeformingBody& body = deforming_body_of(*scene_.get());
-      const LargeContacts all = body.last_rows();
-      std::vector<std::int32_t> held;
-      for (std::int32_t r = 0; r < all.row_count; ++r)
-        if (body.solver().holds(r)) held.push_back(r);
-      const auto count = static_cast<Eigen::Index>(held.size());
-      if (count == 0) return;
-      Eigen::MatrixXd w = Eigen::MatrixXd::Zero(count, 3 * count_), c = Eigen::MatrixXd::Zero(count, count);
-      Eigen::VectorXd target(count), carried(count);
-      for (Eigen::Index i = 0; i < count; ++i) {
-        const std::int32_t r = held[static_cast<std::size_t>(i)];
-        const LargeRow& row = all.rows[r];
-        for (std::int32_t e = row.first; e < row.first + row.count; ++e)
-          for (int d = 0; d < 3; ++d) w(i, 3 * all.nodes[e] + d) += all.weights[e] * row.direction[d];
-        for (Eigen::Index j = 0; j < count; ++j) {
-          const std::int32_t column = held[static_cast<std::size_t>(j)], other = column - row.group;
-          if (all.rows[column].group == row.group)
-            c(i, j) = row.compliance[other];
-          else if (all.beside)
-            c(i, j) = all.beside[static_cast<std::size_t>(r) * all.beside_stride + static_cast<std::size_t>(column)];
-        }
-        target[i] = body.place(r), carried[i] = body.row_forces()[r];
-      }
+      const auto [w, c, target, carried] = held_rows(deforming_body_of(*scene_.get()), count_);
+      if (target.size() == 0) return;
       Eigen::VectorXd exact, force;
       bool known = false;
       // From the state itself, where it is sound; else from rest in steps.
@@ -275,7 +254,9 @@ class RandomLargeScenes {
       const double ratio = carried.norm() / std::max(force.norm(), beside_ ? 0.1 * peak_ : 0.001 * peak_);
       finds->worst_force = std::max(finds->worst_force, ratio);
       exceeds_ = ratio > kMostForce ? exceeds_ + 1 : 0;
-      const bool lets_go = beside_ && behind && forces_of(all.row_count) < last_ && exceeds_ <= kLetsGo;
+      const bool lets_go = beside_ && behind &&
+                           forces_of(deforming_body_of(*scene_.get()).last_rows().row_count) < last_ &&
+                           exceeds_ <= kLetsGo;
       finds->letting_go += exceeds_ > 0 && lets_go;
       if (exceeds_ > 0 && !lets_go)
         find(k,
