@@ -33,7 +33,7 @@ struct Motion {
 };
 
 // A capsule around the segment from - to, m.
-struct Corridor {
+struct PlacedCorridor {
   std::string name;
   std::array<double, 3> from{}, to{};
   double radius = 0;
@@ -54,7 +54,7 @@ struct ElasticBody {
   std::vector<Foundation> foundations;             // soft supports; a node on one of them has free dofs
   std::vector<SpringSet> springs;
   std::vector<Motion> motions;
-  std::vector<Corridor> corridors;
+  std::vector<PlacedCorridor> corridors;
   std::vector<std::int32_t> corridor_nodes;  // of all corridors, ascending, each >= surface_count; held ones too
   std::vector<std::int32_t> touchable;       // ascending, each < surface_count, each with a free dof
 };

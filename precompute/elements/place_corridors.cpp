@@ -20,7 +20,7 @@ Corners corners_of(const ElasticBody& body, const std::array<std::int32_t, 4>& t
 }
 
 // False where the ball around all corners is too far away: the exact distance need not be computed.
-bool may_be_near(const Corners& corners, const Corridor& corridor) {
+bool may_be_near(const Corners& corners, const PlacedCorridor& corridor) {
   Point centre{};
   for (const Point& p : corners)
     for (std::size_t d = 0; d < 3; ++d) centre[d] += p[d] / 4;
@@ -35,7 +35,7 @@ struct Met {
   std::vector<std::int32_t> nodes;  // inside the body, ascending
 };
 
-Met meet(const ElasticBody& body, const Corridor& corridor) {
+Met meet(const ElasticBody& body, const PlacedCorridor& corridor) {
   Met met;
   for (const auto& tetrahedron : body.tetrahedra) {
     const Corners corners = corners_of(body, tetrahedron);
@@ -66,7 +66,8 @@ void place_corridors(const BoundaryConfig& boundary, double metres, const std::f
     const auto refuse = [&](const std::string& what) {
       throw InputError(fmt::format("{}:{}: [[corridor]] \"{}\": {}", file.string(), config.line, config.name, what));
     };
-    Corridor corridor{config.name, scaled(config.from, metres), scaled(config.to, metres), config.radius * metres, {}};
+    PlacedCorridor corridor{
+        config.name, scaled(config.from, metres), scaled(config.to, metres), config.radius * metres, {}};
     Met met = meet(body, corridor);
     if (met.tetrahedra == 0)
       refuse(

@@ -88,7 +88,7 @@ std::map<std::string, std::string> motion_texts(const ElasticBody& body) {
 // "corridor biopsy": "capsule from (1, 2, 3) mm to (4, 5, 6) mm, radius 5 mm; 123 nodes".
 std::map<std::string, std::string> corridor_texts(const ElasticBody& body) {
   std::map<std::string, std::string> texts;
-  for (const Corridor& corridor : body.corridors)
+  for (const PlacedCorridor& corridor : body.corridors)
     texts["corridor " + corridor.name] =
         fmt::format("capsule from {} to {}, radius {:.4g} mm; {} nodes", place_text(corridor.from),
                     place_text(corridor.to), 1e3 * corridor.radius, corridor.nodes.size());
