@@ -1,6 +1,10 @@
 // The offset o of the displacement field: what moves the organ from outside, beside the contacts of a step. Row m of some rows is column m
 // of B, a module writes their amounts q (runtime/motions), and the organ without contacts has the displacement o = B q.
 // A contact holds what o leaves of its target: (H W H^T) r = d - H o.
+//
+// A scene has one offset, and one effect owns it. In its prepare() it makes the rows, of the bundle or of its own: C f for a load f. It also
+// gives them to the shape (ShapeState::moved_surface, moved_interior). Where the scene has a corridor the rows have the nodes inside too,
+// because needles ask there. The amounts reach the shape in palpate_contacts, as those of motions.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +24,10 @@ class Offset {
   std::int32_t count() const { return rows_.count; }
   const MotionRows& rows() const { return rows_; }
 
-  // For the module that writes the amounts. A step: end_last_step(), then the new amounts, then begin_step(); is_first: nothing was
-  // anywhere before. While the step is solved the amounts may change again.
+  // For the module that writes the amounts. A step: end_last_step(), then the new amounts, then begin_step(), then
+  // ContactField::begin_moved() where the field has the offset; is_first: nothing was anywhere before. While the step is solved the amounts
+  // may change again. Amounts that never change need this once, in prepare(). create() marks the amounts for saved states; they are zero
+  // behind it and behind forget(), which nobody else calls.
   void end_last_step();
   void begin_step(bool is_first);
   void forget();

@@ -1,5 +1,5 @@
 // What holds tissue and asks for rows: the points and grips of tools, grasps, needles, links. The step goes through the list of sources
-// that its scene has (touch.h) and asks none what it is.
+// that its scene has (touch.h) and asks none what it is. A load holds nothing and asks for no row: it is one of the offset's (offset.h).
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,8 @@ struct TouchStep;
 // A part overrides what concerns it. No destructor: parts belong to a scene's memory.
 class StepPart {
  public:
-  // A step, in this order. After the input, before collision: moves the organ from outside.
+  // A step, in this order. After the input, before collision: moves the organ from outside, as offset.h says. A load that never changes
+  // has nothing to do here but to end its pass.
   virtual void begin_step(TouchStep&) {}
   // After a solve, whose forces TouchState::force has: whether it has moved the organ, so that the step is to be solved again. Without
   // has_room, work for one more solve, it moves nothing: whether it might have.

@@ -68,7 +68,8 @@ enum Use : std::uint32_t {
   kUsesSlideEnergy = 16,  // the account of energy of rows that come to places of another stiffness (slide_energy.h)
 };
 
-// A pass of the steps that the effect adds to the plan. What acts in the touch half is part of what a saved state depends on.
+// A pass of the steps that the effect adds to the plan. What acts in the touch half is part of what a saved state depends on. The effect ends
+// its pass in each step (PassWatch::ended): nobody else does.
 enum class Half { touch, shape };
 struct EffectPass {
   const char* name;
@@ -94,7 +95,8 @@ struct Effect {
   // The first one switches the effect on: 0 is off.
   std::span<const EffectKey> keys;
   std::span<const EffectNeed> needs;
-  // What keys and needs do not say: the sentence of what is wrong, or nullptr. May be nullptr.
+  // What keys and needs do not say, limits of arrays too: the sentence of what is wrong, or nullptr. May be nullptr. It does not know the
+  // bundle: what depends on that is refused in build() or prepare().
   const char* (*check)(const palpate_scene_def& def) = nullptr;
   std::uint32_t uses = 0;  // bits of Use
   // Of an effect that holds tissue, else nullptr.
@@ -108,8 +110,10 @@ struct Effect {
   void (*sections)(const palpate_scene_def& def, SectionList& sections) = nullptr;
   // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
   palpate_status (*build)(EffectBuild& build) = nullptr;
-  // The same before the core's contacts are built, for what these use: nodes inside, the offset, a fine surface. The surface at rest is there,
-  // except for an effect with a `body`, which may change it. One of the two may be nullptr.
+  // The same before the core's contacts are built, for what these use: nodes inside, the offset, a fine surface. The tensors are there, the
+  // nodes of their columns (palpate_scene::touchable), and what `uses` asks for: rest and triangles by kUsesRest, TouchState::surface by
+  // kUsesSurface; but not for an effect with a `body`, which may change the surface at rest. Not there: TouchState::column_of_node, patch and
+  // field, and measure where contacts have no frames. One of the two may be nullptr.
   palpate_status (*prepare)(EffectBuild& build) = nullptr;
 
   bool is_on(const palpate_scene_def& def) const { return palpate_key_number(&keys[0], &def) != 0; }
