@@ -91,11 +91,12 @@ void play(AnyPlayer& player, const std::vector<BundleFields>& fields, const Opti
   csv.close();
   held.close();
   if (shapes) shapes->close();
-  for (const std::string& force : summary.forces()) note(force);
-  for (const std::string& warning : summary.warnings(fields)) warn(warning);
+  const std::vector<std::string> warnings = summary.warnings(fields);
   write_text_atomically(folder.part() / "summary.json",
-                        summary.text(timing, fields, shapes ? shapes->written() : 0, warnings()));
+                        summary.text(timing, fields, shapes ? shapes->written() : 0, warnings));
   folder.commit();
+  for (const std::string& force : summary.forces()) note(force);
+  for (const std::string& warning : warnings) warn(warning);
   if (gltf) gltf->write();
 }
 
@@ -125,9 +126,9 @@ void play_against_the_clock(Player& player, const fs::path& bundle, const Option
     runs.push_back(run_realtime(player, rate, options.seconds));
     fmt::print("{}{}", runs.size() > 1 ? "\n" : "", realtime_table(runs.back()));
   }
-  for (const std::string& warning : realtime_warnings(runs)) warn(warning);
-  write_text_atomically(folder.part() / "summary.json", realtime_summary(runs, player, bundle, warnings()));
+  write_text_atomically(folder.part() / "summary.json", realtime_summary(runs, player, bundle));
   folder.commit();
+  for (const std::string& warning : realtime_warnings(runs)) warn(warning);
 }
 
 void run(const Options& options) {

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "formats/errors.h"
-#include "formats/program.h"
 #include "programs/player/tool_places.h"
 #include "programs/player/tool_points.h"
 
@@ -100,20 +99,14 @@ std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const pal
   return nodes;
 }
 
-PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half half, const RenderMesh* render_mesh,
-                         std::string name)
-    : scene_(std::move(scene)),
-      bundle_file_(std::move(bundle)),
-      half_(half),
-      render_mesh_(render_mesh),
-      name_(std::move(name)) {
+PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half half, const RenderMesh* render_mesh)
+    : scene_(std::move(scene)), bundle_file_(std::move(bundle)), half_(half), render_mesh_(render_mesh) {
   palpate_error error{};
   palpate_bundle* opened = nullptr;
   palpate_bundle_options options = palpate_default_bundle_options();
   // A bundle may be computed anew while the player reads it. These programs have no handler of SIGBUS of their own, and a flag in
   // the summary tells more than a process that ends.
   options.file_access = PALPATE_FILE_MAP_GUARDED;
-  options.log = hear, options.log_user = this;
   if (palpate_bundle_open_file(bundle_file_.c_str(), &options, &opened, &error) != PALPATE_OK) refuse(error);
   bundle_.reset(opened);
   resolve_places(scene_, bundle_.get());
@@ -121,18 +114,6 @@ PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half h
   held_ = std::make_unique<HeldTissue>(scene_, bundle_.get());
   needles_ = std::make_unique<PlayedNeedles>(scene_, bundle_.get());
   motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
-}
-
-void PlayedOrgan::hear(void* organ, palpate_log_level level, const char* text) {
-  const PlayedOrgan& self = *static_cast<const PlayedOrgan*>(organ);
-  if (self.runtime_scene_) return;  // a scene beside the played one has nothing new to say
-  const std::string line = self.name_.empty() ? text : fmt::format("organ \"{}\": {}", self.name_, text);
-  if (level == PALPATE_LOG_NOTE) {
-    if (self.bundle_) note(line);  // not of the bundle: palpate-bundle info prints that
-    return;
-  }
-  const std::vector<std::string> said = warnings();  // both halves of a scene open the bundle
-  if (std::find(said.begin(), said.end(), line) == said.end()) warn(line);
 }
 
 void PlayedOrgan::refuse(const palpate_error& error) const {

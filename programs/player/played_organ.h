@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include <palpate/palpate.h>
@@ -26,11 +25,10 @@ std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const pal
 class PlayedOrgan {
  public:
   // Opens the bundle, finds the grips' nodes and the places of tools, links, grasps and needles. scene: of this organ alone. render_mesh
-  // follows the shapes; it must outlive this, or be nullptr. name: of the organ among several. What the library logs until play_on()
-  // becomes warnings and notes of the program (formats/program.h).
+  // follows the shapes; it must outlive this, or be nullptr.
   // Errors: InputError that names the byte of the bundle, or the line of the scene.
   PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half half = Half::both,
-              const RenderMesh* render_mesh = nullptr, std::string name = {});
+              const RenderMesh* render_mesh = nullptr);
   PlayedOrgan(const PlayedOrgan&) = delete;
   PlayedOrgan& operator=(const PlayedOrgan&) = delete;
 
@@ -73,13 +71,10 @@ class PlayedOrgan {
     void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
   };
 
-  static void hear(void* organ, palpate_log_level level, const char* text);
-
   SceneConfig scene_;
   std::filesystem::path bundle_file_;
   Half half_;
   const RenderMesh* render_mesh_;
-  std::string name_;
   palpate_render_mesh skin_ = palpate_default_render_mesh();
   std::vector<float> met_positions_;
   std::vector<std::int32_t> met_triangles_;

@@ -133,7 +133,7 @@ std::vector<std::string> realtime_warnings(const std::vector<RealtimeRun>& runs)
 }
 
 std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player& player,
-                             const std::filesystem::path& bundle, const std::vector<std::string>& warnings) {
+                             const std::filesystem::path& bundle) {
   Json out;
   out["scene"] = player.scene().name;
   out["bundle"] = bundle.string();
@@ -153,7 +153,7 @@ std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player&
     if (!run.deform.empty()) entry["deform_us"] = percentile_summary(run.deform);
     out["realtime"].push_back(entry);
   }
-  out["warnings"] = warnings;
+  out["warnings"] = realtime_warnings(runs);
   return out.dump(2) + "\n";
 }
 

@@ -34,6 +34,6 @@ std::vector<std::string> realtime_warnings(const std::vector<RealtimeRun>& runs)
 
 // JSON text of summary.json: one entry per run, and the warnings.
 std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player& player,
-                             const std::filesystem::path& bundle, const std::vector<std::string>& warnings);
+                             const std::filesystem::path& bundle);
 
 }  // namespace palpate

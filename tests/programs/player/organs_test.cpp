@@ -209,14 +209,6 @@ TEST_F(PlayedOrgans, ExplainsTheSearchOfPairsTheJointSolveAndEachOrgan) {
   EXPECT_GE(measured_us(part_of_plan(apart.output, "the world"), "world: input"), 0) << apart.output;
 }
 
-TEST_F(PlayedOrgans, WhatTheLibraryLogsNamesTheOrgan) {
-  write_organs(organ("liver") + organ("kidney", "position = [200, 0, 0]\n"), kProbe, "[limits]\npoints = 2000\n");
-  const Ended ended = run("scene.toml --explain");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  for (const char* name : {"liver", "kidney"})
-    EXPECT_THAT(ended.errors, HasSubstr("warning: organ \"" + std::string(name) + "\": scene: max_contact_nodes is "));
-}
-
 TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
   std::filesystem::rename(folder_ / "box.h5", folder_ / "a=b.h5");
   write_organs("[[organ]]\nname = \"one\"\n[[organ]]\nname = \"two\"\nposition = [0, 0, 90]\n", kProbe);

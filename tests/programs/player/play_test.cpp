@@ -191,35 +191,6 @@ TEST_F(PlayedScene, KnowsNoLimitOfLinearElasticityUnderLargeDeformation) {
   EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("1 mm that `displacement`"));
 }
 
-std::size_t times(const std::string& part, const std::string& text) {
-  std::size_t count = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size()) ++count;
-  return count;
-}
-
-TEST_F(PlayedScene, TellsOnceWhatTheLibraryLogsOfTheScene) {
-  tests::BundleParts parts = tests::tiny_bundle();
-  add_large_deformation(parts, {0});
-  write_bundle(folder_ / "box.h5", parts);
-  // 2,000 operations have no room for a step of large deformation, and 1,024 contact nodes none for 2,000 points.
-  const std::string note = "note: scene: deformation LARGE takes up to 3 steps in a touch, ",
-                    warning = "warning: scene: max_contact_nodes is 1024, and max_points 2000 ";
-  write_scene(kProbe, "[effects]\ndeformation = \"large\"\n[limits]\noperations = 2000\npoints = 2000\n");
-  for (const std::string how : {"-o out", "--explain", "--realtime --rate 500 --seconds 0.1 -o clock"}) {
-    const Ended ended = run("scene.toml --strict " + how);
-    EXPECT_EQ(ended.code, 3) << how << ended.errors;
-    EXPECT_EQ(times(note, ended.errors), 1u) << how << ended.errors;
-    EXPECT_EQ(times(warning, ended.errors), 1u) << how << ended.errors;
-    EXPECT_EQ(times("bundle ", ended.errors), 0u) << how << ended.errors;
-  }
-  for (const char* folder : {"out", "clock"}) {
-    const auto told = nlohmann::json::parse(read_text(folder_ / folder / "summary.json"))["warnings"].dump();
-    EXPECT_EQ(times(warning.substr(9), told), 1u) << told;
-  }
-  write_scene(kProbe, "[effects]\ndeformation = \"large\"\n[limits]\noperations = 100000000\n");
-  EXPECT_THAT(run("scene.toml --explain").errors, testing::Not(HasSubstr("deformation LARGE")));
-}
-
 TEST_F(PlayedScene, SolvesLargeDeformationBesideTheTouchAtItsRate) {
   tests::BundleParts parts = tests::tiny_bundle();
   add_large_deformation(parts, {0});
