@@ -112,6 +112,14 @@ void SlideEnergy::shorten(const ContactSolver& solver, const ContactConstraints&
   }
 }
 
+void SlideEnergy::Sliding::lengthen(double depth, double push, double more) const {
+  if (!slack) return;
+  if (*slack * push > 0)
+    *slack -= (*slack > 0 ? 1 : -1) * std::min(std::fabs(*slack), more * std::fabs(depth));
+  else if (*slack > 0)
+    *slack = std::clamp(depth + *slack, 0.0, *slack);
+}
+
 // The energy that was lost pays for longer targets in the next step. Where a contact bears no force, or one against its slack, its target
 // becomes zero or what is left of it.
 void SlideEnergy::lengthen(const ContactConstraints& acting, const Sliding* sliding, double stored) const {
@@ -121,12 +129,7 @@ void SlideEnergy::lengthen(const ContactConstraints& acting, const Sliding* slid
     for (; end < acting.constraint_count && acting.constraints[p].id.contact == acting.constraints[end].id.contact;
          ++end)
       depth += acting.constraints[end].share * acting.target[end].x, force += held_[end].reaction.x;
-    if (!sliding[p].slack || *sliding[p].slack == 0) continue;
-    double& slack = *sliding[p].slack;
-    if (slack * force > 0)
-      slack -= (slack > 0 ? 1 : -1) * std::min(std::fabs(slack), more * std::fabs(depth));
-    else if (slack > 0)
-      slack = std::clamp(depth + slack, 0.0, slack);
+    sliding[p].lengthen(depth, force, more);
   }
 }
 

@@ -27,6 +27,8 @@ class SlideEnergy {
     double* slack = nullptr;  // m, of a contact on the surface
     Vec3* aside = nullptr;    // m, of a needle's place
     bool slides() const { return slack || aside; }
+    // Takes back of the slack as much as lengthens the depth (m) by the share `more`; of a slack past where the contact pushes, what is past.
+    void lengthen(double depth, double push, double more) const;
   };
 
   bool create(SceneMemory& memory, std::int32_t constraint_capacity);

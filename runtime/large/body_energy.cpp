@@ -98,12 +98,7 @@ void BodyEnergy::lengthen(const ContactConstraints& set, double stored) const {
     double depth = 0, push = 0;
     for (; end < set.constraint_count && set.constraints[p].id.contact == set.constraints[end].id.contact; ++end)
       depth += set.constraints[end].share * set.target[end].x, push += push_on(set, end);
-    if (!sliding_[p].slack || *sliding_[p].slack == 0) continue;
-    double& slack = *sliding_[p].slack;
-    if (slack * push > 0)
-      slack -= (slack > 0 ? 1 : -1) * std::min(std::fabs(slack), more * std::fabs(depth));
-    else if (slack > 0)
-      slack = std::clamp(depth + slack, 0.0, slack);
+    sliding_[p].lengthen(depth, push, more);
   }
 }
 
