@@ -19,7 +19,7 @@
 #include "bench/worst_step.h"
 #include "runtime/base/vec3.h"
 #include "runtime/bundle/bundle.h"
-#include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_complete.h"
 
 namespace {
 

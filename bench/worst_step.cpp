@@ -1,4 +1,5 @@
 #include "bench/worst_step.h"
+#include <palpate/palpate_complete.h>
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // The fields of palpate_scene_def as keys of a scene file: choices stand in its [effects], numbers in its [limits].
 #pragma once
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 
 #include "formats/toml_reader.h"
 

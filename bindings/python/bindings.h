@@ -1,7 +1,7 @@
 // Shared by the files of the Python module: objects that own the memory which numpy arrays of Python view.
 #pragma once
 
-#include <palpate/palpate_mailbox.h>
+#include <palpate/palpate_complete.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>

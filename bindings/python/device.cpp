@@ -1,5 +1,5 @@
 // palpate.Device, Coupling, Passivity and Watchdog: what stands between a force-feedback device and a scene.
-#include <palpate/palpate_device.h>
+#include <palpate/palpate_complete.h>
 
 #include <optional>
 

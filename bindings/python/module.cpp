@@ -1,5 +1,5 @@
 // palpate._palpate: the C API as Python objects and numpy arrays.
-#include <palpate/palpate_device.h>
+#include <palpate/palpate_complete.h>
 
 #include <new>
 #include <utility>

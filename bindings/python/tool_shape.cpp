@@ -1,5 +1,5 @@
 // palpate.ToolShape: the surface of a rigid instrument as tool points.
-#include <palpate/palpate_tool_shape.h>
+#include <palpate/palpate_complete.h>
 
 #include <algorithm>
 #include <string>

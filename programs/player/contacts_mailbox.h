@@ -1,7 +1,7 @@
 // A palpate_mailbox that owns its memory. With each contacts travels a Note, which the writer fills.
 #pragma once
 
-#include <palpate/palpate_mailbox.h>
+#include <palpate/palpate_complete.h>
 
 #include <cstring>
 #include <memory>

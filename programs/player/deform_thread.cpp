@@ -1,4 +1,5 @@
 #include "programs/player/deform_thread.h"
+#include <palpate/palpate_complete.h>
 
 #include <chrono>
 

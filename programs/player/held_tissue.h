@@ -1,7 +1,7 @@
 // What holds the tissue of a played scene: its links and the grasps of its tools, as the library takes them.
 #pragma once
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 
 #include <cstdint>
 #include <optional>

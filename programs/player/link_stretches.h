@@ -2,7 +2,7 @@
 // for links between organs (palpate_world_link).
 #pragma once
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>

@@ -1,7 +1,7 @@
 // What a needle of a played scene came to: forces, depth and events.
 #pragma once
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 #include "formats/scene_config.h"
 #include "programs/player/render_mesh.h"
 

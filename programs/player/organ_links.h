@@ -1,7 +1,7 @@
 // The links between organs of a played scene, as the library takes them, and what they came to.
 #pragma once
 
-#include <palpate/palpate_world.h>
+#include <palpate/palpate_complete.h>
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>

@@ -2,7 +2,7 @@
 // measured time.
 #pragma once
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 
 #include <cstdint>
 #include <string>

@@ -1,7 +1,7 @@
 // The needles of the tools of a played scene, as the library takes them.
 #pragma once
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 
 #include <cstddef>
 #include <string>

@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 #include "formats/scene_config.h"
 #include "programs/player/held_tissue.h"
 #include "programs/player/organ_inside.h"

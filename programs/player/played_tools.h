@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 #include "formats/scene_config.h"
 #include "programs/player/played_organ.h"
 #include "programs/player/tool_turn.h"

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include <palpate/palpate_world.h>
+#include <palpate/palpate_complete.h>
 #include "programs/player/organ_links.h"
 #include "programs/player/player.h"
 

@@ -46,14 +46,6 @@ void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
   write_host_struct(defaults, def, struct_bytes);
 }
 
-void palpate_init_render_mesh(palpate_render_mesh* mesh, size_t struct_bytes) {
-  write_host_struct(palpate_render_mesh{}, mesh, struct_bytes);
-}
-
-void palpate_init_fine_surface(palpate_fine_surface* surface, size_t struct_bytes) {
-  write_host_struct(palpate_fine_surface{}, surface, struct_bytes);
-}
-
 void palpate_init_step_load(palpate_step_load* load, size_t struct_bytes) {
   write_host_struct(palpate_step_load{}, load, struct_bytes);
 }
@@ -78,33 +70,6 @@ void palpate_init_tool(palpate_tool* tool, size_t struct_bytes) {
   write_host_struct(defaults, tool, struct_bytes);
 }
 
-void palpate_init_world_organ(palpate_world_organ* organ, size_t struct_bytes) {
-  write_host_struct(palpate_world_organ{}, organ, struct_bytes);
-}
-
-void palpate_init_world_def(palpate_world_def* def, size_t struct_bytes) {
-  palpate_world_def defaults = {};
-  defaults.force_limit = 50;
-  defaults.force_slew = 1e4;
-  defaults.torque_limit = 5;
-  defaults.torque_slew = 1e3;
-  write_host_struct(defaults, def, struct_bytes);
-}
-
-void palpate_init_link(palpate_link* link, size_t struct_bytes) {
-  palpate_link defaults = {};
-  defaults.id = -1;
-  defaults.stiffness = defaults.breaking_force = INFINITY;
-  write_host_struct(defaults, link, struct_bytes);
-}
-
-void palpate_init_world_link(palpate_world_link* link, size_t struct_bytes) {
-  palpate_world_link defaults = {};
-  defaults.id = defaults.organ[0] = defaults.organ[1] = -1;
-  defaults.stiffness = defaults.breaking_force = INFINITY;
-  write_host_struct(defaults, link, struct_bytes);
-}
-
 void palpate_init_grasp(palpate_grasp* grasp, size_t struct_bytes) {
   palpate_grasp defaults = {};
   defaults.triangle = defaults.opposite_triangle = -1;
@@ -122,18 +87,4 @@ void palpate_init_needle(palpate_needle* needle, size_t struct_bytes) {
 
 void palpate_init_shape_out(palpate_shape_out* out, size_t struct_bytes) {
   write_host_struct(palpate_shape_out{}, out, struct_bytes);
-}
-
-void palpate_init_surface_hit(palpate_surface_hit* hit, size_t struct_bytes) {
-  palpate_surface_hit defaults = {};
-  defaults.triangle = -1;
-  write_host_struct(defaults, hit, struct_bytes);
-}
-
-void palpate_init_inside_out(palpate_inside_out* out, size_t struct_bytes) {
-  write_host_struct(palpate_inside_out{}, out, struct_bytes);
-}
-
-void palpate_init_skin_out(palpate_skin_out* out, size_t struct_bytes) {
-  write_host_struct(palpate_skin_out{}, out, struct_bytes);
 }

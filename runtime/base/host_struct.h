@@ -9,7 +9,10 @@
 
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
-#include "runtime/include/palpate/palpate_world.h"
+#include "runtime/include/palpate/palpate_grasps.h"
+#include "runtime/include/palpate/palpate_needles.h"
+#include "runtime/include/palpate/palpate_plan.h"
+#include "runtime/include/palpate/palpate_pose.h"
 
 namespace palpate {
 
@@ -31,10 +34,6 @@ inline constexpr std::size_t kLeastStructBytes<palpate_bundle_options> = offseto
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_scene_def> = offsetof(palpate_scene_def, relaxation);
 template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_render_mesh> = offsetof(palpate_render_mesh, normals);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_fine_surface> = sizeof(palpate_fine_surface);
-template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_pose> = offsetof(palpate_pose, position);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_step_load> = offsetof(palpate_step_load, slips);
@@ -43,25 +42,11 @@ inline constexpr std::size_t kLeastStructBytes<palpate_grip> = offsetof(palpate_
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_tool> = offsetof(palpate_tool, disc_radius);
 template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_world_organ> = offsetof(palpate_world_organ, def);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_world_def> = offsetof(palpate_world_def, force_limit);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_link> = offsetof(palpate_link, rest_length);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_world_link> = offsetof(palpate_world_link, rest_length);
-template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_grasp> = offsetof(palpate_grasp, closing);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_needle> = offsetof(palpate_needle, friction);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_shape_out> = offsetof(palpate_shape_out, positions);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_skin_out> = offsetof(palpate_skin_out, normals);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_inside_out> = offsetof(palpate_inside_out, displacements);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_surface_hit> = sizeof(palpate_surface_hit);
 
 // Whether the size is one that some header may declare.
 template <class T>

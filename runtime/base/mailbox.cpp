@@ -3,6 +3,7 @@
 #include <cstring>
 #include <new>
 
+#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
 
 namespace {

@@ -5,6 +5,7 @@
 
 #include "runtime/base/effects.h"
 #include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_plan.h"
 
 namespace palpate {
 

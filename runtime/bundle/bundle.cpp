@@ -463,31 +463,6 @@ const int32_t* palpate_bundle_touchable(const palpate_bundle* bundle) {
 const uint8_t* palpate_bundle_fixed(const palpate_bundle* bundle) {
   return static_cast<const uint8_t*>(view(bundle, formats::SectionId::fixed));
 }
-palpate_status palpate_bundle_motion(const palpate_bundle* bundle, int32_t motion, palpate_motion_info* info,
-                                     size_t struct_bytes, palpate_error* error) {
-  if (!bundle || !info) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle and info must not be NULL");
-  std::memset(static_cast<void*>(info), 0, struct_bytes);
-  const auto count = static_cast<int32_t>(bundle->index.counts.motions);
-  if (motion < 0 || motion >= count)
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "expected one of the bundle's %d motions, found %d",
-                static_cast<int>(count), static_cast<int>(motion));
-  const auto* const kinds = static_cast<const std::int32_t*>(view(bundle, formats::SectionId::motion_kinds));
-  const auto* name = static_cast<const char*>(view(bundle, formats::SectionId::motion_names));
-  if (!kinds || !name) return fail(error, PALPATE_ERROR_FILE, 0, "the bundle's motions cannot be mapped or copied");
-  formats::IndexedSections sections;
-  sections.motion_kinds = kinds;
-  formats::BundleError from;
-  if (formats::check_stored_indices(bundle->index, sections, &from) != formats::BundleStatus::ok)
-    return fail(error, from);
-  const char* const end = name + formats::find_section(bundle->index, formats::SectionId::motion_names)->bytes;
-  for (int32_t line = 0; line < motion && name != end; ++name) line += *name == '\n';
-  palpate_motion_info found = {};
-  found.kind = static_cast<palpate_motion_kind>(kinds[motion]);
-  for (std::size_t i = 0; i + 1 < sizeof found.name && name != end && *name != '\n'; ++i) found.name[i] = *name++;
-  std::memcpy(static_cast<void*>(info), &found, std::min(struct_bytes, sizeof found));
-  return palpate::succeed(error);
-}
-
 const char* palpate_bundle_provenance(const palpate_bundle* bundle, size_t* byte_count) {
   const auto* entry = bundle ? formats::find_section(bundle->index, formats::SectionId::provenance) : nullptr;
   if (byte_count) *byte_count = entry ? static_cast<size_t>(entry->bytes) : 0;

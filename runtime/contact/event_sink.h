@@ -4,6 +4,8 @@
 #include <cstdint>
 
 #include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_grasps.h"
+#include "runtime/include/palpate/palpate_report.h"
 #include "runtime/surface/surface_index.h"
 
 namespace palpate {

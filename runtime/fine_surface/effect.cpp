@@ -44,6 +44,7 @@ palpate_status prepare(EffectBuild& build) {
 
 constinit const Effect fine_surface_effect = {
     .name = "fine surface",
+    .order = 1,
     .keys = kKeys,
     .needs = {},
     .check = check,
@@ -55,3 +56,11 @@ constinit const Effect fine_surface_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_fine_surface_effect(void) {
+  return &palpate::fine_surface_effect;
+}
+
+void palpate_init_fine_surface(palpate_fine_surface* surface, size_t struct_bytes) {
+  palpate::write_host_struct(palpate_fine_surface{}, surface, struct_bytes);
+}

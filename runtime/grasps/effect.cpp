@@ -57,6 +57,7 @@ palpate_status build(EffectBuild& build) {
 
 constinit const Effect grasps_effect = {
     .name = "grasps",
+    .order = 2,
     .keys = kKeys,
     .needs = kNeeds,
     .uses = kUsesDisplacements,
@@ -67,6 +68,10 @@ constinit const Effect grasps_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_grasps_effect(void) {
+  return &palpate::grasps_effect;
+}
 
 const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id) {
   if (!scene) return nullptr;

@@ -64,6 +64,7 @@ palpate_status build(EffectBuild& build) {
 
 constinit const Effect inside_effect = {
     .name = "inside",
+    .order = 11,
     .keys = kKeys,
     .needs = kNeeds,
     .creates = "tetrahedra of the inside",
@@ -73,3 +74,11 @@ constinit const Effect inside_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_inside_effect(void) {
+  return &palpate::inside_effect;
+}
+
+void palpate_init_inside_out(palpate_inside_out* out, size_t struct_bytes) {
+  palpate::write_host_struct(palpate_inside_out{}, out, struct_bytes);
+}

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/include/palpate/palpate_inside.h"
 #include "runtime/large/dilatation_sites.h"
 #include "runtime/large/exponential_law.h"
 #include "runtime/large/neo_hookean.h"

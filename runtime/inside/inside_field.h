@@ -15,6 +15,7 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/include/palpate/palpate_inside.h"
 #include "runtime/inside/stress_measures.h"
 #include "runtime/large/hyperelastic_body.h"
 #include "runtime/surface/tetrahedron_tree.h"

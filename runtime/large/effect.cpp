@@ -279,6 +279,7 @@ const DeformingBody& deforming_body_of(const palpate_scene& scene) {
 
 constinit const Effect large_effect = {
     .name = "deformation",
+    .order = 0,
     .keys = kKeys,
     .needs = kNeeds,
     .pass = {nullptr, Half::touch, Pass::contact, nullptr, most_unasked},
@@ -289,3 +290,13 @@ constinit const Effect large_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_large_effect(void) {
+  return &palpate::large_effect;
+}
+
+int32_t palpate_scene_deform(palpate_scene* scene) {
+  const std::int32_t evaluations = scene ? scene->touch.body->deform() : -1;
+  if (evaluations >= 0) scene->watch.ended(palpate::Pass::deform);
+  return evaluations;
+}

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "runtime/include/palpate/palpate_large.h"
 #include "runtime/scene/effect.h"
 
 namespace palpate {

@@ -50,6 +50,7 @@ palpate_status build(EffectBuild& build) {
 
 constinit const Effect links_effect = {
     .name = "links",
+    .order = 5,
     .keys = kKeys,
     .needs = kNeeds,
     .uses = kUsesSurface | kUsesRest | kUsesDisplacements,
@@ -60,6 +61,10 @@ constinit const Effect links_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_links_effect(void) {
+  return &palpate::links_effect;
+}
 
 palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link* links, int32_t count,
                                        palpate_error* error) {
@@ -72,4 +77,11 @@ palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link*
 const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link) {
   const palpate::Links* const links = palpate::links_of(scene);
   return links ? links->state(link) : nullptr;
+}
+
+void palpate_init_link(palpate_link* link, size_t struct_bytes) {
+  palpate_link defaults = {};
+  defaults.id = -1;
+  defaults.stiffness = defaults.breaking_force = INFINITY;
+  palpate::write_host_struct(defaults, link, struct_bytes);
 }

@@ -5,6 +5,7 @@
 
 #include "runtime/base/host_struct.h"
 #include "runtime/contact/contact_laws.h"
+#include "runtime/include/palpate/palpate_links.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {

@@ -16,6 +16,7 @@
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/touchable_disc.h"
+#include "runtime/include/palpate/palpate_links.h"
 
 namespace palpate {
 

@@ -7,6 +7,7 @@
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
 #include "runtime/contact/touch_step.h"
+#include "runtime/links/effect.h"
 
 namespace palpate {
 namespace {

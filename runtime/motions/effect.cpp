@@ -98,6 +98,7 @@ palpate_status refuse_without_motions(palpate_error* error) {
 
 constinit const Effect motions_effect = {
     .name = "motions",
+    .order = 4,
     .keys = kKeys,
     .needs = kNeeds,
     .pass = {"motions", Half::touch, Pass::input, predict},
@@ -106,6 +107,10 @@ constinit const Effect motions_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_motions_effect(void) {
+  return &palpate::motions_effect;
+}
 
 palpate_status palpate_scene_set_motions(palpate_scene* scene, const double* amounts, int32_t count,
                                          palpate_error* error) {

@@ -5,6 +5,7 @@
 
 #include "runtime/base/error_text.h"
 #include "runtime/contact/touch_step.h"
+#include "runtime/include/palpate/palpate_motions.h"
 
 namespace palpate {
 namespace {

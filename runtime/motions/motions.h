@@ -9,6 +9,7 @@
 #include "runtime/base/passes.h"
 #include "runtime/contact/offset.h"
 #include "runtime/contact/step_part.h"
+#include "runtime/include/palpate/palpate_motions.h"
 
 namespace palpate {
 

@@ -117,6 +117,7 @@ palpate_status build(EffectBuild& build) {
 
 constinit const Effect needles_effect = {
     .name = "needles",
+    .order = 3,
     .keys = kKeys,
     .needs = kNeeds,
     .uses = kUsesRest | kUsesDisplacements | kUsesSlideEnergy,
@@ -128,6 +129,10 @@ constinit const Effect needles_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_needles_effect(void) {
+  return &palpate::needles_effect;
+}
 
 const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id) {
   if (!scene) return nullptr;

@@ -1,6 +1,7 @@
 // The C functions between a body's frame and the world's.
 #include <algorithm>
 
+#include "runtime/include/palpate/palpate_pose.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {

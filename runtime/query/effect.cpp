@@ -37,6 +37,7 @@ palpate_status build(EffectBuild& build) {
 
 constinit const Effect queries_effect = {
     .name = "queries",
+    .order = 8,
     .keys = kKeys,
     .needs = {},
     .uses = kUsesRest | kUsesHeldSurface,
@@ -47,3 +48,13 @@ constinit const Effect queries_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_queries_effect(void) {
+  return &palpate::queries_effect;
+}
+
+void palpate_init_surface_hit(palpate_surface_hit* hit, size_t struct_bytes) {
+  palpate_surface_hit defaults = {};
+  defaults.triangle = -1;
+  palpate::write_host_struct(defaults, hit, struct_bytes);
+}

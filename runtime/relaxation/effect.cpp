@@ -78,6 +78,7 @@ palpate_status build(EffectBuild& build) {
 
 constinit const Effect relaxation_effect = {
     .name = "relaxation",
+    .order = 6,
     .keys = kKeys,
     .needs = kNeeds,
     .check = check,
@@ -86,3 +87,7 @@ constinit const Effect relaxation_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_relaxation_effect(void) {
+  return &palpate::relaxation_effect;
+}

@@ -37,6 +37,7 @@ palpate_status build(EffectBuild& build) {
 
 constinit const Effect report_effect = {
     .name = "report",
+    .order = 7,
     .keys = kKeys,
     .needs = {},
     .uses = kUsesRest | kUsesDisplacements,
@@ -46,6 +47,10 @@ constinit const Effect report_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_report_effect(void) {
+  return &palpate::report_effect;
+}
 
 const palpate_contact_report* palpate_scene_report(const palpate_scene* scene) {
   if (!scene) return nullptr;

@@ -6,6 +6,7 @@
 
 #include "runtime/base/host_struct.h"
 #include "runtime/scene/effect_build.h"
+#include "runtime/scene/effect_list.h"
 #include "runtime/scene/needs.h"
 #include "runtime/scene/section_reader.h"
 #include "runtime/scene/state.h"
@@ -391,6 +392,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
+  if (const palpate_status status = check_effects_are_listed(def, effects, error)) return status;
   for (const Effect* effect : effects)
     if (const palpate_status status = check_effect(*effect, def, error)) return status;
   if (const palpate_status status = check_contact_nodes(def, effects, error)) return status;

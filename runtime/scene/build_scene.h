@@ -36,8 +36,7 @@ struct PartOfWorld {
 // The contact nodes that come on top for it.
 std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part);
 
-// palpate_scene_create of palpate.h, with the effects that the scene may have on. part: of an organ in a world. effects: at most
-// kMostEffects; the order is that in which the effects are built and act. The list may end after the call, the descriptors may not.
+// palpate_scene_create_with of palpate.h. part: of an organ in a world. The list may end after the call, the descriptors may not.
 palpate_status create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects, PartOfWorld part,
                             palpate_scene** scene, palpate_error* error);
 

@@ -12,6 +12,7 @@
 #include <span>
 
 #include "runtime/base/passes.h"
+#include "runtime/include/palpate/palpate_keys.h"
 #include "runtime/scene/section_list.h"
 
 struct palpate_scene;
@@ -90,34 +91,42 @@ struct EffectBody {
   double (*most_operations)(const palpate_scene& scene);
 };
 
-struct Effect {
+}  // namespace palpate
+
+// The type of palpate.h.
+struct palpate_effect {
   const char* name;
+  std::int32_t order;  // effects are built and act in ascending order, each its own
   // The first one switches the effect on: 0 is off.
-  std::span<const EffectKey> keys;
-  std::span<const EffectNeed> needs;
+  std::span<const palpate::EffectKey> keys;
+  std::span<const palpate::EffectNeed> needs;
   // What keys and needs do not say, limits of arrays too: the sentence of what is wrong, or nullptr. May be nullptr. It does not know the
   // bundle: what depends on that is refused in build() or prepare().
   const char* (*check)(const palpate_scene_def& def) = nullptr;
   std::uint32_t uses = 0;  // bits of Use
   // Of an effect that holds tissue, else nullptr.
-  RowBudget (*rows)(const palpate_scene_def& def) = nullptr;
+  palpate::RowBudget (*rows)(const palpate_scene_def& def) = nullptr;
   // The name of a pass that ran when the scene was created, and is told to have its sections and memory; nullptr: there is none, and the
   // pass of the step has them.
   const char* creates = nullptr;
-  EffectPass pass;  // its name nullptr: there is none
-  const EffectBody* body = nullptr;
+  palpate::EffectPass pass;  // its name nullptr: there is none
+  const palpate::EffectBody* body = nullptr;
   // Adds the sections that the effect maps. May be nullptr.
-  void (*sections)(const palpate_scene_def& def, SectionList& sections) = nullptr;
+  void (*sections)(const palpate_scene_def& def, palpate::SectionList& sections) = nullptr;
   // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
-  palpate_status (*build)(EffectBuild& build) = nullptr;
+  palpate_status (*build)(palpate::EffectBuild& build) = nullptr;
   // The same before the core's contacts are built, for what these use: nodes inside, the offset, a fine surface. The tensors are there, the
   // nodes of their columns (palpate_scene::touchable), and what `uses` asks for: rest and triangles by kUsesRest, TouchState::surface by
   // kUsesSurface; but not for an effect with a `body`, which may change the surface at rest. Not there: TouchState::column_of_node, patch and
   // field, and measure where contacts have no frames. One of the two may be nullptr.
-  palpate_status (*prepare)(EffectBuild& build) = nullptr;
+  palpate_status (*prepare)(palpate::EffectBuild& build) = nullptr;
 
   bool is_on(const palpate_scene_def& def) const { return palpate_key_number(&keys[0], &def) != 0; }
 };
+
+namespace palpate {
+
+using Effect = palpate_effect;
 using EffectList = std::span<const Effect* const>;
 
 }  // namespace palpate

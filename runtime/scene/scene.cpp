@@ -11,6 +11,7 @@
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
 #include "runtime/scene/build_scene.h"
+#include "runtime/scene/effect_list.h"
 #include "runtime/shape/vertex_normals.h"
 
 palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects,
@@ -54,6 +55,15 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   return palpate::succeed(error);
 }
 
+palpate_status palpate_scene_create_with(palpate_bundle* bundle, const palpate_scene_def* def,
+                                         const palpate_effect* const* effects, int32_t effect_count,
+                                         palpate_scene** scene, palpate_error* error) {
+  if (scene) *scene = nullptr;
+  palpate::EffectChoice choice;
+  if (const palpate_status status = choice.take(effects, effect_count, error)) return status;
+  return palpate::create_scene(bundle, def, choice.list(), {}, scene, error);
+}
+
 void palpate_scene_destroy(palpate_scene* scene) {
   if (!scene) return;
   const palpate_allocator host = scene->def.allocator;
@@ -85,12 +95,6 @@ palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool*
       contacts_bytes < palpate_contacts_bytes(scene))
     return PALPATE_STEP_BAD_INPUT;
   return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, nullptr, *contacts);
-}
-
-int32_t palpate_scene_deform(palpate_scene* scene) {
-  const std::int32_t evaluations = scene ? scene->touch.body->deform() : -1;
-  if (evaluations >= 0) scene->watch.ended(palpate::Pass::deform);
-  return evaluations;
 }
 
 void palpate_scene_reset(palpate_scene* scene) {

@@ -3,6 +3,7 @@
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
 #include "runtime/contact/touch.h"
+#include "runtime/include/palpate/palpate_state.h"
 #include "runtime/scene/scene.h"
 
 namespace palpate {

@@ -99,6 +99,7 @@ palpate_status build_dent(EffectBuild& build) {
 
 constinit const Effect skin_effect = {
     .name = "render_mesh",
+    .order = 9,
     .keys = kSkinKeys,
     .needs = kSkinNeeds,
     .creates = "render mesh on the surface",
@@ -109,6 +110,7 @@ constinit const Effect skin_effect = {
 
 constinit const Effect dent_effect = {
     .name = "dent",
+    .order = 10,
     .keys = kDentKeys,
     .needs = kDentNeeds,
     .check = check_dent,
@@ -117,6 +119,14 @@ constinit const Effect dent_effect = {
 };
 
 }  // namespace palpate
+
+const palpate_effect* palpate_skin_effect(void) {
+  return &palpate::skin_effect;
+}
+
+const palpate_effect* palpate_dent_effect(void) {
+  return &palpate::dent_effect;
+}
 
 palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape, palpate_skin_out* out) {
   palpate_skin_out wanted = {};
@@ -141,4 +151,12 @@ palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_
   if (out->struct_bytes >= offsetof(palpate_skin_out, disc_count) + sizeof out->disc_count)
     out->disc_count = skin->draws_dents() && wanted.report ? wanted.disc_count : 0;
   return flags;
+}
+
+void palpate_init_render_mesh(palpate_render_mesh* mesh, size_t struct_bytes) {
+  palpate::write_host_struct(palpate_render_mesh{}, mesh, struct_bytes);
+}
+
+void palpate_init_skin_out(palpate_skin_out* out, size_t struct_bytes) {
+  palpate::write_host_struct(palpate_skin_out{}, out, struct_bytes);
 }

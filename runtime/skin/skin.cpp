@@ -1,5 +1,6 @@
 // The render mesh in a step: displacements of the surface nodes -> bones -> vertices and normals.
 #include "runtime/skin/skin.h"
+#include "runtime/include/palpate/palpate_skin.h"
 
 #include <algorithm>
 

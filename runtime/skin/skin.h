@@ -13,6 +13,8 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/include/palpate/palpate_report.h"
+#include "runtime/include/palpate/palpate_skin.h"
 #include "runtime/skin/dent.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_measure.h"

@@ -1,4 +1,5 @@
 // The C functions of palpate_tool_shape.h.
+#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_tool_shape.h"
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/contact/touch_solve.h"
+#include "runtime/include/palpate/palpate_world_pairs.h"
 
 namespace palpate {
 namespace {

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/contact/touch_step.h"
+#include "runtime/include/palpate/palpate_world_pairs.h"
 #include "runtime/world/joint_solver.h"
 #include "runtime/world/pair_search.h"
 #include "runtime/world/world_links.h"

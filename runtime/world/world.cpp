@@ -7,8 +7,8 @@
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
-#include "runtime/complete/effects.h"
 #include "runtime/scene/build_scene.h"
+#include "runtime/scene/effect_list.h"
 
 namespace palpate {
 namespace {
@@ -78,7 +78,8 @@ palpate_status check_linked_organ(const palpate_scene_def& def, std::int32_t k, 
       static_cast<int>(k));
 }
 
-palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ, palpate_error* error) {
+palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ, EffectList effects,
+                          palpate_error* error) {
   const std::int32_t k = world.organ_count;
   palpate_error found = {};
   const palpate_scene_def def = palpate_default_scene_def();
@@ -91,7 +92,7 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
   if (world.def.max_links > 0)
     if (const palpate_status status = check_linked_organ(wanted, k, error)) return status;
   const PartOfWorld part = {world.def.max_pairs, world.def.max_links};
-  if (create_scene(organ.bundle, organ.def ? organ.def : &def, all_effects(), part, &scene, &found) != PALPATE_OK)
+  if (create_scene(organ.bundle, organ.def ? organ.def : &def, effects, part, &scene, &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;
   scene->in_world = true;
@@ -106,12 +107,12 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
   return PALPATE_OK;
 }
 
-palpate_status build_world(palpate_world& world, palpate_error* error) {
+palpate_status build_world(palpate_world& world, EffectList effects, palpate_error* error) {
   InputLimits limits[PALPATE_MAX_ORGANS];
   for (std::int32_t k = 0; k < world.def.organ_count; ++k) {
     palpate_world_organ organ = palpate_default_world_organ();
     if (const palpate_status status = read_organ(world.def, k, &organ, error)) return status;
-    if (const palpate_status status = make_organ(world, organ, error)) return status;
+    if (const palpate_status status = make_organ(world, organ, effects, error)) return status;
     limits[k] = world.organ[k]->touch.input.limits();
   }
   world.memory.keep(world.step);
@@ -133,8 +134,11 @@ palpate_status build_world(palpate_world& world, palpate_error* error) {
 }  // namespace
 }  // namespace palpate
 
-palpate_status palpate_world_create(const palpate_world_def* def, palpate_world** world, palpate_error* error) {
+palpate_status palpate_world_create_with(const palpate_world_def* def, const palpate_effect* const* effects,
+                                         int32_t effect_count, palpate_world** world, palpate_error* error) {
   if (world) *world = nullptr;
+  palpate::EffectChoice choice;
+  if (const palpate_status status = choice.take(effects, effect_count, error)) return status;
   if (!def || !world) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "def and world must not be NULL");
   palpate_error local = {};
   if (!error) error = &local;
@@ -147,7 +151,7 @@ palpate_status palpate_world_create(const palpate_world_def* def, palpate_world*
       own.array<std::max_align_t>((sizeof(palpate_world) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
   if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the world");
   palpate_world* created = new (memory) palpate_world(wanted);
-  const palpate_status status = palpate::build_world(*created, error);
+  const palpate_status status = palpate::build_world(*created, choice.list(), error);
   if (status != PALPATE_OK) {
     palpate_world_destroy(created);
     return status;
@@ -212,4 +216,24 @@ void palpate_world_reset_tool(palpate_world* world, int32_t id) {
   for (std::int32_t k = 0; k < world->organ_count; ++k) palpate_scene_reset_tool(world->organ[k], id);
   if (const std::int32_t t = world->input.place_of(id); t >= 0) world->sent[t] = {};
   world->input.forget_tool(id);
+}
+
+void palpate_init_world_organ(palpate_world_organ* organ, size_t struct_bytes) {
+  palpate::write_host_struct(palpate_world_organ{}, organ, struct_bytes);
+}
+
+void palpate_init_world_def(palpate_world_def* def, size_t struct_bytes) {
+  palpate_world_def defaults = {};
+  defaults.force_limit = 50;
+  defaults.force_slew = 1e4;
+  defaults.torque_limit = 5;
+  defaults.torque_slew = 1e3;
+  palpate::write_host_struct(defaults, def, struct_bytes);
+}
+
+void palpate_init_world_link(palpate_world_link* link, size_t struct_bytes) {
+  palpate_world_link defaults = {};
+  defaults.id = defaults.organ[0] = defaults.organ[1] = -1;
+  defaults.stiffness = defaults.breaking_force = INFINITY;
+  palpate::write_host_struct(defaults, link, struct_bytes);
 }

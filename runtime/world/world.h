@@ -3,7 +3,9 @@
 
 #include <cstdint>
 
+#include "runtime/base/host_struct.h"
 #include "runtime/base/scene_memory.h"
+#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_world.h"
 #include "runtime/scene/scene.h"
 #include "runtime/world/touching_organs.h"
@@ -43,5 +45,10 @@ std::size_t bytes_of_world_contacts(const palpate_world& world);
 
 // A checksum of what a saved state must have in common with the world.
 std::uint64_t definition_of(const palpate_world& world);
+
+template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_world_organ> = offsetof(palpate_world_organ, def);
+template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_world_def> = offsetof(palpate_world_def, force_limit);
 
 }  // namespace palpate

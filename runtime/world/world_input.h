@@ -5,6 +5,7 @@
 
 #include "runtime/contact/far_tools.h"
 #include "runtime/contact/tool_input.h"
+#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_world.h"
 
 namespace palpate {

@@ -5,7 +5,11 @@
 
 #include <cstdint>
 
+#include "runtime/base/host_struct.h"
+#include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_links.h"
 #include "runtime/include/palpate/palpate_world.h"
+#include "runtime/include/palpate/palpate_world_links.h"
 #include "runtime/links/link.h"
 #include "runtime/scene/scene.h"
 #include "runtime/world/joint_solver.h"
@@ -74,5 +78,8 @@ class WorldLinks {
   LinkSurface surface_[PALPATE_MAX_ORGANS] = {};
   WorldLink *links_ = nullptr, *coming_ = nullptr;  // [capacity]
 };
+
+template <>
+inline constexpr std::size_t kLeastStructBytes<palpate_world_link> = offsetof(palpate_world_link, rest_length);
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #include "runtime/world/world_plan.h"
 
 #include "runtime/base/host_struct.h"
+#include "runtime/include/palpate/palpate_world_plan.h"
 #include "runtime/world/world.h"
 
 namespace palpate {

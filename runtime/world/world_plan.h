@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/base/effects.h"
+#include "runtime/include/palpate/palpate_plan.h"
 #include "runtime/include/palpate/palpate_world.h"
 
 namespace palpate {

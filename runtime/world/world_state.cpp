@@ -2,6 +2,7 @@
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
 #include "runtime/contact/touch.h"
+#include "runtime/include/palpate/palpate_world_state.h"
 #include "runtime/scene/state.h"
 #include "runtime/world/world.h"
 

@@ -1,7 +1,7 @@
 // A world of the C API as the study plays it.
 #pragma once
 
-#include <palpate/palpate_world.h>
+#include <palpate/palpate_complete.h>
 
 #include <Eigen/Dense>
 #include <filesystem>

@@ -1,7 +1,7 @@
 // Two baked bodies that the runtime presses on one another.
 #pragma once
 
-#include <palpate/palpate_world.h>
+#include <palpate/palpate_complete.h>
 
 #include <Eigen/Dense>
 #include <array>

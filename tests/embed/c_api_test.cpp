@@ -1,11 +1,7 @@
 // c_api_test BUNDLE.h5 MOTIONS.h5: every function of the C API, on the bundles of tests/embed/write_tiny_bundle. Built and run here and,
 // against the installed library, on other platforms. It includes the public headers alone.
 #include <gtest/gtest.h>
-#include <palpate/palpate.h>
-#include <palpate/palpate_device.h>
-#include <palpate/palpate_mailbox.h>
-#include <palpate/palpate_tool_shape.h>
-#include <palpate/palpate_world.h>
+#include <palpate/palpate_complete.h>
 
 #include <algorithm>
 #include <cmath>
@@ -634,6 +630,53 @@ TEST(CApi, TouchesAWorldOfTwoOrgans) {
   EXPECT_EQ(palpate_world_contacts_tool(contacts, 0)->contact_count, 1);
   palpate_world_destroy(world);
   palpate_world_destroy(nullptr);
+}
+
+const palpate_effect* const kEffects[] = {
+    palpate_inside_effect(),  palpate_skin_effect(),       palpate_dent_effect(),         palpate_report_effect(),
+    palpate_queries_effect(), palpate_relaxation_effect(), palpate_links_effect(),        palpate_motions_effect(),
+    palpate_needles_effect(), palpate_grasps_effect(),     palpate_fine_surface_effect(), palpate_large_effect()};
+constexpr std::int32_t kEffectCount = sizeof kEffects / sizeof kEffects[0];
+
+// A list may have any order, and an effect twice.
+TEST(CApi, ChosenEffects) {
+  const BundleOwner owner(bundle_path);
+  palpate_scene_def def = palpate_default_scene_def();
+  def.report = PALPATE_REPORT_CONTACTS, def.queries = PALPATE_QUERIES_ON;
+  palpate_scene* scene = nullptr;
+  palpate_error error = {};
+  const palpate_effect* twice[] = {palpate_queries_effect(), palpate_report_effect(), palpate_queries_effect()};
+  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, twice, 3, &scene, &error), PALPATE_OK) << error.text;
+  EXPECT_NE(palpate_scene_report(scene), nullptr);
+  palpate_scene_destroy(scene);
+  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, twice, 1, &scene, &error), PALPATE_ERROR_EFFECT);
+  EXPECT_NE(std::strstr(error.text, "report"), nullptr) << error.text;
+  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, nullptr, 1, &scene, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, twice, -1, &scene, &error), PALPATE_ERROR_ARGUMENT);
+  twice[1] = nullptr;
+  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, twice, 3, &scene, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(scene, nullptr);
+  // All effects in any order give the bits of palpate_scene_create.
+  def = palpate_default_scene_def();
+  def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+  def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1, def.max_links = 2, def.grasps = 1;
+  SceneOwner all(owner.bundle, def), chosen(owner.bundle, def);
+  palpate_scene_destroy(chosen.scene);
+  ASSERT_EQ(palpate_scene_create_with(owner.bundle, &def, kEffects, kEffectCount, &chosen.scene, &error), PALPATE_OK)
+      << error.text;
+  for (SceneOwner* each : {&all, &chosen}) each->press(disc(), 0.003);
+  EXPECT_GT(palpate_contacts_tool(all.contacts(), 0)->force[2], 0.01);
+  EXPECT_EQ(std::memcmp(all.contacts(), chosen.contacts(), all.contacts()->used_bytes), 0);
+  // Of a world.
+  palpate_world_organ organ = palpate_default_world_organ();
+  organ.bundle = owner.bundle, organ.def = &def;
+  palpate_world_def of_world = palpate_default_world_def();
+  of_world.organs = &organ, of_world.organ_count = 1;
+  palpate_world* world = nullptr;
+  EXPECT_EQ(palpate_world_create_with(&of_world, nullptr, 0, &world, &error), PALPATE_ERROR_EFFECT);
+  EXPECT_EQ(world, nullptr);
+  EXPECT_EQ(palpate_world_create_with(&of_world, kEffects, kEffectCount, &world, &error), PALPATE_OK) << error.text;
+  palpate_world_destroy(world);
 }
 
 }  // namespace

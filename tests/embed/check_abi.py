@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-HEADERS = ("palpate.h", "palpate_mailbox.h", "palpate_device.h", "palpate_tool_shape.h", "palpate_world.h")
+HEADERS = sorted(header.name for header in (pathlib.Path(sys.argv[1]) / "palpate").glob("*.h") if header.name != "palpate_complete.h")
 
 
 def without_comments(text):
@@ -34,6 +34,8 @@ def program_that_prints(text):
     """A C program that prints the list for a header without its comments."""
     functions = [one_line(f) for f in re.findall(r"^PALPATE_API (.*?);", text, re.S | re.M)]
     structs = re.findall(r"^typedef struct (\w+) \{(.*?)^\} \w+;", text, re.S | re.M)
+    # Of an effect: palpate.h has the typedef.
+    structs_of_effects = re.findall(r"^struct (\w+) \{(.*?)^\};", text, re.S | re.M)
     enums = re.findall(r"^(?:typedef )?enum\s*(\w*)\s*\{(.*?)\}", text, re.S | re.M)
     aliases = [one_line(t) for t in re.findall(r"^typedef (?!enum|struct \w+ \{)(.*?);", text, re.S | re.M)]
     macros = re.findall(r"^#define (PALPATE_\w+) (\d+)$", text, re.M)
@@ -48,7 +50,7 @@ def program_that_prints(text):
             lines.append(f'printf("constant {value} %d{" of " + name if name else ""}\\n", (int){value});')
         if name:
             lines.append(f'printf("size {name} %zu\\n", sizeof({name}));')
-    for name, body in structs:
+    for name, body in structs + structs_of_effects:
         lines.append(f'printf("struct {name} %zu bytes\\n", sizeof({name}));')
         last = list(fields_of(body))[-1][0]
         lines.append(f"_Static_assert(sizeof({name}) == offsetof({name}, {last}) + sizeof((({name}*)0)->{last}), "

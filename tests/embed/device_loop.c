@@ -1,6 +1,7 @@
 /* A simulated device presses an organ that is made a hundred times stiffer, once with the organ's force as it is and once through
  * the virtual coupling; a passivity observer and a watchdog stand before the device. */
 #include <math.h>
+#include <palpate/palpate.h>
 #include <palpate/palpate_device.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,6 +1,8 @@
 // A game engine's calling pattern, compiled without exceptions. The game thread runs fixed updates from an accumulator; the render
 // thread draws at a rate of its own, between the last two shapes of a render mesh. Contacts pass through a mailbox.
+#include <palpate/palpate.h>
 #include <palpate/palpate_mailbox.h>
+#include <palpate/palpate_skin.h>
 #include <palpate/palpate.hpp>
 
 #include <algorithm>

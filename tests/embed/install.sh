@@ -30,7 +30,7 @@ fi
 
 # All files that a host needs are there, and none contains the path of the first installation.
 cd "$folder/prefix"
-for file in include/palpate/palpate.h include/palpate/palpate.hpp include/palpate/palpate_mailbox.h include/palpate/palpate_device.h include/palpate/palpate_tool_shape.h include/palpate/palpate_world.h share/doc/palpate/LICENSE; do
+for file in include/palpate/palpate.h include/palpate/palpate.hpp include/palpate/palpate_complete.h share/doc/palpate/LICENSE; do
   test -s "$file"
 done
 for name in 'libpalpate.*' palpate-config.cmake palpate-config-version.cmake palpate.pc; do

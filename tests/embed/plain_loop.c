@@ -2,6 +2,9 @@
  * the mouse. A probe presses the organ, drags over it and lifts; a forceps pulls at the place that the mouse picked. */
 #include <math.h>
 #include <palpate/palpate.h>
+#include <palpate/palpate_pose.h>
+#include <palpate/palpate_queries.h>
+#include <palpate/palpate_report.h>
 #include <stdio.h>
 #include <stdlib.h>
 

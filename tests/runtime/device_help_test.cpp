@@ -1,5 +1,5 @@
 // palpate_device.h without an organ: its bounds, its refusals, bad input, the watchdog.
-#include "runtime/include/palpate/palpate_device.h"
+#include "runtime/include/palpate/palpate_complete.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,5 @@
 /* The headers are C99 and need nothing else; this file is compiled with -std=c99 -pedantic-errors -Werror and linked as C. */
-#include "runtime/include/palpate/palpate.h"
-#include "runtime/include/palpate/palpate_device.h"
-#include "runtime/include/palpate/palpate_mailbox.h"
-#include "runtime/include/palpate/palpate_tool_shape.h"
-#include "runtime/include/palpate/palpate_world.h"
+#include "runtime/include/palpate/palpate_complete.h"
 
 static int mailbox_works(void) {
   static unsigned char plain[8192 + 63];

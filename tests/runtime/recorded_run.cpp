@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "formats/checksum.h"
-#include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_complete.h"
 #include "tests/support/guarded_device.h"
 #include "tests/support/tools.h"
 

@@ -1,5 +1,5 @@
 // Rigid shapes as tool points: where the points lie, what is refused, and that a finer sampling presses with the same force.
-#include "runtime/include/palpate/palpate_tool_shape.h"
+#include "runtime/include/palpate/palpate_complete.h"
 
 #include <Eigen/Geometry>
 #include <random>

@@ -1,7 +1,7 @@
 // Structs that a host passes to the runtime, filled in one expression.
 #pragma once
 
-#include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_complete.h"
 
 namespace palpate::tests {
 

@@ -1,6 +1,6 @@
 /* The offsets of the C API's struct fields in this build, by name, for the JavaScript that reads and writes them. A field that moves
  * in its header moves in this list; a field that the header renames does not compile. */
-#include <palpate/palpate_world.h>
+#include <palpate/palpate_complete.h>
 
 typedef struct palpate_web_field {
   const char* name; /* NULL ends the list */

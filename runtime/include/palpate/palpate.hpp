@@ -5,10 +5,7 @@
 // them does not compile. A step never throws, allocates or locks. palpate.h documents everything else.
 #pragma once
 
-#include <palpate/palpate.h>
-#include <palpate/palpate_device.h>
-#include <palpate/palpate_tool_shape.h>
-#include <palpate/palpate_world.h>
+#include <palpate/palpate_complete.h>
 
 #include <cstddef>
 #include <cstdint>

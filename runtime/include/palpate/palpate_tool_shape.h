@@ -3,9 +3,9 @@
  * A scene tests points against the organ. A tool shape is the surface of a rigid body, sampled with points once, when it is created.
  * In each step palpate_tool_shape_place takes the points to the tool's pose and fills a palpate_tool; the touch then states the
  * force on the tool and the torque about the origin of the shape's frame, both summed over the points:
- *     palpate_tool_shape_place(shape, position, orientation, &tool);
+ *     palpate_tool_shape_place(instrument, position, orientation, &tool);
  *     palpate_scene_touch(scene, &tool, 1, dt, contacts, contacts_bytes);
- *     palpate_contacts_tool(contacts, 0)->force, ->torque
+ *     const double* torque = palpate_contacts_tool(contacts, 0)->torque; // N m
  * - Each point presses a disc on the organ (contact PATCH, the default) of the area that the point stands for. So the force belongs to
  *   the shape, and a finer spacing changes it little: docs/method.md has the figures.
  * - Let the law be UNILATERAL, or COULOMB with friction: under STICKING and SLIDING the points beside the deepest ones pull.

@@ -1,6 +1,6 @@
 // palpate-run plays links and grasps: what it writes is what the C API says.
 #include <gmock/gmock.h>
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 
 #include <cmath>
 #include <map>

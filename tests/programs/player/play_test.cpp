@@ -1,6 +1,6 @@
 // palpate-run on a tiny bundle: what it writes is what the C API says.
 #include <gmock/gmock.h>
-#include <palpate/palpate.h>
+#include <palpate/palpate_complete.h>
 #include <vtkCellData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>

@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "runtime/include/palpate/palpate_world.h"
+#include "runtime/include/palpate/palpate_complete.h"
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
