@@ -18,14 +18,6 @@ constexpr double kMostly = 0.5;
 // rad, and the tangent of an angle: how far the normal of a disc's law turns at least in a step, and at most from that at rest.
 constexpr double kSteady = 1e-4, kMostLean = 1;
 
-// The disc of which `share` of a force acts, and whose displacement counts as much.
-ContactDisc scaled(const ContactDisc& disc, double share) {
-  ContactDisc part = disc;
-  part.normal_root = share * disc.normal_root, part.tangent_root = Mat3{};
-  add_scaled(part.tangent_root, share, disc.tangent_root);
-  return part;
-}
-
 }  // namespace
 
 bool ContactRows::create_set(SceneMemory& memory, std::int32_t nodes, std::int32_t constraints,
@@ -66,13 +58,13 @@ void ContactRows::begin(std::int32_t contacts) {
 }
 
 bool ContactRows::has_room(std::int32_t constraints, std::int32_t nodes) const {
-  return set_.constraint_count + constraints <= set_.constraint_capacity - constraints_for_pairs_ &&
-         set_.node_count + nodes <= set_.node_capacity - nodes_for_pairs_;
+  return set_.constraint_count + constraints <= set_.constraint_capacity - reserved_constraints_ &&
+         set_.node_count + nodes <= set_.node_capacity - reserved_nodes_;
 }
 
 // An equal share of the room that is left, for the present contact and those to come.
 std::int32_t ContactRows::nodes_for_one() const {
-  return std::max(1, (set_.node_capacity - nodes_for_pairs_ - set_.node_count) / std::max(1, to_come_));
+  return std::max(1, (set_.node_capacity - reserved_nodes_ - set_.node_count) / std::max(1, to_come_));
 }
 
 ContactConstraint& ContactRows::add_constraint(const ContactWish& wish, std::int32_t part) {
@@ -230,96 +222,34 @@ bool ContactRows::hold_as_before(std::int32_t first, const ContactConstraint* be
   return true;
 }
 
-std::int32_t ContactRows::add_grasp(const GraspWish& grasp) {
-  const bool made = has_room(grasp.parts, grasp.parts * grasp.count);
+std::int32_t ContactRows::add(const RowWish* wishes, std::int32_t count) {
+  std::int32_t nodes = 0;
+  for (std::int32_t i = 0; i < count; ++i) nodes += wishes[i].count;
+  const bool made = has_room(count, nodes);
   --to_come_;
-  if (!made) return -1;
-  ContactWish wish;
-  wish.contact = grasp.contact;
-  for (int part = 0; part < grasp.parts; ++part) {
-    wish.displacement = grasp.target[part];
-    ContactConstraint& constraint = add_constraint(wish, part);
-    for (int e = 0; e < grasp.count; ++e) add_held_node(wish, constraint, grasp.node[e], grasp.weight[part][e]);
-    constraint.local = grasp.local[part], constraint.discs[0] = grasp.discs[part];
-  }
-  return set_.constraint_count - grasp.parts;
+  return made ? take(wishes, count) : -1;
 }
 
-std::int32_t ContactRows::add_needle(const NeedleWish& needle) {
-  const bool made = has_room(1, NeedleWish::kNodes);
-  --to_come_;
-  if (!made) return -1;
-  ContactWish wish;
-  wish.contact = needle.id.contact, wish.law = needle.law, wish.displacement = needle.target;
-  wish.axes = needle.axes;
-  ContactConstraint& constraint = add_constraint(wish, needle.id.part);
-  for (int v = 0; v < NeedleWish::kNodes; ++v, ++constraint.node_count)
-    set_.nodes[set_.node_count++] = ContactNode{needle.node[v], needle.column[v], wish.contact, 0, needle.weight[v]};
-  constraint.framed = true, constraint.limit = needle.limit;
-  for (int i = 0; i < 3; ++i) {
-    store3(needle.frame[i], constraint.frame.m[i]);
-    constraint.local.m[i][i] = i == 0 ? needle.along : needle.across;
-  }
-  return set_.constraint_count - 1;
+std::int32_t ContactRows::add_reserved(const RowWish& wish) {
+  const bool made =
+      set_.constraint_count < set_.constraint_capacity && set_.node_count + wish.count <= set_.node_capacity;
+  return made ? take(&wish, 1) : -1;
 }
 
-std::int32_t ContactRows::add_pair(const PairWish& pair) {
-  if (set_.constraint_count == set_.constraint_capacity || set_.node_count + pair.count > set_.node_capacity) return -1;
-  ContactWish wish;
-  wish.contact = pair.contact, wish.law = pair.law, wish.friction = pair.friction;
-  ContactConstraint& constraint = add_constraint(wish, 0);
-  for (std::int32_t v = 0; v < pair.count; ++v) add_held_node(wish, constraint, pair.node[v], pair.weight[v]);
-  for (int i = 0; i < 3; ++i) store3(pair.row[i], constraint.frame.m[i]);
-  constraint.framed = true, constraint.axes = pair.law == ContactLaw::coulomb ? 7 : 1;
-  return set_.constraint_count - 1;
-}
-
-// The nodes of a link's second end have negative weights, so that a row holds the displacement of the first end against the second one.
-std::int32_t ContactRows::add_link(const LinkWish& link) {
-  const bool made = has_room(1, link.ends[0].count + link.ends[1].count);
-  --to_come_;
-  if (!made) return -1;
-  make_link(link, ContactSource::link);
-  return set_.constraint_count - 1;
-}
-
-std::int32_t ContactRows::add_world_link(const LinkWish& link) {
-  if (set_.constraint_count == set_.constraint_capacity ||
-      set_.node_count + link.ends[0].count + link.ends[1].count > set_.node_capacity)
-    return -1;
-  make_link(link, ContactSource::world_link);
-  return set_.constraint_count - 1;
-}
-
-void ContactRows::make_link(const LinkWish& link, ContactSource source) {
-  const LinkEnd *const a = link.ends, *const b = link.ends + 1;
-  ContactWish wish;
-  wish.contact = {source, link.thread, 0}, wish.law = link.law, wish.displacement = link.target;
-  ContactConstraint& constraint = add_constraint(wish, link.link - link.thread);
-  constraint.joined = link.joined, wish.contact.index = link.link;
-  for (const LinkEnd* end : {a, b})
-    for (int v = 0; v < end->count; ++v)
-      add_held_node(wish, constraint, end->node[v], (end == a ? link.share : -link.share) * end->weight[v]);
-  constraint.discs[0] = scaled(a->disc, link.share), constraint.discs[1] = opposite(scaled(b->disc, link.share));
-  add_scaled(constraint.local, link.share * link.share, a->local);
-  add_scaled(constraint.local, link.share * link.share, b->local);
-  if (a->disc.radius > 0 && b->disc.radius > 0) {
-    const Mat3 between = compliance_between(constraint.discs[0], constraint.discs[1]);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) constraint.local.m[i][j] += between.m[i][j] + between.m[j][i];
+std::int32_t ContactRows::take(const RowWish* wishes, std::int32_t count) {
+  const std::int32_t first = set_.constraint_count;
+  for (const RowWish* wish = wishes; wish != wishes + count; ++wish) {
+    ContactConstraint& constraint = set_.constraints[set_.constraint_count];
+    constraint = wish->rows;
+    constraint.first_node = set_.node_count, constraint.node_count = wish->count;
+    for (std::int32_t e = 0; e < wish->count; ++e) {
+      const std::int32_t node = wish->node[e], column = wish->column ? wish->column[e] : source_.column_of_node[node];
+      set_.nodes[set_.node_count++] = ContactNode{node, column, wish->contact, 0, wish->weight[e]};
+    }
+    if (set_.place) set_.place[set_.constraint_count].known = 0;
+    set_.target[set_.constraint_count++] = wish->target;
   }
-  if (link.law != ContactLaw::sticking) {
-    const Vec3 tangent = across(link.along, {}), rows[3] = {link.along, tangent, cross(link.along, tangent)};
-    for (int i = 0; i < 3; ++i) store3(rows[i], constraint.frame.m[i]);
-    constraint.framed = true, constraint.axes = link.joined ? 0 : 1;
-  } else if (source == ContactSource::world_link) {
-    constraint.frame = link.frame, constraint.framed = true;
-  }
-  if (constraint.framed) {
-    constraint.local = times_transposed(constraint.frame * constraint.local, constraint.frame);
-    for (ContactDisc& disc : constraint.discs) disc = in_frame(disc, constraint.frame);
-  }
-  for (int i = 0; i < 3; ++i) constraint.local.m[i][i] += link.softness;
+  return first;
 }
 
 // The wish with the disc's mean place in the place of its anchor and the disc's own normal in that of the surface. A frame that would turn by

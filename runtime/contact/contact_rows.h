@@ -36,69 +36,21 @@ struct ContactWish {
   bool moved = false;                // its frame may have changed although its surface point is the same
 };
 
-// The nodes below one end of a link, with weights that sum to one. No nodes: the end does not move with the tissue.
-struct LinkEnd {
-  static constexpr int kMostNodes = 8;
-  std::int32_t count = 0, unused = 0;
-  std::int32_t node[kMostNodes] = {};
-  double weight[kMostNodes] = {};
-  Mat3 local;        // m/N, compliance below its disc that the mesh does not resolve
-  ContactDisc disc;  // in x, y, z
-  // m, in the link's frame:
-  Vec3 rest;
-  Vec3 moved;   // by the contacts of the last step
-  Vec3 driven;  // by the motions of this step
+// A constraint of a source that knows its nodes and its rows, unlike that of a ContactWish. The source fills in all of `rows` but the nodes.
+struct RowWish {
+  explicit RowWish(const ConstraintId& id) : contact(id.contact) { rows.id = id, rows.axes = 7, rows.share = 1; }
+  void set_frame(const Vec3 row[3]) {
+    for (int i = 0; i < 3; ++i) store3(row[i], rows.frame.m[i]);
+    rows.framed = true;
+  }
 
-  Vec3 at() const { return rest + moved + driven; }
-};
-
-// One link as it asks for its rows (links.h).
-struct LinkWish {
-  std::int32_t link = 0, thread = 0;  // thread: the first link of the thread that it is a part of
-  bool joined = false;                // it shares the row of the part before it
-  double share = 1;                   // of the row's reaction that acts on the ends
-  const LinkEnd* ends = nullptr;      // [2]
-  ContactLaw law = ContactLaw::sticking;
-  Vec3 along;           // unit; where the law is not sticking, the direction of its only row
-  Mat3 frame;           // of a link of a world that sticks: its rows, unit and orthogonal
-  Vec3 target;          // m: x along the row, or x, y, z
-  double softness = 0;  // m/N, of the link itself
-};
-
-// One patch of a grasp as it asks for its rows (grasp.h): constraints on the same nodes with other weights.
-struct GraspWish {
-  ContactId contact;
-  const std::int32_t* node = nullptr;  // [count]
-  std::int32_t count = 0, parts = 0;
-  const double* weight[3] = {};        // [parts][count]
-  Mat3 local[3];                       // m/N; of the gradients 1/(N m)
-  Vec3 target[3];                      // m; of the gradients without unit
-  const ContactDisc* discs = nullptr;  // [parts] in x, y, z
-};
-
-// One place that a needle holds, as it asks for its rows (needle.h).
-struct NeedleWish {
-  static constexpr int kNodes = 4;
-  ConstraintId id;                                        // ascending over all needles of an organ
-  const std::int32_t *node = nullptr, *column = nullptr;  // [kNodes]
-  const double* weight = nullptr;                         // [kNodes]
-  Vec3 frame[3];                                          // unit, orthogonal: the axis and two directions across it
-  std::uint32_t axes = 7;                                 // bits 1, 2, 4: which rows of the frame are imposed
-  ContactLaw law = ContactLaw::sticking;
-  double limit = 0;              // N, of the reaction along the axis; 0: none
-  double along = 0, across = 0;  // m/N: compliance that the mesh does not resolve
-  Vec3 target;                   // m, along the rows of the frame
-};
-
-// One organ's part in a pair of places of two organs that must not pass through one another.
-struct PairWish {
-  ContactId contact;                   // ascending over the pairs of an organ; index: the other organ
-  const std::int32_t* node = nullptr;  // [count] with a tensor column
-  const double* weight = nullptr;      // [count]
+  ContactConstraint rows = {};
+  Vec3 target;                           // m, along the rows
+  ContactId contact;                     // of the nodes
+  const std::int32_t* node = nullptr;    // [count]
+  const std::int32_t* column = nullptr;  // [count] tensor columns; nullptr: the nodes are on the surface
+  const double* weight = nullptr;        // [count]
   std::int32_t count = 0;
-  Vec3 row[3];  // unit, orthogonal: the first one along the force that the other organ exerts
-  ContactLaw law = ContactLaw::unilateral;
-  double friction = 0;
 };
 
 class ContactRows {
@@ -132,24 +84,17 @@ class ContactRows {
   bool presses(const ContactWish& wish, const SurfacePoint& surface_point);
   bool add_contact_as_before(const ContactWish& wish);
 
-  // The rows of a grasp's patch, after the grips of its tool. Returns the first of its constraints; -1: there is no room.
-  std::int32_t add_grasp(const GraspWish& wish);
-  // The rows of a needle's place, after the contacts and grasps of all tools. Returns its constraint; -1: there is no room.
-  std::int32_t add_needle(const NeedleWish& wish);
-  // Keeps so much of the capacity for pairs and links of the world alone. Call it once.
-  void keep_for_pairs(std::int32_t nodes, std::int32_t constraints) {
-    nodes_for_pairs_ = nodes, constraints_for_pairs_ = constraints;
+  // One contact of `count` constraints, after all that stands before it in the order of ids. Returns the first one; -1: there is no room.
+  std::int32_t add(const RowWish* wishes, std::int32_t count);
+  // Keeps so much of the capacity for add_reserved() alone. Call it once.
+  void reserve(std::int32_t nodes, std::int32_t constraints) {
+    reserved_nodes_ = nodes, reserved_constraints_ = constraints;
   }
-  // The rows of a pair, after all else, without a target. Returns its constraint; -1: there is no room.
-  std::int32_t add_pair(const PairWish& pair);
+  // The same of one constraint, in the room that is reserved: after all else.
+  std::int32_t add_reserved(const RowWish& wish);
 
   // Gives constraint p of this step another target; the caller then solves the step again.
   void set_target(std::int32_t p, Vec3 target) { set_.target[p] = target; }
-
-  // The rows of a link, after all contacts, in ascending order of links. Returns its constraint; -1: there is no room.
-  std::int32_t add_link(const LinkWish& wish);
-  // The same of the links of a world, after all else.
-  std::int32_t add_world_link(const LinkWish& wish);
 
   // Takes the constraints from `first` on out of this step again.
   void take_back(std::int32_t first);
@@ -172,7 +117,7 @@ class ContactRows {
   bool stays(const ContactConstraint& old, const ContactWish& wish, const SurfacePoint& surface_point) const;
   void add_patch_of_last_step(const ContactWish& wish);
   bool has_room(std::int32_t constraints, std::int32_t nodes) const;
-  void make_link(const LinkWish& link, ContactSource source);
+  std::int32_t take(const RowWish* wishes, std::int32_t count);
   std::int32_t nodes_for_one() const;
   ContactConstraint& add_constraint(const ContactWish& wish, std::int32_t part);
   void add_held_node(const ContactWish& wish, ContactConstraint& constraint, std::int32_t node, double weight);
@@ -182,7 +127,7 @@ class ContactRows {
   Source source_ = {};
   ContactConstraints set_, last_;
   std::int32_t next_in_last_ = 0;
-  std::int32_t nodes_for_pairs_ = 0, constraints_for_pairs_ = 0;
+  std::int32_t reserved_nodes_ = 0, reserved_constraints_ = 0;
   std::int32_t to_come_ = 0;  // contacts that will be asked for, the present one included
 };
 

@@ -59,7 +59,7 @@ struct TouchState {
   ContactPatch patch;
   Offset offset;  // where something moves the organ from outside
   ContactRows rows;
-  std::int32_t most_constraints = 0;  // that a step can have, with those of a world
+  std::int32_t most_constraints = 0;  // that a step can have, reserved ones included
   // What asks for rows, in the order of their constraints.
   static constexpr std::int32_t kMostSources = 4;
   RowSource* sources[kMostSources] = {};
@@ -77,11 +77,8 @@ struct TouchState {
       slide_energy;  // where the body responds linearly and contacts or needles come to places of another stiffness
   LinearOrgan linear_organ;
   Body* body = &linear_organ;
-  FarTools far;                       // of an organ in a world
-  std::int32_t most_pairs = 0;        // with other organs of a world
-  std::int32_t most_world_links = 0;  // of the world that hold the organ
-  double* node_reach =
-      nullptr;     // [surface nodes] m / sqrt(J), as surface_tree.h explains, where there may be such pairs
+  FarTools far;                  // of an organ in a world
+  double* node_reach = nullptr;  // [surface nodes] m / sqrt(J), as surface_tree.h explains, where someone asks for it
   HeldField held;  // the displacements that a step writes: those that do not follow from the contact nodes alone
   ResponseCurve response;
   Vec3* force = nullptr;                // [max_contact_nodes] N, f of each contact node

@@ -134,14 +134,16 @@ std::uint32_t Grasps::add_rows(std::int32_t t, const Tool& tool, std::int32_t fi
       continue;
     }
     if (grasp.closed == Grasp::kClosesAnew) continue;
-    GraspWish wish;
-    wish.contact = {ContactSource::tool, t, first + p}, wish.node = patch.node, wish.count = patch.count;
-    wish.parts = patch.has_gradients ? 3 : 1, wish.discs = patch.discs;
-    for (int part = 0; part < wish.parts; ++part) {
-      wish.weight[part] = patch.weight[part], wish.local[part] = patch.local[part];
-      wish.target[part] = target(grasp, tool, p, part);
+    const ContactId contact = {ContactSource::tool, t, first + p};
+    RowWish wishes[3] = {RowWish({contact, 0}), RowWish({contact, 1}), RowWish({contact, 2})};
+    const std::int32_t parts = patch.has_gradients ? 3 : 1;
+    for (int part = 0; part < parts; ++part) {
+      RowWish& wish = wishes[part];
+      wish.node = patch.node, wish.weight = patch.weight[part], wish.count = patch.count;
+      wish.rows.local = patch.local[part], wish.rows.discs[0] = patch.discs[part];
+      wish.target = target(grasp, tool, p, part);
     }
-    patch.rows_of = rows.add_grasp(wish);
+    patch.rows_of = rows.add(wishes, parts);
     *made += patch.rows_of >= 0;
     if (patch.rows_of < 0) flags |= PALPATE_STEP_CONTACTS_DROPPED;
   }

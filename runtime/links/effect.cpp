@@ -1,7 +1,6 @@
 #include "runtime/links/effect.h"
 
 #include "runtime/links/links.h"
-#include "runtime/scene/build_scene.h"
 #include "runtime/scene/effect_build.h"
 
 namespace palpate {

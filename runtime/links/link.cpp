@@ -36,6 +36,14 @@ void find_disc(const DiscSource& source, const SurfacePoint& place, double radiu
   std::copy(disc.weight, disc.weight + disc.count, to->weight);
 }
 
+// The disc of which `share` of a force acts, and whose displacement counts as much.
+ContactDisc scaled(const ContactDisc& disc, double share) {
+  ContactDisc part = disc;
+  part.normal_root = share * disc.normal_root, part.tangent_root = Mat3{};
+  add_scaled(part.tangent_root, share, disc.tangent_root);
+  return part;
+}
+
 }  // namespace
 
 // ---- what the host gives ---------------------------------------------------------------------------------------------
@@ -188,6 +196,39 @@ LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart) {
   wish.along = link.along, wish.share = link.share;
   wish.target = clip ? apart : Vec3{link.share * dot(link.along, apart) - link.rest_length, 0, 0};
   return wish;
+}
+
+LinkRow::LinkRow(const LinkWish& link, ContactSource source, const Mat3* frame)
+    : wish({{source, link.thread, 0}, link.link - link.thread}) {
+  const LinkEnd *const a = link.ends, *const b = link.ends + 1;
+  ContactConstraint& rows = wish.rows;
+  rows.law = link.law, rows.joined = link.joined;
+  wish.contact.index = link.link, wish.target = link.target, wish.node = node, wish.weight = weight;
+  for (const LinkEnd* end : {a, b})
+    for (int v = 0; v < end->count; ++v) {
+      node[wish.count] = end->node[v];
+      weight[wish.count++] = (end == a ? link.share : -link.share) * end->weight[v];
+    }
+  rows.discs[0] = scaled(a->disc, link.share), rows.discs[1] = opposite(scaled(b->disc, link.share));
+  add_scaled(rows.local, link.share * link.share, a->local);
+  add_scaled(rows.local, link.share * link.share, b->local);
+  if (a->disc.radius > 0 && b->disc.radius > 0) {
+    const Mat3 between = compliance_between(rows.discs[0], rows.discs[1]);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) rows.local.m[i][j] += between.m[i][j] + between.m[j][i];
+  }
+  if (link.law != ContactLaw::sticking) {
+    const Vec3 tangent = across(link.along, {}), row[3] = {link.along, tangent, cross(link.along, tangent)};
+    wish.set_frame(row);
+    rows.axes = link.joined ? 0 : 1;
+  } else if (frame) {
+    rows.frame = *frame, rows.framed = true;
+  }
+  if (rows.framed) {
+    rows.local = times_transposed(rows.frame * rows.local, rows.frame);
+    for (ContactDisc& disc : rows.discs) disc = in_frame(disc, rows.frame);
+  }
+  for (int i = 0; i < 3; ++i) rows.local.m[i][i] += link.softness;
 }
 
 void slacken_link(Link& link) {

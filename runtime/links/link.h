@@ -20,6 +20,38 @@
 
 namespace palpate {
 
+// The nodes below one end of a link, with weights that sum to one. No nodes: the end does not move with the tissue.
+struct LinkEnd {
+  static constexpr int kMostNodes = 8;
+  std::int32_t count = 0, unused = 0;
+  std::int32_t node[kMostNodes] = {};
+  double weight[kMostNodes] = {};
+  Mat3 local;        // m/N, compliance below its disc that the mesh does not resolve
+  ContactDisc disc;  // in x, y, z
+  // m, in the link's frame:
+  Vec3 rest;
+  Vec3 moved;   // by the contacts of the last step
+  Vec3 driven;  // by the motions of this step
+
+  Vec3 at() const { return rest + moved + driven; }
+};
+// Of both ends.
+inline std::int32_t nodes_of_a_link(const palpate_scene_def& def) {
+  return def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6;
+}
+
+// One link as it asks for its rows in one organ.
+struct LinkWish {
+  std::int32_t link = 0, thread = 0;  // thread: the first link of the thread that it is a part of
+  bool joined = false;                // it shares the row of the part before it
+  double share = 1;                   // of the row's reaction that acts on the ends
+  const LinkEnd* ends = nullptr;      // [2]
+  ContactLaw law = ContactLaw::sticking;
+  Vec3 along;           // unit; where the law is not sticking, the direction of its only row
+  Vec3 target;          // m: x along the row, or x, y, z
+  double softness = 0;  // m/N, of the link itself
+};
+
 // What a link is and what the steps have left of it: a saved state holds all of it.
 struct Link {
   palpate_link given = {};
@@ -95,6 +127,18 @@ inline bool has_nodes(const Link& link) {
 void turn_link(Link& link);
 // Its rows, in its frame. apart: m, the way from the first end to the second one where no contact moves them.
 LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart);
+// The row of a link, with the nodes of both ends: those of the second one have negative weights, so that the row holds the displacement of
+// the first end against it.
+struct LinkRow {
+  // frame: of the rows of a link that sticks; nullptr: x, y, z.
+  LinkRow(const LinkWish& link, ContactSource source, const Mat3* frame);
+  LinkRow(const LinkRow&) = delete;
+  LinkRow& operator=(const LinkRow&) = delete;
+
+  std::int32_t node[2 * LinkEnd::kMostNodes];
+  double weight[2 * LinkEnd::kMostNodes];
+  RowWish wish;
+};
 // Before the solution is read: the link bears nothing.
 void slacken_link(Link& link);
 // reaction: N, of its rows. Returns step flags: whether the link breaks, which it does where it may.

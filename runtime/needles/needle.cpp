@@ -124,41 +124,39 @@ std::int32_t Needles::begin_tool(std::int32_t t, const Tool& tool, const OrganPo
   return needle.count + 2;
 }
 
-NeedleWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place,
-                            double length) const {
-  NeedleWish wish;
-  wish.node = place.node, wish.column = place.column, wish.weight = place.weight;
-  wish.frame[0] = needle.axis, wish.frame[1] = needle.tangent, wish.frame[2] = cross(needle.axis, needle.tangent);
+RowWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place, double length,
+                         const ConstraintId& id) const {
+  RowWish wish(id);
+  wish.node = place.node, wish.column = place.column, wish.weight = place.weight, wish.count = 4;
+  const Vec3 row[3] = {needle.axis, needle.tangent, cross(needle.axis, needle.tangent)};
+  wish.set_frame(row);
   const Vec3 way = needle.position - place.rest - place.aside;
-  wish.target = {dot(way, wish.frame[0]) + place.held, dot(way, wish.frame[1]), dot(way, wish.frame[2])};
+  wish.target = {dot(way, row[0]) + place.held, dot(way, row[1]), dot(way, row[2])};
   const double unresolved = std::max(kLeastLog, natural_log(place.resolved / tool.needle.radius)) / length;
-  wish.along = unresolved * place.along, wish.across = unresolved * place.across;
+  for (int i = 0; i < 3; ++i) wish.rows.local.m[i][i] = unresolved * (i == 0 ? place.along : place.across);
   return wish;
 }
 
 std::uint32_t Needles::add_rows(std::int32_t t, const Tool& tool, ContactRows& rows) {
   NeedleInTissue& needle = needles_[t];
   if (!needle.touches) return 0;
-  const auto add = [&](NeedleWish& wish, std::int32_t point, std::int32_t part) {
-    wish.id = {{ContactSource::needle, t, point}, part};
-    return rows.add_needle(wish);
-  };
-  NeedleWish tip = wish_of(needle, tool, needle.tip, 0.5 * tool.needle.spacing);
+  const auto contact = [t](std::int32_t point) { return ContactId{ContactSource::needle, t, point}; };
+  RowWish tip = wish_of(needle, tool, needle.tip, 0.5 * tool.needle.spacing, {contact(0), 1});
   if (needle.pierced) {
-    NeedleWish sides = tip;
-    sides.axes = 6;
-    needle.tip.row_of = add(sides, 0, 0);
+    RowWish sides = tip;
+    sides.rows.id.part = 0, sides.rows.axes = 6;
+    needle.tip.row_of = rows.add(&sides, 1);
   }
-  tip.axes = 1, tip.law = ContactLaw::unilateral;
-  tip.limit = needle.pierced ? tool.needle.cutting_force : tool.needle.puncture_force;
-  if (tip.limit > 0) needle.tip_row = add(tip, 0, 1);
+  tip.rows.axes = 1, tip.rows.law = ContactLaw::unilateral;
+  tip.rows.limit = needle.pierced ? tool.needle.cutting_force : tool.needle.puncture_force;
+  if (tip.rows.limit > 0) needle.tip_row = rows.add(&tip, 1);
   std::uint32_t flags = 0;
   for (std::int32_t i = 0; i < needle.count; ++i) {
     NeedlePlace& place = needle.place[i];
-    NeedleWish wish = wish_of(needle, tool, place, place.length);
-    wish.limit = tool.needle.friction * place.length;
-    wish.axes = wish.limit > 0 ? 7 : 6;
-    place.row_of = add(wish, 1 + i, 0);
+    RowWish wish = wish_of(needle, tool, place, place.length, {contact(1 + i), 0});
+    wish.rows.limit = tool.needle.friction * place.length;
+    wish.rows.axes = wish.rows.limit > 0 ? 7 : 6;
+    place.row_of = rows.add(&wish, 1);
     if (place.row_of < 0) flags = PALPATE_STEP_CONTACTS_DROPPED;
   }
   return flags;

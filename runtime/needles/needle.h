@@ -101,7 +101,9 @@ class Needles final : public RowSource {
   bool find_place(Vec3 x, NeedlePlace* place) const;
   void enter(NeedleInTissue& needle, const Tool& tool) const;
   Vec3 displacement(const NeedlePlace& place) const;
-  NeedleWish wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place, double length) const;
+  // The rows of a place: the axis and two directions across it.
+  RowWish wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place, double length,
+                  const ConstraintId& id) const;
   static void let_go_passed(NeedleInTissue& needle);
   Vec3 moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
              const ContactSolver& solver) const;

@@ -124,10 +124,6 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
   return made ? PALPATE_OK : reader.no_memory("patches");
 }
 
-PartOfWorld part_of_world(const TouchState& touch) {
-  return {touch.most_pairs, touch.most_world_links};
-}
-
 // With fewer contact nodes, a step in which all that may hold tissue does so must leave some of it out.
 std::int32_t fewest_contact_nodes(const palpate_scene_def& def, const RowBudget& rows) {
   return constraints_of_point(def) * def.max_points + rows.fewest_nodes;
@@ -146,8 +142,9 @@ palpate_status build_displacement(const SectionReader& reader, const palpate_sce
 // Where the definition states no release distance: this share of the diagonal of the organ's box.
 constexpr double kReleaseShare = 0.2;
 
-palpate_status build_collision(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                               const std::int32_t* touchable, TouchState& touch) {
+palpate_status build_collision(const SectionReader& reader, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  TouchState& touch = scene.touch;
   const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
   const FineSurface* const fine = fine_surface_of(touch);
   if (!build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), touch.tree))
@@ -160,11 +157,11 @@ palpate_status build_collision(const SectionReader& reader, const palpate_scene_
     touch.field.follow(own);
     return true;
   };
-  if (touch.most_pairs > 0)
+  if ((scene.uses & kUsesNodeReach) != 0)
     touch.node_reach = reader.memory().array<double>(static_cast<std::size_t>(reader.surface_nodes()));
   double reach = 1;
-  if (deformed && (!create_field() || !set_reaches(reader, *touch.body, tensors, touchable, fine, touch.offset.rows(),
-                                                   touch.tree, &reach, touch.node_reach)))
+  if (deformed && (!create_field() || !set_reaches(reader, *touch.body, scene.tensors, scene.touchable, fine,
+                                                   touch.offset.rows(), touch.tree, &reach, touch.node_reach)))
     return reader.no_memory("collision");
   if (deformed && touch.body->added()) touch.field.add(touch.body->added(), reach);
   if (deformed && touch.offset.exists()) touch.field.move(&touch.offset, reach);
@@ -195,8 +192,9 @@ ContactAdmission::PointContact point_contact_of(const palpate_scene_def& def) {
           def.contact == PALPATE_CONTACT_PATCH ? nodes_of_disc : nodes};
 }
 
-palpate_status build_contacts(const SectionReader& reader, const palpate_scene_def& def, const Tensors& tensors,
-                              const std::int32_t* touchable, std::uint32_t uses, TouchState& touch) {
+palpate_status build_contacts(const SectionReader& reader, palpate_scene& scene) {
+  const palpate_scene_def& def = scene.def;
+  TouchState& touch = scene.touch;
   SceneMemory& memory = reader.memory();
   InputLimits limits;
   limits.surface_nodes = reader.surface_nodes(), limits.triangles = reader.triangles();
@@ -221,7 +219,7 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
                                           def.contact == PALPATE_CONTACT_PATCH && !touch.fine.bound()};
   ContactSolver::Limits solver;
   solver.of.nodes = def.max_contact_nodes, solver.of.constraints = constraints;
-  solver.of.columns = tensors.all_columns(), solver.of.columns_of_surface = tensors.columns;
+  solver.of.columns = scene.tensors.all_columns(), solver.of.columns_of_surface = scene.tensors.columns;
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
   memory.keep(touch.slides);
@@ -229,16 +227,15 @@ palpate_status build_contacts(const SectionReader& reader, const palpate_scene_d
   if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
       !touch.solver.create(memory, solver))
     return reader.no_memory("contacts");
-  if (const PartOfWorld part = part_of_world(touch); part.constraints() > 0)
-    touch.rows.keep_for_pairs(contact_nodes_for(def, part), part.constraints());
-  if (touch.body->responds_linearly() && (contacts_may_slide(def) || (uses & kUsesSlideEnergy) != 0) &&
+  touch.rows.reserve(scene.reserved.nodes, scene.reserved.constraints);
+  if (touch.body->responds_linearly() && (contacts_may_slide(def) || (scene.uses & kUsesSlideEnergy) != 0) &&
       !touch.slide_energy.create(memory, constraints))
     return reader.no_memory("contacts");
   if (def.contact == PALPATE_CONTACT_PATCH) touch.deformed.meet_discs(discs_of(touch));
   touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def),
                          touch.body->added() != nullptr);
   std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
-  for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[touchable[k]] = k;
+  for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[scene.touchable[k]] = k;
   return PALPATE_OK;
 }
 
@@ -305,7 +302,7 @@ struct NeededNodes {
 // Where the host leaves max_contact_nodes to the library, or sets the largest one, the other limits may allow more.
 void log_few_contact_nodes(const palpate_scene& scene) {
   const palpate_scene_def& def = scene.def;
-  const std::int32_t nodes = def.max_contact_nodes - contact_nodes_for(def, part_of_world(scene.touch)),
+  const std::int32_t nodes = def.max_contact_nodes - scene.reserved.nodes,
                      needed = fewest_contact_nodes(def, scene.rows);
   if (nodes >= needed) return;
   scene.context.bundle.log.say(
@@ -424,10 +421,6 @@ std::int32_t contact_nodes_for(const palpate_scene_def& def, const RowBudget& ro
                                    : std::min(kMostContactNodes, nodes_of_points(def) + rows.nodes);
 }
 
-std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part) {
-  return kNodesOfPair * part.pairs + part.links * nodes_of_a_link(def);
-}
-
 palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   const palpate_scene_def& def = scene.def;
   palpate_bundle& bundle = scene.context.bundle;
@@ -461,10 +454,8 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
   prepare(false);
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
   step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
-  step(def.collision != PALPATE_COLLISION_OFF, use.collision,
-       [&] { return build_collision(reader, def, scene.tensors, scene.touchable, touch); });
-  step(true, use.contacts,
-       [&] { return build_contacts(reader, def, scene.tensors, scene.touchable, scene.uses, touch); });
+  step(def.collision != PALPATE_COLLISION_OFF, use.collision, [&] { return build_collision(reader, scene); });
+  step(true, use.contacts, [&] { return build_contacts(reader, scene); });
   touch.ask(&touch.tools);
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });

@@ -17,28 +17,12 @@ inline constexpr std::int32_t kMostContactNodes = 3000;
 // For tool points and grips, and for all, where the host does not set max_contact_nodes.
 inline constexpr std::int32_t kMostNodesByDefault = 1024;
 std::int32_t nodes_of_points(const palpate_scene_def& def);
-// Of both ends.
-inline std::int32_t nodes_of_a_link(const palpate_scene_def& def) {
-  return def.contact == PALPATE_CONTACT_PATCH ? 2 * LinkEnd::kMostNodes : 6;
-}
 // The contact nodes that the scene gets: those that the host asks for, or a number that fits its other limits.
 std::int32_t contact_nodes_for(const palpate_scene_def& def, const RowBudget& rows);
 
-// Of one organ's part in a pair with another organ.
-inline constexpr std::int32_t kNodesOfPair = 3;
-
-// What an organ of a world may have to hold beside its own contacts.
-struct PartOfWorld {
-  std::int32_t pairs = 0;  // with other organs
-  std::int32_t links = 0;  // of the world
-  std::int32_t constraints() const { return pairs + links; }
-};
-// The contact nodes that come on top for it.
-std::int32_t contact_nodes_for(const palpate_scene_def& def, PartOfWorld part);
-
-// palpate_scene_create_with of palpate.h. part: of an organ in a world. The list may end after the call, the descriptors may not.
-palpate_status create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects, PartOfWorld part,
-                            palpate_scene** scene, palpate_error* error);
+// palpate_scene_create_with of palpate.h. reserved: on top of what the effects need. The list may end after the call, the descriptors may not.
+palpate_status create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects,
+                            const ReservedRows& reserved, palpate_scene** scene, palpate_error* error);
 
 // scene: new, with a checked def. On failure *error is filled, and the scene holds memory that the caller must release.
 palpate_status build_scene(palpate_scene& scene, palpate_error* error);

@@ -67,6 +67,7 @@ enum Use : std::uint32_t {
   kUsesHeldSurface =
       8,  // under large deformation: contacts that hold the surface's displacements, also without a shape
   kUsesSlideEnergy = 16,  // the account of energy of rows that come to places of another stiffness (slide_energy.h)
+  kUsesNodeReach = 32,    // how far a field of unit norm moves each node of the surface (TouchState::node_reach)
 };
 
 // A pass of the steps that the effect adds to the plan. What acts in the touch half is part of what a saved state depends on. The effect ends

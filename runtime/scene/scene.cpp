@@ -15,7 +15,7 @@
 #include "runtime/shape/vertex_normals.h"
 
 palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects,
-                                     PartOfWorld part, palpate_scene** scene, palpate_error* error) {
+                                     const ReservedRows& reserved, palpate_scene** scene, palpate_error* error) {
   if (scene) *scene = nullptr;
   if (!bundle || !def || !scene)
     return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle, def and scene must not be NULL");
@@ -27,23 +27,21 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   wanted.struct_bytes = sizeof wanted;  // it has all fields, whatever the host's has
   if (const palpate_status status = palpate::check_scene_def(wanted, effects, error)) return status;
   const RowBudget rows = palpate::rows_of(wanted, effects);
-  wanted.max_contact_nodes = palpate::contact_nodes_for(wanted, rows) + palpate::contact_nodes_for(wanted, part);
+  wanted.max_contact_nodes = palpate::contact_nodes_for(wanted, rows) + reserved.nodes;
   palpate::SceneMemory own(wanted.allocator);
   void* memory =
       own.array<std::max_align_t>((sizeof(palpate_scene) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
   if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the scene");
   palpate_scene* created = new (memory) palpate_scene(wanted, *bundle);
-  created->rows = rows;
+  created->rows = rows, created->reserved = reserved, created->uses = reserved.uses;
   created->touch.most_constraints =
       std::min(wanted.max_contact_nodes, constraints_of_point(wanted) * wanted.max_points + rows.constraints) +
-      part.constraints();
-  created->touch.most_pairs = part.pairs, created->touch.most_world_links = part.links;
+      reserved.constraints;
   for (const Effect* effect : effects)
     if (effect->is_on(wanted)) {
       created->effects[created->effect_count++].effect = effect;
       created->uses |= effect->uses;
     }
-  if (part.links > 0) created->uses |= kUsesRest | kUsesSurface | kUsesDisplacements;
   const palpate_status status = palpate::build_scene(*created, error);
   if (status != PALPATE_OK) {
     palpate_scene_destroy(created);

@@ -19,6 +19,12 @@ struct EffectInScene {
   std::uint64_t bytes = 0;  // that it took
 };
 
+// Of one of several organs that are solved as one: the room for the rows between them (ContactRows::reserve), and what these use of it.
+struct ReservedRows {
+  std::int32_t constraints = 0, nodes = 0;
+  std::uint32_t uses = 0;  // bits of Use
+};
+
 }  // namespace palpate
 
 struct palpate_scene {
@@ -39,8 +45,9 @@ struct palpate_scene {
   bool in_world = false;                                  // an organ of a world, which steps, saves and restores it
   palpate::EffectInScene effects[palpate::kMostEffects];  // in the order of the list
   std::int32_t effect_count = 0;
-  std::uint32_t uses = 0;   // bits of Use, of these effects and of the world
-  palpate::RowBudget rows;  // of these effects
+  std::uint32_t uses = 0;          // bits of Use, of these effects and of the reserved rows
+  palpate::RowBudget rows;         // of these effects
+  palpate::ReservedRows reserved;  // beside these
 
   // The effect that is the body; nullptr: the organ is linear.
   const palpate::EffectInScene* body() const {

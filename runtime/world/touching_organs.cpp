@@ -88,15 +88,16 @@ std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
         node[count] = corner[v], weight[count++] = pair.barycentric[v];
   }
   if (count == 0) return -1;
-  PairWish wish;
-  wish.contact = {ContactSource::pair, other, (group.second ? 1 << 25 : 0) + pair.vertex};
+  // The first row is along the force that the other organ exerts.
+  Vec3 row[3] = {pair.normal, pair.tangent, cross(pair.normal, pair.tangent)};
+  for (Vec3& axis : row)
+    axis = side == 1 ? -1 * axis : own.organ.pose().turned_to_body(second.organ.pose().turned_to_world(axis));
+  RowWish wish({{ContactSource::pair, other, (group.second ? 1 << 25 : 0) + pair.vertex}, 0});
   wish.node = node, wish.weight = weight, wish.count = count;
-  wish.law = law_of(pair), wish.friction = friction_;
-  const Vec3 row[3] = {pair.normal, pair.tangent, cross(pair.normal, pair.tangent)};
-  for (int i = 0; i < 3; ++i)
-    wish.row[i] =
-        side == 1 ? -1 * row[i] : own.organ.pose().turned_to_body(second.organ.pose().turned_to_world(row[i]));
-  return own.rows.add_pair(wish);
+  wish.rows.law = law_of(pair), wish.rows.friction = friction_;
+  wish.rows.axes = wish.rows.law == ContactLaw::coulomb ? 7 : 1;
+  wish.set_frame(row);
+  return own.rows.add_reserved(wish);
 }
 
 // Each organ gets its pairs in ascending order: the groups ascend, and so do the other organ's number and the vertices in them.

@@ -78,6 +78,17 @@ palpate_status check_linked_organ(const palpate_scene_def& def, std::int32_t k, 
       static_cast<int>(k));
 }
 
+// For the rows between organs, of which each organ has its part.
+ReservedRows reserved_rows(const palpate_world_def& world, const palpate_scene_def& organ) {
+  constexpr std::int32_t nodes_of_pair = 3;
+  ReservedRows rows;
+  rows.constraints = world.max_pairs + world.max_links;
+  rows.nodes = nodes_of_pair * world.max_pairs + nodes_of_a_link(organ) * world.max_links;
+  if (world.max_pairs > 0) rows.uses |= kUsesNodeReach;
+  if (world.max_links > 0) rows.uses |= kUsesRest | kUsesSurface | kUsesDisplacements;
+  return rows;
+}
+
 palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ, EffectList effects,
                           palpate_error* error) {
   const std::int32_t k = world.organ_count;
@@ -91,8 +102,8 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
     if (const palpate_status status = check_touching_organ(wanted, k, error)) return status;
   if (world.def.max_links > 0)
     if (const palpate_status status = check_linked_organ(wanted, k, error)) return status;
-  const PartOfWorld part = {world.def.max_pairs, world.def.max_links};
-  if (create_scene(organ.bundle, organ.def ? organ.def : &def, effects, part, &scene, &found) != PALPATE_OK)
+  if (create_scene(organ.bundle, organ.def ? organ.def : &def, effects, reserved_rows(world.def, wanted), &scene,
+                   &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;
   scene->in_world = true;

@@ -163,8 +163,10 @@ bool WorldLinks::request(std::int32_t i) {
     wish.ends = ends, wish.target = {}, wish.softness = softness;
     wish.along = organ.vector_to_organ(of.link.along);
     const Vec3 axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int row = 0; row < 3; ++row) store3(organ.vector_to_organ(axis[row]), wish.frame.m[row]);
-    of.constraint[side] = touch(of, side).rows.add_world_link(wish);
+    Mat3 frame;
+    for (int i = 0; i < 3; ++i) store3(organ.vector_to_organ(axis[i]), frame.m[i]);
+    const LinkRow row(wish, ContactSource::world_link, &frame);
+    of.constraint[side] = touch(of, side).rows.add_reserved(row.wish);
     if (of.constraint[side] < 0) return false;
     softness = 0;  // the rows of both sides are added
   }
