@@ -20,6 +20,9 @@
 
 namespace palpate {
 
+// index: the link, of a constraint's id the first one of its thread.
+constexpr ContactSource kLinkSource{PALPATE_SOURCE_LINK};
+
 // The nodes below one end of a link, with weights that sum to one. No nodes: the end does not move with the tissue.
 struct LinkEnd {
   static constexpr int kMostNodes = 8;

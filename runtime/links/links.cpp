@@ -191,7 +191,7 @@ std::uint32_t Links::add_rows(ContactRows& rows, ContactAdmission& admission) {
       LinkWish wish = link_wish(link, i, unmoved(link.ends[1]) - unmoved(link.ends[0]));
       wish.thread = thread.first, wish.joined = first >= 0;
       if (first < 0) thread.add_parts_without_nodes(&wish), first = i;
-      const LinkRow row(wish, ContactSource::link, nullptr);
+      const LinkRow row(wish, kLinkSource, nullptr);
       link.row_of = rows.add(&row.wish, 1);
       made = made && link.row_of >= 0;
     }

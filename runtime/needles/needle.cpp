@@ -140,7 +140,7 @@ RowWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, const N
 std::uint32_t Needles::add_rows(std::int32_t t, const Tool& tool, ContactRows& rows) {
   NeedleInTissue& needle = needles_[t];
   if (!needle.touches) return 0;
-  const auto contact = [t](std::int32_t point) { return ContactId{ContactSource::needle, t, point}; };
+  const auto contact = [t](std::int32_t point) { return ContactId{kNeedleSource, t, point}; };
   RowWish tip = wish_of(needle, tool, needle.tip, 0.5 * tool.needle.spacing, {contact(0), 1});
   if (needle.pierced) {
     RowWish sides = tip;
@@ -344,7 +344,7 @@ void Needles::correct_forces(TouchStep& step) {
 bool Needles::note_sliding(const TouchStep& step, const ContactConstraints&, const ContactConstraint& constraint,
                            SlideEnergy::Sliding* sliding) {
   const ContactId& contact = constraint.id.contact;
-  if (contact.source != ContactSource::needle) return false;
+  if (contact.source != kNeedleSource) return false;
   const std::int32_t t = contact.index;
   const palpate_needle& given = step.state->input.tool(t).needle;
   // Of one that something brakes, friction and cutting take more than new places may give.

@@ -23,6 +23,9 @@
 
 namespace palpate {
 
+// point: 0, the tip, or behind it a place.
+constexpr ContactSource kNeedleSource{PALPATE_SOURCE_NEEDLE};
+
 // A place of the tissue on the axis of a needle.
 struct NeedlePlace {
   Vec3 rest;                    // m

@@ -145,9 +145,9 @@ class Shape {
   // Contacts may have come through a socket, so the step trusts no number in them.
   bool is_sound(const palpate_contact_node& node, std::int32_t tool_count) const {
     const int source = enum_number(node.source);
-    const bool of_tool = source == PALPATE_SOURCE_TOOL || source == PALPATE_SOURCE_NEEDLE;
-    if (node.column < 0 || node.column >= context_.tensors.all_columns() || source < 0 ||
-        source > PALPATE_SOURCE_WORLD_LINK || (of_tool && (node.index < 0 || node.index >= tool_count)))
+    const bool of_tool = source <= kLastSourceOfTools;
+    if (node.column < 0 || node.column >= context_.tensors.all_columns() || source < 0 || source > kLastSource ||
+        (of_tool && (node.index < 0 || node.index >= tool_count)))
       return false;
     for (const double u : node.modified_displacement)
       if (!(std::fabs(u) <= 1e12)) return false;

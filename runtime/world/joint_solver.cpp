@@ -30,8 +30,7 @@ void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, 
     const ContactSolver& solver = *organs[o].solver;
     const ContactConstraints& set = *organs[o].set;
     std::fill(row_of(o), row_of(o) + solver.matrix().rows().rows_end, -1);
-    for (std::int32_t p = 0; p < set.constraint_count && set.constraints[p].id.contact.source < ContactSource::pair;
-         ++p) {
+    for (std::int32_t p = 0; p < set.constraint_count && !is_between_organs(set.constraints[p].id.contact); ++p) {
       const Vec3 aim = target_of_rows(set, p);
       constraints_[constraint_count_] = set.constraints[p];
       RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};

@@ -12,6 +12,13 @@
 
 namespace palpate {
 
+// index: of a pair the other organ, of a link the first one of its thread. point: of a pair which vertex, and of which of the two organs.
+constexpr ContactSource kPairSource{PALPATE_SOURCE_ORGAN}, kWorldLinkSource{PALPATE_SOURCE_WORLD_LINK};
+// Whether it belongs to the joint system alone.
+inline bool is_between_organs(const ContactId& contact) {
+  return contact.source >= kPairSource;
+}
+
 struct JointOrgan {
   ContactSolver* solver = nullptr;
   const ContactConstraints* set = nullptr;  // with the targets of contacts, without what offsets do

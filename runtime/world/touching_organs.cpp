@@ -92,7 +92,7 @@ std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
   Vec3 row[3] = {pair.normal, pair.tangent, cross(pair.normal, pair.tangent)};
   for (Vec3& axis : row)
     axis = side == 1 ? -1 * axis : own.organ.pose().turned_to_body(second.organ.pose().turned_to_world(axis));
-  RowWish wish({{ContactSource::pair, other, (group.second ? 1 << 25 : 0) + pair.vertex}, 0});
+  RowWish wish({{kPairSource, other, (group.second ? 1 << 25 : 0) + pair.vertex}, 0});
   wish.node = node, wish.weight = weight, wish.count = count;
   wish.rows.law = law_of(pair), wish.rows.friction = friction_;
   wish.rows.axes = wish.rows.law == ContactLaw::coulomb ? 7 : 1;
@@ -208,7 +208,7 @@ void TouchingOrgans::take_reactions(const std::int32_t* members, std::int32_t co
   for (std::int32_t m = 0; m < count; ++m) {
     TouchState& own = touch(members[m]);
     const ContactConstraints& set = own.rows.set();
-    const auto is_pair = [&](std::int32_t p) { return set.constraints[p].id.contact.source >= ContactSource::pair; };
+    const auto is_pair = [&](std::int32_t p) { return is_between_organs(set.constraints[p].id.contact); };
     for (std::int32_t p = 0; p < set.constraint_count; ++p)
       if (is_pair(p)) own.rows.set_target(p, {});
     const ContactConstraints& unmoved = acting(members[m]);

@@ -165,7 +165,7 @@ bool WorldLinks::request(std::int32_t i) {
     const Vec3 axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     Mat3 frame;
     for (int i = 0; i < 3; ++i) store3(organ.vector_to_organ(axis[i]), frame.m[i]);
-    const LinkRow row(wish, ContactSource::world_link, &frame);
+    const LinkRow row(wish, kWorldLinkSource, &frame);
     of.constraint[side] = touch(of, side).rows.add_reserved(row.wish);
     if (of.constraint[side] < 0) return false;
     softness = 0;  // the rows of both sides are added
