@@ -3,8 +3,6 @@
 #include <algorithm>
 
 #include "runtime/base/alignment.h"
-#include "runtime/base/host_struct.h"
-#include "runtime/pose/pose.h"
 
 namespace palpate {
 namespace {
@@ -12,39 +10,6 @@ namespace {
 constexpr double kFarthest = 1e6;  // m, as palpate.h states
 // s, the same. In the shortest one a velocity is below the largest double for any way between such places.
 constexpr double kShortestStep = 1e-300, kLongestStep = 1e6;
-
-bool is_sound_point(const double* p) {
-  return std::fabs(p[0]) <= kFarthest && std::fabs(p[1]) <= kFarthest && std::fabs(p[2]) <= kFarthest;  // false for NaN
-}
-
-bool is_sound_place(std::int32_t triangle, const double* barycentric, std::int32_t triangles) {
-  if (triangle < 0 || triangle >= triangles) return false;
-  double sum = 0;
-  for (int v = 0; v < 3; ++v) {
-    if (!(barycentric[v] >= -1e-6 && barycentric[v] <= 1 + 1e-6)) return false;
-    sum += barycentric[v];
-  }
-  return std::fabs(sum - 1) <= 1e-6;
-}
-
-bool is_sound_grasp(const palpate_grasp& grasp, const InputLimits& limits) {
-  Pose pose;
-  if (!limits.has_grasps || !is_sound_place(grasp.triangle, grasp.barycentric, limits.triangles)) return false;
-  if (grasp.opposite_triangle != -1 &&
-      !is_sound_place(grasp.opposite_triangle, grasp.opposite_barycentric, limits.triangles))
-    return false;
-  return is_position(grasp.position) && read_pose(grasp.position, grasp.orientation, &pose) && grasp.radius > 0 &&
-         grasp.radius <= 1 && grasp.closing >= 0 && grasp.closing <= 1 && grasp.friction >= 0 && grasp.clamp_force >= 0;
-}
-
-bool is_sound_needle(const palpate_needle& needle, const InputLimits& limits) {
-  constexpr double most = 1e6, off = 1e-3;
-  const auto up_to = [](double x, double end) { return x >= 0 && x <= end; };
-  return limits.has_needles && is_sound_place(needle.triangle, needle.barycentric, limits.triangles) &&
-         is_sound_point(needle.tip) && std::fabs(length(load3(needle.direction)) - 1) <= off && needle.radius > 0 &&
-         needle.radius <= 0.01 && up_to(needle.friction, most) && up_to(needle.cutting_force, most) &&
-         up_to(needle.puncture_force, most) && needle.spacing >= 1e-4 && needle.spacing <= 1;
-}
 
 bool is_sound_grip(const palpate_grip& grip, const InputLimits& limits) {
   if (grip.axes == 0 || grip.axes > 7 || !is_sound_point(grip.displacement)) return false;
@@ -89,6 +54,20 @@ bool have_ids_of_their_own(const palpate_tool* tools, std::uint32_t stride, std:
 
 }  // namespace
 
+bool is_sound_point(const double* p) {
+  return std::fabs(p[0]) <= kFarthest && std::fabs(p[1]) <= kFarthest && std::fabs(p[2]) <= kFarthest;  // false for NaN
+}
+
+bool is_sound_place(std::int32_t triangle, const double* barycentric, std::int32_t triangles) {
+  if (triangle < 0 || triangle >= triangles) return false;
+  double sum = 0;
+  for (int v = 0; v < 3; ++v) {
+    if (!(barycentric[v] >= -1e-6 && barycentric[v] <= 1 + 1e-6)) return false;
+    sum += barycentric[v];
+  }
+  return std::fabs(sum - 1) <= 1e-6;
+}
+
 bool ToolInput::create(SceneMemory& memory, const InputLimits& limits, const InputLimits* organs,
                        std::int32_t organ_count) {
   limits_ = limits, organs_ = organs, organ_count_ = organ_count;
@@ -109,11 +88,21 @@ bool ToolInput::create(SceneMemory& memory, const InputLimits& limits, const Inp
   return !memory.failed();
 }
 
+bool ToolInput::read_part(SceneMemory& memory, int part, const ToolPart& how) {
+  limits_.part[part] = &how;
+  const std::size_t bytes = how.bytes * static_cast<std::size_t>(limits_.max_tools);
+  copies_[part] = memory.array<unsigned char>(bytes);
+  memory.keep_array(copies_[part], bytes);
+  for (std::int32_t t = 0; !memory.failed() && t < limits_.max_tools; ++t)
+    tools_[t].part[part] = copies_[part] + how.bytes * static_cast<std::size_t>(t);
+  return !memory.failed();
+}
+
 void ToolInput::forget_input(std::int32_t t) {
   Tool& tool = tools_[t];
   tool.point_count = tool.grip_count = 0;
-  tool.hold = tool.has_torque = tool.has_grasp = tool.has_needle = false, tool.disc_radius = tool.friction = 0,
-  tool.flags = 0;
+  tool.hold = tool.has_torque = tool.pulls = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
+  std::fill_n(tool.has_part, kToolPartCount, false);
   tool.organ = 0;
 }
 
@@ -150,14 +139,10 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
   if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
     if (!is_sound_point(tool.points + 3 * static_cast<std::size_t>(i))) return false;
-  if (palpate_grasp whole;
-      tool.grasp &&
-      !(is_readable(tool.grasp) && is_sound_grasp(whole_struct(tool.grasp, &whole, palpate_init_grasp), *of_organ)))
-    return false;
-  if (palpate_needle whole;
-      tool.needle &&
-      !(is_readable(tool.needle) && is_sound_needle(whole_struct(tool.needle, &whole, palpate_init_needle), *of_organ)))
-    return false;
+  for (int part = 0; part < kToolPartCount; ++part)
+    if (const void* const sent = part_of(tool, part);
+        sent && !(of_organ->part[part] && of_organ->part[part]->is_sound(sent, *of_organ)))
+      return false;
   if (grips == 0) return true;
   if (!have_one_size(tool.grips, grips)) return false;
   const std::uint32_t stride = struct_bytes_of(tool.grips);
@@ -209,10 +194,14 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
     tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
     tool.disc_radius = from.disc_radius, tool.friction = from.friction;
     tool.organ = from.organ;
-    tool.has_grasp = from.grasp != nullptr;
-    if (palpate_grasp whole; from.grasp) tool.grasp = whole_struct(from.grasp, &whole, palpate_init_grasp);
-    tool.has_needle = from.needle != nullptr;
-    if (palpate_needle whole; from.needle) tool.needle = whole_struct(from.needle, &whole, palpate_init_needle);
+    tool.pulls = tool.hold;
+    for (int part = 0; part < kToolPartCount; ++part) {
+      const void* const sent = part_of(from, part);
+      tool.has_part[part] = sent != nullptr;
+      if (!sent) continue;
+      limits_.part[part]->copy(sent, tool.part[part]);
+      tool.pulls = tool.pulls || limits_.part[part]->pulls;
+    }
   } else {
     tool.flags |= PALPATE_STEP_BAD_INPUT;
     tool.point_count = std::min(tool.point_count, *room);
@@ -224,7 +213,8 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
 // The world has checked it, and cut it to the room that there is.
 void ToolInput::take_far_tool(const palpate_tool& from, Tool& tool, std::int32_t* room) {
   tool.point_count = from.point_count, tool.grip_count = 0;
-  tool.hold = from.hold != 0, tool.has_grasp = tool.has_needle = false;
+  tool.hold = tool.pulls = from.hold != 0;
+  std::fill_n(tool.has_part, kToolPartCount, false);
   tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
   tool.disc_radius = from.disc_radius, tool.friction = from.friction, tool.organ = from.organ;
   *room -= tool.point_count;

@@ -1,8 +1,13 @@
 // The caller's tools, checked and copied. A step works on the copies, which hold sound numbers whatever the device sent.
 #pragma once
 
+#include <cassert>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <iterator>
 
+#include "runtime/base/host_struct.h"
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/vec3.h"
 #include "runtime/include/palpate/palpate.h"
@@ -11,14 +16,67 @@
 
 namespace palpate {
 
+// What a tool has beside its points and grips: the structs that these pointers of a palpate_tool name. A module reads each of them.
+inline constexpr std::size_t kToolParts[] = {offsetof(palpate_tool, grasp), offsetof(palpate_tool, needle)};
+inline constexpr int kToolPartCount = std::size(kToolParts);
+// The number of the pointer at that offset.
+constexpr int tool_part_at(std::size_t offset) {
+  int part = 0;
+  while (kToolParts[part] != offset) ++part;
+  return part;
+}
+// The pointer as the host has set it.
+inline const void* part_of(const palpate_tool& tool, int part) {
+  const void* pointer = nullptr;
+  std::memcpy(&pointer, reinterpret_cast<const unsigned char*>(&tool) + kToolParts[part], sizeof pointer);
+  return pointer;
+}
+inline void set_part(palpate_tool& tool, int part, const void* pointer) {
+  std::memcpy(reinterpret_cast<unsigned char*>(&tool) + kToolParts[part], &pointer, sizeof pointer);
+}
+inline bool has_parts(const palpate_tool& tool) {
+  for (int part = 0; part < kToolPartCount; ++part)
+    if (part_of(tool, part)) return true;
+  return false;
+}
+
+struct InputLimits;
+
+// How a module reads one of them.
+struct ToolPart {
+  std::size_t bytes;  // of the library's struct
+  // from: of the host, not NULL. organ: that the tool holds.
+  bool (*is_sound)(const void* from, const InputLimits& organ);
+  void (*copy)(const void* from, void* to);
+  bool pulls;  // a tool that has it may pull at the surface
+};
+// Of a struct T without padding.
+template <class T, void (*init)(T*, std::size_t), bool (*is_sound)(const T&, const InputLimits&)>
+constexpr ToolPart tool_part(bool pulls) {
+  return {sizeof(T),
+          [](const void* from, const InputLimits& organ) {
+            T whole;
+            const T* const sent = static_cast<const T*>(from);
+            return is_readable(sent) && is_sound(whole_struct(sent, &whole, init), organ);
+          },
+          [](const void* from, void* to) {
+            assert(!has_padding<T>());
+            T whole;
+            std::memcpy(to, &whole_struct(static_cast<const T*>(from), &whole, init), sizeof(T));
+          },
+          pulls};
+}
+
 // The bounds that the checks hold the input to.
 struct InputLimits {
   std::int32_t surface_nodes = 0, triangles = 0, max_tools = 0, max_points = 0;
-  bool has_triangles = false;  // the scene has triangles, so grips may name surface points
-  bool has_grasps = false;     // tools may grasp
-  bool has_needles = false;    // tools may have one
-  bool has_positions = false;  // the scene has the surface nodes' positions, which torques need
+  bool has_triangles = false;                 // the scene has triangles, so grips may name surface points
+  bool has_positions = false;                 // the scene has the surface nodes' positions, which torques need
+  const ToolPart* part[kToolPartCount] = {};  // nullptr: tools may not have it
 };
+
+bool is_sound_point(const double* p);
+bool is_sound_place(std::int32_t triangle, const double* barycentric, std::int32_t triangles);
 
 // What a tool has besides its arrays. It outlives a step, because a tool with bad input keeps its last good one; a saved state
 // holds all of it.
@@ -27,28 +85,30 @@ struct ToolValues {
   std::int32_t index = -1;  // of the tool in this step; -1: not sent
   bool is_new = false;      // this place had no tool in the last step, or another one
   bool hold = false, has_torque = false;
-  bool has_grasp = false, has_needle = false;
-  bool unused_flags[3] = {};  // in the place of padding, which a saved state would hold
+  bool pulls = false;  // it may pull at the surface
+  bool has_part[kToolPartCount] = {};
+  bool unused_flags[2] = {};  // in the place of padding, which a saved state would hold
   std::int32_t point_count = 0, grip_count = 0;
   std::uint32_t flags = 0;  // of this step
-  std::int32_t organ = 0;   // of a world, that grips and grasp hold
+  std::int32_t organ = 0;   // that grips and parts hold, where there are several
   Vec3 reference;           // m, in the world, where the tool has a torque
   double disc_radius = 0, friction = 0;
-  palpate_grasp grasp = {};    // where the tool has one
-  palpate_needle needle = {};  // the same
 };
 
 // A tool keeps its place among the tools of the scene from step to step for as long as the host sends its id.
 struct Tool : ToolValues {
-  Vec3* points = nullptr;         // [point_count]
-  palpate_grip* grips = nullptr;  // [grip_count]
+  Vec3* points = nullptr;           // [point_count]
+  palpate_grip* grips = nullptr;    // [grip_count]
+  void* part[kToolPartCount] = {};  // the copies; nullptr: the scene's tools may not have it
 };
 
 class ToolInput {
  public:
-  // organs: of a world, whose grips and grasps each have limits of their own: [organ_count], borrowed; nullptr: one organ.
+  // organs: whose grips and parts each have limits of their own: [organ_count], borrowed; nullptr: one organ.
   bool create(SceneMemory& memory, const InputLimits& limits, const InputLimits* organs = nullptr,
               std::int32_t organ_count = 1);
+  // From now on tools may have this part. how: kept.
+  bool read_part(SceneMemory& memory, int part, const ToolPart& how);
 
   // Copies the step's tools. A tool with any bad number keeps all of its last good input (nothing at first); so does dt, and so
   // do all tools where the list itself is bad. Points and grips beyond max_points are dropped, the first ones kept. Returns the
@@ -71,9 +131,6 @@ class ToolInput {
   const Tool& tool(std::int32_t t) const { return tools_[t]; }
   double dt() const { return dt_; }
   const InputLimits& limits() const { return limits_; }
-  // From now on tools may do so.
-  void let_grasp() { limits_.has_grasps = true; }
-  void let_have_needles() { limits_.has_needles = true; }
 
  private:
   bool is_sound(const palpate_tool& tool, std::int32_t points, std::int32_t grips) const;
@@ -86,6 +143,7 @@ class ToolInput {
   InputLimits limits_;
   const InputLimits* organs_ = nullptr;
   std::int32_t organ_count_ = 1;
+  unsigned char* copies_[kToolPartCount] = {};  // [max_tools] of ToolPart::bytes each
   Tool tools_[PALPATE_MAX_TOOLS];
   std::int32_t place_[PALPATE_MAX_TOOLS] = {};  // [sent] of each tool of the step
   std::int32_t sent_ = 0, count_ = 0;

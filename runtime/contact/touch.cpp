@@ -30,7 +30,7 @@ void take_input_in_world(TouchStep& step, const palpate_tool* tools, std::int32_
   const bool finds_far = step.world->finds_far && def.collision != PALPATE_COLLISION_OFF;
   for (std::int32_t i = 0; finds_far && i < tool_count; ++i) {
     const std::int32_t t = state.input.place_of(tools[i].id);
-    const bool held = (t >= 0 && state.far.held[t] > 0) || tools[i].grip_count > 0 || tools[i].grasp || tools[i].needle;
+    const bool held = (t >= 0 && state.far.held[t] > 0) || tools[i].grip_count > 0 || has_parts(tools[i]);
     far[i] = !held && is_far(step.world->tool[i], state.deformed, state.organ, state.far, def.max_tool_speed * dt);
   }
   step.flags = state.input.take(tools, tool_count, dt, far) | step.world->flags;

@@ -87,10 +87,10 @@ inline Vec3 outward_at(const TouchState& state, const SurfacePoint& surface_poin
   const Vec3 outward = state.measure.outward(surface_point);
   return length(outward) == 0 ? state.surface.outward(surface_point.triangle) : outward;
 }
-// Whether a tool's contact is a patch of its grasp: they come after its points and grips.
-inline bool is_of_grasp(const TouchStep& step, const ContactId& contact) {
+// Whether a tool's contact is one of its points or grips: those of its parts come after them.
+inline bool is_of_point(const TouchStep& step, const ContactId& contact) {
   const Tool& tool = step.state->input.tool(contact.index);
-  return contact.point >= tool.point_count + tool.grip_count;
+  return contact.point < tool.point_count + tool.grip_count;
 }
 
 }  // namespace palpate

@@ -40,6 +40,18 @@ double most_operations(const palpate_scene& scene, double change) {
          (2 * change + static_cast<double>(Grasps::operations_to_close(scene.def.max_contact_nodes)));
 }
 
+bool is_sound_grasp(const palpate_grasp& grasp, const InputLimits& limits) {
+  Pose pose;
+  if (!is_sound_place(grasp.triangle, grasp.barycentric, limits.triangles)) return false;
+  if (grasp.opposite_triangle != -1 &&
+      !is_sound_place(grasp.opposite_triangle, grasp.opposite_barycentric, limits.triangles))
+    return false;
+  return is_position(grasp.position) && read_pose(grasp.position, grasp.orientation, &pose) && grasp.radius > 0 &&
+         grasp.radius <= 1 && grasp.closing >= 0 && grasp.closing <= 1 && grasp.friction >= 0 && grasp.clamp_force >= 0;
+}
+
+constexpr ToolPart kGrasp = tool_part<palpate_grasp, palpate_init_grasp, is_sound_grasp>(true);
+
 palpate_status build(EffectBuild& build) {
   palpate_scene& scene = build.scene;
   SceneMemory& memory = build.reader.memory();
@@ -47,8 +59,8 @@ palpate_status build(EffectBuild& build) {
   if (!grasps) return build.reader.no_memory("grasps");
   build.state = grasps;
   scene.touch.ask(grasps);
-  scene.touch.input.let_grasp();
-  const bool made = grasps->create(memory, discs_of(scene.touch), scene.def.max_tools, most_nodes(scene.def),
+  const bool made = scene.touch.input.read_part(memory, kGraspPart, kGrasp) &&
+                    grasps->create(memory, discs_of(scene.touch), scene.def.max_tools, most_nodes(scene.def),
                                    &scene.touch.displacement, build.pass);
   return made ? PALPATE_OK : build.reader.no_memory("grasps");
 }

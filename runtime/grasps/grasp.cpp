@@ -68,7 +68,7 @@ void Grasps::find_patch(const SurfacePoint& place, double radius, GraspPatch* to
 }
 
 void Grasps::close(Grasp& grasp, const Tool& tool) {
-  const palpate_grasp& from = tool.grasp;
+  const palpate_grasp& from = grasp_of(tool);
   grasp.closed = 1, grasp.id = from.id, grasp.slipped = {};
   grasp.state = {};
   grasp.patches[0] = grasp.patches[1] = GraspPatch{};
@@ -85,19 +85,19 @@ std::int32_t Grasps::begin_tool(std::int32_t t, const Tool& tool, const OrganPos
   const bool has_held = grasp.patches[0].rows_of >= 0 || grasp.patches[1].rows_of >= 0;
   for (GraspPatch& patch : grasp.patches) patch.rows_of = -1;
   slips_[t] = {};
-  if (!tool.has_grasp) {
+  if (!has_grasp(tool)) {
     if (grasp.closed) forget_tool(t);
     return 0;
   }
   Pose pose;
-  read_pose(tool.grasp.position, tool.grasp.orientation, &pose);  // checked with the tool's input
+  read_pose(grasp_of(tool).position, grasp_of(tool).orientation, &pose);  // checked with the tool's input
   grasp.position = organ.point_to_organ(pose.position);
   Mat3 axes = pose.axes;
   for (int j = 0; j < 3; ++j) {
     const Vec3 column = organ.vector_to_organ({axes.m[0][j], axes.m[1][j], axes.m[2][j]});
     for (int i = 0; i < 3; ++i) axes.m[i][j] = column[i];
   }
-  const bool is_anew = grasp.closed && grasp.id != tool.grasp.id;
+  const bool is_anew = grasp.closed && grasp.id != grasp_of(tool).id;
   if (grasp.closed != 1 || is_anew) {
     grasp.closed_position = grasp.position, grasp.closed_axes = axes;
     close(grasp, tool);
@@ -117,7 +117,7 @@ Vec3 Grasps::target(const Grasp& grasp, const Tool& tool, int p, int part) const
   const Mat3 turn = without_one(grasp.turn);
   if (part > 0) return patch.before[part] + turn * patch.place[part];
   Vec3 to = patch.before[0] + turn * (patch.place[0] - grasp.closed_position) + grasp.position - grasp.closed_position;
-  to += (p == 0 ? 0.5 : -0.5) * tool.grasp.closing * (grasp.turn * grasp.axis);
+  to += (p == 0 ? 0.5 : -0.5) * grasp_of(tool).closing * (grasp.turn * grasp.axis);
   return to - grasp.slipped;
 }
 
@@ -126,8 +126,8 @@ std::uint32_t Grasps::add_rows(std::int32_t t, const Tool& tool, std::int32_t fi
   Grasp& grasp = grasps_[t];
   std::uint32_t flags = 0;
   *made = 0;
-  if (!tool.has_grasp || grasp.state.condition == PALPATE_GRASP_LET_GO) return flags;
-  for (int p = 0; p < patches_of(tool.grasp); ++p) {
+  if (!has_grasp(tool) || grasp.state.condition == PALPATE_GRASP_LET_GO) return flags;
+  for (int p = 0; p < patches_of(grasp_of(tool)); ++p) {
     GraspPatch& patch = grasp.patches[p];
     if (patch.count == 0) {
       flags |= PALPATE_STEP_NOT_TOUCHABLE;
@@ -159,18 +159,18 @@ Vec3 Grasps::force_of(const Grasp& grasp, const ContactSolver& solver) {
 
 // N: friction times what presses the jaws on the tissue: the stated clamp, or with two patches their own pressure, twice.
 double Grasps::limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver) {
-  double clamp = tool.grasp.clamp_force;
-  if (patches_of(tool.grasp) == 2 && grasp.patches[0].rows_of >= 0 && grasp.patches[1].rows_of >= 0) {
+  double clamp = grasp_of(tool).clamp_force;
+  if (patches_of(grasp_of(tool)) == 2 && grasp.patches[0].rows_of >= 0 && grasp.patches[1].rows_of >= 0) {
     const Vec3 axis = grasp.turn * grasp.axis;
     clamp = std::max(0.0, dot(axis, solver.reaction(grasp.patches[0].rows_of)) -
                               dot(axis, solver.reaction(grasp.patches[1].rows_of)));
   }
-  return std::isfinite(tool.grasp.friction) ? tool.grasp.friction * clamp : INFINITY;
+  return std::isfinite(grasp_of(tool).friction) ? grasp_of(tool).friction * clamp : INFINITY;
 }
 
 // N: by how much the force exceeds the friction; zero where it does not.
 Vec3 Grasps::excess_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver) {
-  if (!tool.has_grasp || !std::isfinite(tool.grasp.friction)) return {};
+  if (!has_grasp(tool) || !std::isfinite(grasp_of(tool).friction)) return {};
   const Vec3 force = force_of(grasp, solver);
   const double size = length(force), most = limit_of(grasp, tool, solver);
   return size > most * (1 + kSlipsTo) ? (1 - most / size) * force : Vec3{};
@@ -225,7 +225,7 @@ std::uint32_t Grasps::tell_forces(std::int32_t t, const Tool& tool, const Contac
   Grasp& grasp = grasps_[t];
   *torque = *torque_along = {};
   palpate_grasp_state& state = grasp.state;
-  if (!tool.has_grasp) return 0;
+  if (!has_grasp(tool)) return 0;
   const Vec3 reference = organ.point_to_organ(tool.reference);
   Vec3 force, moment, moment_along, centre = grasp.patches[0].place[0];
   const auto add = [&](Vec3 arm, Vec3 r) {
@@ -249,7 +249,7 @@ std::uint32_t Grasps::tell_forces(std::int32_t t, const Tool& tool, const Contac
   if (state.condition == PALPATE_GRASP_LET_GO) return 0;
   if (!is_finite(force)) return 0;
   state.friction_limit = limit_of(grasp, tool, solver);
-  if (state.slipped > tool.grasp.radius) state.condition = PALPATE_GRASP_LET_GO;
+  if (state.slipped > grasp_of(tool).radius) state.condition = PALPATE_GRASP_LET_GO;
   return length(excess_of(grasp, tool, solver)) > 0 ? std::uint32_t{PALPATE_STEP_SOLVE_INEXACT} : 0;
 }
 
@@ -272,7 +272,7 @@ void Grasps::request_of_tool(TouchStep& step, std::int32_t t) {
   for (std::int32_t p = 0; made > 0 && p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     const ContactId& contact = constraint.id.contact;
-    if (!is_of_tool(contact) || contact.index != t || constraint.id.part != 0 || !is_of_grasp(step, contact)) continue;
+    if (!is_of_tool(contact) || contact.index != t || constraint.id.part != 0 || is_of_point(step, contact)) continue;
     if (!state.solver.matrix().holds(set, p)) state.admission.pay();
     step.count_contact(t, set.target[p] - step.moved(set, constraint));
   }
@@ -304,9 +304,9 @@ void Grasps::tell(TouchStep& step, EventSink& to) {
     const Tool& tool = state.input.tool(t);
     if (tool.index < 0) continue;  // its end has been told
     HeldEvent held;
-    held.condition = grasps_[t].state.condition, held.closing = tool.has_grasp ? tool.grasp.id : 0;
-    if (tool.has_grasp) {
-      held.surface_point = surface_point_of(tool.grasp.triangle, tool.grasp.barycentric);
+    held.condition = grasps_[t].state.condition, held.closing = has_grasp(tool) ? grasp_of(tool).id : 0;
+    if (has_grasp(tool)) {
+      held.surface_point = surface_point_of(grasp_of(tool).triangle, grasp_of(tool).barycentric);
       held.place = state.organ.point_to_organ(load3(grasps_[t].state.place));
     }
     to.tell_held(t, held);

@@ -100,13 +100,24 @@ palpate_status create(const SectionReader& reader, palpate_scene& scene, Pass pa
   source.pass = pass;
   return needles.create(reader.memory(), source) ? PALPATE_OK : reader.no_memory("needles");
 }
+bool is_sound_needle(const palpate_needle& needle, const InputLimits& limits) {
+  constexpr double most = 1e6, off = 1e-3;
+  const auto up_to = [](double x, double end) { return x >= 0 && x <= end; };
+  return is_sound_place(needle.triangle, needle.barycentric, limits.triangles) && is_sound_point(needle.tip) &&
+         std::fabs(length(load3(needle.direction)) - 1) <= off && needle.radius > 0 && needle.radius <= 0.01 &&
+         up_to(needle.friction, most) && up_to(needle.cutting_force, most) && up_to(needle.puncture_force, most) &&
+         needle.spacing >= 1e-4 && needle.spacing <= 1;
+}
+
+constexpr ToolPart kNeedle = tool_part<palpate_needle, palpate_init_needle, is_sound_needle>(false);
+
 palpate_status build(EffectBuild& build) {
   SceneMemory& memory = build.reader.memory();
   auto* const needles = memory.make<Needles>();
   if (!needles) return build.reader.no_memory("needles");
   build.state = needles;
   build.scene.touch.ask(needles);
-  build.scene.touch.input.let_have_needles();
+  if (!build.scene.touch.input.read_part(memory, kNeedlePart, kNeedle)) return build.reader.no_memory("needles");
   SceneMemory scratch = memory.of_same_host();
   const palpate_status status = create(build.reader, build.scene, build.pass, scratch, *needles);
   scratch.release_all();

@@ -83,12 +83,12 @@ Vec3 Needles::displacement(const NeedlePlace& place) const {
 
 void Needles::enter(NeedleInTissue& needle, const Tool& tool) const {
   needle = NeedleInTissue{};
-  needle.is_known = 1, needle.id = tool.needle.id;
+  needle.is_known = 1, needle.id = needle_of(tool).id;
   Vec3 x;
   for (int v = 0; v < 3; ++v) {
     const std::int32_t n =
-        source_.triangles[3 * static_cast<std::size_t>(tool.needle.triangle) + static_cast<std::size_t>(v)];
-    x += tool.needle.barycentric[v] * load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(n));
+        source_.triangles[3 * static_cast<std::size_t>(needle_of(tool).triangle) + static_cast<std::size_t>(v)];
+    x += needle_of(tool).barycentric[v] * load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(n));
   }
   if (find_place(x, &needle.tip)) return;
   needle.tip.rest = x, needle.is_out = 1;
@@ -102,20 +102,20 @@ void Needles::let_go_passed(NeedleInTissue& needle) {
 
 std::int32_t Needles::begin_tool(std::int32_t t, const Tool& tool, const OrganPose& organ) {
   NeedleInTissue& needle = needles_[t];
-  if (!tool.has_needle) {
+  if (!has_needle(tool)) {
     if (needle.is_known) forget_tool(t);
     return 0;
   }
-  const Vec3 axis = unit_or_zero(organ.vector_to_organ(load3(tool.needle.direction))), before = needle.tangent;
-  if (!needle.is_known || needle.id != tool.needle.id) enter(needle, tool);
-  needle.position = organ.point_to_organ(load3(tool.needle.tip)), needle.axis = axis;
+  const Vec3 axis = unit_or_zero(organ.vector_to_organ(load3(needle_of(tool).direction))), before = needle.tangent;
+  if (!needle.is_known || needle.id != needle_of(tool).id) enter(needle, tool);
+  needle.position = organ.point_to_organ(load3(needle_of(tool).tip)), needle.axis = axis;
   needle.tangent = across(axis, before);
   needle.touches = 0, needle.tip_row = needle.tip.row_of = -1;
   if (needle.is_out) return 0;
   if (!needle.pierced) {
     const Vec3 way = needle.position - needle.tip.rest - displacement(needle.tip);
     const double ahead = dot(way, axis);
-    const bool beside = length(way - ahead * axis) > tool.needle.spacing;
+    const bool beside = length(way - ahead * axis) > needle_of(tool).spacing;
     needle.touches = !beside && (ahead > 0 || needle.state.tip_force > 0);
     return needle.touches;
   }
@@ -132,7 +132,7 @@ RowWish Needles::wish_of(const NeedleInTissue& needle, const Tool& tool, const N
   wish.set_frame(row);
   const Vec3 way = needle.position - place.rest - place.aside;
   wish.target = {dot(way, row[0]) + place.held, dot(way, row[1]), dot(way, row[2])};
-  const double unresolved = std::max(kLeastLog, natural_log(place.resolved / tool.needle.radius)) / length;
+  const double unresolved = std::max(kLeastLog, natural_log(place.resolved / needle_of(tool).radius)) / length;
   for (int i = 0; i < 3; ++i) wish.rows.local.m[i][i] = unresolved * (i == 0 ? place.along : place.across);
   return wish;
 }
@@ -141,20 +141,20 @@ std::uint32_t Needles::add_rows(std::int32_t t, const Tool& tool, ContactRows& r
   NeedleInTissue& needle = needles_[t];
   if (!needle.touches) return 0;
   const auto contact = [t](std::int32_t point) { return ContactId{kNeedleSource, t, point}; };
-  RowWish tip = wish_of(needle, tool, needle.tip, 0.5 * tool.needle.spacing, {contact(0), 1});
+  RowWish tip = wish_of(needle, tool, needle.tip, 0.5 * needle_of(tool).spacing, {contact(0), 1});
   if (needle.pierced) {
     RowWish sides = tip;
     sides.rows.id.part = 0, sides.rows.axes = 6;
     needle.tip.row_of = rows.add(&sides, 1);
   }
   tip.rows.axes = 1, tip.rows.law = ContactLaw::unilateral;
-  tip.rows.limit = needle.pierced ? tool.needle.cutting_force : tool.needle.puncture_force;
+  tip.rows.limit = needle.pierced ? needle_of(tool).cutting_force : needle_of(tool).puncture_force;
   if (tip.rows.limit > 0) needle.tip_row = rows.add(&tip, 1);
   std::uint32_t flags = 0;
   for (std::int32_t i = 0; i < needle.count; ++i) {
     NeedlePlace& place = needle.place[i];
     RowWish wish = wish_of(needle, tool, place, place.length, {contact(1 + i), 0});
-    wish.rows.limit = tool.needle.friction * place.length;
+    wish.rows.limit = needle_of(tool).friction * place.length;
     wish.rows.axes = wish.rows.limit > 0 ? 7 : 6;
     place.row_of = rows.add(&wish, 1);
     if (place.row_of < 0) flags = PALPATE_STEP_CONTACTS_DROPPED;
@@ -191,7 +191,7 @@ void Needles::slide(NeedleInTissue& needle, const ContactConstraints& set, const
 
 bool Needles::may_take_place(const NeedleInTissue& needle, const Tool& tool) const {
   const double last = needle.count > 0 ? needle.place[needle.count - 1].depth : 0;
-  return needle.tip.depth - last >= tool.needle.spacing;
+  return needle.tip.depth - last >= needle_of(tool).spacing;
 }
 
 // now: m, where the tissue at the tip is.
@@ -226,7 +226,7 @@ std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const 
   const double ahead =
       needle.tip_row >= 0 ? -solver.missed(set, needle.tip_row).x : dot(needle.position - now, needle.axis);
   const double r = needle.tip_row >= 0 ? solver.reaction(needle.tip_row).x : 0;
-  const bool cuts = ahead > 0 && r >= tool.needle.cutting_force * (1 - kRounding), goes_back = ahead < 0;
+  const bool cuts = ahead > 0 && r >= needle_of(tool).cutting_force * (1 - kRounding), goes_back = ahead < 0;
   if (!cuts && !goes_back) return 0;
   const Vec3 by = edges * in_columns_of(deformed, ahead * needle.axis);
   if (!is_finite(by) || length(by) == 0) return 0;
@@ -259,7 +259,7 @@ std::uint32_t Needles::end_tool(std::int32_t t, const Tool& tool, const ContactC
   NeedleInTissue& needle = needles_[t];
   *sum = *torque = {};
   palpate_needle_state& state = needle.state;
-  if (!tool.has_needle) return 0;
+  if (!has_needle(tool)) return 0;
   const Vec3 reference = organ.point_to_organ(tool.reference), side = cross(needle.axis, needle.tangent);
   const auto act = [&](std::int32_t row, double along) {
     if (row < 0 || !solved) return 0.0;
@@ -281,7 +281,7 @@ std::uint32_t Needles::end_tool(std::int32_t t, const Tool& tool, const ContactC
     state.condition = PALPATE_NEEDLE_OUTSIDE;
   } else if (!needle.pierced) {
     state.condition = PALPATE_NEEDLE_PRESSES;
-    needle.pierced = solved && state.tip_force >= tool.needle.puncture_force * (1 - kRounding);
+    needle.pierced = solved && state.tip_force >= needle_of(tool).puncture_force * (1 - kRounding);
   } else {
     state.condition = PALPATE_NEEDLE_INSIDE;
     if (solved) {
@@ -346,7 +346,7 @@ bool Needles::note_sliding(const TouchStep& step, const ContactConstraints&, con
   const ContactId& contact = constraint.id.contact;
   if (contact.source != kNeedleSource) return false;
   const std::int32_t t = contact.index;
-  const palpate_needle& given = step.state->input.tool(t).needle;
+  const palpate_needle& given = needle_of(step.state->input.tool(t));
   // Of one that something brakes, friction and cutting take more than new places may give.
   if (step.state->offset.exists() || given.friction != 0 || given.cutting_force != 0) return false;
   NeedleInTissue& needle = needles_[t];

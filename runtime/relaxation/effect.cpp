@@ -36,7 +36,7 @@ class Relaxation final : public StepPart {
     if (tool.has_torque) result.raw_torque = series_.step(torque_memory_[t], elastic_torque, dt);
     if (result.is_inside) return;
     const bool touches = result.touches || result.sum.contacts > 0;
-    if (touches && (tool.hold || tool.has_grasp || !(dot(result.raw, elastic) < 0))) return;
+    if (touches && (tool.pulls || !(dot(result.raw, elastic) < 0))) return;
     result.raw = result.raw_torque = Vec3{};
   }
 

@@ -20,7 +20,7 @@ class ContactsOfStep {
       if (!is_of_tool(set.constraints[first].id.contact)) return;
       const ContactId& contact = set.constraints[first].id.contact;
       while (end < set.constraint_count && set.constraints[end].id.contact == contact) ++end;
-      if (is_of_grasp(step_, contact)) continue;
+      if (!is_of_point(step_, contact)) continue;
       visit(first, end);
     }
   }
