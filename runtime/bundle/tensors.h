@@ -76,7 +76,7 @@ struct DisplacementRows {
   }
 };
 
-// The columns of interior nodes, which a needle holds (section corridor/*). Unlike those of the surface they are fields of a unit force.
+// The columns of interior nodes that may be held (section corridor/*). Unlike those of the surface they are fields of a unit force.
 struct Corridor {
   std::int32_t count = 0;                        // K
   const std::int32_t* nodes = nullptr;           // [K] mesh node of each column, ascending, none on the surface
@@ -103,14 +103,14 @@ struct Corridor {
   }
 };
 
-// The tensors of a bundle. The surface's displacements are stored rows, or follow from a stored compliance. In a scene with needles the
+// The tensors of a bundle. The surface's displacements are stored rows, or follow from a stored compliance. In a scene with a corridor the
 // columns from `columns` on are those of the corridor: their T^u is the field of a unit force, and their T^f is one.
 struct Tensors {
   DisplacementRows surface;
   const Compliance* compliance = nullptr;
   const double* stiffness = nullptr;  // [S][3][3] N/m, T^f_k (section tensors/force)
   std::int32_t surface_nodes = 0, columns = 0;
-  const Corridor* corridor = nullptr;  // where the scene has needles
+  const Corridor* corridor = nullptr;  // where the scene has one
 
   std::int32_t all_columns() const { return columns + (corridor ? corridor->count : 0); }
   bool is_of_surface(std::int32_t column) const { return column < columns; }
@@ -148,7 +148,7 @@ struct Tensors {
   }
 
  private:
-  // In a function of its own, because few scenes have needles and many places call displacement().
+  // In a function of its own, because few scenes have a corridor and many places call displacement().
   Mat3 displacement_in_corridor(std::int32_t node, std::int32_t column) const;
 };
 

@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-bool Offset::create(SceneMemory& memory, const MotionRows& rows, std::int32_t constraint_capacity) {
+bool Offset::create(SceneMemory& memory, const OffsetRows& rows, std::int32_t constraint_capacity) {
   const auto count = static_cast<std::size_t>(rows.count);
   acting_.target = memory.array<Vec3>(static_cast<std::size_t>(constraint_capacity));
   for (double** const array : {&longest_, &step_}) *array = memory.array<double>(count);

@@ -1,16 +1,16 @@
 // The offset o of the displacement field: what moves the organ from outside, beside the contacts of a step. Row m of some rows is column m
-// of B, a module writes their amounts q (runtime/motions), and the organ without contacts has the displacement o = B q.
+// of B, a module writes their amounts q, and the organ without contacts has the displacement o = B q.
 // A contact holds what o leaves of its target: (H W H^T) r = d - H o.
 //
 // A scene has one offset, and one effect owns it. In its prepare() it makes the rows, of the bundle or of its own: C f for a load f. It also
 // gives them to the shape (ShapeState::moved_surface, moved_interior). Where the scene has a corridor the rows have the nodes inside too,
-// because needles ask there. The amounts reach the shape in palpate_contacts, as those of motions.
+// because what holds nodes there asks for them. The amounts reach the shape in palpate_contacts.
 #pragma once
 
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
-#include "runtime/bundle/motion_rows.h"
+#include "runtime/bundle/offset_rows.h"
 #include "runtime/contact/contact_constraints.h"
 
 namespace palpate {
@@ -18,11 +18,11 @@ namespace palpate {
 class Offset {
  public:
   // rows: borrowed, of finite numbers; `longest` is filled in here. Without create() there are no rows, and o is zero.
-  bool create(SceneMemory& memory, const MotionRows& rows, std::int32_t constraint_capacity);
+  bool create(SceneMemory& memory, const OffsetRows& rows, std::int32_t constraint_capacity);
 
   bool exists() const { return rows_.count > 0; }
   std::int32_t count() const { return rows_.count; }
-  const MotionRows& rows() const { return rows_; }
+  const OffsetRows& rows() const { return rows_; }
 
   // For the module that writes the amounts. A step: end_last_step(), then the new amounts, then begin_step(), then
   // ContactField::begin_moved() where the field has the offset; is_first: nothing was anywhere before. While the step is solved the amounts
@@ -58,7 +58,7 @@ class Offset {
  private:
   double length_of(const double* amounts, const double* from) const;
 
-  MotionRows rows_;
+  OffsetRows rows_;
   ContactConstraints acting_;
   // [count] each:
   double* longest_ = nullptr;

@@ -30,7 +30,7 @@ palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load& l
   return {0, 0, 20 + scene.touch.offset.count() * (6 + 3.0 * load.nodes)};
 }
 
-palpate_status read_rows(const SectionReader& reader, SectionId id, std::int32_t nodes, MotionRows* out) {
+palpate_status read_rows(const SectionReader& reader, SectionId id, std::int32_t nodes, OffsetRows* out) {
   if (const palpate_status status = reader.map_for("motions", id, &out->numbers)) return status;
   out->count = static_cast<std::int32_t>(reader.counts().motions), out->nodes = nodes;
   const std::size_t numbers = 3 * static_cast<std::size_t>(out->count) * static_cast<std::size_t>(nodes);
@@ -63,7 +63,7 @@ palpate_status prepare(EffectBuild& build) {
   auto* const motions = reader.memory().make<Motions>();
   if (!motions) return reader.no_memory("motions");
   build.state = motions;
-  MotionRows rows;
+  OffsetRows rows;
   if (const palpate_status status = read_rows(reader, SectionId::motion_surface, reader.surface_nodes(), &rows))
     return status;
   Motions::Source source;
@@ -71,7 +71,7 @@ palpate_status prepare(EffectBuild& build) {
   if (const palpate_status status = read_kinds_and_volumes(reader, &source)) return status;
   const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
   if (scene.tensors.corridor && inside > 0) {
-    MotionRows of_interior;
+    OffsetRows of_interior;
     if (const palpate_status status = read_rows(reader, SectionId::motion_interior, inside, &of_interior))
       return status;
     rows.inside = of_interior.numbers, rows.nodes_inside = inside;

@@ -43,7 +43,7 @@ class Motions final : public StepPart {
   }
 
  private:
-  const MotionRows& rows() const { return source_.offset->rows(); }
+  const OffsetRows& rows() const { return source_.offset->rows(); }
   double volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const;
   bool solve_pumps(double* missed) const;
   double find_change(const ContactConstraints& set, const Vec3* force, double* by, double* size) const;

@@ -22,7 +22,7 @@ palpate_status build(EffectBuild& build) {
   if (!query) return reader.no_memory("queries");
   build.state = query;
   const FineSurface* const fine = fine_surface_of(scene.touch);
-  const MotionRows& motions = scene.touch.offset.rows();
+  const OffsetRows& motions = scene.touch.offset.rows();
   double reach = 1;
   const bool made =
       build_tree(memory, scene.touch, reader.surface_nodes(), reader.triangles(), query->tree()) &&

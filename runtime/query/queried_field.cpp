@@ -20,7 +20,7 @@ bool is_sound(const palpate_contact_node& node, std::int32_t columns) {
 }  // namespace
 
 bool QueriedField::create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable,
-                          std::int32_t node_capacity, bool large, double added_reach, const MotionRows& motions,
+                          std::int32_t node_capacity, bool large, double added_reach, const OffsetRows& motions,
                           double moved_reach) {
   const auto surface = static_cast<std::size_t>(tensors.surface_nodes);
   touchable_ = touchable, large_ = large, surface_nodes_ = tensors.surface_nodes;

@@ -6,7 +6,7 @@
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/load_field.h"
-#include "runtime/bundle/motion_rows.h"
+#include "runtime/bundle/offset_rows.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
@@ -18,7 +18,7 @@ class QueriedField {
   // superposition; the reach of the tree (m / sqrt(J)), the same for all nodes. motions: without numbers where the scene has none;
   // moved_reach: m / sqrt(J), in which their length is stated as a norm.
   bool create(SceneMemory& memory, const Tensors& tensors, const std::int32_t* touchable, std::int32_t node_capacity,
-              bool large, double added_reach, const MotionRows& motions, double moved_reach);
+              bool large, double added_reach, const OffsetRows& motions, double moved_reach);
 
   // Takes over the contact nodes; contacts: laid out (contact_nodes.h), or nullptr for the surface at rest. Returns the step flags.
   // Cost: a comparison where they are those of the last call, else nodes^2 entries of the tensors. Large: a pass over the surface.
@@ -41,7 +41,7 @@ class QueriedField {
   bool large_ = false;
   Vec3* added_ = nullptr;                 // [surface nodes] m, or nullptr
   double longest_added_ = 0, reach_ = 1;  // m; m / sqrt(J)
-  MotionRows motions_;
+  OffsetRows motions_;
   double* amounts_ = nullptr;                   // [motions]
   double longest_moved_ = 0, moved_reach_ = 1;  // m; m / sqrt(J)
   double norm_ = 0, path_ = 0;                  // sqrt(J), as surface_tree.h explains

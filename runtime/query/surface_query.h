@@ -21,7 +21,7 @@ class SurfaceQuery {
   // After its tree was built. The arguments are those of QueriedField::create; fine: the surface of the tree, where that is not the
   // mesh's, else nullptr. tensors and fine are borrowed, too.
   bool create(SceneMemory& memory, const Tensors* tensors, const std::int32_t* touchable, std::int32_t node_capacity,
-              const FineSurface* fine, bool large, double added_reach, const MotionRows& motions, double moved_reach);
+              const FineSurface* fine, bool large, double added_reach, const OffsetRows& motions, double moved_reach);
   SurfaceTree& tree() { return tree_; }
 
   // The following queries see the surface of these contacts, as QueriedField::set says.

@@ -36,7 +36,7 @@ struct palpate_scene {
   palpate::Tensors tensors;
   const std::int32_t* touchable = nullptr;  // [S] node of each column
   palpate::Compliance compliance;           // where the bundle stores the compliance in blocks
-  palpate::Corridor corridor;               // where the scene has needles
+  palpate::Corridor corridor;               // where something holds nodes inside
   palpate::PassWatch watch;
   const palpate::StepContext context;
   palpate::TouchState touch;

@@ -19,8 +19,8 @@ double eigenvalue_bound(Mat3 c) {
   return size * bound;
 }
 
-// Lets each node reach at least as far as the motions' norm, their length over the surface divided by the largest reach, moves it.
-void reach_motions(const MotionRows& rows, double largest, double* reach) {
+// Lets each node reach at least as far as the offset's norm, its length over the surface divided by the largest reach, moves it.
+void reach_offset(const OffsetRows& rows, double largest, double* reach) {
   for (std::int32_t m = 0; m < rows.count; ++m)
     for (std::int32_t n = 0; n < rows.nodes && rows.longest[m] > 0; ++n)
       reach[n] = std::max(reach[n], largest * (length(rows.at(m, n)) / rows.longest[m]) * (1 + 1e-6));
@@ -29,7 +29,7 @@ void reach_motions(const MotionRows& rows, double largest, double* reach) {
 }  // namespace
 
 bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors, const std::int32_t* touchable,
-                 const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree, double* same,
+                 const FineSurface* fine, const OffsetRows& offset, SurfaceTree& tree, double* same,
                  double* of_nodes) {
   SceneMemory scratch = reader.memory().of_same_host();
   const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
@@ -47,7 +47,7 @@ bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors
     std::replace(reach, reach + count, -1.0, is_length ? 1 : most);
     *same = most > 0 ? most : 1;
     if (body.added()) std::fill(reach, reach + count, *same);
-    reach_motions(motions, *same, reach);
+    reach_offset(offset, *same, reach);
     if (of_nodes) std::copy(reach, reach + count, of_nodes);
     if (!fine) tree.set_reach(reach);
   }

@@ -19,7 +19,7 @@ bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes
 // deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same. of_nodes:
 // [surface nodes] takes the reaches; nullptr: nobody does.
 bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors, const std::int32_t* touchable,
-                 const FineSurface* fine, const MotionRows& motions, SurfaceTree& tree, double* same,
+                 const FineSurface* fine, const OffsetRows& offset, SurfaceTree& tree, double* same,
                  double* of_nodes = nullptr);
 
 }  // namespace palpate

@@ -123,7 +123,7 @@ class Shape {
 
  private:
   bool holds_displacements() const { return kHasEffects && shape_state_.held.nodes > 0; }
-  // Large deformation: the contacts hold the displacements.
+  // The contacts hold the displacements.
   void copy_field(const palpate_contacts* contacts) {
     const std::int32_t wanted = std::min(shape_state_.nodes, out_.node_capacity);
     for (std::int32_t n = 0; n < wanted;) {
@@ -161,10 +161,10 @@ class Shape {
     return true;
   }
 
-  // Adds the motions' displacement at nodes first .. first + count - 1, which are all on the surface or all inside.
-  void add_motions(std::int32_t first, std::int32_t count, float* field) const {
+  // Adds the offset at nodes first .. first + count - 1, which are all on the surface or all inside.
+  void add_offset(std::int32_t first, std::int32_t count, float* field) const {
     const std::int32_t surface = context_.tensors.surface_nodes;
-    const MotionRows& rows = first < surface ? shape_state_.moved_surface : shape_state_.moved_interior;
+    const OffsetRows& rows = first < surface ? shape_state_.moved_surface : shape_state_.moved_interior;
     const std::size_t at = 3 * static_cast<std::size_t>(first < surface ? first : first - surface);
     for (std::int32_t m = 0; m < rows.count; ++m) {
       const float* const u = rows.row(m) + at;
@@ -342,7 +342,7 @@ class Shape {
     if (!written) std::fill(field, field + floats, 0.0f);
     if (added_)
       for (std::size_t i = 0; i < floats; ++i) field[i] += added_[3 * static_cast<std::size_t>(first) + i];
-    if (amounts_) add_motions(first, count, field);
+    if (amounts_) add_offset(first, count, field);
     finish_chunk(first, count, field);
   }
 
@@ -376,7 +376,7 @@ class Shape {
   Group groups_[PALPATE_MAX_TOOLS + 1];
   int group_count_ = 0, column_count_ = 0;
   const float* added_ = nullptr;     // [nodes][3] m, adds to superposition; nullptr: nothing does
-  const double* amounts_ = nullptr;  // of the motions; nullptr: none moves
+  const double* amounts_ = nullptr;  // of the offset; nullptr: there is none
 };
 
 }  // namespace

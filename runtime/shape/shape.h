@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "runtime/base/contact_nodes.h"
-#include "runtime/bundle/motion_rows.h"
+#include "runtime/bundle/offset_rows.h"
 #include "runtime/bundle/step_context.h"
 #include "runtime/tissue/response_curve.h"
 
@@ -16,12 +16,12 @@ namespace palpate {
 // for each degree of freedom. A group is the columns of one corrected tool, or of all tools that need no correction.
 struct ShapeState {
   static constexpr std::int32_t kChunkNodes = 1024;  // nodes that one turn of the loop completes
-  DisplacementRows corridor_interior;                // of the corridor's columns, where the scene has needles
+  DisplacementRows corridor_interior;                // of the corridor's columns, where the scene has one
   DisplacementRows interior;                         // numbers is nullptr where the shape ends at the surface
   const float* rest = nullptr;                       // [nodes][3] m, positions without contacts, preload included
   std::int32_t nodes = 0;                            // Ns for the surface, N for the volume
   HeldField held;                                    // as in the touch
-  MotionRows moved_surface, moved_interior;          // where the bundle's motions move the organ; numbers nullptr: not
+  OffsetRows moved_surface, moved_interior;          // of the offset; numbers nullptr: there is none
   ResponseCurve radial;
   std::int32_t* slot_of_column = nullptr;  // [S] 1 + first of its three entries in the arrays below; 0 between steps
   double* sum = nullptr;                   // [3 max_contact_nodes] m, u~ of a column, summed over contacts

@@ -1,4 +1,4 @@
-// The displacement of nodes per unit of each motion of a bundle, in the bundle's own bytes.
+// The rows of the offset of the displacement field (contact/offset.h): row m is the displacement of each node per unit of amount m.
 #pragma once
 
 #include <cstddef>
@@ -9,23 +9,23 @@
 
 namespace palpate {
 
-struct MotionRows {
+struct OffsetRows {
   const float* numbers = nullptr;  // [count][nodes][3] m per unit
-  const float* inside = nullptr;   // [count][nodes_inside][3] of the interior nodes; nullptr: the scene has no needles
+  const float* inside = nullptr;   // [count][nodes_inside][3] of the interior nodes; nullptr: nobody asks there
   std::int32_t count = 0, nodes = 0, nodes_inside = 0;
   const double* longest = nullptr;  // [count] m per unit, an upper bound over the nodes
 
-  const float* row(std::int32_t motion) const {
-    return numbers + 3 * static_cast<std::size_t>(motion) * static_cast<std::size_t>(nodes);
+  const float* row(std::int32_t m) const {
+    return numbers + 3 * static_cast<std::size_t>(m) * static_cast<std::size_t>(nodes);
   }
-  Vec3 at(std::int32_t motion, std::int32_t node) const {
+  Vec3 at(std::int32_t m, std::int32_t node) const {
     const float* const u =
-        node < nodes ? row(motion) + 3 * static_cast<std::size_t>(node)
-                     : inside + 3 * (static_cast<std::size_t>(motion) * static_cast<std::size_t>(nodes_inside) +
+        node < nodes ? row(m) + 3 * static_cast<std::size_t>(node)
+                     : inside + 3 * (static_cast<std::size_t>(m) * static_cast<std::size_t>(nodes_inside) +
                                      static_cast<std::size_t>(node - nodes));
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
   }
-  // m, under the amounts [count]. A motion of amount zero is not read.
+  // m, under the amounts [count]. A row of amount zero is not read.
   Vec3 sum_at(const double* amount, std::int32_t node) const {
     Vec3 sum;
     for (std::int32_t m = 0; m < count; ++m)
