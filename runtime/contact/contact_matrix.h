@@ -19,7 +19,7 @@ struct HeldConstraints {
   ContactConstraint* constraints = nullptr;  // [constraint_capacity]
   RowsOfConstraint* rows = nullptr;          // [constraint_capacity]
   std::int32_t count = 0, node_count = 0;
-  std::int32_t discs = 0;  // constraints with a disc, of a grasp's parts the first
+  std::int32_t discs = 0;  // constraints with a disc; of a contact that has several, the first
   bool* ended = nullptr;   // [constraint_capacity] of contacts that have ended since
   bool any_ended = false;
 };

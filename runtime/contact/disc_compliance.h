@@ -13,11 +13,11 @@
 // definite in space (Schoenberg 1938); L_ij integrates it over what the intervals [a_i, w_i] and [a_j, w_j] have in common; the other
 // factors are one matrix for each disc, and powers of the Gram matrix of (1, n) (Schur's product).
 //
-// The parts of a grasp that hold the gradients of the displacement under its disc (grasp_patch.h) share with one another. In place of the
+// Constraints that hold the gradients of the displacement under a disc share with one another. In place of the
 // term t = (a^2 + rho^2)^(-1/2) of g, rho = pi / 2 (x_i - x_j), two gradients along e_i and e_j have
 //     t^3 (e_i . e_j - 3 t^2 (e_i . rho) (e_j . rho)),
-// the slope of t along both: 1 / a^3 for d = 0, as what a grasp's own gradients lack, and positive definite as t is. A gradient and a mean
-// share nothing: that keeps L semidefinite, and two jaws at nearly one place free of conflict.
+// the slope of t along both: 1 / a^3 for d = 0, as what the disc's own gradients lack, and positive definite as t is. A gradient and a mean
+// share nothing: that keeps L semidefinite, and two such discs at nearly one place free of conflict.
 //
 // A share of kOwn of the disc's whole compliance c / a stays its own: in place of L_ii the others see L_ii - kOwn c / a. So k discs at
 // one place press up to kOwn harder than one, and the system stays definite: without it, discs at nearly one place would feel the noise

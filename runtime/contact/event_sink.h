@@ -10,17 +10,20 @@
 
 namespace palpate {
 
-// What a tool holds, as a step has left it. Without padding: a saved state has it.
+// let_go: it holds nothing until it closes anew.
+enum class Hold : std::int32_t { open, holds, slips, let_go };
+
+// What a part of a tool (tool_input.h) holds, as a step has left it. Without padding: a saved state has it.
 struct HeldEvent {
-  palpate_grasp_condition condition = PALPATE_GRASP_OPEN;
-  std::int32_t closing = 0;    // palpate_grasp::id
-  SurfacePoint surface_point;  // of its first disc
-  Vec3 place;                  // m
+  Hold hold = Hold::open;
+  std::int32_t closing = 0;  // another number: it has closed anew
+  SurfacePoint surface_point;
+  Vec3 place;  // m
 };
 
 class EventSink {
  public:
-  // What became of what the tool in place t holds.
+  // What became of what a part of the tool in place t holds.
   virtual void tell_held(std::int32_t /*t*/, const HeldEvent& /*now*/) {}
   // Of something that belongs to no tool. at: m, of the place.
   virtual void tell_event(palpate_contact_event_kind, std::int32_t /*id*/, const SurfacePoint& /*place*/, Vec3 /*at*/) {

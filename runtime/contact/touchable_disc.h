@@ -1,4 +1,4 @@
-// A disc on the surface at rest as links and grasps hold it, and as a tool that is not in contact meets it: on its touchable nodes alone, and on a few of them
+// A disc on the surface at rest as a module holds it, and as a tool that is not in contact meets it: on its touchable nodes alone, and on a few of them
 #pragma once
 
 #include <cstdint>

@@ -33,6 +33,12 @@ void solve_positive(int size, double* a, double* x) {
   }
 }
 
+Hold hold_of(palpate_grasp_condition condition) {
+  static_assert(Hold{PALPATE_GRASP_OPEN} == Hold::open && Hold{PALPATE_GRASP_HOLDS} == Hold::holds &&
+                Hold{PALPATE_GRASP_SLIPS} == Hold::slips && Hold{PALPATE_GRASP_LET_GO} == Hold::let_go);
+  return Hold{condition};
+}
+
 Mat3 without_one(Mat3 turn) {
   for (int i = 0; i < 3; ++i) turn.m[i][i] -= 1;
   return turn;
@@ -304,7 +310,7 @@ void Grasps::tell(TouchStep& step, EventSink& to) {
     const Tool& tool = state.input.tool(t);
     if (tool.index < 0) continue;  // its end has been told
     HeldEvent held;
-    held.condition = grasps_[t].state.condition, held.closing = has_grasp(tool) ? grasp_of(tool).id : 0;
+    held.hold = hold_of(grasps_[t].state.condition), held.closing = has_grasp(tool) ? grasp_of(tool).id : 0;
     if (has_grasp(tool)) {
       held.surface_point = surface_point_of(grasp_of(tool).triangle, grasp_of(tool).barycentric);
       held.place = state.organ.point_to_organ(load3(grasps_[t].state.place));

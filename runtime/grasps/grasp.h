@@ -8,9 +8,9 @@
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/displacement_field.h"
-#include "runtime/contact/grasp_patch.h"
 #include "runtime/contact/row_source.h"
 #include "runtime/contact/tool_input.h"
+#include "runtime/grasps/grasp_patch.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {

@@ -17,8 +17,8 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/include/palpate/palpate_inside.h"
 #include "runtime/inside/stress_measures.h"
+#include "runtime/inside/tetrahedron_tree.h"
 #include "runtime/large/hyperelastic_body.h"
-#include "runtime/surface/tetrahedron_tree.h"
 
 namespace palpate {
 

@@ -18,8 +18,8 @@
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/row_source.h"
 #include "runtime/contact/tool_input.h"
+#include "runtime/inside/tetrahedron_tree.h"
 #include "runtime/pose/pose.h"
-#include "runtime/surface/tetrahedron_tree.h"
 
 namespace palpate {
 

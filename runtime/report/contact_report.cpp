@@ -13,7 +13,7 @@ std::size_t most_events(const palpate_scene_def& def) {
 }
 
 bool is_closed(const HeldEvent& grasp) {
-  return grasp.condition == PALPATE_GRASP_HOLDS || grasp.condition == PALPATE_GRASP_SLIPS;
+  return grasp.hold == Hold::holds || grasp.hold == Hold::slips;
 }
 
 }  // namespace
@@ -92,16 +92,16 @@ void ContactReport::tell_held(palpate_contact_event_kind kind, std::int32_t t) {
 
 void ContactReport::tell_held(std::int32_t t, const HeldEvent& now) {
   const HeldEvent before = grasps_[t];
-  const bool same = before.condition != PALPATE_GRASP_OPEN && before.closing == now.closing;
-  if (is_closed(before) && (now.condition == PALPATE_GRASP_OPEN || !same)) tell_held(PALPATE_EVENT_GRASP_OPENED, t);
+  const bool same = before.hold != Hold::open && before.closing == now.closing;
+  if (is_closed(before) && (now.hold == Hold::open || !same)) tell_held(PALPATE_EVENT_GRASP_OPENED, t);
   grasps_[t] = now;
-  if (now.condition == PALPATE_GRASP_OPEN) return;
+  if (now.hold == Hold::open) return;
   if (!same) tell_held(PALPATE_EVENT_GRASP_CLOSED, t);
-  const palpate_grasp_condition last = same ? before.condition : PALPATE_GRASP_HOLDS;
-  if (last == now.condition) return;
-  tell_held(now.condition == PALPATE_GRASP_LET_GO  ? PALPATE_EVENT_GRASP_LET_GO
-            : now.condition == PALPATE_GRASP_SLIPS ? PALPATE_EVENT_GRASP_SLIPS
-                                                   : PALPATE_EVENT_GRASP_HOLDS,
+  const Hold last = same ? before.hold : Hold::holds;
+  if (last == now.hold) return;
+  tell_held(now.hold == Hold::let_go  ? PALPATE_EVENT_GRASP_LET_GO
+            : now.hold == Hold::slips ? PALPATE_EVENT_GRASP_SLIPS
+                                      : PALPATE_EVENT_GRASP_HOLDS,
             t);
 }
 

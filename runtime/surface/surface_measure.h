@@ -19,7 +19,7 @@ enum class StoredElement { p1, p1_anp, p2_p0 };
 // On a mesh: a disc of radius b yields locally like a disc of radius b + blur s in the continuum, where s^2 is a node's share of
 // the surface area. The blur was measured on a block of gel; docs/accuracy.md has the table and the command.
 //
-// Against a turn (contact/grasp_patch.h) it yields like one of radius b + first s + second s^2 / b. Measured on a block of gel against
+// Against a turn it yields like one of radius b + first s + second s^2 / b. Measured on a block of gel against
 // the closed forms of a rigid disc that tilts and that twists: tests/precompute/grasped_block_test.cpp.
 //
 // On a curved surface the tangential compliance between the radii a and b has one more part:

@@ -1,10 +1,10 @@
 // The rows of jaws that hold a disc of tissue and move it. Nodes, weights and what the mesh does not resolve are those that the runtime finds
-// from the surface (runtime/contact/grasp_patch.h); targets, force and torque are written down anew, from the motion of each node.
+// from the surface (runtime/grasps/grasp_patch.h); targets, force and torque are written down anew, from the motion of each node.
 #pragma once
 
 #include <Eigen/Geometry>
 
-#include "runtime/contact/grasp_patch.h"
+#include "runtime/grasps/grasp_patch.h"
 #include "runtime/surface/surface_tissue.h"
 #include "studies/coupled/coupled_rows.h"
 

@@ -72,7 +72,7 @@ runtime/fine_surface/: LAYOUT runtime/include/ runtime/fine_surface/ runtime/sce
 runtime/links/: LAYOUT runtime/include/ runtime/links/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/report/: LAYOUT runtime/include/ runtime/report/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/motions/: LAYOUT runtime/include/ runtime/motions/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/needles/: LAYOUT runtime/include/ runtime/needles/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/needles/: LAYOUT runtime/include/ runtime/needles/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/query/: LAYOUT runtime/include/ runtime/query/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/skin/: LAYOUT runtime/include/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/relaxation/: LAYOUT runtime/include/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
@@ -88,7 +88,7 @@ programs/organ/: programs/organ/ meshing/image/ meshing/surface/ formats/: plumb
 bindings/python/: bindings/python/: pybind11 palpate
 studies/bodies/: studies/bodies/ precompute/elements/ precompute/solver/ formats/: Eigen
 studies/timing/: studies/timing/:
-studies/coupled/: studies/coupled/ runtime/contact/ runtime/surface/: Eigen
+studies/coupled/: studies/coupled/ runtime/grasps/ runtime/contact/ runtime/surface/: Eigen
 studies/scenes/: studies/scenes/ studies/coupled/ studies/peers/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
 studies/peers/: studies/peers/ studies/timing/ precompute/elements/ formats/: plumbing Eigen SuiteSparse palpate
 studies/hyperelastic/: studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/large/ runtime/base/: Eigen

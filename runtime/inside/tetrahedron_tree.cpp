@@ -1,4 +1,4 @@
-#include "runtime/surface/tetrahedron_tree.h"
+#include "runtime/inside/tetrahedron_tree.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "runtime/contact/grasp_patch.h"
+#include "runtime/grasps/grasp_patch.h"
 
 #include <algorithm>
 #include <cmath>
