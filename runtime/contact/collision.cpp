@@ -123,7 +123,7 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   // How far other contacts have sunk the disc counts as a motion of the surface: both ends of the point's way are taken less the `sunk` of
   // this step. `sunk` is computed twice, at the place nearest to the point and then at the place nearest to the disc. It does not begin with
   // the `sunk` of an earlier step, so that forces do not depend on whether the last step tested the point.
-  // Not beyond the box around the surface: in a world such a tool is far, and its points are not looked at (far_tools.h).
+  // Not beyond the box around the surface: such a tool may be far (TouchStep::far), and its points are not looked at.
   NearestPoint nearest = surface_->nearest({}, p, reach(moved + length(state.sunk)));
   Vec3 sunk;
   bool lacks_nodes = false;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/base/passes.h"
+#include "runtime/include/palpate/palpate.h"
 
 namespace palpate {
 
@@ -12,6 +13,9 @@ struct TouchStep;
 // A part overrides what concerns it. No destructor: parts belong to a scene's memory.
 class StepPart {
  public:
+  // Before all else: takes in the step's tools (ToolInput::take) and begins the step of the pose, in the scene's place. Returns whether it
+  // has; the scene then asks no other part.
+  virtual bool take_input(TouchStep&, const palpate_tool*, std::int32_t /*tool_count*/, double /*dt*/) { return false; }
   // A step, in this order. After the input, before collision: moves the organ from outside, as offset.h says. A load that never changes
   // has nothing to do here but to end its pass.
   virtual void begin_step(TouchStep&) {}

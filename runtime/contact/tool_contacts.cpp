@@ -68,12 +68,6 @@ class Contacts {
       if (differ(anchor, state.anchor)) change_contact(state, false);
     }
     if (state_.work.deferred() > deferred) step_.raise(t, PALPATE_STEP_WORK_DEFERRED);
-    if (step_.world) count_held(t);
-  }
-  void count_held(std::int32_t t) {
-    std::int32_t held = 0;
-    for (std::int32_t i = 0; i < state_.input.tool(t).point_count; ++i) held += state_.points[t][i].contact;
-    state_.far.held[t] = held;
   }
 
   // Whether an anchor may move in this step. One that may not stays where it is, and its contact keeps its rows.

@@ -210,7 +210,7 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
   *room -= tool.point_count + tool.grip_count;
 }
 
-// The world has checked it, and cut it to the room that there is.
+// Whoever says that it is far has checked it, and cut it to the room that there is.
 void ToolInput::take_far_tool(const palpate_tool& from, Tool& tool, std::int32_t* room) {
   tool.point_count = from.point_count, tool.grip_count = 0;
   tool.hold = tool.pulls = from.hold != 0;

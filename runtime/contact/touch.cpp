@@ -16,68 +16,23 @@ void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t
   forget_points(def, state, t, 0);
   state.last_force[t] = state.last_torque[t] = Vec3{};
   for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_tool(t);
-  state.far.forget(t);
 }
 
 // ---- input -----------------------------------------------------------------------------------------------------------
 
-// In a world the pose of the step comes first, because it decides which tools are far.
-void take_input_in_world(TouchStep& step, const palpate_tool* tools, std::int32_t tool_count, double dt) {
-  TouchState& state = *step.state;
-  const palpate_scene_def& def = step.context->def;
-  state.organ.begin_step(dt);
-  bool far[PALPATE_MAX_TOOLS] = {};
-  const bool finds_far = step.world->finds_far && def.collision != PALPATE_COLLISION_OFF;
-  for (std::int32_t i = 0; finds_far && i < tool_count; ++i) {
-    const std::int32_t t = state.input.place_of(tools[i].id);
-    const bool held = (t >= 0 && state.far.held[t] > 0) || tools[i].grip_count > 0 || has_parts(tools[i]);
-    far[i] = !held && is_far(step.world->tool[i], state.deformed, state.organ, state.far, def.max_tool_speed * dt);
-  }
-  step.flags = state.input.take(tools, tool_count, dt, far) | step.world->flags;
-  state.far.near_count = 0;
-  for (std::int32_t i = 0; i < tool_count; ++i) {
-    const std::int32_t t = state.input.place_of_sent(i);
-    step.far[t] = far[i];
-    state.far.near_count += !far[i];
-    if (step.world->tool[i].flags) step.raise(t, step.world->tool[i].flags);
-  }
-}
-
 void take_input(TouchStep& step, const palpate_tool* tools, std::int32_t tool_count, double dt) {
   TouchState& state = *step.state;
-  if (step.world) return take_input_in_world(step, tools, tool_count, dt);
+  for (std::int32_t p = 0; p < state.part_count; ++p)
+    if (state.parts[p]->take_input(step, tools, tool_count, dt)) return;
   step.flags = state.input.take(tools, tool_count, dt);
   state.organ.begin_step(state.input.dt());
 }
 
-// Far tools count: the world has taken their points in, whichever organ they are near.
+// Far tools count: someone has taken their points in.
 std::int32_t points_to_take_in(const ToolInput& input) {
   std::int32_t count = 0;
   for (std::int32_t t = 0; t < input.count(); ++t) count += input.tool(t).point_count + input.tool(t).grip_count;
   return count;
-}
-
-void come_near(TouchStep& step, std::int32_t t, const ToolInWorld& tool) {
-  TouchState& state = *step.state;
-  const std::int32_t known = std::min(tool.before_count, state.input.tool(t).point_count);
-  for (std::int32_t i = 0; i < known; ++i) {
-    PointState& point = state.points[t][i];
-    point = PointState{};
-    point.known = true, point.last = state.far.before_in_organ(tool.before[i]);
-  }
-}
-
-// A tool that becomes far is outside with all of its points. One that comes near again was outside, where it was in the last step.
-void pass_far_tools(TouchStep& step) {
-  FarTools& far = step.state->far;
-  for (std::int32_t t = 0; t < step.state->input.count(); ++t) {
-    const Tool& tool = step.state->input.tool(t);
-    if (tool.index < 0) continue;
-    if (step.far[t] && !far.far[t]) forget_points(step.context->def, *step.state, t, 0);
-    if (!step.far[t] && far.far[t]) come_near(step, t, step.world->tool[tool.index]);
-    far.far[t] = step.far[t];
-  }
-  far.pose = step.state->organ.pose(), far.is_posed = step.state->organ.is_set();
 }
 
 void begin_tools(TouchStep& step, const palpate_tool* tools, std::int32_t tool_count, double dt) {
@@ -157,11 +112,10 @@ void write_contacts(TouchStep& step) {
 // ---- the step --------------------------------------------------------------------------------------------------------
 
 void begin_touch(TouchStep& step, const StepContext& context, TouchState& state, const palpate_tool* tools,
-                 std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out) {
-  step.begin(context, state, world, out);
+                 std::int32_t tool_count, double dt, palpate_contacts& out) {
+  step.begin(context, state, out);
   state.slides.begin();
   begin_tools(step, tools, tool_count, dt);
-  if (world) pass_far_tools(step);
   context.watch.ended(Pass::input);
   for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->begin_step(step);
   state.admission.begin();
@@ -186,9 +140,9 @@ std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint)
 }
 
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
-                         std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out) {
+                         std::int32_t tool_count, double dt, palpate_contacts& out) {
   TouchStep step;
-  begin_touch(step, context, state, tools, tool_count, dt, world, out);
+  begin_touch(step, context, state, tools, tool_count, dt, out);
   return finish_touch(step, nullptr);
 }
 

@@ -1,6 +1,7 @@
 // The touch half of a step: tools -> collision -> contact constraints -> forces -> palpate_contacts.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -14,7 +15,6 @@
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/deformed_surface.h"
 #include "runtime/contact/displacement_field.h"
-#include "runtime/contact/far_tools.h"
 #include "runtime/contact/offset.h"
 #include "runtime/contact/slide_energy.h"
 #include "runtime/contact/tool_contacts.h"
@@ -66,10 +66,14 @@ struct TouchState {
   std::int32_t source_count = 0;
   void ask(RowSource* source) { sources[source_count++] = source, add(source); }
   // What else acts in a step, and those sources, in the order in which they act.
-  static constexpr std::int32_t kMostParts = kMostEffects + 1;
+  static constexpr std::int32_t kMostParts = kMostEffects + 2;
   StepPart* parts[kMostParts] = {};
   std::int32_t part_count = 0;
   void add(StepPart* part) { parts[part_count++] = part; }
+  void add_first(StepPart* part) {
+    add(part);
+    std::rotate(parts, parts + part_count - 1, parts + part_count);
+  }
   ToolContacts tools;
   ContactSolver solver;
   ContactAdmission admission;
@@ -77,7 +81,6 @@ struct TouchState {
       slide_energy;  // where the body responds linearly and contacts or needles come to places of another stiffness
   LinearOrgan linear_organ;
   Body* body = &linear_organ;
-  FarTools far;                  // of an organ in a world
   double* node_reach = nullptr;  // [surface nodes] m / sqrt(J), as surface_tree.h explains, where someone asks for it
   HeldField held;  // the displacements that a step writes: those that do not follow from the contact nodes alone
   ResponseCurve response;
@@ -97,14 +100,13 @@ struct TouchStep;
 
 // One touch step; palpate_scene_touch of palpate.h states the contract. begin_touch() requests all constraints but those that whoever
 // solves several organs as one adds. finish_touch() solves them and writes the output; it returns the step flags.
-// world: of an organ in a world, what the world knows about the tools, which the world has checked; nullptr: of a scene.
 // joint: of the solution that the organ's solver has taken over; nullptr: the organ is solved alone.
 void begin_touch(TouchStep& step, const StepContext& context, TouchState& state, const palpate_tool* tools,
-                 std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
+                 std::int32_t tool_count, double dt, palpate_contacts& out);
 std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint);
 // Both.
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
-                         std::int32_t tool_count, double dt, const ToolsInWorld* world, palpate_contacts& out);
+                         std::int32_t tool_count, double dt, palpate_contacts& out);
 
 // Forgets contacts, last positions and last forces: the state after creation.
 void reset_touch(const palpate_scene_def& def, TouchState& state);

@@ -41,10 +41,10 @@ struct ToolResult {
 struct TouchStep {
   const StepContext* context;
   TouchState* state;
-  const ToolsInWorld* world;  // of an organ in a world
   palpate_contacts* out;
   std::uint32_t flags;
-  bool far[PALPATE_MAX_TOOLS];  // by place
+  bool finds_far;               // whoever has taken in the tools has looked for tools that are far
+  bool far[PALPATE_MAX_TOOLS];  // by place: no point of the tool can meet the surface, and none is looked at
   Deformed deformed;
   bool is_solved;  // the step has a solution
   // And the organ is where its contacts hold it. A large body may lag behind its contacts: the distance that is left is then no slip of a tool.
@@ -60,7 +60,7 @@ struct TouchStep {
 
   // begin() writes all else.
   TouchStep() {}
-  void begin(const StepContext& of_scene, TouchState& of_steps, const ToolsInWorld* tools, palpate_contacts& written);
+  void begin(const StepContext& of_scene, TouchState& of_steps, palpate_contacts& written);
   void raise(std::int32_t tool, std::uint32_t flag) {
     if (tool >= 0) state->input.tool(tool).flags |= flag;
     flags |= flag;

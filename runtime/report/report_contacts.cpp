@@ -112,10 +112,10 @@ class ContactsOfStep {
 
 }  // namespace
 
-// The points of a tool that comes near in a world are where they were in the last step, in which they were not told.
+// The points of a tool that was far and comes near are where they were in the last step, in which they were not told.
 void StepReport::begin_step(TouchStep& step) {
   const TouchState& state = *step.state;
-  for (std::int32_t t = 0; step.world && t < state.input.count(); ++t) {
+  for (std::int32_t t = 0; step.finds_far && t < state.input.count(); ++t) {
     const Tool& tool = state.input.tool(t);
     for (std::int32_t i = 0; tool.index >= 0 && !step.far[t] && state.points[t] && i < tool.point_count; ++i)
       if (state.points[t][i].known) report_.note_last(t, i, state.points[t][i].last);

@@ -204,7 +204,6 @@ palpate_status build_contacts(const SectionReader& reader, palpate_scene& scene)
   memory.keep(touch.last_force);
   memory.keep(touch.last_torque);
   memory.keep(touch.organ);
-  memory.keep(touch.far);
   limits.has_positions = touch.rest != nullptr;
   touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
   const std::int32_t constraints = touch.most_constraints;

@@ -92,7 +92,7 @@ palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool*
   if (!scene || scene->in_world || !contacts || !palpate::is_aligned(contacts) ||
       contacts_bytes < palpate_contacts_bytes(scene))
     return PALPATE_STEP_BAD_INPUT;
-  return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, nullptr, *contacts);
+  return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, *contacts);
 }
 
 void palpate_scene_reset(palpate_scene* scene) {

@@ -63,8 +63,8 @@ void TouchingOrgans::forget() {
 }
 
 void TouchingOrgans::begin(std::int32_t organ, const palpate_tool* tools, std::int32_t tool_count, double dt,
-                           const ToolsInWorld& world, palpate_contacts& out) {
-  begin_touch(step_[organ], organs_[organ]->context, touch(organ), tools, tool_count, dt, &world, out);
+                           palpate_contacts& out) {
+  begin_touch(step_[organ], organs_[organ]->context, touch(organ), tools, tool_count, dt, out);
 }
 
 // ---- the rows of pairs -----------------------------------------------------------------------------------------------

@@ -23,8 +23,7 @@ class TouchingOrgans {
 
   // One step: begin() of each organ, then find_pairs(), request_links() and solve(), then finish() of each organ, which returns its step
   // flags, then end_links().
-  void begin(std::int32_t organ, const palpate_tool* tools, std::int32_t tool_count, double dt,
-             const ToolsInWorld& world, palpate_contacts& out);
+  void begin(std::int32_t organ, const palpate_tool* tools, std::int32_t tool_count, double dt, palpate_contacts& out);
   // Finds the pairs and requests their rows. Returns step flags.
   std::uint32_t find_pairs();
   // Requests the rows of the world's links. Returns step flags.

@@ -131,6 +131,7 @@ palpate_status build_world(palpate_world& world, EffectList effects, palpate_err
     if (const palpate_status status = read_organ(world.def, k, &organ, error)) return status;
     if (const palpate_status status = make_organ(world, organ, effects, error)) return status;
     limits[k] = world.organ[k]->touch.input.limits();
+    world.organ_input[k].create(*world.organ[k], &world.input.in_world());
   }
   world.memory.keep(world.step);
   world.memory.keep(world.sent);

@@ -28,6 +28,7 @@ struct palpate_world {
   std::uint64_t definition = 0;  // checksum of what a saved state must have in common with the world
   palpate_scene* organ[PALPATE_MAX_ORGANS] = {};
   std::int32_t organ_count = 0;
+  palpate::OrganInput organ_input[PALPATE_MAX_ORGANS];
   palpate::WorldInput input;
   palpate::TouchingOrgans touching;  // where organs touch or links join them
   palpate::WorldPlan plan;

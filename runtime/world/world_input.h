@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
-#include "runtime/contact/far_tools.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_world.h"
+#include "runtime/world/far_tools.h"
 
 namespace palpate {
 

@@ -64,7 +64,7 @@ class WorldTouch {
   std::size_t touch_organ(std::int32_t k, std::size_t begin) {
     palpate_scene& scene = *world_.organ[k];
     const std::uint32_t flags = touch_step(scene.context, scene.touch, world_.input.list_for(k), world_.input.count(),
-                                           world_.input.dt(), &world_.input.in_world(), contacts_at(begin));
+                                           world_.input.dt(), contacts_at(begin));
     return end_organ(k, flags, begin);
   }
   std::size_t end_organ(std::int32_t k, std::uint32_t flags, std::size_t begin) {
@@ -73,7 +73,7 @@ class WorldTouch {
     state = palpate_world_organ_state{};
     state.contacts_offset = begin;
     state.flags = flags;
-    state.near_tools = scene.touch.far.near_count;
+    state.near_tools = world_.organ_input[k].near_count();
     flags_ |= flags;
     sum_organ(scene, contacts_at(begin), state);
     world_.plan.ended(WorldPass::output);
@@ -84,8 +84,7 @@ class WorldTouch {
   std::size_t touch_together(std::size_t begin) {
     std::size_t room = begin;
     for (std::int32_t k = 0; k < world_.organ_count; ++k) {
-      world_.touching.begin(k, world_.input.list_for(k), world_.input.count(), world_.input.dt(),
-                            world_.input.in_world(), contacts_at(room));
+      world_.touching.begin(k, world_.input.list_for(k), world_.input.count(), world_.input.dt(), contacts_at(room));
       room += whole_words(palpate_contacts_bytes(world_.organ[k]));
     }
     flags_ |= world_.touching.find_pairs();
