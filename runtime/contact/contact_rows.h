@@ -70,7 +70,7 @@ class ContactRows {
   // patch need not be computed again.
   void begin(std::int32_t contacts);
   void forget() { last_.constraint_count = 0; }
-  // Whether discs may have a DiscSlide: the answer for the whole scene, whose definition does not keep its fine surface.
+  // Whether discs may have a DiscSlide: the answer for the whole scene.
   bool discs_slide() const { return source_.slides; }
 
   // Both return step flags; *made: whether there is a contact. Call them in ascending order of tool and point.

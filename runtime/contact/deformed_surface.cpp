@@ -29,20 +29,20 @@ int resting_crossing(Vec3 from, Vec3 to, const Vec3 corner[3], MovingCrossing* f
 
 }  // namespace
 
-bool DeformedSurface::create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const FineSurface* fine) {
-  tree_ = tree, field_ = field, fine_ = fine;
-  if (!fine || !field) return true;
+bool DeformedSurface::create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const BoundSurface* bound) {
+  tree_ = tree, field_ = field, bound_ = bound;
+  if (!bound || !field) return true;
   for (Known* known : {&known_now_, &known_asked_}) {
-    known->at = memory.array<Vec3>(static_cast<std::size_t>(fine->vertex_count()));
-    known->stamp = memory.array<std::uint32_t>(static_cast<std::size_t>(fine->vertex_count()));
+    known->at = memory.array<Vec3>(static_cast<std::size_t>(bound->vertex_count()));
+    known->stamp = memory.array<std::uint32_t>(static_cast<std::size_t>(bound->vertex_count()));
   }
   return !memory.failed();
 }
 
 void DeformedSurface::begin_query() {
-  if (!fine_ || !field_ || ++query_ != 0) return;
+  if (!bound_ || !field_ || ++query_ != 0) return;
   for (const Known* known : {&known_now_, &known_asked_})
-    std::fill(known->stamp, known->stamp + fine_->vertex_count(), 0u);
+    std::fill(known->stamp, known->stamp + bound_->vertex_count(), 0u);
   query_ = 1;
 }
 
@@ -59,9 +59,9 @@ FieldBound DeformedSurface::bound_of(const AskedSurface& asked) const {
 
 template <class At>
 Vec3 DeformedSurface::displacement_at(std::int32_t vertex, At at) {
-  if (!fine_) return at(vertex);
-  work_.add(fine_->cost(vertex));
-  return fine_->displacement(vertex, at);
+  if (!bound_) return at(vertex);
+  work_.add(bound_->cost(vertex));
+  return bound_->displacement(vertex, at);
 }
 
 // Of a node of the mesh.
@@ -74,7 +74,7 @@ Vec3 DeformedSurface::at_node(const AskedSurface& asked, std::int32_t node) {
 Vec3 DeformedSurface::displacement_of(const AskedSurface& asked, std::int32_t vertex) {
   if (!moves()) return {};
   const auto at_node = [&](std::int32_t node) { return this->at_node(asked, node); };
-  if (!fine_) return at_node(vertex);
+  if (!bound_) return at_node(vertex);
   const Known& known = asked.kind == AskedSurface::kNow ? known_now_ : known_asked_;
   if (known.stamp[vertex] == query_) return known.at[vertex];
   known.stamp[vertex] = query_;
@@ -185,7 +185,7 @@ Vec3 DeformedSurface::below_disc(const AskedSurface& asked, const SurfacePoint& 
   *lacks_nodes = false;
   if (!moves() || !work_.take(ContactPatch::kToPress + kOfTwoDiscs * field_->discs())) return sum;
   TouchableDisc disc;
-  press_disc(discs_, fine_ ? fine_->beneath(surface_point) : surface_point, radius, ContactPatch::kMaxNodes, &disc);
+  press_disc(discs_, bound_ ? bound_->beneath(surface_point) : surface_point, radius, ContactPatch::kMaxNodes, &disc);
   if (disc.count == 0) return sum;
   *lacks_nodes = disc.lacks_nodes;
   for (int e = 0; e < disc.count; ++e) sum += disc.weight[e] * at_node(asked, disc.node[e]);
@@ -223,7 +223,8 @@ Vec3 DeformedSurface::moved(const SurfacePoint& surface_point) {
 Operations DeformedSurface::overshoot() const {
   constexpr Operations of_leaf = 1000, of_triangle = 60, vertices_of_leaf = 12;
   Operations most = 0, triangles = tree_->largest_fan();
-  for (std::int32_t v = 0; fine_ && v < fine_->vertex_count(); ++v) most = std::max(most, Operations{fine_->cost(v)});
+  for (std::int32_t v = 0; bound_ && v < bound_->vertex_count(); ++v)
+    most = std::max(most, Operations{bound_->cost(v)});
   return of_leaf + triangles * of_triangle + (2 * vertices_of_leaf + 3 * triangles) * most;
 }
 

@@ -5,7 +5,7 @@
 
 #include "runtime/contact/contact_field.h"
 #include "runtime/contact/touchable_disc.h"
-#include "runtime/surface/fine_surface.h"
+#include "runtime/surface/bound_surface.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
@@ -30,9 +30,9 @@ class DeformedSurface {
  public:
   static constexpr int kMaxCrossings = 32;
 
-  // field: nullptr for the surface at rest. fine: the surface of the tree, where that is not the mesh's, else nullptr. All are
+  // field: nullptr for the surface at rest. bound: the surface of the tree, where that is not the mesh's, else nullptr. All are
   // borrowed. False where there is no memory.
-  bool create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const FineSurface* fine);
+  bool create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const BoundSurface* bound);
   // Beside create(), where tools have discs.
   void meet_discs(const DiscSource& source) { discs_ = source; }
 
@@ -96,7 +96,7 @@ class DeformedSurface {
   template <class Run>
   auto with_field(const AskedSurface& asked, Run run);
   FieldBound bound_of(const AskedSurface& asked) const;
-  // Displacements of a fine surface's vertices that a query has evaluated: its triangles share them.
+  // Displacements of a bound surface's vertices that a query has evaluated: its triangles share them.
   struct Known {
     Vec3* at = nullptr;              // [vertices] m
     std::uint32_t* stamp = nullptr;  // [vertices] of the query
@@ -115,7 +115,7 @@ class DeformedSurface {
 
   SurfaceTree* tree_ = nullptr;
   ContactField* field_ = nullptr;
-  const FineSurface* fine_ = nullptr;
+  const BoundSurface* bound_ = nullptr;
   DiscSource discs_ = {};
   Known known_now_, known_asked_;  // of the surface as it is now; of another one that is asked about
   std::uint32_t query_ = 0;

@@ -54,7 +54,7 @@ class Contacts {
       if (!state.contact && (state.in_surface || (was_in_contact && state.over_held)))
         step_.raise(t, PALPATE_STEP_NOT_TOUCHABLE);
       // Where the last step left the disc, as the offset has moved it since then.
-      if (state.contact && !has_fine_contacts(state_)) state.ridden += moved(state.anchor, &Offset::step_of);
+      if (state.contact && !meets_bound_surface(state_)) state.ridden += moved(state.anchor, &Offset::step_of);
       if (!state.contact || !follows || !may_slide(t, i)) continue;
       const SurfacePoint anchor = state.anchor;
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
@@ -101,8 +101,8 @@ class Contacts {
                          state.rides && law != ContactLaw::coulomb ? &state.turn : nullptr,
                          state.begins};
       if (slides_almost_freely(tool)) wish.slide = &slide;
-      if (has_fine_contacts(state_)) {
-        request_fine_contact(wish, state, state_.fine_contacts[t][i]);
+      if (meets_bound_surface(state_)) {
+        request_bound_contact(wish, state, state_.bound_contacts[t][i]);
       } else {
         set_frame(wish, state.anchor, &state.tangent);
         if (wish.slide && state.begins) slide.lean = state.lean = first_lean(wish, state.anchor);
@@ -142,18 +142,18 @@ class Contacts {
            (context_.def.law != PALPATE_LAW_COULOMB || tool.friction < kAlmostFree);
   }
 
-  // The anchor is on the fine surface. The contact acts on the mesh below it, along the fine surface's normal.
-  void request_fine_contact(ContactWish& wish, PointState& state, FineContact& fine) {
-    if (differ(fine.anchor, state.anchor) || fine.radius != wish.disc_radius) {
+  // The anchor is on the bound surface. The contact acts on the mesh below it, along the bound surface's normal.
+  void request_bound_contact(ContactWish& wish, PointState& state, BoundContact& bound) {
+    if (differ(bound.anchor, state.anchor) || bound.radius != wish.disc_radius) {
       Operations work = 0;
-      fine.anchor = state.anchor, fine.radius = wish.disc_radius;
-      fine.beneath = state_.fine.beneath(state.anchor);
-      fine.outward = state_.fine.outward(state.anchor, wish.disc_radius, state_.tree, &work);
+      bound.anchor = state.anchor, bound.radius = wish.disc_radius;
+      bound.beneath = state_.bound->beneath(state.anchor);
+      bound.outward = state_.bound->outward(state.anchor, wish.disc_radius, state_.tree, &work);
       wish.moved = true;
       state_.work.add(work);
     }
-    if (needs_contact_frames(context_.def)) set_frame(wish, fine.outward, &state.tangent);
-    state.has_no_rows = !request_contact(wish, fine.beneath, state.paid);
+    if (needs_contact_frames(context_.def)) set_frame(wish, bound.outward, &state.tangent);
+    state.has_no_rows = !request_contact(wish, bound.beneath, state.paid);
   }
 
   // The outward normal at a surface point, and a tangent that turns with the normal from step to step.
@@ -322,7 +322,7 @@ void forget_points(const palpate_scene_def& def, TouchState& state, std::int32_t
   if (!state.points[t]) return;
   for (std::int32_t i = first; i < def.max_points && state.points[t][i].known; ++i) {
     state.points[t][i] = PointState{};
-    if (has_fine_contacts(state)) state.fine_contacts[t][i] = FineContact{};
+    if (meets_bound_surface(state)) state.bound_contacts[t][i] = BoundContact{};
   }
 }
 

@@ -20,19 +20,19 @@
 #include "runtime/contact/tool_contacts.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
-#include "runtime/surface/fine_surface.h"
+#include "runtime/surface/bound_surface.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_measure.h"
 #include "runtime/tissue/response_curve.h"
 
 namespace palpate {
 
-// Where a contact on a fine surface holds the mesh. It follows from the anchor and the tool's radius, of which it is a copy.
-struct FineContact {
+// Where a contact on a bound surface holds the mesh. It follows from the anchor and the tool's radius, of which it is a copy.
+struct BoundContact {
   SurfacePoint anchor;
   double radius;
   SurfacePoint beneath;  // of the mesh
-  Vec3 outward;          // unit, the fine surface's mean below the disc
+  Vec3 outward;          // unit, the bound surface's mean below the disc
 };
 
 // What the touch half alone reads and writes. Arrays belong to the scene; nullptr where no effect needs them.
@@ -45,7 +45,7 @@ struct TouchState {
   OrganPose organ;  // tool points and the forces on tools are in the world, all else in the organ's frame
   SurfaceIndex surface;
   SurfaceMeasure measure;          // where contacts have frames (needs_contact_frames)
-  FineSurface fine;                // where tools meet one
+  BoundSurface* bound = nullptr;   // that tools meet; nullptr: they meet the mesh's
   SurfaceTree tree;                // of the surface that tools meet, where there is collision
   DisplacementField displacement;  // where someone asks for it
   ContactField field;              // where collision follows the deformed surface
@@ -54,7 +54,7 @@ struct TouchState {
   Turns slides;                                // of anchors that follow their tools
   double release_distance = 0;                 // m
   PointState* points[PALPATE_MAX_TOOLS] = {};  // [max_points] for each tool
-  FineContact* fine_contacts[PALPATE_MAX_TOOLS] =
+  BoundContact* bound_contacts[PALPATE_MAX_TOOLS] =
       {};  // [max_points] for each tool; nullptr: tools meet the mesh's surface
   ContactPatch patch;
   Offset offset;  // where something moves the organ from outside

@@ -79,8 +79,8 @@ struct TouchStep {
   Vec3 reaction(std::int32_t p) const { return reactions ? reactions[p] : state->solver.reaction(p); }
 };
 
-inline bool has_fine_contacts(const TouchState& state) {
-  return kHasEffects && state.fine_contacts[0];
+inline bool meets_bound_surface(const TouchState& state) {
+  return kHasEffects && state.bound_contacts[0];
 }
 // Unit, of the surface at rest; zero where its triangle has no area.
 inline Vec3 outward_at(const TouchState& state, const SurfacePoint& surface_point) {

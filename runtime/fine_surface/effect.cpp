@@ -1,6 +1,7 @@
 #include "runtime/fine_surface/effect.h"
 
 #include "runtime/base/host_struct.h"
+#include "runtime/fine_surface/fine_surface.h"
 #include "runtime/scene/effect_build.h"
 
 namespace palpate {
@@ -30,7 +31,10 @@ palpate_status bind(const SectionReader& reader, const palpate_scene_def& def, S
   palpate_fine_surface from = {};
   if (const palpate_status status = read_host_struct("fine_surface", def.fine_surface, &from, reader.error()))
     return status;
-  return touch.fine.bind(reader.memory(), scratch, from, mesh, touch.rest, reader.error());
+  auto* const fine = reader.memory().make<FineSurface>();
+  if (!fine) return reader.no_memory("fine surface");
+  touch.bound = fine;
+  return fine->bind(reader.memory(), scratch, from, mesh, touch.rest, reader.error());
 }
 
 palpate_status prepare(EffectBuild& build) {

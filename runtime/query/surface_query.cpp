@@ -14,7 +14,7 @@ constexpr int kMostPieces = 1024;
 }  // namespace
 
 bool SurfaceQuery::create(SceneMemory& memory, const Tensors* tensors, const std::int32_t* touchable,
-                          std::int32_t node_capacity, const FineSurface* fine, bool large, double added_reach,
+                          std::int32_t node_capacity, const BoundSurface* fine, bool large, double added_reach,
                           const OffsetRows& motions, double moved_reach) {
   tensors_ = tensors, fine_ = fine;
   return field_.create(memory, *tensors, touchable, node_capacity, large, added_reach, motions, moved_reach);

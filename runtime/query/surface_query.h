@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "runtime/query/queried_field.h"
-#include "runtime/surface/fine_surface.h"
+#include "runtime/surface/bound_surface.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
@@ -21,7 +21,7 @@ class SurfaceQuery {
   // After its tree was built. The arguments are those of QueriedField::create; fine: the surface of the tree, where that is not the
   // mesh's, else nullptr. tensors and fine are borrowed, too.
   bool create(SceneMemory& memory, const Tensors* tensors, const std::int32_t* touchable, std::int32_t node_capacity,
-              const FineSurface* fine, bool large, double added_reach, const OffsetRows& motions, double moved_reach);
+              const BoundSurface* fine, bool large, double added_reach, const OffsetRows& motions, double moved_reach);
   SurfaceTree& tree() { return tree_; }
 
   // The following queries see the surface of these contacts, as QueriedField::set says.
@@ -48,7 +48,7 @@ class SurfaceQuery {
   bool clip(Vec3 origin, Vec3 along, double* first, double* last) const;
 
   const Tensors* tensors_ = nullptr;
-  const FineSurface* fine_ = nullptr;
+  const BoundSurface* fine_ = nullptr;
   SurfaceTree tree_;
   QueriedField field_;
 };

@@ -19,7 +19,7 @@ bool is_closed(const HeldEvent& grasp) {
 }  // namespace
 
 bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, const double* position,
-                           const std::int32_t* triangles, const FineSurface* fine, const DisplacementField* field) {
+                           const std::int32_t* triangles, const BoundSurface* fine, const DisplacementField* field) {
   position_ = position, triangles_ = triangles, fine_ = fine, field_ = field;
   max_tools_ = def.max_tools, max_points_ = def.max_points;
   const std::size_t points = static_cast<std::size_t>(def.max_points);

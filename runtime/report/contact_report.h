@@ -6,7 +6,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/event_sink.h"
-#include "runtime/surface/fine_surface.h"
+#include "runtime/surface/bound_surface.h"
 
 namespace palpate {
 
@@ -29,7 +29,7 @@ class ContactReport final : public EventSink {
   // position: [nodes][3] m; triangles: [F][3], nullptr where contacts hold nodes alone. Both are borrowed.
   // fine: where contacts are on a fine surface, else nullptr.
   bool create(SceneMemory& memory, const palpate_scene_def& def, const double* position, const std::int32_t* triangles,
-              const FineSurface* fine, const DisplacementField* field);
+              const BoundSurface* fine, const DisplacementField* field);
   // Forgets all contacts, without events.
   void forget();
   void forget_tool(std::int32_t t);
@@ -89,7 +89,7 @@ class ContactReport final : public EventSink {
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
-  const FineSurface* fine_ = nullptr;
+  const BoundSurface* fine_ = nullptr;
   const DisplacementField* field_ = nullptr;
   std::int32_t max_tools_ = 0, max_points_ = 0;
   std::uint64_t* bytes_ = nullptr;            // of the report

@@ -15,9 +15,9 @@ void add_sections(const palpate_scene_def&, SectionList& sections) {
 }
 
 palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load& load) {
-  return {
-      0, 0,
-      static_cast<double>(ContactReport::operations(load.points, load.contacts, load.nodes, scene.touch.fine.bound()))};
+  return {0, 0,
+          static_cast<double>(
+              ContactReport::operations(load.points, load.contacts, load.nodes, scene.touch.bound != nullptr))};
 }
 
 palpate_status build(EffectBuild& build) {
@@ -27,8 +27,8 @@ palpate_status build(EffectBuild& build) {
   if (!report) return build.reader.no_memory("report");
   build.state = report;
   touch.add(report);
-  return report->create(memory, build.scene.def, touch.rest, touch.triangles, fine_surface_of(touch),
-                        &touch.displacement, build.pass)
+  return report->create(memory, build.scene.def, touch.rest, touch.triangles, touch.bound, &touch.displacement,
+                        build.pass)
              ? PALPATE_OK
              : build.reader.no_memory("report");
 }

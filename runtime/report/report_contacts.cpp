@@ -52,8 +52,8 @@ class ContactsOfStep {
     contact.state = state_of(first, end);
     if (point < tool.point_count) {
       contact.surface_point = state_.points[t][point].anchor;
-      if (has_fine_contacts(state_)) {
-        const FineContact& fine = state_.fine_contacts[t][point];
+      if (meets_bound_surface(state_)) {
+        const BoundContact& fine = state_.bound_contacts[t][point];
         contact.fine = fine.anchor, contact.surface_point = fine.beneath;
       }
     } else if (const palpate_grip& grip = tool.grips[point - tool.point_count]; grip.kind == PALPATE_GRIP_NODE) {
@@ -75,8 +75,8 @@ class ContactsOfStep {
 
   // The disc below a contact, and how deep its own force on the organ, N, would press it into a half-space.
   void describe_disc(const ContactConstraint& constraint, Vec3 force, ReportedContact* contact) const {
-    const FineContact* fine =
-        contact->fine.triangle >= 0 ? &state_.fine_contacts[contact->tool][contact->point] : nullptr;
+    const BoundContact* fine =
+        contact->fine.triangle >= 0 ? &state_.bound_contacts[contact->tool][contact->point] : nullptr;
     const Vec3 outward = fine ? fine->outward : outward_at(state_, constraint.surface_point);
     const double pressed =
         -dot(force, outward) * state_.measure.tissue(constraint.surface_point).normal / constraint.disc_radius;

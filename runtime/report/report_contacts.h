@@ -11,7 +11,7 @@ class StepReport final : public StepPart {
  public:
   // fine: where contacts are on a fine surface, else nullptr. All borrowed.
   bool create(SceneMemory& memory, const palpate_scene_def& def, const double* position, const std::int32_t* triangles,
-              const FineSurface* fine, const DisplacementField* field, Pass pass) {
+              const BoundSurface* fine, const DisplacementField* field, Pass pass) {
     pass_ = pass;
     return report_.create(memory, def, position, triangles, fine, field);
   }

@@ -146,7 +146,6 @@ palpate_status build_collision(const SectionReader& reader, palpate_scene& scene
   const palpate_scene_def& def = scene.def;
   TouchState& touch = scene.touch;
   const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
-  const FineSurface* const fine = fine_surface_of(touch);
   if (!build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), touch.tree))
     return reader.no_memory("collision");
   const auto create_field = [&] {
@@ -160,15 +159,15 @@ palpate_status build_collision(const SectionReader& reader, palpate_scene& scene
   if ((scene.uses & kUsesNodeReach) != 0)
     touch.node_reach = reader.memory().array<double>(static_cast<std::size_t>(reader.surface_nodes()));
   double reach = 1;
-  if (deformed && (!create_field() || !set_reaches(reader, *touch.body, scene.tensors, scene.touchable, fine,
+  if (deformed && (!create_field() || !set_reaches(reader, *touch.body, scene.tensors, scene.touchable, touch.bound,
                                                    touch.offset.rows(), touch.tree, &reach, touch.node_reach)))
     return reader.no_memory("collision");
   if (deformed && touch.body->added()) touch.field.add(touch.body->added(), reach);
   if (deformed && touch.offset.exists()) touch.field.move(&touch.offset, reach);
-  if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, fine))
+  if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, touch.bound))
     return reader.no_memory("collision");
   if (deformed) touch.tree.keep_seen(reader.memory());
-  touch.collision.create(reader.memory(), &touch.deformed, fine ? &touch.fine.index() : &touch.surface,
+  touch.collision.create(reader.memory(), &touch.deformed, touch.bound ? &touch.bound->index() : &touch.surface,
                          deformed ? &touch.field : nullptr, &touch.work);
   touch.release_distance =
       def.release_distance > 0 ? def.release_distance : kReleaseShare * length(touch.tree.high() - touch.tree.low());
@@ -176,9 +175,9 @@ palpate_status build_collision(const SectionReader& reader, palpate_scene& scene
     const std::size_t points = static_cast<std::size_t>(def.max_points);
     touch.points[t] = reader.memory().array<PointState>(points);
     reader.memory().keep_array(touch.points[t], points);
-    if (!fine) continue;
-    touch.fine_contacts[t] = reader.memory().array<FineContact>(points);
-    reader.memory().keep_array(touch.fine_contacts[t], points);
+    if (!touch.bound) continue;
+    touch.bound_contacts[t] = reader.memory().array<BoundContact>(points);
+    reader.memory().keep_array(touch.bound_contacts[t], points);
   }
   return reader.memory().failed() ? reader.no_memory("collision") : PALPATE_OK;
 }
@@ -215,7 +214,7 @@ palpate_status build_contacts(const SectionReader& reader, palpate_scene& scene)
                                       touch.rest,
                                       def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr,
                                       touch.body->responds_linearly() && contacts_may_slide(def) &&
-                                          def.contact == PALPATE_CONTACT_PATCH && !touch.fine.bound()};
+                                          def.contact == PALPATE_CONTACT_PATCH && !touch.bound};
   ContactSolver::Limits solver;
   solver.of.nodes = def.max_contact_nodes, solver.of.constraints = constraints;
   solver.of.columns = scene.tensors.all_columns(), solver.of.columns_of_surface = scene.tensors.columns;

@@ -116,7 +116,7 @@ struct palpate_effect {
   void (*sections)(const palpate_scene_def& def, palpate::SectionList& sections) = nullptr;
   // After the core has been built. Takes the effect's memory from the scene's, where it also marks what a state must keep.
   palpate_status (*build)(palpate::EffectBuild& build) = nullptr;
-  // The same before the core's contacts are built, for what these use: nodes inside, the offset, a fine surface. The tensors are there, the
+  // The same before the core's contacts are built, for what these use: nodes inside, the offset, a bound surface. The tensors are there, the
   // nodes of their columns (palpate_scene::touchable), and what `uses` asks for: rest and triangles by kUsesRest, TouchState::surface by
   // kUsesSurface; but not for an effect with a `body`, which may change the surface at rest. Not there: TouchState::column_of_node, patch and
   // field, and measure where contacts have no frames. One of the two may be nullptr.

@@ -29,7 +29,7 @@ void reach_offset(const OffsetRows& rows, double largest, double* reach) {
 }  // namespace
 
 bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors, const std::int32_t* touchable,
-                 const FineSurface* fine, const OffsetRows& offset, SurfaceTree& tree, double* same,
+                 const BoundSurface* bound, const OffsetRows& offset, SurfaceTree& tree, double* same,
                  double* of_nodes) {
   SceneMemory scratch = reader.memory().of_same_host();
   const std::size_t count = static_cast<std::size_t>(tensors.surface_nodes);
@@ -49,11 +49,11 @@ bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors
     if (body.added()) std::fill(reach, reach + count, *same);
     reach_offset(offset, *same, reach);
     if (of_nodes) std::copy(reach, reach + count, of_nodes);
-    if (!fine) tree.set_reach(reach);
+    if (!bound) tree.set_reach(reach);
   }
-  double* const of_vertex = fine ? scratch.array<double>(static_cast<std::size_t>(fine->vertex_count())) : nullptr;
+  double* const of_vertex = bound ? scratch.array<double>(static_cast<std::size_t>(bound->vertex_count())) : nullptr;
   if (reach && of_vertex) {
-    for (std::int32_t v = 0; v < fine->vertex_count(); ++v) of_vertex[v] = fine->reach(v, reach);
+    for (std::int32_t v = 0; v < bound->vertex_count(); ++v) of_vertex[v] = bound->reach(v, reach);
     tree.set_reach(of_vertex);
   }
   const bool made = !scratch.failed();
@@ -63,9 +63,9 @@ bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors
 
 bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
                 SurfaceTree& tree) {
-  const FineSurface& fine = touch.fine;
-  return fine.bound() ? tree.build(memory, fine.rest(), fine.vertex_count(), fine.triangles(), fine.triangle_count())
-                      : tree.build(memory, touch.rest, nodes, touch.triangles, triangles);
+  const BoundSurface* const bound = touch.bound;
+  return bound ? tree.build(memory, bound->rest(), bound->vertex_count(), bound->triangles(), bound->triangle_count())
+               : tree.build(memory, touch.rest, nodes, touch.triangles, triangles);
 }
 
 }  // namespace palpate

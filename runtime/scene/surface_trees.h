@@ -6,20 +6,15 @@
 
 namespace palpate {
 
-// The host's fine surface; nullptr: tools meet the mesh's.
-inline const FineSurface* fine_surface_of(const TouchState& touch) {
-  return touch.fine.bound() ? &touch.fine : nullptr;
-}
-
 // Of the surface that tools meet. False where memory ends.
 bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
                 SurfaceTree& tree);
 
-// How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Under large
-// deformation norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same. of_nodes:
+// How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Of a body
+// with a field of its own norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same. of_nodes:
 // [surface nodes] takes the reaches; nullptr: nobody does.
 bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors, const std::int32_t* touchable,
-                 const FineSurface* fine, const OffsetRows& offset, SurfaceTree& tree, double* same,
+                 const BoundSurface* bound, const OffsetRows& offset, SurfaceTree& tree, double* same,
                  double* of_nodes = nullptr);
 
 }  // namespace palpate

@@ -15,18 +15,18 @@ namespace {
 // a linear organ take no more than max_operations together (step_work.h); other parts come on top.
 class WorkBounds {
  public:
-  // fine: triangles of the fine surface, where tools meet one.
+  // bound: triangles of the bound surface, where tools meet one.
   explicit WorkBounds(const palpate_scene& scene)
       : scene_(scene),
         def_(scene.def),
         touch_(scene.touch),
         in_touch_(scene.touch.body->surface_field() ? scene.body()->effect->body : nullptr),
-        fine_(scene.touch.fine.bound() ? scene.touch.fine.triangle_count() : 0) {}
+        bound_(scene.touch.bound ? scene.touch.bound->triangle_count() : 0) {}
 
   // Of tests and changes. The rest is kept for the solution.
   double collision() const { return most() - std::floor(most() / 8); }
-  // Normals of a fine surface below discs that have moved, each of which may visit the whole surface.
-  double rows() const { return 30 * fine_ * def_.max_points; }
+  // Normals of a bound surface below discs that have moved, each of which may visit the whole surface.
+  double rows() const { return 30 * bound_ * def_.max_points; }
   double contact() const {
     if (in_touch_) return in_touch_->most_operations(scene_);
     return most() + of_effects(false);
@@ -71,7 +71,7 @@ class WorkBounds {
   const palpate_scene_def& def_;
   const TouchState& touch_;
   const EffectBody* in_touch_;  // the body that is solved in the touch; nullptr: the linear organ is
-  const double fine_;
+  const double bound_;
 };
 
 }  // namespace

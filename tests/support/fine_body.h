@@ -4,7 +4,7 @@
 #include <Eigen/Dense>
 #include <map>
 
-#include "runtime/surface/fine_surface.h"
+#include "runtime/fine_surface/fine_surface.h"
 #include "tests/support/closed_surfaces.h"
 #include "tests/support/deformed_truth.h"
 #include "tests/support/tiny_bundle.h"

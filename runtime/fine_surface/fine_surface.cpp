@@ -1,10 +1,10 @@
-// Checks a fine surface and binds it to the mesh's, once, while a scene is created.
+#include "runtime/fine_surface/fine_surface.h"
+
 #include <algorithm>
 
 #include "formats/checksum.h"
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
-#include "runtime/surface/fine_surface.h"
 
 namespace palpate {
 namespace {

@@ -1,10 +1,10 @@
-#include "runtime/surface/fine_surface.h"
+#include "runtime/surface/bound_surface.h"
 
 #include <algorithm>
 
 namespace palpate {
 
-double FineSurface::reach(std::int32_t vertex, const double* of_node) const {
+double BoundSurface::reach(std::int32_t vertex, const double* of_node) const {
   const Vertex& bound = vertices_[vertex];
   double sum = 0;
   for (int i = 0; i < 3; ++i) sum += bound.weight[i] * of_node[mesh_corners(bound.triangle)[i]];
@@ -19,21 +19,21 @@ double FineSurface::reach(std::int32_t vertex, const double* of_node) const {
 
 // Between the places that the corners are bound to the point moves in a straight line, which cuts off edges of the mesh: the place
 // is the nearest point of the mesh's triangles around the corners' nodes.
-SurfacePoint FineSurface::beneath(const SurfacePoint& fine) const {
-  const std::int32_t* corner = corners(fine.triangle);
+SurfacePoint BoundSurface::beneath(const SurfacePoint& point) const {
+  const std::int32_t* corner = corners(point.triangle);
   const Vertex* bound[3];
   for (int v = 0; v < 3; ++v) bound[v] = vertices_ + corner[v];
   SurfacePoint below;
   if (bound[0]->triangle == bound[1]->triangle && bound[0]->triangle == bound[2]->triangle) {
     below.triangle = bound[0]->triangle;
     for (int v = 0; v < 3; ++v)
-      for (int i = 0; i < 3; ++i) below.barycentric[i] += fine.barycentric[v] * bound[v]->weight[i];
+      for (int i = 0; i < 3; ++i) below.barycentric[i] += point.barycentric[v] * bound[v]->weight[i];
     return below;
   }
   Vec3 place;
   for (int v = 0; v < 3; ++v)
     for (int i = 0; i < 3; ++i)
-      place += fine.barycentric[v] * bound[v]->weight[i] * mesh_at_rest(mesh_corners(bound[v]->triangle)[i]);
+      place += point.barycentric[v] * bound[v]->weight[i] * mesh_at_rest(mesh_corners(bound[v]->triangle)[i]);
   double best = INFINITY;
   const auto look_at = [&](std::int32_t triangle) {
     const std::int32_t* node = mesh_corners(triangle);
@@ -54,21 +54,21 @@ SurfacePoint FineSurface::beneath(const SurfacePoint& fine) const {
   return below;
 }
 
-Vec3 FineSurface::outward(const SurfacePoint& fine) const {
+Vec3 BoundSurface::outward(const SurfacePoint& point) const {
   Vec3 sum;
-  for (int v = 0; v < 3; ++v) sum += fine.barycentric[v] * unit_or_zero(area_[corners(fine.triangle)[v]]);
+  for (int v = 0; v < 3; ++v) sum += point.barycentric[v] * unit_or_zero(area_[corners(point.triangle)[v]]);
   sum = unit_or_zero(sum);
-  return length(sum) > 0 ? sum : index_.outward(fine.triangle);
+  return length(sum) > 0 ? sum : index_.outward(point.triangle);
 }
 
 // The mean is that of the triangles whose centres are below the disc, weighted by their area, less towards its rim, so that the mean
 // is continuous while the disc moves. Triangles that turn away from the normal at the place itself belong to another side of the organ.
 // That normal counts as much as one vertex' share of the surface, so that a disc that is small against the triangles has it.
-Vec3 FineSurface::outward(const SurfacePoint& fine, double radius, const SurfaceTree& tree, Operations* work) const {
-  const Vec3 here = outward(fine), centre = index_.position(fine);
+Vec3 BoundSurface::outward(const SurfacePoint& point, double radius, const SurfaceTree& tree, Operations* work) const {
+  const Vec3 here = outward(point), centre = index_.position(point);
   if (!(radius > 0)) return here;
   double share = 0;
-  for (int v = 0; v < 3; ++v) share += fine.barycentric[v] * length(area_[corners(fine.triangle)[v]]);
+  for (int v = 0; v < 3; ++v) share += point.barycentric[v] * length(area_[corners(point.triangle)[v]]);
   Vec3 sum = share * here;
   const Vec3 reach{radius, radius, radius};
   tree.near_at_rest(centre - reach, centre + reach, work, [&](std::int32_t triangle) {

@@ -1,11 +1,11 @@
-// A finer surface that tools meet in place of the mesh's own. Each of its vertices is bound once to a point of the mesh's surface and
-// moves with the nodes around it.
+// Another surface that tools meet in place of the mesh's own. Each of its vertices is bound once to a point of the mesh's surface and
+// moves with the nodes around it. A module fills in the data (a class that derives from this one).
 //
 // With w the barycentric weights of that point, o the vertex' offset from it and H the displacement gradient there, a vertex moves by
 //     u = sum_i w_i u_i + shortened(o + H o) - o.
-// H is the gradient of the triangles around the three nodes, averaged as a render mesh's (skin.h), but linear in the displacements:
+// H is the gradient of the triangles around the three nodes, averaged over the nodes, but linear in the displacements:
 // across a triangle's plane the normal turns by -(gradient)^T n. "Shortened" gives a vector that is longer than o the length of o. A
-// turn of o would lengthen it, and a displacement along the normal has then, however steep, the normal that a render mesh has.
+// turn of o would lengthen it, and a displacement along the normal has then, however steep, the normal of the moved triangles.
 // Shortening brings no two vectors farther apart, so |u(a) - u(b)| is bounded by sum_i w_i |a_i - b_i| + sum_j |M_j| |a_j - b_j|, with
 // H o = sum_j M_j u_j: the bounds of a SurfaceTree over the mesh's nodes hold for the vertices, too (reach).
 #pragma once
@@ -19,21 +19,8 @@
 
 namespace palpate {
 
-class FineSurface {
+class BoundSurface {
  public:
-  // The mesh's surface, as it was meshed. triangles: checked, outward, borrowed. nodes and preload are used during the call.
-  struct Mesh {
-    const double* nodes;            // [node_count][3] m
-    const double* preload;          // [node_count][3] m, or nullptr
-    const std::int32_t* triangles;  // [triangle_count][3]
-    std::int32_t node_count, triangle_count;
-  };
-  // rest: [node_count][3] m, the mesh's positions without contacts, preload included; borrowed. scratch: memory for the call alone.
-  // Errors: ARGUMENT with what is wrong in the surface, MEMORY. Cost: some microseconds per vertex.
-  palpate_status bind(SceneMemory& memory, SceneMemory& scratch, const palpate_fine_surface& from, const Mesh& mesh,
-                      const double* rest, palpate_error* error);
-
-  bool bound() const { return vertex_count_ > 0; }
   std::int32_t vertex_count() const { return vertex_count_; }
   std::int32_t triangle_count() const { return triangle_count_; }
   const double* rest() const { return rest_; }                  // [vertex_count][3] m, preload included
@@ -52,15 +39,15 @@ class FineSurface {
 
   // The point of the mesh's surface that lies below a point of this one: it moves continuously with it. Any thread may call it.
   // Cost: nanoseconds where the triangle is bound to one triangle of the mesh, else about a microsecond.
-  SurfacePoint beneath(const SurfacePoint& fine) const;
+  SurfacePoint beneath(const SurfacePoint& point) const;
 
   // The outward unit normal at rest: interpolated between the triangle's vertices; its mean over a disc of that radius (m), which
   // for the radius 0 is the former. tree: of this surface. Cost of the mean: some twenty nanoseconds for each triangle below the disc.
-  Vec3 outward(const SurfacePoint& fine) const;
-  Vec3 outward(const SurfacePoint& fine, double radius, const SurfaceTree& tree, Operations* work) const;
+  Vec3 outward(const SurfacePoint& point) const;
+  Vec3 outward(const SurfacePoint& point, double radius, const SurfaceTree& tree, Operations* work) const;
   SurfaceIndex& index() { return index_; }  // this surface at rest, for the touch half alone
 
- private:
+ protected:
   struct Vertex {
     std::int32_t triangle;      // of the mesh
     std::int32_t first, turns;  // its turns, in turns_
@@ -73,7 +60,6 @@ class FineSurface {
     std::int32_t node;
     float m[3][3];
   };
-  class Binding;
   const std::int32_t* mesh_corners(std::int32_t triangle) const {
     return mesh_triangles_ + 3 * static_cast<std::size_t>(triangle);
   }
@@ -81,12 +67,6 @@ class FineSurface {
     return triangles_ + 3 * static_cast<std::size_t>(triangle);
   }
   Vec3 mesh_at_rest(std::int32_t node) const { return load3(mesh_rest_ + 3 * static_cast<std::size_t>(node)); }
-  palpate_status take(SceneMemory& memory, SceneMemory& scratch, const palpate_fine_surface& from,
-                      palpate_error* error);
-  palpate_status check_closed(SceneMemory& scratch, palpate_error* error) const;
-  bool find_fans(SceneMemory& memory, const Mesh& mesh);
-  void measure_normals();
-
   std::int32_t vertex_count_ = 0, triangle_count_ = 0;
   double* rest_ = nullptr;             // [vertex_count][3] m
   std::int32_t* triangles_ = nullptr;  // [triangle_count][3]
@@ -102,7 +82,7 @@ class FineSurface {
 };
 
 template <class At>
-Vec3 FineSurface::displacement(std::int32_t vertex, At at) const {
+Vec3 BoundSurface::displacement(std::int32_t vertex, At at) const {
   const Vertex& bound = vertices_[vertex];
   const std::int32_t* node = mesh_corners(bound.triangle);
   Vec3 u;
@@ -122,7 +102,7 @@ Vec3 FineSurface::displacement(std::int32_t vertex, At at) const {
 }
 
 template <class Visit>
-void FineSurface::nodes_of(std::int32_t vertex, Visit visit) const {
+void BoundSurface::nodes_of(std::int32_t vertex, Visit visit) const {
   const Vertex& bound = vertices_[vertex];
   for (int i = 0; i < 3; ++i)
     if (bound.weight[i] != 0) visit(mesh_corners(bound.triangle)[i]);
