@@ -34,7 +34,7 @@ struct PassWatch {
   palpate_pass_watcher watcher = nullptr;
   void* user = nullptr;
   std::int32_t index_in_plan[kPasses + kMostEffects];  // of each Pass; -1: the plan does not have it
-  std::int32_t first = 0;                              // of the plan, in that of the world whose watcher this is
+  std::int32_t first = 0;                              // of the plan, in that of several scenes whose watcher this is
 
   PassWatch() {
     for (std::int32_t& index : index_in_plan) index = -1;

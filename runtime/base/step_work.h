@@ -60,7 +60,7 @@ class StepWork {
   }
   void forget() { owed_ = owed_changes_ = 0; }
   void add(Operations operations) { done_ += operations; }
-  // Work that this step causes and the next one does. What is beyond the share of debts, as large deformation's may be, is forgotten.
+  // Work that this step causes and the next one does. Work above the share for debts is dropped; only that of a body with a field of its own exceeds it.
   void owe(Operations operations) { owed_ += operations; }
   // The same of a contact that changes.
   void owe_change(Operations operations) { owe(operations), ++owed_changes_; }

@@ -463,6 +463,7 @@ const int32_t* palpate_bundle_touchable(const palpate_bundle* bundle) {
 const uint8_t* palpate_bundle_fixed(const palpate_bundle* bundle) {
   return static_cast<const uint8_t*>(view(bundle, formats::SectionId::fixed));
 }
+
 const char* palpate_bundle_provenance(const palpate_bundle* bundle, size_t* byte_count) {
   const auto* entry = bundle ? formats::find_section(bundle->index, formats::SectionId::provenance) : nullptr;
   if (byte_count) *byte_count = entry ? static_cast<size_t>(entry->bytes) : 0;

@@ -78,15 +78,15 @@ Compliance::Outcome Compliance::assign_slots(SceneMemory& memory) {
 Compliance::Outcome Compliance::list_sides(SceneMemory& memory) {
   first_side_ = memory.array<std::int32_t>(static_cast<std::size_t>(touchable_clusters_) + 1);
   if (memory.failed()) return Outcome::no_memory;
-  // No pair of clusters may be in two blocks, so the number of pairs bounds the number of sides.
+  // No two clusters may share two blocks, so the number of ways to take two clusters bounds the number of sides.
   const std::uint64_t most =
       static_cast<std::uint64_t>(touchable_clusters_) * static_cast<std::uint64_t>(stored_.clusters);
-  std::uint64_t pairs = 0;
+  std::uint64_t couples = 0;
   for (std::int32_t b = 0; b < stored_.block_count; ++b) {
     const formats::StoredBlock& s = stored_.blocks[b];
-    pairs +=
+    couples +=
         static_cast<std::uint64_t>(s.row_end - s.row_begin) * static_cast<std::uint64_t>(s.column_end - s.column_begin);
-    if (pairs > most) return Outcome::inconsistent;
+    if (couples > most) return Outcome::inconsistent;
   }
   for_each_side([&](std::int32_t q, const Side&) { ++first_side_[q + 1]; });
   for (std::int32_t q = 0; q < touchable_clusters_; ++q) first_side_[q + 1] += first_side_[q];

@@ -41,7 +41,7 @@ class Compliance {
 
   std::int32_t slot_of_column(std::int32_t column) const { return slot_of_column_[column]; }
 
-  // C_nk (m/N) of a surface node and a column's node; zero where no block covers the pair. Cost: a search among the blocks of
+  // C_nk (m/N) of a surface node and a column's node; zero where no block covers both. Cost: a search among the blocks of
   // the column's cluster, then 6 reads per rank.
   Mat3 entry(std::int32_t node, std::int32_t column) const;
 

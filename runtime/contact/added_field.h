@@ -1,4 +1,4 @@
-// A displacement of the surface that adds to what the step's contacts do: under large deformation beside the touch.
+// A displacement of the surface that adds to what the step's contacts do, of a body that is solved outside of the touch.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // What deforms under the rows of a step. This class is the linear organ, which the bundle's tensors describe and contact_solver.h solves. A
-// body of another kind derives from it and overrides what it answers otherwise (large/large_body.h). A step asks the scene's body, and
+// body of another kind derives from it and overrides what it answers otherwise. A step asks the scene's body, and
 // never what it is.
 #pragma once
 
@@ -56,7 +56,7 @@ class Body {
   virtual void forget() {}
   // Completes a restored state (scene_memory.h) by what follows from it.
   virtual void restored() {}
-  // Of a body that is solved beside the touch, in a thread of its own: palpate_scene_deform of palpate.h.
+  // Of a body that is solved in a thread of its own: palpate_scene_deform of palpate.h.
   virtual std::int32_t deform() { return -1; }
 
  protected:

@@ -1,8 +1,8 @@
 // Which tool points are in contact, and with which surface point.
 //
 // Every tool point is inside or outside the organ. The nearest triangle of the surface as it is now decides the side of a point.
-// The motions of the point and of the triangles between two steps decide where the point came in, so that neither motion is
-// missed. A point is not tested while bounds on both motions show that it cannot have reached the surface.
+// The ways of the point and of the triangles between two steps decide where the point came in, so that neither way is
+// missed. A point is not tested while bounds on both ways show that it cannot have reached the surface.
 #pragma once
 
 #include <cstdint>

@@ -34,17 +34,16 @@ struct ContactConstraint {
   std::uint32_t flags;      // step flags of the disc
   std::int32_t thinned_to;  // of a disc: nodes that it was thinned to; 0: it has all of them
   ContactLaw law;
-  bool framed;  // false: the frame is x, y, z
-  bool
-      joined;  // it has no row of its own: its nodes are held by the row of the constraint before, as the parts of one thread are
+  bool framed;      // false: the frame is x, y, z
+  bool joined;      // it has no row of its own: its nodes are held by the row of the constraint before
   bool unused[1];   // in the place of padding, which a saved state would hold
   Mat3 frame;       // rows are unit vectors, orthogonal
   Mat3 local;       // m/N, in the frame: compliance under a patch that the mesh does not resolve (contact_patch.h)
   double friction;  // under coulomb: largest tangential force over the normal force
   double limit;     // N, above 0: of the reaction of the first row; 0: none
   double share;     // of the constraint in its anchor: a vertex' barycentric weight under TRIANGLE, else 1
-  // What couples it with discs near it: the disc of its nodes, or of a link those of both ends. In the constraint's frame. Each part of a
-  // grasp has its own.
+  // What couples it with discs near it: the disc of its nodes, or two where it holds one disc against another. In the
+  // constraint's frame.
   ContactDisc discs[2];
   // Of a patch: what its nodes and weights were computed from, to recognise it in the next step.
   SurfacePoint surface_point;
@@ -104,8 +103,8 @@ struct ContactConstraints {
   std::int32_t node_capacity = 0, constraint_capacity = 0, node_count = 0, constraint_count = 0;
 };
 
-// A row that several constraints share has no less than this share of the largest compliance that one of them has alone. Where a thread's
-// parts pull against one another, as in a straight line between two points of the world, no tension makes it shorter.
+// A row that several constraints share has no less than this share of the largest compliance that one of them has alone. Where they
+// pull against one another in a straight line, no reaction brings them to the target.
 constexpr double kLeastOfJoined = 1e-3;
 
 // The number behind the last constraint that shares the rows of constraint p.

@@ -355,7 +355,7 @@ double ContactField::own_norm(const ContactId& id) const {
   if (body_) return body_->own_norm(id);
   const Contact* contact = find(*now_, id);
   if (contact && now_->adds && now_->contact_count == 1)
-    return norm_;  // `adds` belongs to large deformation, which has no offset
+    return norm_;  // what `adds` comes from a body that has no offset
   return contact ? contact->ratio * contact->own : 0;
 }
 

@@ -144,7 +144,7 @@ class ContactField {
   // added(node): m, beside the loads.
   template <class Added>
   Vec3 recall(Known& known, std::int32_t node, const LoadField& loads, QueryWork* work, Added added) const;
-  // Contacts hold nodes of the surface, and needles nodes inside as well: Known has no entry for these.
+  // Contacts hold nodes of the surface; other constraints may hold nodes inside: Known has no entry for these.
   bool is_on_surface(std::int32_t node) const { return node < surface_nodes_; }
   bool is_known(const Known& known, std::int32_t node) const {
     assert(is_on_surface(node));

@@ -57,7 +57,7 @@ Vec3 cut_tangent(Vec3 r, double most) {
 // Rounds of coordinate descent on one constraint whose reactions are limited.
 constexpr int kRoundsOfOne = 20;
 
-// Where of three rows the first one alone exceeds its limit, as a needle's place does that slides: that row at its limit, and the others
+// Where of three rows the first one alone exceeds its limit: that row at its limit, and the others
 // exactly with it held. False where these exceed theirs then.
 bool first_at_limit(const Mat3& own, Vec3 c, Vec3 most, Vec3* r) {
   if (!(std::fabs(r->x) > most.x)) return false;

@@ -44,9 +44,9 @@ class ContactSolver {
   Outcome solve(const Tensors& tensors, const ContactConstraints& set, Vec3* force, Vec3* modified, StepWork* work,
                 bool again = false);
 
-  // For organs that touch, whose systems are solved as one (runtime/world/joint_solver.h), in place of solve(). prepare() brings the
+  // For several organs whose systems are solved as one, in place of solve(). prepare() brings the
   // matrix up to date; false: a number is not finite. Then whoever solves sets the reactions of all rows, and take_reactions() takes them
-  // over as solve() its own. The constraints of pairs have got as targets where the reactions bring them.
+  // over as solve() its own. The constraints between organs have got as targets where the reactions bring them.
   bool prepare(const Tensors& tensors, const ContactConstraints& set, StepWork* work);
   Outcome take_reactions(const ContactConstraints& set, const LawEffort& effort, Vec3* force, Vec3* modified);
   const SystemSolver& system() const { return system_; }

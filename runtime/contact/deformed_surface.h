@@ -13,7 +13,7 @@ namespace palpate {
 // Where and when a moving point passes through the surface.
 struct SurfaceCrossing {
   SurfacePoint surface_point;
-  double time = 0;  // 0 at the start of the motion, 1 at its end
+  double time = 0;  // 0 where the point was, 1 where it is
   bool entering = false;
 };
 

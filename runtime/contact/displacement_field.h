@@ -1,5 +1,5 @@
 // The field of an organ after a solve, at any node: u = o + C f. The offset o is what moves the nodes beside the forces f at the contacts:
-// rows with amounts (offset.h), and what large deformation beside the touch does beyond the linear response. Bounds and predictions of the
+// rows with amounts (offset.h), and what the body adds to the linear response (added_field.h). Bounds and predictions of the
 // field, which collision needs, are in contact_field.h.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What sources of rows tell of a step beside their contacts, to whoever listens (runtime/report).
+// What sources of rows tell of a step beside their contacts, to whoever listens.
 #pragma once
 
 #include <cstdint>

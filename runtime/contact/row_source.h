@@ -1,4 +1,4 @@
-// What holds tissue and asks for rows: the points and grips of tools, grasps, needles, links. The step goes through the list of sources
+// What holds tissue and asks for rows: the points and grips of tools, and what modules add. The step goes through the list of sources
 // that its scene has (touch.h) and asks none what it is. A load holds nothing and asks for no row: it is one of the offset's (offset.h).
 #pragma once
 

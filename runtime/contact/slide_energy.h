@@ -3,8 +3,8 @@
 // A contact holds the surface at rest at an anchor, and while it slides the anchor moves to where the surface is stiffer or softer. The
 // energy of the contacts is half the sum of reactions times targets. Where it rises by more than the tools' work and what the contacts have
 // lost before in the same touch, the contacts that slide give way: each target along the normal gets shorter by a part of it, the slack,
-// until the energy is what was paid for. The slack goes back as the contacts lose energy in softer places. Places that a needle takes and the
-// tip that moves on do the same: they are then held aside of the axis.
+// until the energy is what was paid for. The slack goes back as the contacts lose energy in softer places. Places on an axis in
+// the tissue do the same: they are then held aside of the axis.
 #pragma once
 
 #include <array>
@@ -21,11 +21,11 @@ class SlideEnergy {
   // What a touch knows about constraint p of a step.
   struct Sliding {
     Vec3 at,
-        from;  // m, where its tool holds it, less what motions have moved the surface there; where that was before it began
-    Vec3 axis;  // of a needle, unit; the place that it holds is `reach` (m) along it from `at`
+        from;  // m, where its tool holds it, less what the offset has moved the surface there; where that was before it began
+    Vec3 axis;  // of what holds places on an axis, unit; the place is `reach` (m) along it from `at`
     double reach = 0;
     double* slack = nullptr;  // m, of a contact on the surface
-    Vec3* aside = nullptr;    // m, of a needle's place
+    Vec3* aside = nullptr;    // m, of such a place
     bool slides() const { return slack || aside; }
     // Takes back of the slack as much as lengthens the depth (m) by the share `more`; of a slack past where the contact pushes, what is past.
     void lengthen(double depth, double push, double more) const;

@@ -112,7 +112,7 @@ class Contacts {
     }
   }
 
-  // How the normal has turned where a disc begins: in the dent of others its law is along the dent's normal from its first step on.
+  // How the normal has turned where a disc begins: in the hollow below others its law is along the hollow's normal from its first step on.
   Vec3 first_lean(const ContactWish& wish, const SurfacePoint& anchor) {
     Vec3 sum;
     QueryWork work;
@@ -290,8 +290,8 @@ class Contacts {
     step_.result[constraint.id.contact.index].sum.slips += gone.slips && !gone.released;
     return gone.released || gone.slips;
   }
-  // m, across the normal: how far the tool has moved past the anchor, times the constraint's share in it. Under large deformation
-  // the frame has turned with the surface: the way on the surface at rest has the same parts along the frame at rest.
+  // m, across the normal: how far the tool has moved past the anchor, times the constraint's share in it. Where the body
+  // turns frames, the frame has turned with the surface: the way on the surface at rest has the same parts along the frame at rest.
   Vec3 left_behind(std::int32_t p) const {
     const ContactConstraint& constraint = state_.rows.set().constraints[p];
     const ContactConstraints& set = state_.rows.set();
@@ -358,9 +358,9 @@ bool ToolContacts::note_sliding(const TouchStep& step, const ContactConstraints&
   const Tool& tool = step.state->input.tool(t);
   if (point >= tool.point_count) return false;
   PointState& state = step.state->points[t][point];
-  const Vec3 by_motions = step.moved(set, constraint);
-  sliding->slack = &state.slack, sliding->at = step.point(tool, point) - by_motions;
-  sliding->from = state.ridden - by_motions;
+  const Vec3 by_offset = step.moved(set, constraint);
+  sliding->slack = &state.slack, sliding->at = step.point(tool, point) - by_offset;
+  sliding->from = state.ridden - by_offset;
   return true;
 }
 

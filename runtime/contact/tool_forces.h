@@ -11,7 +11,7 @@ inline Vec3 part_along(Vec3 force, Vec3 unit) {
   return dot(force, unit) * unit;
 }
 
-// After all requests: the directions of the tools' imposed motions.
+// After all requests: the directions of the tools' imposed displacements.
 void find_directions(TouchStep& step);
 // After the solve: the forces of the contact nodes on the organ, to their tools' sums.
 void add_forces(TouchStep& step);

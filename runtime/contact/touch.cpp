@@ -1,4 +1,4 @@
-// The step of a touch, in order: input, offset, collision, constraints, solution, forces, output, report.
+// The step of a touch, in order: input, offset, collision, constraints, solution, forces, output.
 #include "runtime/contact/touch.h"
 
 #include <algorithm>

@@ -77,8 +77,7 @@ struct TouchState {
   ToolContacts tools;
   ContactSolver solver;
   ContactAdmission admission;
-  SlideEnergy
-      slide_energy;  // where the body responds linearly and contacts or needles come to places of another stiffness
+  SlideEnergy slide_energy;  // where the body responds linearly and rows come to places of another stiffness
   LinearOrgan linear_organ;
   Body* body = &linear_organ;
   double* node_reach = nullptr;  // [surface nodes] m / sqrt(J), as surface_tree.h explains, where someone asks for it

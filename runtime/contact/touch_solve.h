@@ -8,14 +8,14 @@ namespace palpate {
 
 struct TouchStep;
 
-// How often a step is solved at most where a source asks for it: of a grasp that slips each solve leaves a few per cent of the excess.
+// How often a step is solved at most where a source asks for it: where a hold slips, each solve leaves a few per cent of the excess.
 inline constexpr int kMostSlipSolves = 4;
 
 // The forces at the contact nodes, the state of the field, and what became of the sources' rows. joint: how the solution of several
 // organs ended, which the solver has taken over; nullptr: the organ is solved alone.
 void solve_contacts(TouchStep& step, const ContactSolver::Outcome* joint);
 
-// ---- for those that solve and judge: bodies, and a world of several organs
+// ---- for those that solve and judge: bodies, and several organs together
 
 // After a solve: whether a source has other targets now.
 bool sources_ask_again(TouchStep& step);

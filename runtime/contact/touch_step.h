@@ -18,7 +18,7 @@ struct ToolSum {
   std::int32_t contacts = 0, slips = 0, releases = 0;
 };
 
-// d_t of eqs 3-6: that of the tool's imposed motion.
+// d_t of eqs 3-6: that of the tool's imposed displacements.
 struct ToolDirection {
   Vec3 unit;  // zero: none
   double share =
@@ -30,7 +30,7 @@ struct ToolResult {
   ToolDirection direction;
   double factor = 0;   // on the tool's linear nodal forces
   double stretch = 0;  // by Q: what is added to their part along the direction, over that part
-  // N and N m, on the organ, of what the tool has in the tissue: its needle. Q, the response of tissue under a tool on the surface, does not
+  // N and N m, on the organ, of what the tool has in the tissue. Q, the response of tissue under a tool on the surface, does not
   // act on it.
   Vec3 inside_force, inside_torque;
   bool is_inside = false,
@@ -47,11 +47,11 @@ struct TouchStep {
   bool far[PALPATE_MAX_TOOLS];  // by place: no point of the tool can meet the surface, and none is looked at
   Deformed deformed;
   bool is_solved;  // the step has a solution
-  // And the organ is where its contacts hold it. A large body may lag behind its contacts: the distance that is left is then no slip of a tool.
+  // And the organ is where its contacts hold it. A body with a field of its own may lag behind its contacts: the distance that is left is then no slip of a tool.
   bool follows;
   const ContactConstraints* acting;  // as the solver held them
   const Vec3* reactions;  // N, of each constraint, of a body that has found them itself; nullptr: the solver has
-  // Of what nothing puts off, as a grasp that closes: counted when all else is done.
+  // Of what nothing puts off: counted when all else is done.
   Operations unasked;
   // Of the places in use: a step with one tool does not write those of all others.
   union {

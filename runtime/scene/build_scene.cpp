@@ -282,7 +282,7 @@ constexpr std::uint64_t kMuchMemory = std::uint64_t{256} << 20;
 // Half precision keeps 11 bits: the system of several hundred contacts may then not be definite (docs/method.md).
 constexpr std::int32_t kManyContactsForHalf = 256;
 
-// Who needs contact nodes at least: "1 for each of max_points 64, 3 for links".
+// Who needs contact nodes at least: "1 for each of max_points 64", and how many each effect.
 struct NeededNodes {
   char text[160] = {};
   NeededNodes(const palpate_scene_def& def, EffectList effects) {
@@ -303,12 +303,14 @@ void log_few_contact_nodes(const palpate_scene& scene) {
   const std::int32_t nodes = def.max_contact_nodes - scene.reserved.nodes,
                      needed = fewest_contact_nodes(def, scene.rows);
   if (nodes >= needed) return;
+  const Effect* effects[kMostEffects];
+  for (std::int32_t e = 0; e < scene.effect_count; ++e) effects[e] = scene.effects[e].effect;
+  const NeededNodes of_limits(def, EffectList(effects, static_cast<std::size_t>(scene.effect_count)));
   scene.context.bundle.log.say(
       PALPATE_LOG_WARNING,
-      "scene: max_contact_nodes is %d, and max_points %d with %d links needs %d: a step in which more hold leaves the "
-      "others out and raises CONTACTS_DROPPED; set max_contact_nodes (at most %d), or lower max_points",
-      static_cast<int>(nodes), static_cast<int>(def.max_points), static_cast<int>(def.max_links),
-      static_cast<int>(needed), static_cast<int>(kMostContactNodes));
+      "scene: max_contact_nodes is %d, and %d are needed (%s): a step in which more hold leaves the others out and "
+      "raises CONTACTS_DROPPED; set max_contact_nodes (at most %d), or lower max_points",
+      static_cast<int>(nodes), static_cast<int>(needed), of_limits.text, static_cast<int>(kMostContactNodes));
 }
 
 void log_scene(const palpate_scene& scene, const MemoryUse& use) {

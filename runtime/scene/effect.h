@@ -1,7 +1,7 @@
 // The descriptor of an effect: all that a scene has to know about it. A scene is built from a list of descriptors, and the builder, the
 // plan, the predicted costs and saved states go through that list and name no effect. CONTRIBUTING.md says how to add one.
 //
-// A descriptor is constant data. Whoever leaves it out of the list that it passes to create_scene() does not link the effect's code.
+// A descriptor is constant data. Whoever leaves it out of the list that it passes to create_scene() does not get the effect's code into its program.
 #pragma once
 
 #include <cmath>
@@ -65,7 +65,7 @@ enum Use : std::uint32_t {
   kUsesSurface = 2,        // the surface at rest, searchable
   kUsesDisplacements = 4,  // where the nodes are after each solve (DisplacementField)
   kUsesHeldSurface =
-      8,  // under large deformation: contacts that hold the surface's displacements, also without a shape
+      8,  // of a body with a field of its own: contacts that hold the surface's displacements, also without a shape
   kUsesSlideEnergy = 16,  // the account of energy of rows that come to places of another stiffness (slide_energy.h)
   kUsesNodeReach = 32,    // how far a field of unit norm moves each node of the surface (TouchState::node_reach)
 };

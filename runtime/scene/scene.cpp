@@ -2,6 +2,7 @@
 #include "runtime/scene/scene.h"
 
 #include <algorithm>
+#include <cstring>
 #include <initializer_list>
 #include <new>
 
@@ -47,8 +48,10 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
     palpate_scene_destroy(created);
     return status;
   }
-  created->def.fine_surface = nullptr;
-  created->def.render_mesh = nullptr;  // the host may release its arrays now
+  for (const Effect* effect : effects)  // the host may release its arrays now
+    for (const EffectKey& key : effect->keys)
+      if (key.type == PALPATE_KEY_POINTER)
+        std::memset(reinterpret_cast<unsigned char*>(&created->def) + key.offset, 0, sizeof(void*));
   *scene = created;
   return palpate::succeed(error);
 }
@@ -89,7 +92,7 @@ size_t palpate_contacts_bytes(const palpate_scene* scene) {
 
 palpate_step_flags palpate_scene_touch(palpate_scene* scene, const palpate_tool* tools, int32_t tool_count, double dt,
                                        palpate_contacts* contacts, size_t contacts_bytes) {
-  if (!scene || scene->in_world || !contacts || !palpate::is_aligned(contacts) ||
+  if (!scene || scene->not_alone || !contacts || !palpate::is_aligned(contacts) ||
       contacts_bytes < palpate_contacts_bytes(scene))
     return PALPATE_STEP_BAD_INPUT;
   return palpate::touch_step(scene->context, scene->touch, tools, tool_count, dt, *contacts);

@@ -42,7 +42,8 @@ struct palpate_scene {
   palpate::TouchState touch;
   palpate::ShapeState shape;
   palpate::Plan plan;
-  bool in_world = false;                                  // an organ of a world, which steps, saves and restores it
+  // Where somebody else steps, saves and restores it in the host's place: what a host that tries is told.
+  const char* not_alone = nullptr;
   palpate::EffectInScene effects[palpate::kMostEffects];  // in the order of the list
   std::int32_t effect_count = 0;
   std::uint32_t uses = 0;          // bits of Use, of these effects and of the reserved rows

@@ -176,16 +176,15 @@ size_t palpate_scene_state_bytes(const palpate_scene* scene) {
 
 namespace {
 
-palpate_status refuse_organ(palpate_error* error) {
-  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-              "the scene is an organ of a world; save and restore the world (palpate_world_save)");
+palpate_status refuse_part(const palpate_scene& scene, palpate_error* error) {
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0, "%s", scene.not_alone);
 }
 
 }  // namespace
 
 palpate_status palpate_scene_save(const palpate_scene* scene, void* state, size_t state_bytes, palpate_error* error) {
   if (!scene || !state) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene and state must not be NULL");
-  if (scene->in_world) return refuse_organ(error);
+  if (scene->not_alone) return refuse_part(*scene, error);
   if (!palpate::is_aligned(static_cast<const std::uint64_t*>(state)))
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "state must be 8-byte aligned");
   if (const size_t needed = palpate_scene_state_bytes(scene); state_bytes < needed)
@@ -199,7 +198,7 @@ palpate_status palpate_scene_save(const palpate_scene* scene, void* state, size_
 palpate_status palpate_scene_restore(palpate_scene* scene, const void* state, size_t state_bytes,
                                      palpate_error* error) {
   if (!scene || !state) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene and state must not be NULL");
-  if (scene->in_world) return refuse_organ(error);
+  if (scene->not_alone) return refuse_part(*scene, error);
   if (!palpate::is_aligned(static_cast<const std::uint64_t*>(state)))
     return fail(error, PALPATE_ERROR_ARGUMENT, 0, "state must be 8-byte aligned");
   const auto* const from = static_cast<const unsigned char*>(state);

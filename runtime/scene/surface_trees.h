@@ -1,4 +1,4 @@
-// Trees over the surface that tools meet, for collision and for queries.
+// Trees over the surface that tools meet, for collision and for whoever else asks where it is.
 #pragma once
 
 #include "runtime/contact/touch.h"

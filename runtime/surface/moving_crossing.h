@@ -6,7 +6,7 @@
 namespace palpate {
 
 struct MovingCrossing {
-  double time = 0;  // 0 at the start of the motion, 1 at its end
+  double time = 0;  // 0 where the point was, 1 where it is
   bool entering = false;
   double barycentric[3] = {};
 };

@@ -112,7 +112,7 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
                    &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;
-  scene->in_world = true;
+  scene->not_alone = "the scene is an organ of a world; save and restore the world (palpate_world_save)";
   const palpate_scene_def& first = world.organ[0]->def;
   if (scene->def.max_tools != first.max_tools || scene->def.max_points != first.max_points)
     return fail(error, PALPATE_ERROR_ARGUMENT, 0,
