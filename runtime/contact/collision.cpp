@@ -116,11 +116,11 @@ Collision::Test Collision::see_first(PointState& state, Vec3 p) {
   return Test::done;
 }
 
-// Where the test was put off, the surface's motion before the last step is known by its bound alone: the crossings are those of
-// its last motion, and the side at the end decides whether there is a contact.
+// Where the test was put off, how the surface moved before the last step is known by its bound alone: the crossings are those of
+// its last way, and the side at the end decides whether there is a contact.
 Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   double moved = length(p - state.last) + surface_->largest_move() + state.unseen;
-  // How far other contacts have sunk the disc counts as a motion of the surface: both ends of the point's way are taken less the `sunk` of
+  // How far other contacts have sunk the disc counts as a way of the surface: both ends of the point's way are taken less the `sunk` of
   // this step. `sunk` is computed twice, at the place nearest to the point and then at the place nearest to the disc. It does not begin with
   // the `sunk` of an earlier step, so that forces do not depend on whether the last step tested the point.
   // Not beyond the box around the surface: such a tool may be far (TouchStep::far), and its points are not looked at.

@@ -20,7 +20,7 @@ enum class StoredElement { p1, p1_anp, p2_p0 };
 // the surface area. The blur was measured on a block of gel; docs/accuracy.md has the table and the command.
 //
 // Against a turn it yields like one of radius b + first s + second s^2 / b. Measured on a block of gel against
-// the closed forms of a rigid disc that tilts and that twists: tests/precompute/grasped_block_test.cpp.
+// the closed forms of a rigid disc that tilts and that twists.
 //
 // On a curved surface the tangential compliance between the radii a and b has one more part:
 //     ln(b / a) (curved K + curved_trace tr(K) I),

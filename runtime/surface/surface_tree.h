@@ -1,5 +1,5 @@
 // A bounding-volume tree over the triangles of a surface whose nodes move, and what is asked of such a surface: the nearest
-// point, the side on which a point lies, the triangles near a motion.
+// point, the side on which a point lies, the triangles near a way.
 //
 // The tree holds a box around the rest places of its triangles and a second one around the places where they were last seen.
 // It is never refitted as a whole. Each box grows by a bound on how far its nodes may be now, and the boxes on the way to a
@@ -34,7 +34,7 @@ struct FieldBound {
 struct NearestPoint {
   SurfacePoint surface_point;  // triangle -1: nothing within the asked distance
   double distance = 0;         // m; the asked distance where nothing is nearer
-  // m / sqrt(J). The nearest distance stays above `distance` - |motion of the place| - per_path * (growth of the path).
+  // m / sqrt(J). The nearest distance stays above `distance` - |way of the place| - per_path * (growth of the path).
   double per_path = 0;
   bool outside = true;  // the side of the nearest point on which the place lies; true where nothing is near
   Vec3 outward;         // unit normal of its triangle; zero where nothing is near
