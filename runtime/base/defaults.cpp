@@ -70,21 +70,6 @@ void palpate_init_tool(palpate_tool* tool, size_t struct_bytes) {
   write_host_struct(defaults, tool, struct_bytes);
 }
 
-void palpate_init_grasp(palpate_grasp* grasp, size_t struct_bytes) {
-  palpate_grasp defaults = {};
-  defaults.triangle = defaults.opposite_triangle = -1;
-  defaults.orientation[0] = 1;
-  defaults.friction = defaults.clamp_force = INFINITY;
-  write_host_struct(defaults, grasp, struct_bytes);
-}
-
-void palpate_init_needle(palpate_needle* needle, size_t struct_bytes) {
-  palpate_needle defaults = {};
-  defaults.triangle = -1;
-  defaults.spacing = 5e-3;
-  write_host_struct(defaults, needle, struct_bytes);
-}
-
 void palpate_init_shape_out(palpate_shape_out* out, size_t struct_bytes) {
   write_host_struct(palpate_shape_out{}, out, struct_bytes);
 }

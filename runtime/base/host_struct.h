@@ -9,8 +9,6 @@
 
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
-#include "runtime/include/palpate/palpate_grasps.h"
-#include "runtime/include/palpate/palpate_needles.h"
 #include "runtime/include/palpate/palpate_plan.h"
 #include "runtime/include/palpate/palpate_pose.h"
 
@@ -41,10 +39,6 @@ template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_grip> = offsetof(palpate_grip, displacement) + sizeof(double[3]);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_tool> = offsetof(palpate_tool, disc_radius);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_grasp> = offsetof(palpate_grasp, closing);
-template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_needle> = offsetof(palpate_needle, friction);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_shape_out> = offsetof(palpate_shape_out, positions);
 

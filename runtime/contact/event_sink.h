@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "runtime/include/palpate/palpate.h"
-#include "runtime/include/palpate/palpate_grasps.h"
 #include "runtime/include/palpate/palpate_report.h"
 #include "runtime/surface/surface_index.h"
 

@@ -11,8 +11,6 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/vec3.h"
 #include "runtime/include/palpate/palpate.h"
-#include "runtime/include/palpate/palpate_grasps.h"
-#include "runtime/include/palpate/palpate_needles.h"
 
 namespace palpate {
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/include/palpate/palpate_fine_surface.h"
 #include "runtime/surface/bound_surface.h"
 
 namespace palpate {

@@ -91,3 +91,11 @@ const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene,
   const std::int32_t t = grasps ? scene->touch.input.place_of(id) : -1;
   return t < 0 ? nullptr : &grasps->state(t);
 }
+
+void palpate_init_grasp(palpate_grasp* grasp, size_t struct_bytes) {
+  palpate_grasp defaults = {};
+  defaults.triangle = defaults.opposite_triangle = -1;
+  defaults.orientation[0] = 1;
+  defaults.friction = defaults.clamp_force = INFINITY;
+  palpate::write_host_struct(defaults, grasp, struct_bytes);
+}

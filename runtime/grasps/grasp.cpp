@@ -6,6 +6,7 @@
 #include "runtime/contact/contact_laws.h"
 
 #include "runtime/contact/touch_step.h"
+#include "runtime/include/palpate/palpate_grasps.h"
 
 namespace palpate {
 namespace {

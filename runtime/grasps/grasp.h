@@ -11,6 +11,7 @@
 #include "runtime/contact/row_source.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/grasps/grasp_patch.h"
+#include "runtime/include/palpate/palpate_grasps.h"
 #include "runtime/pose/pose.h"
 
 namespace palpate {

@@ -151,3 +151,10 @@ const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scen
   const std::int32_t t = needles ? scene->touch.input.place_of(id) : -1;
   return t < 0 ? nullptr : &needles->state(t);
 }
+
+void palpate_init_needle(palpate_needle* needle, size_t struct_bytes) {
+  palpate_needle defaults = {};
+  defaults.triangle = -1;
+  defaults.spacing = 5e-3;
+  palpate::write_host_struct(defaults, needle, struct_bytes);
+}

@@ -6,6 +6,7 @@
 
 #include "runtime/base/exponential.h"
 #include "runtime/contact/touch_step.h"
+#include "runtime/include/palpate/palpate_needles.h"
 
 namespace palpate {
 namespace {

@@ -18,6 +18,7 @@
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/row_source.h"
 #include "runtime/contact/tool_input.h"
+#include "runtime/include/palpate/palpate_needles.h"
 #include "runtime/inside/tetrahedron_tree.h"
 #include "runtime/pose/pose.h"
 

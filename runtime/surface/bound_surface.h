@@ -13,7 +13,6 @@
 #include <cstdint>
 
 #include "runtime/base/step_work.h"
-#include "runtime/include/palpate/palpate_fine_surface.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_tree.h"
 

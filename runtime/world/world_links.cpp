@@ -164,7 +164,7 @@ bool WorldLinks::request(std::int32_t i) {
     wish.along = organ.vector_to_organ(of.link.along);
     const Vec3 axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     Mat3 frame;
-    for (int i = 0; i < 3; ++i) store3(organ.vector_to_organ(axis[i]), frame.m[i]);
+    for (int e = 0; e < 3; ++e) store3(organ.vector_to_organ(axis[e]), frame.m[e]);
     const LinkRow row(wish, kWorldLinkSource, &frame);
     of.constraint[side] = touch(of, side).rows.add_reserved(row.wish);
     if (of.constraint[side] < 0) return false;
