@@ -37,7 +37,7 @@ void solve_positive(int size, double* a, double* x) {
 Hold hold_of(palpate_grasp_condition condition) {
   static_assert(Hold{PALPATE_GRASP_OPEN} == Hold::open && Hold{PALPATE_GRASP_HOLDS} == Hold::holds &&
                 Hold{PALPATE_GRASP_SLIPS} == Hold::slips && Hold{PALPATE_GRASP_LET_GO} == Hold::let_go);
-  return Hold{condition};
+  return static_cast<Hold>(condition);
 }
 
 Mat3 without_one(Mat3 turn) {
