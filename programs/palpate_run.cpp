@@ -106,12 +106,17 @@ void play_one(Player& player, const fs::path& bundle, const Options& options) {
   if (!options.record.empty()) write_record(options.record, player, bundle, hasher.hash());
 }
 
+void warn_of_log(const PlayedOrgan& organ) {
+  for (const std::string& warning : organ.log().warnings) warn(warning);
+}
+
 void play_organs(const SceneConfig& scene, const Options& options) {
   if (options.realtime || !options.record.empty() || !options.render_mesh.empty()) expect_one_organ(scene);
   const std::vector<fs::path> bundles = bundles_of(scene, options.bundles);
   WorldPlayer player(scene, bundles);
   if (options.explain) {
     fmt::print("{}", explain(player));
+    for (std::size_t k = 0; k < player.organ_count(); ++k) warn_of_log(player.organ(k));
     return;
   }
   std::vector<BundleFields> fields;
@@ -128,7 +133,7 @@ void play_against_the_clock(Player& player, const fs::path& bundle, const Option
   }
   write_text_atomically(folder.part() / "summary.json", realtime_summary(runs, player, bundle));
   folder.commit();
-  for (const std::string& warning : realtime_warnings(runs)) warn(warning);
+  for (const std::string& warning : realtime_warnings(runs, player)) warn(warning);
 }
 
 void run(const Options& options) {
@@ -153,7 +158,7 @@ void run(const Options& options) {
                     options.scene.string()));
   Player player(scene, bundle, Half::both, options.render_mesh.empty() ? nullptr : &render_mesh);
   if (options.explain)
-    fmt::print("{}", explain(player));
+    fmt::print("{}", explain(player)), warn_of_log(player.organ());
   else if (options.realtime)
     play_against_the_clock(player, bundle, options);
   else

@@ -284,14 +284,22 @@ std::string explain_scene(Scene scene) {
                                              predicted_deform, deform.us));
 }
 
+std::string note_lines(const PlayedOrgan& organ) {
+  std::string lines;
+  for (const std::string& note : organ.log().notes) lines += note + "\n";
+  return lines;
+}
+
 }  // namespace
 
 std::string explain(Player& player) {
-  return explain_scene(OneOrgan(player));
+  return explain_scene(OneOrgan(player)) + note_lines(player.organ());
 }
 
 std::string explain(WorldPlayer& player) {
-  return explain_scene(SeveralOrgans(player));
+  std::string text = explain_scene(SeveralOrgans(player));
+  for (std::size_t k = 0; k < player.organ_count(); ++k) text += note_lines(player.organ(k));
+  return text;
 }
 
 }  // namespace palpate

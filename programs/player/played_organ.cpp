@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "formats/errors.h"
 #include "programs/player/tool_places.h"
@@ -99,14 +100,20 @@ std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const pal
   return nodes;
 }
 
-PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half half, const RenderMesh* render_mesh)
-    : scene_(std::move(scene)), bundle_file_(std::move(bundle)), half_(half), render_mesh_(render_mesh) {
+PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half half, const RenderMesh* render_mesh,
+                         std::string name)
+    : scene_(std::move(scene)),
+      bundle_file_(std::move(bundle)),
+      half_(half),
+      render_mesh_(render_mesh),
+      name_(std::move(name)) {
   palpate_error error{};
   palpate_bundle* opened = nullptr;
   palpate_bundle_options options = palpate_default_bundle_options();
   // A bundle may be computed anew while the player reads it. These programs have no handler of SIGBUS of their own, and a flag in
   // the summary tells more than a process that ends.
   options.file_access = PALPATE_FILE_MAP_GUARDED;
+  options.log = hear, options.log_user = this;
   if (palpate_bundle_open_file(bundle_file_.c_str(), &options, &opened, &error) != PALPATE_OK) refuse(error);
   bundle_.reset(opened);
   resolve_places(scene_, bundle_.get());
@@ -114,6 +121,14 @@ PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half h
   held_ = std::make_unique<HeldTissue>(scene_, bundle_.get());
   needles_ = std::make_unique<PlayedNeedles>(scene_, bundle_.get());
   motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
+}
+
+void PlayedOrgan::hear(void* organ, palpate_log_level level, const char* text) {
+  PlayedOrgan& self = *static_cast<PlayedOrgan*>(organ);
+  const bool of_bundle = !self.bundle_, warns = level == PALPATE_LOG_WARNING;
+  if (self.runtime_scene_ || (of_bundle && !warns) || std::strstr(text, "preload is OFF")) return;
+  (warns ? self.log_.warnings : self.log_.notes)
+      .push_back(self.name_.empty() ? text : fmt::format("organ \"{}\": {}", self.name_, text));
 }
 
 void PlayedOrgan::refuse(const palpate_error& error) const {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <palpate/palpate_complete.h>
@@ -22,13 +23,19 @@ enum class Half { both, touch, shape };
 std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const palpate_bundle* bundle,
                                         const std::filesystem::path& file);
 
+// What the library logged of an organ until play_on(), a sentence each: notes of the scene alone; of the warnings not that the scene leaves out
+// the bundle's preload, which its file decides.
+struct LibraryLog {
+  std::vector<std::string> notes, warnings;
+};
+
 class PlayedOrgan {
  public:
   // Opens the bundle, finds the grips' nodes and the places of tools, links, grasps and needles. scene: of this organ alone. render_mesh
-  // follows the shapes; it must outlive this, or be nullptr.
+  // follows the shapes; it must outlive this, or be nullptr. name: of the organ among several, for the log.
   // Errors: InputError that names the byte of the bundle, or the line of the scene.
   PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half half = Half::both,
-              const RenderMesh* render_mesh = nullptr);
+              const RenderMesh* render_mesh = nullptr, std::string name = {});
   PlayedOrgan(const PlayedOrgan&) = delete;
   PlayedOrgan& operator=(const PlayedOrgan&) = delete;
 
@@ -58,6 +65,8 @@ class PlayedOrgan {
   // Refuses what the library refused. Throws InputError, or OperationError for want of memory.
   [[noreturn]] void refuse(const palpate_error& error) const;
 
+  const LibraryLog& log() const { return log_; }
+
   bool holds_tissue() const { return holds_; }   // whether the library's scene has links or grasps
   bool has_needles() const { return pierced_; }  // whether it has needles
   int contact_node_limit() const { return contact_node_limit_; }
@@ -71,10 +80,14 @@ class PlayedOrgan {
     void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
   };
 
+  static void hear(void* organ, palpate_log_level level, const char* text);
+
   SceneConfig scene_;
   std::filesystem::path bundle_file_;
   Half half_;
   const RenderMesh* render_mesh_;
+  std::string name_;
+  LibraryLog log_;
   palpate_render_mesh skin_ = palpate_default_render_mesh();
   std::vector<float> met_positions_;
   std::vector<std::int32_t> met_triangles_;

@@ -123,8 +123,8 @@ std::string realtime_table(const RealtimeRun& run) {
   return table + "\n";
 }
 
-std::vector<std::string> realtime_warnings(const std::vector<RealtimeRun>& runs) {
-  std::vector<std::string> sentences;
+std::vector<std::string> realtime_warnings(const std::vector<RealtimeRun>& runs, const Player& player) {
+  std::vector<std::string> sentences = player.organ().log().warnings;
   for (const RealtimeRun& run : runs)
     for (const auto& more : {run.touch_flags.warnings(fmt::format("touches at {:g} Hz", run.rate)),
                              run.shape_flags.warnings(fmt::format("shapes beside touch at {:g} Hz", run.rate))})
@@ -153,7 +153,7 @@ std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player&
     if (!run.deform.empty()) entry["deform_us"] = percentile_summary(run.deform);
     out["realtime"].push_back(entry);
   }
-  out["warnings"] = realtime_warnings(runs);
+  out["warnings"] = realtime_warnings(runs, player);
   return out.dump(2) + "\n";
 }
 

@@ -29,8 +29,8 @@ RealtimeRun run_realtime(Player& player, double rate, double seconds);
 
 std::string realtime_table(const RealtimeRun& run);
 
-// The step flags that were raised, a sentence each.
-std::vector<std::string> realtime_warnings(const std::vector<RealtimeRun>& runs);
+// The library's warnings of the scene, and the step flags that were raised, a sentence each.
+std::vector<std::string> realtime_warnings(const std::vector<RealtimeRun>& runs, const Player& player);
 
 // JSON text of summary.json: one entry per run, and the warnings.
 std::string realtime_summary(const std::vector<RealtimeRun>& runs, const Player& player,

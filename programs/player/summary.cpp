@@ -229,7 +229,8 @@ std::vector<std::string> Summary::warnings(const std::vector<BundleFields>& fiel
     sentences.insert(sentences.end(), more.begin(), more.end());
   };
   std::vector<NamedOrgan> organs;
-  for (const Organ& organ : organs_) organs.push_back(organ.of), append(size_warnings(organ.of));
+  for (const Organ& organ : organs_)
+    organs.push_back(organ.of), append(organ.of.organ->log().warnings), append(size_warnings(organ.of));
   append(placement_warnings(scene_, organs, touched));
   for (std::size_t k = 0; k < organs_.size(); ++k)
     append(organs_[k].held.warnings()), append(displacement_warnings(organs_[k].of, fields[k], organs_[k].largest));

@@ -34,7 +34,8 @@ WorldPlayer::WorldPlayer(SceneConfig scene, const std::vector<std::filesystem::p
     : scene_(std::move(scene)) {
   check_touch_count(scene_);
   for (std::size_t k = 0; k < scene_.organs.size(); ++k) {
-    organs_.push_back(std::make_unique<PlayedOrgan>(organ_scene(scene_, k), bundles[k]));
+    organs_.push_back(
+        std::make_unique<PlayedOrgan>(organ_scene(scene_, k), bundles[k], Half::both, nullptr, scene_.organs[k].name));
     poses_.push_back(pose_of(scene_.organs[k]));
   }
   put_placed_tools_into_the_world();

@@ -200,6 +200,7 @@ TEST_F(PlayedOrgans, ExplainsTheSearchOfPairsTheJointSolveAndEachOrgan) {
   EXPECT_THAT(world, testing::ContainsRegex("joint solve +- +[0-9.]+ [kM]B"));
   EXPECT_THAT(ended.output, testing::ContainsRegex("with [1-9][0-9]* pairs, [1-9][0-9]* rows of organs that touch"));
   EXPECT_THAT(ended.output, HasSubstr("operations of all organs"));
+  EXPECT_THAT(ended.output, HasSubstr("\norgan \"above\": scene: "));
 
   // Organs that pass through one another have neither.
   write_organs(organs, finger);

@@ -19,6 +19,8 @@
 #include "programs/player/scene_warnings.h"
 #include "programs/player/summary.h"
 #include "tests/programs/player/played_scene.h"
+#include "tests/support/bundle_forms.h"
+#include "tests/support/packed_bundle.h"
 #include "tests/support/tools.h"
 
 namespace palpate {
@@ -189,6 +191,47 @@ TEST_F(PlayedScene, KnowsNoLimitOfLinearElasticityUnderLargeDeformation) {
   EXPECT_THAT(ended.errors, testing::Not(HasSubstr("linear elasticity")));
   write_scene(kProbe, "[effects]\ndeformation = \"large\"\n[limits]\ndisplacement = 0.001\n");
   EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("1 mm that `displacement`"));
+}
+
+std::size_t times(const std::string& part, const std::string& text) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size()) ++count;
+  return count;
+}
+
+// 2,000 operations have no room for a step of large deformation.
+TEST_F(PlayedScene, ExplainsThatLargeDeformationTakesItsStepsWhateverTheLimitSays) {
+  tests::BundleParts parts = tests::tiny_bundle();
+  add_large_deformation(parts, {0});
+  add_everything(parts);  // a preload, which this scene leaves out
+  write_bundle(folder_ / "box.h5", parts);
+  const std::string large = "[effects]\ncollision = \"off\"\ndeformation = \"large\"\n",
+                    note = "\nscene: deformation LARGE takes up to 3 steps in a touch, ";
+  write_scene(kProbe, large + "[limits]\noperations = 2000\n");
+  const Ended ended = run("scene.toml --explain --strict");
+  EXPECT_EQ(ended.code, 0) << ended.errors;
+  EXPECT_EQ(times(note, ended.output), 1u) << ended.output;
+  EXPECT_THAT(ended.errors, testing::Not(HasSubstr("preload")));
+  EXPECT_THAT(run("scene.toml -o out").errors, testing::Not(HasSubstr("scene:")));  // notes are of the plan alone
+  write_scene(kProbe, large + "[limits]\noperations = 100000000\n");
+  EXPECT_EQ(times(note, run("scene.toml --explain").output), 0u);
+}
+
+TEST_F(PlayedScene, WarnsOnceOfWhatTheLibraryWarnsOf) {
+  tests::BundleParts parts = tests::tiny_bundle();
+  store_as_f16(parts);
+  write_bundle(folder_ / "box.h5", parts);
+  write_scene(kProbe, "[limits]\npoints = 300\ndisplacement = 0.006\n");
+  const std::string warning = "scene: the tensors have half precision, too coarse for 300 contacts at once";
+  for (const std::string how : {"-o out", "--explain", "--realtime --rate 500 --seconds 0.1 -o clock"}) {
+    const Ended ended = run("scene.toml --strict " + how);
+    EXPECT_EQ(ended.code, 3) << how << ended.errors;
+    EXPECT_EQ(times("warning: " + warning, ended.errors), 1u) << how << ended.errors;
+  }
+  for (const char* folder : {"out", "clock"}) {
+    const auto told = nlohmann::json::parse(read_text(folder_ / folder / "summary.json"))["warnings"].dump();
+    EXPECT_EQ(times(warning, told), 1u) << told;
+  }
 }
 
 TEST_F(PlayedScene, SolvesLargeDeformationBesideTheTouchAtItsRate) {
