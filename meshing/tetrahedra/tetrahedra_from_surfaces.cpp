@@ -238,7 +238,7 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
     throw OperationError(fmt::format(
         "{}: no tetrahedra were found {}; {}; {}{}{}", worst.file, found, text_of(worst.triangle), other_way,
         wrap_advice(worst.file),
-        too_long || left() < kLeastSeconds ? fmt::format(", or give it longer: --time-limit {:.0f}", 4 * limit) : ""));
+        too_long || left() < kLeastSeconds ? fmt::format(", or give it longer: --time-limit {:.6g}", 4 * limit) : ""));
   };
   Tries tries(options);
   if (options.keep_surface) {

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "formats/errors.h"
 #include "formats/processor_limit.h"
 #include "formats/tetrahedral_mesh.h"
 #include "meshing/tetrahedra/tetrahedra_from_surfaces.h"
@@ -95,6 +96,23 @@ TEST(TimeLimit, HoldsForSurfacesThatTakeLongAndItsSentenceNamesFilePlaceAndCure)
     EXPECT_THAT(run.errors,
                 AllOf(HasSubstr("a b.off"), HasSubstr("near ("), HasSubstr("--wrap"), HasSubstr("--time-limit 1.2")));
     EXPECT_FALSE(std::filesystem::exists(folder / "a.msh"));
+  }
+}
+
+// The program's own bound and that of its tries end it about the same time: which is first depends on the machine's load.
+TEST(TimeLimit, OfTheTriesGivesTheAdviceOfTheProgramsOwn) {
+  const std::vector<ShellInput> box = {{box_surface(60, {0, 0, 0}, {100, 100, 100}), "box.off", "box"}};
+  for (const bool keep_surface : {false, true}) {
+    SurfaceFillOptions options;
+    options.keep_surface = keep_surface;
+    options.processor_limit = 0.3, options.processor_used = 1000;
+    try {
+      tetrahedra_from_surfaces(box, options);
+      ADD_FAILURE() << "meshed in no time";
+    } catch (const OperationError& refused) {
+      EXPECT_THAT(refused.what(),
+                  AllOf(HasSubstr("box.off"), HasSubstr("near ("), HasSubstr("--wrap"), HasSubstr("--time-limit 1.2")));
+    }
   }
 }
 
