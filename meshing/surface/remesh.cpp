@@ -1,5 +1,6 @@
 #include "meshing/surface/remesh.h"
 
+#include <CGAL/Polygon_mesh_processing/detect_features.h>
 #include <CGAL/Polygon_mesh_processing/remesh.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
@@ -25,13 +26,17 @@ namespace {
 constexpr double kLeastRatio = 0.5, kGoodRatio = 0.7;
 constexpr int kImprovingPasses = 5;
 
+// sharp: degrees between the normals of two triangles; an edge with more stays where it is.
 TriangleSurface isotropic(const TriangleSurface& surface, double edge_mm, unsigned iterations,
-                          unsigned relaxation_steps) {
+                          unsigned relaxation_steps, double sharp = 180) {
   CgalMesh mesh = to_cgal(surface);
+  const auto stays = mesh.add_property_map<CgalMesh::Edge_index, bool>("e:stays", false).first;
+  if (sharp < 180) CGAL::Polygon_mesh_processing::detect_sharp_edges(mesh, sharp, stays);
   CGAL::Polygon_mesh_processing::isotropic_remeshing(mesh.faces(), edge_mm, mesh,
                                                      CGAL::parameters::number_of_iterations(iterations)
                                                          .number_of_relaxation_steps(relaxation_steps)
-                                                         .do_project(relaxation_steps > 0));
+                                                         .do_project(relaxation_steps > 0)
+                                                         .edge_is_constrained_map(stays));
   return from_cgal(mesh);
 }
 
@@ -79,6 +84,11 @@ double mean_radius_ratio(const TriangleSurface& surface) {
 }
 
 }  // namespace
+
+TriangleSurface remesh_between_edges(const TriangleSurface& surface, double edge_mm) {
+  constexpr double kSharp = 30;
+  return isotropic(surface, edge_mm, 3, 2, kSharp);
+}
 
 TriangleSurface remesh_evenly(const TriangleSurface& surface, std::size_t triangles, unsigned iterations) {
   const double goal = static_cast<double>(triangles);

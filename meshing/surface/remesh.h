@@ -8,6 +8,10 @@
 
 namespace palpate {
 
+// Makes triangles with edges of about edge_mm and leaves edges with more than 30 degrees between the normals of their triangles where they
+// are, with their corners. For shapes of few triangles, which remesh_evenly would round.
+TriangleSurface remesh_between_edges(const TriangleSurface& surface, double edge_mm);
+
 // Makes triangles of even size by isotropic remeshing (Botsch and Kobbelt 2004, CGAL's implementation) and projects
 // the vertices onto the input. Searches the edge length until the number of triangles is within 0.5 % of the wanted
 // one, in at most eight trials, and returns the nearest result. iterations: usually 3; more iterations make more

@@ -124,30 +124,59 @@ class Tries {
   std::string why_;
 };
 
-// Remeshes every input evenly with its share of the triangles. seconds: of processor time, for each input. Errors:
-// InputError where no valid surface is found, OutOfTime.
-std::vector<ShellInput> remeshed(const std::vector<ShellInput>& inputs, double triangles, double seconds) {
+// What make gives for every input and its share of all triangles. what: as in run_in_child. seconds: of processor time. Errors: those of
+// make, OutOfTime.
+template <typename Make>
+std::vector<ShellInput> with_other_triangles(const std::vector<ShellInput>& inputs, const std::string& what,
+                                             double seconds, const Make& make) {
   const double own = static_cast<double>(triangles_of(inputs));
   std::vector<ShellInput> result = inputs;
   for (ShellInput& input : result) {
-    const TriangleSurface before = input.surface;
-    const double share = static_cast<double>(before.triangles.size()) / own;
-    SurfaceTarget target;
-    target.triangles = static_cast<std::size_t>(std::max(40.0, triangles * share));
+    const double share = static_cast<double>(input.surface.triangles.size()) / own;
     input.surface = surface_from_bytes(run_in_child(
-        fmt::format("remeshing with {} triangles", *target.triangles), kPatience,
-        [&] {
-          int attempts = 0;
-          return to_bytes(remesh_surface(before, target, input.file, &attempts));
-        },
-        std::max(kLeastSeconds / 2, seconds * share)));
-    const SurfaceDistance there = measure_distance(before, input.surface),
-                          back = measure_distance(input.surface, before);
-    warn(fmt::format(
-        "{}: remeshed evenly, {} triangles in place of {}; the surfaces are up to {:.3g} apart; "
-        "--keep-surface forbids this",
-        input.file, input.surface.triangles.size(), before.triangles.size(), std::max(there.most_mm, back.most_mm)));
+        what, kPatience, [&] { return to_bytes(make(input, share)); }, std::max(kLeastSeconds / 2, seconds * share)));
   }
+  return result;
+}
+
+void tell(const std::vector<ShellInput>& before, const std::vector<ShellInput>& after, const char* how) {
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const TriangleSurface &own = before[i].surface, &made = after[i].surface;
+    const SurfaceDistance there = measure_distance(own, made), back = measure_distance(made, own);
+    warn(fmt::format(
+        "{}: remeshed {}, {} triangles in place of {}; the surfaces are up to {:.3g} apart; "
+        "--keep-surface forbids this",
+        before[i].file, how, made.triangles.size(), own.triangles.size(), std::max(there.most_mm, back.most_mm)));
+  }
+}
+
+// Remeshes every input with edges of about this size between its sharp edges. Errors: InputError where a surface then crosses itself,
+// OutOfTime.
+std::vector<ShellInput> remeshed_between_edges(const std::vector<ShellInput>& inputs, double size, double seconds) {
+  const auto result = with_other_triangles(
+      inputs, fmt::format("remeshing with edges of {:g}", size), seconds, [&](const ShellInput& input, double) {
+        const TriangleSurface made = remesh_between_edges(input.surface, size);
+        if (const std::string defect = first_defect(made); !defect.empty())
+          throw InputError(fmt::format("{}: remeshed between its sharp edges, {}", input.file, defect));
+        return made;
+      });
+  tell(inputs, result, "between its sharp edges");
+  if (result.size() > 1) refuse_contact(result);
+  return result;
+}
+
+// Remeshes every input evenly with its share of the triangles. seconds: of processor time, for all inputs. Errors:
+// InputError where no valid surface is found, OutOfTime.
+std::vector<ShellInput> remeshed(const std::vector<ShellInput>& inputs, double triangles, double seconds) {
+  const auto result = with_other_triangles(inputs, fmt::format("remeshing with {:.0f} triangles", triangles), seconds,
+                                           [&](const ShellInput& input, double share) {
+                                             SurfaceTarget target;
+                                             target.triangles =
+                                                 static_cast<std::size_t>(std::max(40.0, triangles * share));
+                                             int attempts = 0;
+                                             return remesh_surface(input.surface, target, input.file, &attempts);
+                                           });
+  tell(inputs, result, "evenly");
   if (result.size() > 1) refuse_contact(result);
   return result;
 }
@@ -264,6 +293,17 @@ MeshReport tetrahedra_from_surfaces(std::vector<ShellInput> inputs, const Surfac
     warn(fmt::format("{}: the surface's own triangles do not meet the gate: {}", inputs.front().file, tries.why()));
   else
     warn(fmt::format("{}: the surface's own triangles cannot meet the gate: {}", file, why));
+  if (why.empty() && hurried && !needles && of_size <= kMost) {
+    try {
+      const auto shorter = remeshed_between_edges(inputs, options.fill.size, left() / 4);
+      if (tries.run(shorter, true, left() / 4, Tries::Effort::promising)) return std::move(*tries.best());
+      note(fmt::format("{}: {}", worst.file, tries.why()));
+    } catch (const OutOfTime& stopped) {
+      note(fmt::format("{}: {}", worst.file, stopped.what()));
+    } catch (const InputError& failed) {
+      note(failed.what());
+    }
+  }
   // No more than can be made in the time that is left for certain, so that the number does not depend on the time that was taken.
   const double for_remeshing = kShareOfRemeshing * kShareOfTries * limit * (why.empty() ? 1 - kShareOfOwn : 1);
   const double most = std::clamp(for_remeshing / kRemeshingSeconds, kFewest, kMost);

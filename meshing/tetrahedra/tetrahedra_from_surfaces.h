@@ -46,8 +46,9 @@ struct GateObstacle {
 GateObstacle gate_obstacle(const TriangleSurface& surface, const QualityGate& gate);
 
 // Fills the surfaces. When gmsh fails, when the gate is missed, or when gate_obstacle finds that the gate must be missed,
-// remeshes all surfaces evenly, says so in a warning and tries again, with up to four numbers of triangles between 2,000 and
-// 40,000: more where the gate is missed, by the missed angle, and fewer where remeshing takes too long. Where options.fill.size
+// remeshes surfaces whose edges are much longer than options.fill.size with edges of that size, between their sharp edges, which
+// stay, and tries again. Then it remeshes all surfaces evenly, says so in a warning and tries again, with up to four numbers of triangles between 2,000 and 40,000: more where the gate is
+// missed, by the missed angle, and fewer where remeshing takes too long. Where options.fill.size
 // asks for shorter edges than 2,000 triangles have, begins with as many as have such edges. keep_surface forbids this. Returns the
 // first mesh that meets the gate, else the one with the largest smallest dihedral angle, without its quality measured. Cost:
 // the generators of triangles and tetrahedra run in child processes and end within processor_limit. Errors: InputError for

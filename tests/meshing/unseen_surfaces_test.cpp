@@ -111,7 +111,7 @@ TriangleSurface box_of_12_triangles() {
            {1, 7, 3}}};
 }
 
-enum class Way { as_it_is, remeshed, wrapped, accepted };
+enum class Way { as_it_is, between_edges, remeshed, wrapped, accepted };
 
 struct Row {
   const char* name;
@@ -157,6 +157,12 @@ std::string offered(const std::string& errors) {
   return at == std::string::npos ? "" : errors.substr(at + 15, errors.find('\n', at) - at - 15);
 }
 
+// Of a run that gave tetrahedra.
+Way way_of(const std::string& errors) {
+  const auto says = [&](const char* part) { return errors.find(part) != std::string::npos; };
+  return says("remeshed evenly") ? Way::remeshed : says("between its sharp edges") ? Way::between_edges : Way::as_it_is;
+}
+
 class UnseenSurfaces : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(UnseenSurfaces, PassToTetrahedraOrAreRefusedWithAdviceThatWorks) {
@@ -165,7 +171,7 @@ TEST_P(UnseenSurfaces, PassToTetrahedraOrAreRefusedWithAdviceThatWorks) {
   SCOPED_TRACE(row.name);
   write_off(folder / "a.off", row.surface);
   ProgramRun run = run_tetrahedra(folder, "a.off -o a.msh --region organ" + row.options);
-  Way way = run.errors.find("remeshed evenly") == std::string::npos ? Way::as_it_is : Way::remeshed;
+  Way way = way_of(run.errors);
   if (run.code == 2) {
     ASSERT_THAT(run.errors, HasSubstr("palpate-surface --wrap"));
     way = Way::wrapped;
@@ -199,8 +205,8 @@ INSTANTIATE_TEST_SUITE_P(Classes, UnseenSurfaces, testing::Range(std::size_t{0},
 // Few triangles, thin parts, slivers: the program gets there by itself, with no choice of the user's.
 std::vector<Row> hard_rows() {
   return {
-      {"box of 12 triangles", box_of_12_triangles(), Way::remeshed, 48e3, " --size 10"},
-      {"octahedron", octahedron(), Way::remeshed, 85.3e3, " --size 8"},
+      {"box of 12 triangles", box_of_12_triangles(), Way::between_edges, 48e3, " --size 10"},
+      {"octahedron", octahedron(), Way::between_edges, 85.3e3, " --size 8"},
       {"cube of 12 triangles", box_surface(1, {0, 0, 0}, {40, 40, 40}), Way::as_it_is, 64e3},
       {"plate of 12 triangles", box_surface(1, {0, 0, 0}, {100, 100, 5}), Way::remeshed, 50e3},
       {"thin plate of 12 triangles", box_surface(1, {0, 0, 0}, {100, 100, 2}), Way::remeshed, 20e3},
@@ -219,8 +225,7 @@ TEST_P(HardSurfaces, PassWithoutAChoiceOfTheUser) {
   write_off(folder / "a.off", row.surface);
   const ProgramRun run = run_tetrahedra(folder, "a.off -o a.msh" + row.options);
   ASSERT_EQ(run.code, 0) << run.errors;
-  const bool is_remeshed = run.errors.find("remeshed evenly") != std::string::npos;
-  EXPECT_EQ(is_remeshed, row.way == Way::remeshed) << run.errors;
+  EXPECT_EQ(static_cast<int>(way_of(run.errors)), static_cast<int>(row.way)) << run.errors;
   // remeshing cuts the edges of a box by up to half an edge of its 2,000 triangles
   const TetrahedralMesh mesh = read_mesh(folder / "a.msh");
   if (row.volume > 0) {
@@ -232,6 +237,29 @@ std::string hard_name_of(const testing::TestParamInfo<std::size_t>& row) {
   return identifier(hard_rows()[row.param].name);
 }
 INSTANTIATE_TEST_SUITE_P(Classes, HardSurfaces, testing::Range(std::size_t{0}, hard_rows().size()), hard_name_of);
+
+// All sizes once gave the same 2,000 triangles, which cut the corners.
+TEST(CoarseSurface, OfABoxHasEdgesOfTheSizeAskedForAndItsCorners) {
+  const std::filesystem::path folder = fresh_folder();
+  const TriangleSurface box = box_of_12_triangles();
+  write_off(folder / "a.off", box);
+  for (const double size : {10.0, 5.0}) {
+    SCOPED_TRACE(size);
+    const ProgramRun run = run_tetrahedra(folder, "a.off -o a.msh --size " + std::to_string(size));
+    ASSERT_EQ(run.code, 0) << run.errors;
+    const TetrahedralMesh mesh = read_mesh(folder / "a.msh");
+    EXPECT_NEAR(measure_quality(mesh).region_volume[0], 48e3, 1e-6);
+    for (const Point& corner : box.points)
+      EXPECT_NE(std::find(mesh.nodes.begin(), mesh.nodes.end(), corner), mesh.nodes.end());
+    double sum = 0, count = 0;
+    for (const Triangle& triangle : mesh.patches[0].triangles)
+      for (int c = 0; c < 3; ++c) {
+        const Point edge = mesh.nodes[triangle[(c + 1) % 3]] - mesh.nodes[triangle[c]];
+        sum += std::sqrt(dot(edge, edge)), ++count;
+      }
+    EXPECT_NEAR(sum / count, size, 0.2 * size);
+  }
+}
 
 }  // namespace
 }  // namespace palpate
