@@ -79,19 +79,25 @@ std::vector<float> Touching::shape(std::int32_t organ, const TouchedBody& body) 
   return displacements(palpate_world_scene(world.get(), organ), &contacts->organ(organ), body.body.surface_nodes);
 }
 
+DenseBody dome_of(double half, int layers, double radius, double young) {
+  DenseBody made = block(half, kDomeHeight, 6, layers, false, young);
+  for (auto& node : made.body.mesh.nodes)
+    node[2] -= node[2] / kDomeHeight * (node[0] * node[0] + node[1] * node[1]) / (2 * radius);
+  return made;
+}
+
 const TouchedBody& dome() {
-  static const TouchedBody body([] {
-    constexpr double radius = 0.03;
-    DenseBody made = block(0.02, kDomeHeight, 6, 3, false, 3000);
-    for (auto& node : made.body.mesh.nodes)
-      node[2] -= node[2] / kDomeHeight * (node[0] * node[0] + node[1] * node[1]) / (2 * radius);
-    return made;
-  }());
+  static const TouchedBody body(dome_of(0.02, 3, 0.03, 3000));
   return body;
 }
 
 PressedDomes::PressedDomes(double friction, int steps)
-    : Touching({{&dome(), {0, 0, 0}}, {&dome(), {0, 0, 0}}}, friction) {
+    : PressedDomes(dome(), dome(), {0.004, 0.003}, friction, steps) {}
+
+PressedDomes::PressedDomes(const TouchedBody& lower, const TouchedBody& upper, const Eigen::Vector2d& aside,
+                           double friction, int steps)
+    : Touching({{&lower, {0, 0, 0}}, {&upper, {0, 0, 0}}}, friction),
+      place_(aside.x(), aside.y(), 2 * kDomeHeight + 0.0005) {
   for (int s = 0; s < steps; ++s) move(1e-3 * Eigen::Vector3d(0, 0, -0.1));
 }
 

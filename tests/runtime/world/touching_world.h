@@ -49,16 +49,20 @@ class Touching {
 };
 
 inline constexpr double kDomeHeight = 0.02;
+// A block whose top is bent by this radius, m, held at its bottom. young: Pa.
+DenseBody dome_of(double half, int layers, double radius, double young);
 const TouchedBody& dome();
 
-// Two domes, the upper one turned over, 0.5 mm apart and then pressed on one another by 0.1 mm in each step.
+// Two domes, the upper one turned over, 0.5 mm apart and then pressed on one another by 0.1 mm in each step. aside: m, of the upper one.
 class PressedDomes : public Touching {
  public:
   explicit PressedDomes(double friction, int steps = 100);
+  PressedDomes(const TouchedBody& lower, const TouchedBody& upper, const Eigen::Vector2d& aside, double friction,
+               int steps);
   void move(const Eigen::Vector3d& way);
 
  private:
-  Eigen::Vector3d place_ = {0.004, 0.003, 2 * kDomeHeight + 0.0005};
+  Eigen::Vector3d place_;
 };
 
 }  // namespace palpate::tests
