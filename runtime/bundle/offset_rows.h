@@ -9,6 +9,8 @@
 
 namespace palpate {
 
+inline constexpr std::int32_t kMostOffsetRows = 32;
+
 struct OffsetRows {
   const float* numbers = nullptr;  // [count][nodes][3] m per unit
   const float* inside = nullptr;   // [count][nodes_inside][3] of the interior nodes; nullptr: nobody asks there

@@ -162,7 +162,7 @@ void ContactField::begin_moved() {
 void ContactField::set_rest() {
   swap_layers();
   solver_ = nullptr;
-  norm_ = linear_norm_ = 0, path_ += norm_before_ + moved_in_step();
+  norm_ = linear_norm_ = 0, path_ += norm_before_;
   path_set_ = path_;
   measure_ways();
 }
@@ -188,7 +188,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   if (change > norms.change_of_kept || !measured) change = std::min(change, measure_whole_change(most - *work, work));
   if (now.adds && before_->adds) change += added_->change() / reach_;
   if (now.adds != before_->adds) change = norm_before_ + norm_;
-  path_ += change + moved_in_step();
+  path_ += change;
   path_set_ = path_;
 }
 
@@ -291,7 +291,7 @@ double ContactField::measure_contacts(double kept, Operations most, Operations* 
     if (now.kept && known) continue;
     now.own_change = known ? now.own + before->own : now.own;
     const Operations cost = known ? kEntry * (now.last - now.first) * (before->last - before->first) : 0;
-    if (known && cost <= left) {
+    if (known && cost <= left && !has_given()) {
       now.own_change = change_of(*before, now);
       left -= cost, *work += cost;
     }
@@ -321,7 +321,9 @@ double ContactField::change_of(const Contact& before, const Contact& now) const 
 Vec3 ContactField::held_before(std::int32_t node, QueryWork* work) {
   if (is_on_surface(node)) return before_at_node(node, work) - added_at(*before_, node);
   const LoadField& loads = field_->loads_before();
-  return work->take(kEntry * loads.count()) ? loads.at_node(node) : Vec3{};
+  if (!work->take(kEntry * loads.count())) return {};
+  const Vec3 u = loads.at_node(node);
+  return has_given() ? u + given_at(*before_, node) : u;
 }
 
 // The norm of the difference between the two layers: the forces of now act on the displacements of before. Infinite where too
@@ -399,7 +401,14 @@ bool ContactField::predict_without(const ContactId& id, Operations most, Operati
     return false;
   const LoadField& loads = field_->loads();
   predicted_loads_.begin(*tensors_);
-  for (std::int32_t e = 0; e < loads.count(); ++e) predicted_loads_.add(loads.column(e), predicted_[e]);
+  for (std::int32_t e = 0; e < loads.count(); ++e)
+    predicted_loads_.add(loads.column(e), solver_->modified(e, predicted_[e]));
+  if (has_given()) {
+    std::fill_n(predicted_given_, offset_->count(), 0.0);
+    for (std::int32_t e = 0; e < loads.count(); ++e)
+      offset_->subtract_force(solver_->matrix().held().nodes[e].node, predicted_[e], predicted_given_);
+    offset_->solve(predicted_given_);
+  }
   expect(known_predicted_, predicted_loads_.acting(), are_all(now_->known));
   predicted_own_ = find(*now_, id);
   if (!now_->adds) return true;
@@ -429,7 +438,8 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
   if (body_) return body_->predicted_at_node(node, work);
   if (now_->adds && predicts_rest_) return {};
   return recall(known_predicted_, node, predicted_loads_, work, [&](std::int32_t n) {
-    if (!now_->adds) return moved_at(*now_, n);
+    if (!now_->adds)
+      return has_given() ? moved_at(*now_, n) + offset_->given_by(predicted_given_, n) : moved_at(*now_, n);
     Vec3 added = added_->now(n);
     for_gone([&](const Contact& gone) {
       added = added - (gone.ratio - 1) * field_->loads().at_node(n, gone.first, gone.last);
@@ -440,7 +450,9 @@ Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
 
 Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) const {
   if (loads(layer).count() == 0) return offset_ && work->take(operations_moved()) ? moved_at(layer, node) : Vec3{};
-  return recall(layer.known, node, loads(layer), work, [&](std::int32_t n) { return added_at(layer, n); });
+  return recall(layer.known, node, loads(layer), work, [&](std::int32_t n) {
+    return has_given() ? added_at(layer, n) + given_at(layer, n) : added_at(layer, n);
+  });
 }
 
 Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
@@ -461,6 +473,8 @@ Vec3 ContactField::at_node_without(std::int32_t node, const ContactId& id, Query
     without_id_ = id;
     without_ = find(*now_, id);
     forget_nodes(known_without_);
+    if (without_ && has_given())
+      solver_->matrix().find_given(*offset_, solver_->system().reactions(), id, without_given_);
   }
   if (!without_) return at_node(node, work);
   if (now_->contact_count == 1) return moved_at(*now_, node);
@@ -468,7 +482,8 @@ Vec3 ContactField::at_node_without(std::int32_t node, const ContactId& id, Query
   const Vec3 all = at_node(node, work);
   const LoadField& loads = field_->loads();
   if (!work->take(operations_at_node(loads.acting(without_->first, without_->last)))) return {};
-  const Vec3 linear = loads.at_node(node, without_->first, without_->last);
+  Vec3 linear = loads.at_node(node, without_->first, without_->last);
+  if (has_given()) linear += offset_->given_by(without_given_, node);
   return keep(known_without_, node, all - (without_->ratio == 1 ? linear : without_->ratio * linear));
 }
 

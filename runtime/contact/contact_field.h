@@ -164,13 +164,16 @@ class ContactField {
   }
   Vec3 moved_at(const Layer& layer, std::int32_t node) const {
     if (!offset_) return {};
-    if (&layer == now_) return offset_->now(node);
-    return is_set_ ? offset_->begun(node) : offset_->before(node);
+    return &layer == now_ || is_set_ ? offset_->now(node) : offset_->before(node);
+  }
+  bool has_given() const { return offset_ && offset_->has_given(); }
+  // m, B g (offset.h): the contacts make it, beside their loads.
+  Vec3 given_at(const Layer& layer, std::int32_t node) const {
+    return &layer == now_ ? offset_->given(node) : offset_->given_before(node);
   }
   double moved_norm() const { return offset_ ? offset_->longest() / moved_reach_ : 0; }
   double moved_change() const { return offset_ ? offset_->change() / moved_reach_ : 0; }
-  double moved_in_step() const { return offset_ ? offset_->moved_in_step() / moved_reach_ : 0; }
-  Operations operations_moved() const { return offset_ ? offset_->count() : 0; }
+  Operations operations_moved() const { return offset_ ? (has_given() ? 2 : 1) * offset_->count() : 0; }
   void share_added_field();
   template <class Visit>
   void for_gone(Visit visit) const;
@@ -198,10 +201,12 @@ class ContactField {
   const Vec3* force_ = nullptr;
   Layer layer_[2] = {};
   Layer *const now_ = layer_, *const before_ = layer_ + 1;
-  Vec3* predicted_ = nullptr;  // [node_capacity] m
+  Vec3* predicted_ = nullptr;  // [node_capacity] N
   LoadField predicted_loads_;
   // Of the field without one contact, and of the predicted one.
   Known known_without_ = {}, known_predicted_ = {};
+  // g (offset.h): of the predicted forces; of those of the contact without which the field is asked.
+  double predicted_given_[kMostOffsetRows] = {}, without_given_[kMostOffsetRows] = {};
   ContactId without_id_;
   const Contact* without_ = nullptr;
   const Contact* predicted_own_ = nullptr;  // the contact that predict_without() takes away

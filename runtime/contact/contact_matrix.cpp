@@ -66,7 +66,8 @@ bool ContactMatrix::create(SceneMemory& memory, const Limits& limits) {
   memory.keep_array(held_.rows, constraints, held_.count);
   memory.keep_array(held_.constraints, constraints, held_.count);
   memory.keep_array(held_.nodes, nodes, held_.node_count);
-  return compliance_.create(memory, limits.nodes, limits.columns, limits.columns_of_surface) && !memory.failed();
+  return compliance_.create(memory, limits.nodes, limits.columns, limits.columns_of_surface, limits.offset) &&
+         !memory.failed();
 }
 
 // The compliance between nodes is read again: it has the same bits whenever a node came under contact.
@@ -159,9 +160,12 @@ bool ContactMatrix::holds_all(const ContactConstraints& set) const {
 // Finds which constraints were there in the last step. Both lists ascend by contact and part, so one walk through the two
 // is enough. leaving_ gets the rows of constraints that are gone; a constraint that needs new rows is marked by first row -2.
 bool ContactMatrix::match(const Tensors& tensors, const ContactConstraints& set, const double* reaction, bool again) {
+  const bool is_stale = compliance_.is_stale();
+  if (is_stale) compliance_.forget();
+  if (!again) is_renewed_ = is_stale;
   if (!compliance_.hold(tensors, set)) return false;
   leaving_count_ = changed_contacts_ = joining_rows_ = 0;
-  unchanged_ = holds_all(set);
+  unchanged_ = !is_stale && holds_all(set);
   if (unchanged_) {
     std::fill_n(is_kept_, set.constraint_count, true);
     if (!again) std::fill_n(stayed_, set.constraint_count, true);
@@ -182,7 +186,7 @@ bool ContactMatrix::match(const Tensors& tensors, const ContactConstraints& set,
     const ContactConstraint& constraint = set.constraints[p];
     while (k < held_.count && held_.constraints[k].id < constraint.id) leave(k++);
     const bool known = k < held_.count && constraint.id == held_.constraints[k].id;
-    is_kept_[p] = constraint.joined ? is_kept_[p - 1] : known && same_with_joined(set, p, k);
+    is_kept_[p] = constraint.joined ? is_kept_[p - 1] : known && !is_stale && same_with_joined(set, p, k);
     if (is_kept_[p]) {
       rows_[p] = held_.rows[k];
     } else {
@@ -382,6 +386,20 @@ Vec3 ContactMatrix::reaction(const double* reaction, std::int32_t p) const {
   for (int i = 0; i < 3; ++i)
     if (const std::int32_t row = rows_[p].at[i]; row >= 0) r[i] = reaction[row];
   return r;
+}
+
+void ContactMatrix::find_given(const Offset& offset, const double* reaction, const ContactId& contact,
+                               double* given) const {
+  std::fill_n(given, offset.count(), 0.0);
+  for (std::int32_t p = 0, leads = 0; p < held_.count; ++p) {
+    const ContactConstraint& constraint = held_.constraints[p];
+    if (!constraint.joined) leads = p;
+    if (!is_of(p, contact)) continue;
+    const Vec3 force = force_of(constraint, held_.rows[leads], reaction);
+    for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+      offset.subtract_force(held_.nodes[e].node, held_.nodes[e].weight * force, given);
+  }
+  offset.solve(given);
 }
 
 Vec3 ContactMatrix::reached(const double* reaction, std::int32_t p) const {

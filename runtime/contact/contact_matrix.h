@@ -30,6 +30,7 @@ class ContactMatrix {
     std::int32_t nodes = 0, constraints = 0, columns = 0;  // most of each
     std::int32_t columns_of_surface = 0;                   // of these; the others are those of a corridor
     bool predicts = false;                                 // what discs share is asked for
+    const Offset* offset = nullptr;
   };
   // Memory: at most 72 nodes^2 + 16 (3 constraints)^2 bytes.
   bool create(SceneMemory& memory, const Limits& limits);
@@ -55,6 +56,7 @@ class ContactMatrix {
   std::int32_t changed_contacts() const { return changed_contacts_; }  // that have new rows or none any more
   bool is_kept(std::int32_t p) const { return is_kept_[p]; }           // constraint p had its rows in the last solve
   bool stayed(std::int32_t p) const { return stayed_[p]; }             // the same, of the first solve of a step
+  bool is_renewed() const { return is_renewed_; }                      // in this step: the compliance is another one
 
   const RowMatrix& rows() const { return matrix_; }
   const RowsOfConstraint* rows_of_constraints() const { return rows_; }
@@ -88,6 +90,8 @@ class ContactMatrix {
   // m, along the axis along which the reactions move a contact node most; the square of a length of 1e-290 m would be zero. force:
   // [node_count], overwritten. Cost: 9 multiply-adds for each pair of nodes.
   double largest_displacement(const ContactConstraints& set, const double* reaction, Vec3* force) const;
+  // [count of the offset]: g (offset.h) of the forces of one contact of the last solve.
+  void find_given(const Offset& offset, const double* reaction, const ContactId& contact, double* given) const;
   // m, of contact node e under forces on all of them. Cost: 9 multiply-adds for each.
   Vec3 displacement(const ContactConstraints& set, const Vec3* force, std::int32_t e) const;
   // m/N, of constraints p and q along x, y and z, without their local parts. Cost: 9 multiply-adds for each pair of their nodes.
@@ -116,8 +120,9 @@ class ContactMatrix {
   double most_joined_ = 0;     // m/N, while rows are filled: the largest compliance of one of those that share a row
   Rows* rows_ = nullptr;       // [constraint_capacity] of this step
   HeldConstraints held_;
-  bool* is_kept_ = nullptr;          // [constraint_capacity]
-  bool* stayed_ = nullptr;           // [constraint_capacity]
+  bool* is_kept_ = nullptr;  // [constraint_capacity]
+  bool* stayed_ = nullptr;   // [constraint_capacity]
+  bool is_renewed_ = false;
   bool unchanged_ = false;           // the constraints of this solve are those of the last one
   Vec3* carried_ = nullptr;          // [constraint_capacity] N, the last reaction of a constraint that gets new rows
   std::int32_t* leaving_ = nullptr;  // [rows]

@@ -25,7 +25,7 @@ Operations ContactPrediction::operations(const ContactSystem& system, const Cont
   return (2 * matrix_->rows_of(contact, own) + 2) * squared / kDense + operations_of_sweep(system) / kDense + 1;
 }
 
-bool ContactPrediction::predict(const Solution& of, const ContactId& contact, Operations most, Vec3* modified,
+bool ContactPrediction::predict(const Solution& of, const ContactId& contact, Operations most, Vec3* force,
                                 double* norm, double* apart, Operations* work) {
   std::int32_t own[kMostRowsOfAContact];
   const int count = matrix_->rows_of(contact, own);
@@ -47,11 +47,8 @@ bool ContactPrediction::predict(const Solution& of, const ContactId& contact, Op
   for (std::int32_t row = 0; row < rows; ++row) change_[row] = left[row] - of.reaction[row];
   *apart = energy_norm(matrix_->rows(), change_);
   const HeldConstraints& held = matrix_->held();
-  const NodeCompliance& compliance = matrix_->compliance();
-  std::fill(modified, modified + held.node_count, Vec3{});
-  spread_reactions(held.constraints, held.rows, held.count, held.nodes, left, modified);
-  for (std::int32_t e = 0; e < held.node_count; ++e)
-    modified[e] = compliance.modified(compliance.slot_of_contact_node(e), modified[e]);
+  std::fill(force, force + held.node_count, Vec3{});
+  spread_reactions(held.constraints, held.rows, held.count, held.nodes, left, force);
   return true;
 }
 

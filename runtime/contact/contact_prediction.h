@@ -23,12 +23,12 @@ class ContactPrediction {
     double tolerance;        // m, to which laws are solved
     bool by_laws;            // LawSolver decided: the factor does not meet it
   };
-  // modified[e] as it would be if the contact and those that end() has named were gone, and the others kept their
+  // force[e] as it would be if the contact and those that end() has named were gone, and the others kept their
   // targets and laws. False, with nothing written, where the last solve had no such contact, or `most` operations do not suffice
   // (operations()). *norm, *apart: of the reactions that are left, and of what changed in them, sqrt(J).
   // Cost in multiply-adds: rows^2 per row of the contact, and what LawSolver takes where a law decides.
-  bool predict(const Solution& of, const ContactId& contact, Operations most, Vec3* modified, double* norm,
-               double* apart, Operations* work);
+  bool predict(const Solution& of, const ContactId& contact, Operations most, Vec3* force, double* norm, double* apart,
+               Operations* work);
   // The fewest operations of predict().
   Operations operations(const ContactSystem& system, const ContactId& contact) const;
   // The contact ends: until the next solve all predictions are of the others alone. Its rows leave the factor now, which the next

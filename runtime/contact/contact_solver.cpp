@@ -128,9 +128,8 @@ bool ContactSolver::write_forces(const ContactConstraints& set, Vec3* force, Vec
   spread_reactions(set.constraints, matrix_.rows_of_constraints(), set.constraint_count, set.nodes, system_.reactions(),
                    force);
   bool finite = std::isfinite(residual().displacement) && std::isfinite(residual().force);
-  const NodeCompliance& compliance = matrix_.compliance();
   for (std::int32_t e = 0; e < set.node_count; ++e) {
-    modified[e] = compliance.modified(compliance.slot_of_contact_node(e), force[e]);
+    modified[e] = this->modified(e, force[e]);
     finite = finite && is_finite(force[e]) && is_finite(modified[e]);
   }
   return finite;

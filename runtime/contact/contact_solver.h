@@ -85,9 +85,13 @@ class ContactSolver {
   }
 
   // ContactPrediction's, of the last solve.
-  bool predict_without(const ContactId& contact, Operations most, Vec3* modified, double* norm, double* apart,
+  bool predict_without(const ContactId& contact, Operations most, Vec3* force, double* norm, double* apart,
                        Operations* work) {
-    return prediction_.predict(solution(), contact, most, modified, norm, apart, work);
+    return prediction_.predict(solution(), contact, most, force, norm, apart, work);
+  }
+  // m, u~ of contact node e of the last solve under a force.
+  Vec3 modified(std::int32_t e, Vec3 force) const {
+    return matrix_.compliance().modified(matrix_.compliance().slot_of_contact_node(e), force);
   }
   Operations operations_to_predict(const ContactId& contact) const {
     return prediction_.operations(system_.system(held_rows()), contact);

@@ -37,7 +37,7 @@ void DisplacementField::restored(const Tensors& tensors) {
 Vec3 DisplacementField::at_node(std::int32_t node) const {
   QueryWork work;
   if (body_) return body_->at_node(node, &work);
-  Vec3 u = finite_or_zero(now_.at_node(node));
+  Vec3 u = finite_or_zero(by_contacts(node));
   if (added_) u += added_->now(node);
   return u + moved_at_node(node);
 }
@@ -47,6 +47,7 @@ Vec3 DisplacementField::before_at_node(std::int32_t node) const {
   if (body_) return body_->before_at_node(node, &work);
   Vec3 u = finite_or_zero(before_.at_node(node));
   if (added_) u += added_->before(node);
+  if (offset_ && offset_->has_given()) u += offset_->given_before(node);
   return offset_ ? u + offset_->before(node) : u;
 }
 

@@ -1,4 +1,4 @@
-// The field of an organ after a solve, at any node: u = o + C f. The offset o is what moves the nodes beside the forces f at the contacts:
+// The field of an organ after a solve, at any node: u = o + C f + B g (offset.h). The offset o is what moves the nodes beside the forces f at the contacts:
 // rows with amounts (offset.h), and what the body adds to the linear response (added_field.h). Bounds and predictions of the
 // field, which collision needs, are in contact_field.h.
 #pragma once
@@ -35,6 +35,10 @@ class DisplacementField {
   Vec3 before_at_node(std::int32_t node) const;
   // m: o of the offset's rows alone. A contact holds what they leave of its target.
   Vec3 moved_at_node(std::int32_t node) const { return offset_ ? offset_->now(node) : Vec3{}; }
+  // m, of a node: what the contacts' forces do to it, C f + B g.
+  Vec3 by_contacts(std::int32_t node) const {
+    return offset_ && offset_->has_given() ? now_.at_node(node) + offset_->given(node) : now_.at_node(node);
+  }
   // m: C f alone.
   const LoadField& loads() const { return now_; }
   const LoadField& loads_before() const { return before_; }

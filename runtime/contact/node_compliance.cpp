@@ -47,11 +47,13 @@ bool self_compliance(const double stiffness[9], Mat3* compliance) {
   return finite;
 }
 
-bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns, std::int32_t of_surface) {
+bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns, std::int32_t of_surface,
+                            const Offset* offset) {
   const std::size_t entries = static_cast<std::size_t>(capacity),
                     nodes = static_cast<std::size_t>(std::min(capacity, columns));  // each column has one slot
   stride_ = nodes | 1;  // odd, so that a column of matrices does not fall into few sets of the cache
   matrix_ = memory.array<Mat3>(nodes * stride_);
+  self_ = memory.array<Mat3>(nodes);
   column_ = memory.array<std::int32_t>(nodes);
   node_ = memory.array<std::int32_t>(nodes);
   held_in_ = memory.array<std::uint32_t>(nodes);
@@ -61,7 +63,7 @@ bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int
   slot_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
   slot_of_contact_node_ = memory.array<std::int32_t>(entries);
   if (memory.failed()) return false;
-  capacity_ = static_cast<std::int32_t>(nodes), columns_ = columns, of_surface_ = of_surface;
+  capacity_ = static_cast<std::int32_t>(nodes), columns_ = columns, of_surface_ = of_surface, offset_ = offset;
   forget();
   return true;
 }
@@ -74,19 +76,22 @@ void NodeCompliance::release(std::int32_t slot) {
 void NodeCompliance::forget() {
   std::fill(column_, column_ + capacity_, -1);
   std::fill(slot_of_column_, slot_of_column_ + columns_, -1);
-  slots_ = 0;
+  slots_ = 0, version_ = offset_->version();
 }
 
 // C_ba = T^u_ba C_aa, and C_ab = C_ba^T by Betti's theorem. Only the later column of the two is read, so that the result does
 // not depend on which node came under contact first. One column after the other, because its numbers lie together in memory.
 bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count) {
   bool finite = true;
+  const bool follows = offset_->has_followers();
+  if (follows) offset_->find_response(node_[a], response_);
   for (std::int32_t k = 0; k < count; ++k) {
     const std::int32_t b = earlier[k];
     Mat3 &ba = matrix_[static_cast<std::size_t>(b) * stride_ + a],
          &ab = matrix_[static_cast<std::size_t>(a) * stride_ + b];
     ba = tensors.displacement(node_[b], column_[a]);
-    if (column_[a] < of_surface_) ba = ba * self(a);
+    if (column_[a] < of_surface_) ba = ba * self_[a];
+    if (follows) add_scaled(ba, -1, offset_->between(node_[b], response_));
     ab = transposed(ba);
     finite = finite && is_finite(ba);
   }
@@ -94,10 +99,15 @@ bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int
 }
 
 bool NodeCompliance::read_self(const Tensors& tensors, std::int32_t a) {
-  Mat3& own = matrix_[static_cast<std::size_t>(a) * stride_ + a];
-  if (column_[a] < of_surface_)
-    return self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[a]), &own);
-  own = tensors.displacement(node_[a], column_[a]);
+  Mat3 &own = matrix_[static_cast<std::size_t>(a) * stride_ + a], &self = self_[a];
+  const bool of_surface = column_[a] < of_surface_;
+  if (!of_surface) self = tensors.displacement(node_[a], column_[a]);
+  if (of_surface && !self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[a]), &self)) return false;
+  own = self;
+  if (offset_->has_followers()) {
+    offset_->find_response(node_[a], response_);
+    add_scaled(own, -1, offset_->between(node_[a], response_));
+  }
   return is_finite(own);
 }
 

@@ -1,5 +1,5 @@
-// C_ab, the compliance between the nodes under contact. Each pair is read from the tensors once, in the step in which the later
-// of the two nodes comes under contact.
+// W_ab, the compliance between the nodes under contact: C_ab less what amounts of the offset take away that follow the forces (offset.h).
+// Each pair is read from the tensors once, in the step in which the later of the two nodes comes under contact.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/tensors.h"
 #include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/offset.h"
 
 namespace palpate {
 
@@ -16,24 +17,26 @@ bool self_compliance(const double stiffness[9], Mat3* compliance);
 class NodeCompliance {
  public:
   // capacity: most contact nodes of a step, where a node under several contacts counts for each; columns: of the tensors, those of the
-  // corridor among them, of_surface without these. Memory: 72 min(capacity, columns)^2 + 4 columns bytes.
-  bool create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns, std::int32_t of_surface);
+  // corridor among them, of_surface without these; offset: borrowed. Memory: 72 min(capacity, columns)^2 + 4 columns bytes.
+  bool create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns, std::int32_t of_surface,
+              const Offset* offset);
 
   // Makes the nodes under contact exactly those of the constraints. False, and no nodes, where a number of the tensors is not
   // finite. Cost: 9 numbers of the tensors, from three distant addresses, per pair of a new node and any node.
   bool hold(const Tensors& tensors, const ContactConstraints& set);
   void forget();
+  // Other amounts follow than those of this compliance: forget() comes before hold().
+  bool is_stale() const { return version_ != offset_->version(); }
 
   std::int32_t slot_of_contact_node(std::int32_t e) const { return slot_of_contact_node_[e]; }
   // All slots in use are below this number.
   std::int32_t slots() const { return slots_; }
   bool in_use(std::int32_t slot) const { return column_[slot] >= 0; }
 
-  // C_ab = at(a)[b], m/N: displacement of the node in slot a per unit force on the node in slot b.
+  // W_ab = at(a)[b], m/N: displacement of the node in slot a per unit force on the node in slot b.
   const Mat3* at(std::int32_t a) const { return matrix_ + static_cast<std::size_t>(a) * stride_; }
-  const Mat3& self(std::int32_t a) const { return at(a)[a]; }
   // u~ of the node in slot a under its own force, m; of a node of the corridor the force itself, as its columns are of unit forces.
-  Vec3 modified(std::int32_t a, Vec3 force) const { return column_[a] < of_surface_ ? self(a) * force : force; }
+  Vec3 modified(std::int32_t a, Vec3 force) const { return column_[a] < of_surface_ ? self_[a] * force : force; }
 
  private:
   bool read_new(const Tensors& tensors);
@@ -42,7 +45,11 @@ class NodeCompliance {
   bool is_new(std::int32_t slot) const { return taken_in_[slot] == round_; }
   void release(std::int32_t slot);
 
-  Mat3* matrix_ = nullptr;                        // [slots][stride]
+  Mat3* matrix_ = nullptr;  // [slots][stride] W_ab
+  Mat3* self_ = nullptr;    // [slots] C_aa
+  const Offset* offset_ = nullptr;
+  Vec3 response_[kMostOffsetRows];                // scratch, of one node
+  std::int32_t version_ = 0;                      // of the offset
   std::int32_t* column_ = nullptr;                // [slots] of each slot, or -1
   std::int32_t* node_ = nullptr;                  // [slots]
   std::uint32_t* held_in_ = nullptr;              // [slots] the last round that asked for it

@@ -9,10 +9,13 @@ bool Offset::create(SceneMemory& memory, const OffsetRows& rows, std::int32_t co
   const auto count = static_cast<std::size_t>(rows.count);
   acting_.target = memory.array<Vec3>(static_cast<std::size_t>(constraint_capacity));
   for (double** const array : {&longest_, &step_}) *array = memory.array<double>(count);
-  for (double** const array : {&now_, &begun_, &before_}) {
+  for (double** const array : {&now_, &before_, &given_, &given_before_}) {
     *array = memory.array<double>(count);
     memory.keep_array(*array, count);
   }
+  factor_ = memory.array<double>(count * count), follower_ = memory.array<std::int32_t>(count);
+  memory.keep_array(factor_, count * count), memory.keep_array(follower_, count);
+  memory.keep(follower_count_), memory.keep(version_);
   if (memory.failed()) return false;
   for (std::int32_t m = 0; m < rows.count; ++m) {
     double most = 0;
@@ -24,18 +27,16 @@ bool Offset::create(SceneMemory& memory, const OffsetRows& rows, std::int32_t co
 }
 
 void Offset::forget() {
-  for (double* const array : {now_, begun_, before_}) std::fill_n(array, count(), 0.0);
+  for (double* const array : {now_, before_, given_, given_before_}) std::fill_n(array, count(), 0.0);
 }
 
 void Offset::end_last_step() {
-  std::copy_n(begun_, count(), before_);
-  std::copy_n(now_, count(), begun_);  // to measure the way
+  std::copy_n(now_, count(), before_);
 }
 
 void Offset::begin_step(bool is_first) {
-  stepped_ = moved_in_step();
-  for (std::int32_t m = 0; m < count(); ++m) step_[m] = now_[m] - begun_[m];
-  std::copy_n(now_, count(), begun_);
+  stepped_ = change();
+  for (std::int32_t m = 0; m < count(); ++m) step_[m] = now_[m] - before_[m];
   if (is_first) std::copy_n(now_, count(), before_);
 }
 

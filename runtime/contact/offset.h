@@ -2,6 +2,10 @@
 // of B, a module writes their amounts q, and the organ without contacts has the displacement o = B q.
 // A contact holds what o leaves of its target: (H W H^T) r = d - H o.
 //
+// Some amounts may follow the contacts' forces f, as the pressure in a cavity does that keeps its volume: with the symmetric matrix V of these rows, f changes
+// their amounts by g = -V^-1 B^T f. They are eliminated: contacts see W = C - B V^-1 B^T (node_compliance.h), are solved once, and g follows.
+// The organ has the displacement u = o + C f + B g.
+//
 // A scene has one offset, and one effect owns it. In its prepare() it makes the rows, of the bundle or of its own: C f for a load f. It also
 // gives them to the shape (ShapeState::moved_surface, moved_interior). Where the scene has a corridor the rows have the nodes inside too,
 // because what holds nodes there asks for them. The amounts reach the shape in palpate_contacts.
@@ -24,20 +28,44 @@ class Offset {
   std::int32_t count() const { return rows_.count; }
   const OffsetRows& rows() const { return rows_; }
 
-  // For the module that writes the amounts. A step: end_last_step(), then the new amounts, then begin_step(), then
-  // ContactField::begin_moved() where the field has the offset; is_first: nothing was anywhere before. While the step is solved the amounts
-  // may change again. Amounts that never change need this once, in prepare(). create() marks the amounts for saved states; they are zero
-  // behind it and behind forget(), which nobody else calls.
+  // For the module that writes the amounts q. A step: end_last_step(), then the new amounts, then begin_step(), then
+  // ContactField::begin_moved() where the field has the offset; is_first: nothing was anywhere before. Amounts that never change need this
+  // once, in prepare(). create() marks the amounts for saved states; they are zero behind it and behind forget(), which nobody else calls.
   void end_last_step();
   void begin_step(bool is_first);
   void forget();
   double* amounts() { return now_; }
-  const double* amounts() const { return now_; }
-  const double* begun_amounts() const { return begun_; }
 
-  // m, of a node: now; as this step began; as the one before began; from the end of the last step to the beginning of this one.
+  // For the same module. which: [count] 1 where the amount follows the forces from the next solve on; v: [count][count], of which V is a part;
+  // factor: [count][count], gets L of V = L L^T. False where V is not positive definite: follow() is not called with such. Then
+  // start_from(): q, with g for what is left to the `whole` amounts [count].
+  bool factorise(const std::int32_t* which, const double* v, double* factor) const;
+  void follow(const std::int32_t* which, const double* v);
+  void start_from(const double* q, const double* whole);
+  // After the last solve of a step: g of its forces.
+  void take_forces(const ContactConstraints& set, const Vec3* force);
+
+  bool has_followers() const { return follower_count_ > 0; }
+  // How often other amounts have begun to follow: W is another one.
+  std::int32_t version() const { return version_; }
+  bool follows(std::int32_t row) const;
+  // amounts: [count]. B^T f of a force on a node, subtracted; then V^-1 of it, so that zeros become g. Of all rows that follow.
+  void subtract_force(std::int32_t node, Vec3 force, double* amounts) const;
+  void solve(double* amounts) const;
+  // response: [count], V^-1 B^T of a unit force on a node; then B V^-1 B^T between the other node and it, m/N.
+  void find_response(std::int32_t node, Vec3* response) const;
+  Mat3 between(std::int32_t other, const Vec3* response) const;
+
+  // q + g of a row, as the superposition of C f needs it: of the last solve.
+  double whole_amount(std::int32_t row) const { return given_[row] == 0 ? now_[row] : now_[row] + given_[row]; }
+  // m, B g of a node: after the last solve; after the one before. False: no amount has ever followed, and g is zero.
+  bool has_given() const { return version_ > 0; }
+  Vec3 given(std::int32_t node) const { return given_by(given_, node); }
+  Vec3 given_before(std::int32_t node) const { return given_by(given_before_, node); }
+  Vec3 given_by(const double* amounts, std::int32_t node) const;  // under other amounts [count]
+
+  // m, o of a node: now; in the step before; from the end of the last step to the beginning of this one.
   Vec3 now(std::int32_t node) const { return rows_.sum_at(now_, node); }
-  Vec3 begun(std::int32_t node) const { return rows_.sum_at(begun_, node); }
   Vec3 before(std::int32_t node) const { return rows_.sum_at(before_, node); }
   Vec3 step_of(std::int32_t node) const { return rows_.sum_at(step_, node); }
   // m, now: of the weighted mean that a constraint of `set` holds.
@@ -48,22 +76,27 @@ class Offset {
   // contact node 3 multiply-adds for each row.
   const ContactConstraints& acting(const ContactConstraints& set);
 
-  // m, upper bounds over the surface: of o now; of its change from the end of the last step to the beginning of this one, from the beginning
-  // of the last step to now, and from the beginning of this step to now.
-  double longest() const { return length_of(now_, nullptr); }
+  // m, upper bounds over the surface: of o now, where other amounts have begun to follow with what that has changed in it; of its change from
+  // the end of the last step to the beginning of this one, and from the beginning of the last step to now.
+  double longest() const { return length_of(now_, nullptr) + restarted_; }
   double stepped() const { return stepped_; }
   double change() const { return length_of(now_, before_); }
-  double moved_in_step() const { return length_of(now_, begun_); }
 
  private:
+  template <class Number>
+  void solve_for(Number* amounts) const;
   double length_of(const double* amounts, const double* from) const;
 
   OffsetRows rows_;
   ContactConstraints acting_;
   // [count] each:
   double* longest_ = nullptr;
-  double *now_ = nullptr, *begun_ = nullptr, *before_ = nullptr, *step_ = nullptr;
-  double stepped_ = 0;
+  double *now_ = nullptr, *before_ = nullptr, *step_ = nullptr;
+  double *given_ = nullptr, *given_before_ = nullptr;  // g
+  std::int32_t* follower_ = nullptr;                   // the rows that follow, ascending
+  double* factor_ = nullptr;                           // [count][count], as factorise() leaves it
+  std::int32_t follower_count_ = 0, version_ = 0;
+  double stepped_ = 0, restarted_ = 0;
 };
 
 }  // namespace palpate

@@ -50,7 +50,7 @@ void SlideEnergy::forget() {
 SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactConstraints& acting,
                                      const Sliding* sliding, bool met) const {
   Sum sum;
-  sum.known = true;
+  sum.known = !solver.matrix().is_renewed();
   const Held *before = held_, *const end = held_ + count_;
   const auto leave = [&] {
     sum.created -= before->energy;

@@ -19,9 +19,6 @@ class StepPart {
   // A step, in this order. After the input, before collision: moves the organ from outside, as offset.h says. A load that never changes
   // has nothing to do here but to end its pass.
   virtual void begin_step(TouchStep&) {}
-  // After a solve, whose forces TouchState::force has: whether it has moved the organ, so that the step is to be solved again. Without
-  // has_room, work for one more solve, it moves nothing: whether it might have.
-  virtual bool follow(TouchStep&, bool /*has_room*/) { return false; }
   // After the last solve. solved: false where the step has no solution.
   virtual void take_reactions(TouchStep&, bool /*solved*/) {}
   // After P and Q, before the limits for a device: changes what tools feel, raw and raw_torque of TouchStep::result.

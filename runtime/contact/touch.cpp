@@ -91,7 +91,7 @@ void write_contacts(TouchStep& step) {
   palpate_contacts& out = *step.out;
   lay_out_contacts(out, state.input.sent(), state.rows.set().node_count, state.held, state.offset.count());
   clear_behind_field(out);
-  std::copy_n(state.offset.amounts(), state.offset.count(), amounts_behind(out));
+  for (std::int32_t m = 0; m < state.offset.count(); ++m) amounts_behind(out)[m] = state.offset.whole_amount(m);
   out.deformation_steps = step.deformed.steps;
   out.deformation_residual = step.deformed.residual, out.least_volume = step.deformed.least_volume;
   state.body->write(step);

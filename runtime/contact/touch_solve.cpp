@@ -14,13 +14,6 @@ bool sources_ask_again(TouchStep& step) {
   return again;
 }
 
-bool parts_move_organ(TouchStep& step, bool has_room) {
-  bool moved = false;
-  for (std::int32_t p = 0; p < step.state->part_count; ++p)
-    moved = step.state->parts[p]->follow(step, has_room) || moved;
-  return moved;
-}
-
 bool note_sliding(TouchStep& step, const ContactConstraints& set, SlideEnergy::Sliding* of) {
   bool any = false;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
@@ -108,18 +101,17 @@ void Body::write(const TouchStep& step) const {
 
 namespace {
 
-// As long as sources or the body ask for it, and where a part of the step has moved the organ.
+// As long as sources or the body ask for it.
 ContactSolver::Outcome solve_again(TouchStep& step, const ContactConstraints& set) {
   TouchState& state = *step.state;
   for (int solve = 0;; ++solve) {
     step.acting = &state.offset.acting(set);
     const ContactSolver::Outcome outcome = state.body->solve(step, solve > 0);
     if (outcome == ContactSolver::Outcome::unsolved || solve + 1 == kMostSlipSolves) return outcome;
-    // Without room, what sources and parts miss is that of this solve.
+    // Without room, what sources miss is that of this solve.
     const bool has_room = state.work.left() >= state.body->operations_to_solve(step);
-    const bool moved = parts_move_organ(step, has_room);
     const bool gives_way = has_room && state.body->gives_way(step, outcome);
-    if (!sources_ask_again(step) && !moved && !gives_way) return outcome;
+    if (!sources_ask_again(step) && !gives_way) return outcome;
     if (has_room) continue;
     step.flags |= PALPATE_STEP_SOLVE_INEXACT;
     return outcome;

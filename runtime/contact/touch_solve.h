@@ -19,8 +19,6 @@ void solve_contacts(TouchStep& step, const ContactSolver::Outcome* joint);
 
 // After a solve: whether a source has other targets now.
 bool sources_ask_again(TouchStep& step);
-// Whether a part of the step has moved the organ (StepPart::follow).
-bool parts_move_organ(TouchStep& step, bool has_room);
 // of: [constraint_count], what the accounts of energy are to know about the constraints. False where none slides.
 bool note_sliding(TouchStep& step, const ContactConstraints& set, SlideEnergy::Sliding* of);
 // Of each tool whose contact slides.

@@ -259,7 +259,7 @@ Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t f
 
 Vec3 moved_by(const DisplacementField& field, const LinkEnd& end) {
   Vec3 moved;
-  for (int v = 0; v < end.count; ++v) moved += end.weight[v] * field.loads().at_node(end.node[v]);
+  for (int v = 0; v < end.count; ++v) moved += end.weight[v] * field.by_contacts(end.node[v]);
   return is_finite(moved) ? moved : Vec3{};
 }
 

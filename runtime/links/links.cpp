@@ -240,12 +240,11 @@ void Links::tell(TouchStep&, EventSink& to) {
 std::uint32_t Links::read_reactions(const ContactConstraints& set, const Vec3* force, const ContactSolver& solver,
                                     bool solved, std::uint64_t step, Operations* work) {
   std::uint32_t flags = 0;
-  const bool known = walk(set, solver, solved), moved = source_.offset->moved_in_step() > 0;
+  const bool known = walk(set, solver, solved);
   for_threads([&](const auto& thread) {
     std::int32_t row = -1;
     for (std::int32_t i = thread.first; i < thread.end; ++i) {
       Link& link = links_[i];
-      if (moved) drive(link);
       const bool rests = known && may_rest(i);
       slacken_link(link);
       if (!solved) link.row_of = -1;

@@ -10,27 +10,23 @@
 namespace palpate {
 namespace {
 
-// A held volume counts as met where its pressure would change by what moves no node farther than this, or by this share.
-constexpr double kLeastMove = 1e-9, kMet = 1e-7;  // m; 1
-// After the last solve the step is not trusted where the pressure would still move a node farther than this and this share.
-constexpr double kFarOff = 1e-5, kOff = 1e-4;  // m; 1
 // Farther no node may be moved.
 constexpr double kFarthest = 1e6;  // m
 constexpr std::int32_t kMost = formats::kMostMotions;
+static_assert(kMost <= kMostOffsetRows);
 
 }  // namespace
 
 bool Motions::create(SceneMemory& memory, const Source& source) {
   source_ = source;
   const auto motions = static_cast<std::size_t>(count());
-  for (double** const array : {&last_now_, &last_by_}) *array = memory.array<double>(motions);
   for (double** const array : {&wanted_, &held_}) {
     *array = memory.array<double>(motions);
     memory.keep_array(*array, motions);
   }
   holds_ = memory.array<std::int32_t>(motions), state_ = memory.array<palpate_motion_state>(motions);
   memory.keep_array(holds_, motions), memory.keep_array(state_, motions);
-  memory.keep(first_), memory.keep(pumps_);
+  memory.keep(first_), memory.keep(changed_);
   return !memory.failed();
 }
 
@@ -71,42 +67,77 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
                                     static_cast<std::size_t>(motion)];
   if (holds && !(own > 0 && std::fabs(volume) / own * rows().longest[motion] <= kFarthest))
     return bad("a finite volume whose pressure moves no node by more than 1e6 m");
+  const std::int32_t before = holds_[motion];
+  double factor[kMost * kMost];
+  holds_[motion] = holds;
+  if (!source_.offset->factorise(holds_, source_.volume, factor)) {
+    holds_[motion] = before;
+    return bad("a motion whose volume does not follow from those that are held");
+  }
   // The pressure goes on from where it is.
-  if (!holds && holds_[motion]) wanted_[motion] = source_.offset->amounts()[motion];
-  pumps_ += (holds ? 1 : 0) - holds_[motion];
-  holds_[motion] = holds, held_[motion] = holds ? volume : 0;
+  if (!holds && before) wanted_[motion] = source_.offset->whole_amount(motion);
+  if (holds_[motion] != before) changed_ = 1;
+  held_[motion] = holds ? volume : 0;
   return succeed(error);
 }
 
 // ---- a step ----------------------------------------------------------------------------------------------------------
 
-void Motions::take_all() {
+// to: [count]. All amounts that follow the contacts' forces, or all others, go there, by no more than moves a node *most, m, which becomes what
+// is left of that; but the first step takes them all. Returns whether they have come there.
+bool Motions::go_to(const double* to, bool followers, double* most) {
+  const Offset& offset = *source_.offset;
   double* const now = source_.offset->amounts();
+  double moved = 0;
   for (std::int32_t m = 0; m < count(); ++m)
-    if (!holds_[m]) now[m] = wanted_[m];
-  double by[kMost];
-  for (std::int32_t m = 0; m < count(); ++m) by[m] = volume_of(m, {}, nullptr);
-  if (pumps_ > 0 && solve_pumps(by))
-    for (std::int32_t m = 0; m < count(); ++m)
-      if (holds_[m]) now[m] += by[m];
+    if (offset.follows(m) == followers) moved += std::fabs(to[m] - now[m]) * rows().longest[m];
+  const double share = moved > *most && !first_ ? *most / moved : 1;
+  for (std::int32_t m = 0; m < count(); ++m)
+    if (offset.follows(m) == followers) now[m] = share == 1 ? to[m] : now[m] + share * (to[m] - now[m]);
+  *most = share == 1 ? *most - moved : 0;
+  return share == 1;
+}
+
+// amounts: [count]. In the place of those that follow come the pressures that hold these volumes beside the others, without contacts.
+void Motions::hold(const double* volumes, double* amounts) const {
+  double q[kMost];
+  for (std::int32_t m = 0; m < count(); ++m) {
+    if (!source_.offset->follows(m)) continue;
+    q[m] = volumes[m];
+    for (std::int32_t other = 0; other < count(); ++other)
+      if (!source_.offset->follows(other)) q[m] -= swept(m, other) * amounts[other];
+  }
+  source_.offset->solve(q);
+  for (std::int32_t m = 0; m < count(); ++m)
+    if (source_.offset->follows(m)) amounts[m] = q[m];
+}
+
+// Other volumes are held than in the last step: the organ is where it was, with other pressures for what contacts would leave of it.
+void Motions::change_held() {
+  double whole[kMost], volumes[kMost], alone[kMost];
+  for (std::int32_t m = 0; m < count(); ++m)
+    whole[m] = alone[m] = source_.offset->whole_amount(m), volumes[m] = state_[m].volume;
+  source_.offset->follow(holds_, source_.volume);
+  hold(volumes, alone);
+  source_.offset->start_from(alone, whole);
+  changed_ = 0;
 }
 
 // most: m, that a node may move. Returns step flags.
 std::uint32_t Motions::take(double most) {
   Offset& offset = *source_.offset;
-  double* const now = offset.amounts();
+  if (changed_) change_held();
   offset.end_last_step();
-  double moved = 0;
-  for (std::int32_t m = 0; m < count(); ++m)
-    if (!holds_[m]) moved += std::fabs(wanted_[m] - now[m]) * rows().longest[m];
-  const double share = moved > most && !first_ ? most / moved : 1;
-  if (first_) take_all();
-  for (std::int32_t m = 0; m < count(); ++m)
-    if (!holds_[m]) now[m] = share == 1 ? wanted_[m] : now[m] + share * (wanted_[m] - now[m]);
+  bool arrived = go_to(wanted_, false, &most);
+  if (offset.has_followers()) {
+    double to[kMost];
+    std::copy_n(offset.amounts(), count(), to);
+    hold(held_, to);
+    arrived = go_to(to, true, &most) && arrived;
+  }
   offset.begin_step(first_ != 0);
-  most_ = first_ ? INFINITY : share == 1 ? most - moved : 0;
-  first_ = followed_ = 0;
-  return share == 1 ? 0 : PALPATE_STEP_MOTION_LIMITED;
+  first_ = 0;
+  return arrived ? 0 : PALPATE_STEP_MOTION_LIMITED;
 }
 
 void Motions::begin_step(TouchStep& step) {
@@ -120,101 +151,16 @@ void Motions::begin_step(TouchStep& step) {
 double Motions::volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const {
   if (static_cast<formats::MotionKind>(source_.kind[motion]) != formats::MotionKind::pressure) return 0;
   double sum = 0;
-  for (std::int32_t m = 0; m < count(); ++m)
-    sum += source_.volume[static_cast<std::size_t>(motion) * static_cast<std::size_t>(count()) +
-                          static_cast<std::size_t>(m)] *
-           source_.offset->amounts()[m];
+  for (std::int32_t m = 0; m < count(); ++m) sum += swept(motion, m) * source_.offset->whole_amount(m);
   for (std::int32_t e = 0; e < set.node_count; ++e) sum += dot(rows().at(motion, set.nodes[e].node), force[e]);
   return sum;
 }
 
-// by: [count] m^3 that are swept; in their places comes by how much the held pressures are to change, Pa. The part of V that belongs to
-// them is symmetric and positive definite. False where the bundle's numbers do not make it so.
-bool Motions::solve_pumps(double* by) const {
-  double factor[kMost][kMost];
-  std::int32_t at[kMost], held = 0;
-  for (std::int32_t m = 0; m < count(); ++m)
-    if (holds_[m]) at[held++] = m;
-  const auto entry = [&](std::int32_t i, std::int32_t j) {
-    return source_
-        .volume[static_cast<std::size_t>(at[i]) * static_cast<std::size_t>(count()) + static_cast<std::size_t>(at[j])];
-  };
-  for (std::int32_t i = 0; i < held; ++i)
-    for (std::int32_t j = 0; j <= i; ++j) {
-      double sum = 0.5 * (entry(i, j) + entry(j, i));
-      for (std::int32_t k = 0; k < j; ++k) sum -= factor[i][k] * factor[j][k];
-      if (i == j && !(sum > 0)) return false;
-      factor[i][j] = i == j ? std::sqrt(sum) : sum / factor[j][j];
-    }
-  double x[kMost];
-  for (std::int32_t i = 0; i < held; ++i) {
-    x[i] = held_[at[i]] - by[at[i]];
-    for (std::int32_t k = 0; k < i; ++k) x[i] -= factor[i][k] * x[k];
-    x[i] /= factor[i][i];
-  }
-  for (std::int32_t i = held; i-- > 0;) {
-    for (std::int32_t k = i + 1; k < held; ++k) x[i] -= factor[k][i] * x[k];
-    x[i] /= factor[i][i];
-  }
-  std::fill_n(by, count(), 0.0);
-  for (std::int32_t i = 0; i < held; ++i) by[at[i]] = x[i];
-  return true;
-}
-
-// by: [count] Pa, by how much the held pressures are to change. Returns how far that moves a node at most, m; zero where nothing is to change
-// or the numbers are not finite. size: m, how far the amounts now move one.
-double Motions::find_change(const ContactConstraints& set, const Vec3* force, double* by, double* size) const {
-  *size = 0;
-  if (pumps_ == 0) return 0;
-  for (std::int32_t m = 0; m < count(); ++m) by[m] = holds_[m] ? volume_of(m, set, force) : 0;
-  if (!solve_pumps(by)) return 0;
-  double moves = 0;
-  for (std::int32_t m = 0; m < count(); ++m)
-    moves += std::fabs(by[m]) * rows().longest[m], *size += std::fabs(source_.offset->amounts()[m]) * rows().longest[m];
-  return std::isfinite(moves) ? moves : 0;
-}
-
-// q <- q + V^-1 (v - V q - B^T f), which alone converges slowly where contacts hold the surface; so from the second time on it goes
-// along the line between the last two (Anderson's method of depth one, for a single volume the secant): contacts that stick then are
-// met in the third solve.
-bool Motions::follow(TouchStep& step, bool has_room) {
-  if (!has_room) return pumps_ > 0;
-  double *const now = source_.offset->amounts(), by[kMost], size = 0;
-  const double moves = find_change(step.state->rows.set(), step.state->force, by, &size);
-  if (!(moves > kLeastMove + kMet * size)) return false;
-  const double* const longest = rows().longest;
-  double next[kMost], along = 0, squared = 0;
-  for (std::int32_t m = 0; m < count(); ++m) {
-    next[m] = now[m] + by[m];
-    const double turned = (by[m] - last_by_[m]) * longest[m];
-    along += by[m] * longest[m] * turned, squared += turned * turned;
-  }
-  if (followed_ > 0 && squared > 0)
-    for (std::int32_t m = 0; m < count(); ++m)
-      next[m] -= along / squared * (now[m] + by[m] - last_now_[m] - last_by_[m]);
-  std::copy_n(now, count(), last_now_), std::copy_n(by, count(), last_by_);
-  ++followed_;
-  const double* const begun = source_.offset->begun_amounts();
-  double moved = 0;
-  for (std::int32_t m = 0; m < count(); ++m)
-    if (holds_[m]) moved += std::fabs(next[m] - begun[m]) * longest[m];
-  const double share = moved > most_ ? most_ / moved : 1;
-  for (std::int32_t m = 0; m < count(); ++m)
-    if (holds_[m]) now[m] = share == 1 ? next[m] : begun[m] + share * (next[m] - begun[m]);
-  if (share != 1) step.flags |= PALPATE_STEP_MOTION_LIMITED;
-  return true;
-}
-
-bool Motions::is_far_off(const ContactConstraints& set, const Vec3* force) const {
-  double by[kMost], size = 0;
-  return find_change(set, force, by, &size) > kFarOff + kOff * size;
-}
-
-void Motions::take_reactions(TouchStep& step, bool solved) {
+void Motions::take_reactions(TouchStep& step, bool /*solved*/) {
   const ContactConstraints& set = step.state->rows.set();
   const Vec3* const force = step.state->force;
-  if (solved && is_far_off(set, force)) step.flags |= PALPATE_STEP_SOLVE_INEXACT;
-  for (std::int32_t m = 0; m < count(); ++m) state_[m] = {source_.offset->amounts()[m], volume_of(m, set, force)};
+  source_.offset->take_forces(set, force);
+  for (std::int32_t m = 0; m < count(); ++m) state_[m] = {source_.offset->whole_amount(m), volume_of(m, set, force)};
 }
 
 }  // namespace palpate

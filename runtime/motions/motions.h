@@ -1,7 +1,8 @@
 // What moves the organ from outside: supports, pressure, gravity. The bundle's motions are the rows of the organ's offset (offset.h), and
 // this decides their amounts q in each step.
 // Where the volume of a pressure is held in place of the pressure, its amount follows from
-//     V q + B^T f = v,      V_ij: the volume that motion j makes the surface of pressure i sweep; f: the contacts' forces.
+//     V q + B^T f = v,      V_ij: the volume that motion j makes the surface of pressure i sweep; f: the contacts' forces,
+// as offset.h eliminates it: q is V^-1 v without contacts, which this decides, less V^-1 B^T f.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +35,6 @@ class Motions final : public StepPart {
 
   // The amounts go to what was set, by no more than tools may move at any node, but the first step takes them all.
   void begin_step(TouchStep& step) override;
-  // Where held volumes are missed, their pressures are new.
-  bool follow(TouchStep& step, bool has_room) override;
   void take_reactions(TouchStep& step, bool solved) override;
 
   const palpate_motion_state* state(std::int32_t motion) const {
@@ -44,24 +43,22 @@ class Motions final : public StepPart {
 
  private:
   const OffsetRows& rows() const { return source_.offset->rows(); }
+  // m^3 per unit of the amount of `by`.
+  double swept(std::int32_t motion, std::int32_t by) const { return source_.volume[motion * count() + by]; }
   double volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const;
-  bool solve_pumps(double* missed) const;
-  double find_change(const ContactConstraints& set, const Vec3* force, double* by, double* size) const;
-  void take_all();
+  void hold(const double* volumes, double* amounts) const;
+  void change_held();
+  bool go_to(const double* to, bool followers, double* most);
   std::uint32_t take(double most);
-  bool is_far_off(const ContactConstraints& set, const Vec3* force) const;
 
   Source source_;
   // [count] each:
   double* wanted_ = nullptr;
   double* held_ = nullptr;         // m^3, where a volume is held
   std::int32_t* holds_ = nullptr;  // 1: a volume is held
-  double *last_now_ = nullptr,
-         *last_by_ = nullptr;  // of the solve before: the amounts, and by how much they were to change
   palpate_motion_state* state_ = nullptr;
-  double most_ = 0;  // m: what a node may still move in this step
-  std::int32_t first_ = 1, pumps_ = 0;
-  std::int32_t followed_ = 0;  // how often follow() has changed pressures in this step
+  std::int32_t first_ = 1;
+  std::int32_t changed_ = 0;  // 1: volumes are held, or not any more, since the last step
 };
 
 }  // namespace palpate

@@ -185,15 +185,9 @@ std::uint32_t TouchingOrgans::solve_together(const std::int32_t* members, std::i
     for (std::int32_t& organ : together_[pair_count].organ) organ = place[organ];
     ++pair_count;
   }
-  std::uint32_t flags = 0;
-  for (int solve = 1;; ++solve) {
-    for (std::int32_t q = 0; q < pair_count; ++q)
-      together_[q].target = pairs_[number_[q]].target = target_of(number_[q]);
-    flags = solve_slipping(members, count, pair_count, operations);
-    take_reactions(members, count);
-    if (solve == kMostSlipSolves || !follow(members, count)) break;
-    for (std::int32_t m = 0; m < count; ++m) acting(members[m]);
-  }
+  for (std::int32_t q = 0; q < pair_count; ++q) together_[q].target = pairs_[number_[q]].target = target_of(number_[q]);
+  const std::uint32_t flags = solve_slipping(members, count, pair_count, operations);
+  take_reactions(members, count);
   for (std::int32_t q = 0; q < pair_count; ++q) {
     JointPair& pair = pairs_[number_[q]];
     pair.reaction = together_[q].reaction, pair.gap = -pair.target.x;
@@ -216,15 +210,6 @@ void TouchingOrgans::take_reactions(const std::int32_t* members, std::int32_t co
       if (is_pair(p)) own.rows.set_target(p, own.solver.reached(p) - unmoved.target[p]);
     outcome_[members[m]] = own.solver.take_reactions(acting(members[m]), joint_.effort(), own.force, own.modified);
   }
-}
-
-// Whether a part of a step has moved its organ, so that the organs are to be solved once more.
-bool TouchingOrgans::follow(const std::int32_t* members, std::int32_t count) {
-  bool moved = false;
-  for (std::int32_t m = 0; m < count; ++m)
-    if (outcome_[members[m]] != ContactSolver::Outcome::unsolved)
-      moved = parts_move_organ(step_[members[m]], true) || moved;
-  return moved;
 }
 
 std::uint32_t TouchingOrgans::find_pairs() {

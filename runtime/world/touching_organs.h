@@ -61,7 +61,6 @@ class TouchingOrgans {
   bool is_missed(std::int32_t l) const;
   std::uint32_t solve_together(const std::int32_t* members, std::int32_t count);
   void take_reactions(const std::int32_t* members, std::int32_t count);
-  bool follow(const std::int32_t* members, std::int32_t count);
   std::uint32_t solve_slipping(const std::int32_t* members, std::int32_t count, std::int32_t pair_count,
                                Operations operations);
 

@@ -57,13 +57,6 @@ const Refusal* refusal_of(const Effect& a, const Effect& b) {
   return nullptr;
 }
 
-// Two that act together, though steps are flagged where they should not be.
-constexpr const char* kOpen[] = {"volumes held", "organs that touch"};
-bool is_open(const Effect& a, const Effect& b) {
-  return (a.name == std::string(kOpen[0]) && b.name == std::string(kOpen[1])) ||
-         (a.name == std::string(kOpen[1]) && b.name == std::string(kOpen[0]));
-}
-
 // ---- a pair ------------------------------------------------------------------------------------------------------------
 
 // What the referee asks of a scene beside its effects: a report, and under large deformation the displacement of every node.
@@ -110,14 +103,12 @@ class Played {
     if (seen_.flags != 0 && s >= kSteps - kMustTrust) flagged_ = s;
   }
   double worst() const { return referee_.worst(); }
-  // open: steps may be flagged.
-  std::string faults(bool open) const {
+  std::string faults() const {
     std::string faults;
     if (differs_ >= 0) faults += fmt::format("A report changes the bits of step {}. ", differs_);
     if (goes_on_ >= 0) faults += fmt::format("A restored scene has other bits in step {}. ", goes_on_);
-    if (!open && flagged_ >= 0) faults += fmt::format("Step {} stands still and is flagged. ", flagged_);
-    if (!open && referee_.trusted < kSteps - kMayFlag)
-      faults += fmt::format("Only {} steps are trusted. ", referee_.trusted);
+    if (flagged_ >= 0) faults += fmt::format("Step {} stands still and is flagged. ", flagged_);
+    if (referee_.trusted < kSteps - kMayFlag) faults += fmt::format("Only {} steps are trusted. ", referee_.trusted);
     for (const auto& [kind, error] : referee_.errors())
       if (!(error <= kWorst)) faults += fmt::format("{}: {:.2g}. ", kind, error);
     return faults;
@@ -149,11 +140,10 @@ PairFound play(const Effect& a, const Effect& b) {
   found.effects[0] = a.name, found.effects[1] = b.name;
   found.alternatives = &a != &b && a.slot == b.slot && a.slot != Slot::own;
   if (found.alternatives || !is_made(a, b, &found)) return found;
-  found.open = is_open(a, b);
   try {
     Played played(scene_with(a, b));
     for (int s = 0; s < kSteps; ++s) played.step(s);
-    found.error = played.worst(), found.faults = played.faults(found.open);
+    found.error = played.worst(), found.faults = played.faults();
   } catch (const std::exception& broke) {  // Newton's method that does not converge, a state that is refused
     found.error = INFINITY, found.faults = broke.what();
   }
@@ -167,7 +157,7 @@ std::string cell_of(const PairFound& found) {
   if (found.alternatives) return "·";
   if (!found.refusal.empty()) return found.refusal;
   for (std::size_t c = 0; c < std::size(kClasses); ++c)
-    if (found.error <= kClasses[c]) return std::to_string(c + 1) + (found.open ? " f" : "");
+    if (found.error <= kClasses[c]) return std::to_string(c + 1);
   return "!";
 }
 
@@ -195,11 +185,7 @@ std::string page_of(const std::vector<std::vector<PairFound>>& found) {
       "| cell | meaning |\n|---|---|\n"
       "| 1 | they act together; the error is at most 1e-5, that of single precision |\n"
       "| 2 | at most 1e-3: half precision; the end of iterations where lines or normals turn with the surface |\n"
-      "| 3 | at most 3e-2: normals that lag behind the surface; the end of the steps of a hyperelastic body or of a "
-      "held volume |\n"
-      "| f | open: where organs press one another on the surfaces whose volumes are held, pressures take more solves "
-      "than a step has, and the "
-      "steps say so (`SOLVE_INEXACT`) |\n"
+      "| 3 | at most 3e-2: normals that lag behind the surface; the end of the steps of a hyperelastic body |\n"
       "| · | two values of one effect: a scene has one of them |\n";
   for (const Refusal& refusal : refusals()) page += fmt::format("| {} | {} |\n", refusal.key, refusal.reason);
   page += "\nRows and columns are the same effects, in the same order.\n\n| |";

@@ -12,7 +12,6 @@ inline constexpr double kClasses[] = {1e-5, 1e-3, 3e-2}, kWorst = kClasses[2];
 struct PairFound {
   const char* effects[2];
   bool alternatives = false;  // two values of one effect
-  bool open = false;          // they act together, but steps are flagged that should not be
   std::string refusal;        // why there is no such scene: the key of a reason; empty: there is
   double error = 0;           // the referee's largest
   std::string faults;         // what is wrong, sentence by sentence; empty: nothing

@@ -59,8 +59,8 @@ PALPATE_API palpate_status palpate_scene_set_motions(palpate_scene* scene, const
 
 /* For a motion of kind PRESSURE: holds 1: its surface sweeps `volume` (m^3, away from where the pressure acts; of a cavity, by how much
  * it grows), and the pressure is what that takes, whatever palpate_scene_set_motions says; so a host pumps, or closes a valve at the volume that
- * palpate_scene_motion_state tells. holds 0: the pressure is given again, at first the last one. Contacts that change the pressure make
- * the step solve up to four times. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+ * palpate_scene_motion_state tells. holds 0: the pressure is given again, at first the last one. A step in which one begins or ceases
+ * to be held computes its contacts anew. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
 PALPATE_API palpate_status palpate_scene_hold_volume(palpate_scene* scene, int32_t motion, int32_t holds, double volume,
                                                      palpate_error* error);
 

@@ -16,7 +16,7 @@
  *   of an edge, there is no force, and the step says so (NOT_TOUCHABLE).
  * - More vertices than max_pairs that are near: those that are farther away are not held (CONTACTS_DROPPED).
  * - Links and grasps of a scene hold their organ as in a scene; their rows are part of the one system. Motions move it as in a scene, and volumes
- *   that are held are followed.
+ *   are held as there.
  * - The contact nodes of pairs have the source ORGAN in the palpate_contacts of both organs.
  * - The search for pairs, their rows and the one system come on top of palpate_scene_most_operations().
  */
