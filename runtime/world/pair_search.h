@@ -54,7 +54,7 @@ struct OrganGroup {
     double path_a = 0, path_b = 0;  // sqrt(J), of the fields then
     double way = 0;                 // m, of the poses then
     double per_path = 0;            // m / sqrt(J): by how much the second organ's field may bring its surface nearer
-    std::int64_t deep = 0;  // 1: it is inside of b, by more than it was at rest and the margin, and no pair holds it
+    std::int64_t deep = 0;          // 1: it is inside of b, by more than it was at rest and kDeep, and no pair holds it
   };
   Look* look = nullptr;       // [nodes of a]
   double* overlap = nullptr;  // [nodes of a] m

@@ -13,6 +13,8 @@ namespace {
 // singular where more fixed vertices lie on the other organ than it has nodes there. So a fixed vertex sinks in by this share of what its
 // force presses.
 constexpr double kGive = 0.05;
+// In mean edges of the other organ: a pair that gives way by more is told.
+constexpr double kTold = 0.1;
 
 // Steps for which a pair that has ceased to press keeps its friction. So a pair that presses in every second step holds as firmly as a pair
 // that presses in every step.
@@ -260,6 +262,7 @@ std::uint32_t TouchingOrgans::solve() {
     OrganPair& pair = search_.pair(i);
     const Vec3 r = pair.reaction = is_finite(pairs_[i].reaction) ? pairs_[i].reaction : Vec3{};
     const GivesWay gone = gives_way(pairs_[i].law, friction_, 0, r);
+    if (pairs_[i].gap < -kTold * touch(search_.group(pair).b).tree.mean_edge()) flags |= PALPATE_STEP_NOT_TOUCHABLE;
     const bool presses = !gone.released, sticks = search_.rubs(pair) && presses && !gone.slips;
     pair.slips = 0, pair.rubs = presses ? kRubs : std::max<std::int16_t>(1, pair.rubs) - 1;
     if (!sticks) search_.let_slip(i);

@@ -12,8 +12,8 @@
  * - Where organs overlap as they stand when the world is created, as organs of one image do by a voxel or two, the overlap counts as
  *   touching until they part there. The log of the organ's bundle tells it, and so does palpate_world_pair.overlap.
  * - A vertex without a tensor column (a fixed one) presses the other organ like a rigid body. It may sink in by 5 % of what its own force
- *   presses, and by more near the other organ's fixed part. Where fixed parts of both organs come into one another by more than a quarter
- *   of an edge, there is no force, and the step says so (NOT_TOUCHABLE).
+ *   presses, and by more near the other organ's fixed part. Where it sinks in by more than a tenth of an edge, or a fixed part of the other
+ *   organ takes no force there, the step says so (NOT_TOUCHABLE).
  * - More vertices than max_pairs that are near: those that are farther away are not held (CONTACTS_DROPPED).
  * - Links and grasps of a scene hold their organ as in a scene; their rows are part of the one system. Motions move it as in a scene, and volumes
  *   are held as there.

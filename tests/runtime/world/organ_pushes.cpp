@@ -58,11 +58,13 @@ int main(int argc, char** argv) {
       },
       [&](double seconds) {
         std::printf(
-            "%ld steps, %ld in which organs pressed one another, %ld with a flag; %ld vertices looked at, %ld inside "
-            "the other organ, by %.4f of its edge beyond the motion of the step at most; %ld came in past a side; %ld "
-            "have passed through, %.0f s\n",
-            all.steps, all.pressed, all.flagged, all.looked, all.inside, all.deepest, all.past_sides, all.found,
-            seconds);
+            "%ld steps, %ld in which organs pressed one another, %ld with a flag, %ld that tell of vertices inside; "
+            "%ld "
+            "vertices looked at, %ld inside the other organ, by %.4f of its edge beyond the motion of the step at "
+            "most; "
+            "%ld came in past a side; %ld have passed through, %.0f s\n",
+            all.steps, all.pressed, all.flagged, all.told, all.looked, all.inside, all.deepest, all.past_sides,
+            all.found, seconds);
       });
   return found ? 1 : 0;
 }

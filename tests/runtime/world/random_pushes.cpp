@@ -53,11 +53,11 @@ bool RandomPushes::leaves_nothing() {
   return nothing && organs_->pressed(0).norm() == 0;
 }
 
-void RandomPushes::look(std::uint64_t seed, int s, PushCounts* counts,
+void RandomPushes::look(std::uint64_t seed, int s, bool told, PushCounts* counts,
                         const std::function<void(const PassedThrough&)>& tell) {
   for (std::size_t a = 0; a < bodies_.size(); ++a)
     for (std::size_t b = 0; b < bodies_.size(); ++b)
-      if (a != b) look_at(seed, s, a, b, counts, tell);
+      if (a != b) look_at(seed, s, told, a, b, counts, tell);
 }
 
 double RandomPushes::between(double low, double high) {
@@ -106,7 +106,18 @@ Eigen::Vector3d RandomPushes::in_organ(std::size_t organ, const palpate_pose& po
   return out;
 }
 
-void RandomPushes::look_at(std::uint64_t seed, int s, std::size_t a, std::size_t b, PushCounts* counts,
+double RandomPushes::given_way(std::size_t a, std::int32_t node, std::size_t b) const {
+  const palpate_world_contacts* const contacts = organs_->contacts->get();
+  for (std::int32_t i = 0; i < contacts->pair_count; ++i) {
+    const palpate_world_pair& pair = *palpate_world_contacts_pair(contacts, i);
+    if (pair.organ[0] == static_cast<std::int32_t>(a) && pair.organ[1] == static_cast<std::int32_t>(b) &&
+        pair.node == node)
+      return std::max(0.0, -pair.gap);
+  }
+  return 0;
+}
+
+void RandomPushes::look_at(std::uint64_t seed, int s, bool told, std::size_t a, std::size_t b, PushCounts* counts,
                            const std::function<void(const PassedThrough&)>& tell) {
   for (std::int32_t n = 0; n < bodies_[a]->body.surface_nodes; ++n) {
     ++counts->looked;
@@ -125,13 +136,11 @@ void RandomPushes::look_at(std::uint64_t seed, int s, std::size_t a, std::size_t
       gave_way = std::max(gave_way, (truths_[b].corner(nearest, v) - before_[b].corner(nearest, v)).norm());
     moved += gave_way;
     const bool faced = std::exchange(faces, faces_other(a, n, b));
-    const bool deep = depth > moved + kSlack * edges_[b];
-    if (!faced || !faces) {
-      counts->past_sides += deep;
-      continue;
-    }
-    counts->deepest = std::max(counts->deepest, (depth - moved) / edges_[b]);
-    if (!deep) continue;
+    const double deep = (depth - moved - given_way(a, n, b)) / edges_[b];
+    const bool past_side = !faced || !faces;
+    counts->past_sides += past_side && deep > kSlack;
+    if (!past_side) counts->deepest = std::max(counts->deepest, deep);
+    if (past_side ? told || deep <= kUntold : deep <= kSlack) continue;
     ++counts->found;
     tell({seed, s, static_cast<std::int32_t>(a), n, static_cast<std::int32_t>(b), depth, moved});
   }
@@ -176,8 +185,9 @@ void play_pushes(std::uint64_t seed, int steps, int every, PushCounts* counts,
   RandomPushes pushes(seed);
   for (int s = 0; s < steps; ++s) {
     const palpate_step_flags flags = pushes.step(s);
-    ++counts->steps, counts->pressed += pushes.presses(), counts->flagged += flags != 0;
-    if (flags == 0 && s % every == 0) pushes.look(seed, s, counts, tell);
+    const bool told = flags == PALPATE_STEP_NOT_TOUCHABLE, flagged = flags != 0 && !told;
+    ++counts->steps, counts->pressed += pushes.presses(), counts->flagged += flagged, counts->told += told;
+    if (!flagged && s % every == 0) pushes.look(seed, s, told, counts, tell);
   }
   if (!pushes.leaves_nothing()) {
     ++counts->found;

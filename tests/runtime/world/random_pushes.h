@@ -1,9 +1,10 @@
 // Organs pushed on one another at random, and what passes through. A vertex has passed through where it is deeper inside the other organ
 // than it has moved against that organ's surface in the step, and deeper than kSlack beyond that, though the step raised no flag: pairs hold
-// it where the last step has left both. Vertices of both organs are looked at, where their surface faces the other one's at the nearest
-// place: now, when they were last looked at, and where the step has looked for their pair. A vertex that comes in past the side of the
-// other organ does not face it, and nothing holds it (docs/method.md, section 17): it is counted alone, until it faces a surface and has
-// had a step to be pressed out.
+// it where the last step has left both. Where the pair of a held vertex gives way, as its gap tells, the vertex may be as much deeper. Vertices
+// of both organs are looked at, where their surface faces the other one's at the nearest place: now, when they were last looked at, and where
+// the step has looked for their pair. A vertex that comes in past the side of the other organ does not face it, and nothing holds it
+// (docs/method.md, section 17): deeper than kUntold it is told by NOT_TOUCHABLE; else it is counted alone, until it faces a surface and has had
+// a step to be pressed out.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +18,7 @@
 namespace palpate::tests {
 
 // In mean edges of the organ that is entered. Places lag by a tenth of an edge, and the drawn surface lies below the smooth one.
-constexpr double kSlack = 0.05;
+constexpr double kSlack = 0.05, kUntold = 0.1;
 // Surfaces face one another where their normals differ by more than 120 degrees. Pairs are made from about 100 degrees on, between the
 // smooth normals of both.
 constexpr double kFacing = -0.5;
@@ -32,7 +33,8 @@ std::string sentence_of(const PassedThrough& found);
 
 struct PushCounts {
   long steps = 0, pressed = 0;  // pressed: steps in which organs press one another
-  long flagged = 0;             // steps with a flag, which are not looked at
+  long flagged = 0;             // steps with a flag other than NOT_TOUCHABLE, which are not looked at
+  long told = 0;                // steps with that flag alone
   long looked = 0, inside = 0;  // vertices; those that are inside the other organ at all
   long past_sides = 0;          // those that are as deep as one that has passed through, and came in past a side
   double deepest = 0;           // mean edges, beyond the motion of the step
@@ -49,7 +51,9 @@ class RandomPushes {
   bool leaves_nothing();
 
   bool presses() const { return organs_->pressed(0).norm() > 1e-3; }
-  void look(std::uint64_t seed, int s, PushCounts* counts, const std::function<void(const PassedThrough&)>& tell);
+  // told: the step raised NOT_TOUCHABLE.
+  void look(std::uint64_t seed, int s, bool told, PushCounts* counts,
+            const std::function<void(const PassedThrough&)>& tell);
 
  private:
   double between(double low, double high);
@@ -61,8 +65,10 @@ class RandomPushes {
   Eigen::Vector3d in_world(std::size_t organ, const palpate_pose& pose, const Eigen::Vector3d& p) const;
   Eigen::Vector3d in_organ(std::size_t organ, const palpate_pose& pose, const Eigen::Vector3d& p) const;
 
-  void look_at(std::uint64_t seed, int s, std::size_t a, std::size_t b, PushCounts* counts,
+  void look_at(std::uint64_t seed, int s, bool told, std::size_t a, std::size_t b, PushCounts* counts,
                const std::function<void(const PassedThrough&)>& tell);
+  // m, by which the pair of a vertex of organ a gives way to organ b.
+  double given_way(std::size_t a, std::int32_t node, std::size_t b) const;
   std::size_t nearest_triangle(const DeformedTruth& organ, std::size_t triangles, const Eigen::Vector3d& p) const;
   // Whether the surface of organ a at a vertex faces the one of organ b that is nearest to it: as both are now, and as the last step has
   // left them, at this step's poses, where the step has looked for the vertex's pair.
