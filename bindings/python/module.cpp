@@ -81,7 +81,8 @@ void add_step_flags(py::module_& module) {
                 {"DISCS_THINNED", PALPATE_STEP_DISCS_THINNED},
                 {"DEFORMATION_BEHIND", PALPATE_STEP_DEFORMATION_BEHIND},
                 {"LINK_BROKE", PALPATE_STEP_LINK_BROKE},
-                {"MOTION_LIMITED", PALPATE_STEP_MOTION_LIMITED}});
+                {"MOTION_LIMITED", PALPATE_STEP_MOTION_LIMITED},
+                {"FRICTION_JAMS", PALPATE_STEP_FRICTION_JAMS}});
 }
 
 void add_device_flags(py::module_& module) {

@@ -11,11 +11,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFlagNames[] = {"BAD_INPUT",     "CONTACTS_DROPPED",   "REGULARISED",   "RESPONSE_RANGE",
-                                      "FORCE_LIMITED", "BUNDLE_LOST",        "NOT_TOUCHABLE", "UNSOLVED",
-                                      "OTHER_BUNDLE",  "TRACKING_LOST",      "WORK_DEFERRED", "SOLVE_INEXACT",
-                                      "DISCS_THINNED", "DEFORMATION_BEHIND", "LINK_BROKE",    "MOTION_LIMITED"};
-static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_MOTION_LIMITED);
+constexpr const char* kFlagNames[] = {
+    "BAD_INPUT",     "CONTACTS_DROPPED",   "REGULARISED",  "RESPONSE_RANGE", "FORCE_LIMITED", "BUNDLE_LOST",
+    "NOT_TOUCHABLE", "UNSOLVED",           "OTHER_BUNDLE", "TRACKING_LOST",  "WORK_DEFERRED", "SOLVE_INEXACT",
+    "DISCS_THINNED", "DEFORMATION_BEHIND", "LINK_BROKE",   "MOTION_LIMITED", "FRICTION_JAMS"};
+static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_FRICTION_JAMS);
 
 Json percentiles(const std::vector<double>& values) {
   Json out;

@@ -33,6 +33,8 @@ constexpr double kOnSurface = 1e-3;
 constexpr double kOnEdge = 1e-9;
 // Beyond this angle between the way to the vertex and the normal, the place is on an edge of the organ (cosine of 25 degrees).
 constexpr double kOverFace = 0.9063;
+// Where the surface has turned by more than 60 degrees since it was at rest (cosine), friction above 0.58 holds tissue without pressing it in.
+constexpr double kSteep = 0.5;
 
 // m: the longest way, in the frame of b, of a point of the box in the frame of a between two steps. A difference of rigid motions is
 // longest at a corner.
@@ -444,6 +446,14 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   if (!turned) found.seen_outward = {}, group.look[vertex].room = 0;
   *pair = found;
   return true;
+}
+
+bool PairSearch::is_steep(const OrganPair& pair) const {
+  const SurfaceTree& tree = touch(group(pair).b).tree;
+  const std::int32_t* const corner = tree.corners(pair.triangle);
+  const Vec3 first = tree.at_rest(corner[0]);
+  const Vec3 across = cross(tree.at_rest(corner[1]) - first, tree.at_rest(corner[2]) - first);
+  return !pair.over_edge && dot(across, pair.normal) < kSteep * length(across);
 }
 
 void PairSearch::let_slip(std::int32_t i) {

@@ -91,6 +91,8 @@ class PairSearch {
   Vec3 vertex_at_rest(const OrganPair& pair) const;
   Vec3 place_at_rest(const OrganPair& pair) const;
   double area(const OrganPair& pair) const { return surface_[group(pair).a].area(pair.vertex); }
+  // Whether the second organ has turned so steeply at the pair that friction carries its tissue along in front of the first one.
+  bool is_steep(const OrganPair& pair) const;
   // The pair has slipped, or has no force: its place may move in the next step.
   void let_slip(std::int32_t i);
   // Whether the pair has friction. A pair that has not pressed lately has none: where organs come near one another most pairs never press, and

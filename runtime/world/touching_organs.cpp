@@ -264,6 +264,7 @@ std::uint32_t TouchingOrgans::solve() {
     const GivesWay gone = gives_way(pairs_[i].law, friction_, 0, r);
     if (pairs_[i].gap < -kTold * touch(search_.group(pair).b).tree.mean_edge()) flags |= PALPATE_STEP_NOT_TOUCHABLE;
     const bool presses = !gone.released, sticks = search_.rubs(pair) && presses && !gone.slips;
+    if (presses && search_.rubs(pair) && search_.is_steep(pair)) flags |= PALPATE_STEP_FRICTION_JAMS;
     pair.slips = 0, pair.rubs = presses ? kRubs : std::max<std::int16_t>(1, pair.rubs) - 1;
     if (!sticks) search_.let_slip(i);
   }

@@ -58,6 +58,7 @@ class StepFlags(enum.IntFlag):
     DEFORMATION_BEHIND = 8192
     LINK_BROKE = 16384
     MOTION_LIMITED = 32768
+    FRICTION_JAMS = 65536
 
 class Bundle:
     def __init__(self, path: Union[str, bytes, os.PathLike[Any]], *, access: str = ...) -> None: ...

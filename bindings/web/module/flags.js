@@ -34,3 +34,5 @@ export const STEP_DEFORMATION_BEHIND = 1 << 13;
 export const STEP_LINK_BROKE = 1 << 14;
 /** The amounts of the motions changed faster than maxToolSpeed: they came so far only. */
 export const STEP_MOTION_LIMITED = 1 << 15;
+/** Two organs press one another with friction where a surface has turned by more than 60 degrees: tissue is carried along, beyond linear elasticity. */
+export const STEP_FRICTION_JAMS = 1 << 16;

@@ -674,8 +674,11 @@ enum {
                                              normals that are off by 0.05 rad; or the contacts have gone so far from it that their
                                              displacements or forces are estimated to miss theirs by 5 % */
   PALPATE_STEP_LINK_BROKE       = 1 << 14, /* a link came beyond its breaking_force: it acted in this step for the last time     */
-  PALPATE_STEP_MOTION_LIMITED   = 1 << 15 /* the amounts of the motions would have moved a node faster than max_tool_speed: they came
+  PALPATE_STEP_MOTION_LIMITED   = 1 << 15, /* the amounts of the motions would have moved a node faster than max_tool_speed: they came
                                              so far only, and the next steps go on                                               */
+  PALPATE_STEP_FRICTION_JAMS    = 1 << 16 /* two organs of a world press one another with friction where a surface has turned by
+                                             more than 60 degrees: tissue is carried along instead of passing beneath, and the
+                                             force across grows with the way. Linear elasticity does not hold there              */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;

@@ -352,6 +352,43 @@ TEST(Touching, BallsOfSixtyMillimetresPressedByFifteenStayOutOfOneAnother) {
   }
 }
 
+// A stiff die of 16 x 16 x 12 mm, pressed into a soft slab of 25 mm and dragged by 22 mm. Nothing depends on where the die is, so as long as the slab
+// passes beneath, the force across is that of friction. Pressed deep, tissue in front of the die is carried along, and the force grows with the way.
+TEST(Touching, ADraggedDieHasTheForceOfItsFrictionOrTellsThatItJams) {
+  const TouchedBody die(block(0.008, 0.012, 4, 4, true, 5e5));
+  const TouchedBody slab([] {
+    GridBody grid;
+    grid.lines = {grid_lines(-0.03, 0.03, 14), grid_lines(-0.02, 0.02, 10), grid_lines(0, 0.025, 5)};
+    grid.held = [](auto p) { return p[2] == 0; };
+    grid.poisson = 0.3;
+    return dense_grid(grid);
+  }());
+  struct Case {
+    double friction, depth, most;  // most: ratio of the forces where the step does not tell that they jam
+    bool jams;
+  };
+  for (const auto& [friction, depth, most_ratio, jams] :
+       {Case{0, 0.01, 0.1, false}, Case{0.3, 0.003, 0.35, false}, Case{0.5, 0.01, 0.6, true}}) {
+    SCOPED_TRACE(testing::Message() << "friction " << friction << ", " << 1e3 * depth << " mm deep");
+    Touching both({{&die, {-0.012, 0.0007, 0.0255}}, {&slab, {0, 0, 0}}}, friction, 400);
+    const int down = static_cast<int>(std::lround((depth + 0.0005) / 1e-4));
+    double ratio = 0, most = 0;
+    int told = 0;
+    for (int s = 0; s <= down + 220; ++s) {
+      both.place(0, {-0.012 + 1e-4 * std::max(0, s - down), 0.0007, 0.0255 - 1e-4 * std::min(s, down)});
+      const bool is_told = (both.step() & PALPATE_STEP_FRICTION_JAMS) != 0;
+      const Vector3d force = both.pressed(0);
+      ratio = force.head<2>().norm() / force.z();
+      told += is_told;
+      if (!is_told && s >= down + 50) most = std::max(most, ratio);
+    }
+    EXPECT_LT(most, most_ratio);
+    EXPECT_GE(most, 0.9 * friction);
+    EXPECT_EQ(told > 0, jams);
+    EXPECT_GT(ratio, jams ? 0.8 : 0.0);
+  }
+}
+
 TEST(Touching, AnOverlapAtRestCountsAsTouchingUntilTheOrgansPart) {
   Touching blocks({{&upper_block(), {0, 0, 0.03 - 0.0013}}, {&lower_block(), {0, 0, 0}}});
   EXPECT_EQ(blocks.step(), 0u);
