@@ -76,14 +76,14 @@ void NodeCompliance::release(std::int32_t slot) {
 void NodeCompliance::forget() {
   std::fill(column_, column_ + capacity_, -1);
   std::fill(slot_of_column_, slot_of_column_ + columns_, -1);
-  slots_ = 0, version_ = offset_->version();
+  slots_ = 0, version_ = version_of_offset();
 }
 
 // C_ba = T^u_ba C_aa, and C_ab = C_ba^T by Betti's theorem. Only the later column of the two is read, so that the result does
 // not depend on which node came under contact first. One column after the other, because its numbers lie together in memory.
 bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count) {
   bool finite = true;
-  const bool follows = offset_->has_followers();
+  const bool follows = this->follows();
   if (follows) offset_->find_response(node_[a], response_);
   for (std::int32_t k = 0; k < count; ++k) {
     const std::int32_t b = earlier[k];
@@ -104,7 +104,7 @@ bool NodeCompliance::read_self(const Tensors& tensors, std::int32_t a) {
   if (!of_surface) self = tensors.displacement(node_[a], column_[a]);
   if (of_surface && !self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[a]), &self)) return false;
   own = self;
-  if (offset_->has_followers()) {
+  if (follows()) {
     offset_->find_response(node_[a], response_);
     add_scaled(own, -1, offset_->between(node_[a], response_));
   }

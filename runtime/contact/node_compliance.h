@@ -17,7 +17,7 @@ bool self_compliance(const double stiffness[9], Mat3* compliance);
 class NodeCompliance {
  public:
   // capacity: most contact nodes of a step, where a node under several contacts counts for each; columns: of the tensors, those of the
-  // corridor among them, of_surface without these; offset: borrowed. Memory: 72 min(capacity, columns)^2 + 4 columns bytes.
+  // corridor among them, of_surface without these; offset: borrowed, nullptr: none. Memory: 72 min(capacity, columns)^2 + 4 columns bytes.
   bool create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns, std::int32_t of_surface,
               const Offset* offset);
 
@@ -26,7 +26,7 @@ class NodeCompliance {
   bool hold(const Tensors& tensors, const ContactConstraints& set);
   void forget();
   // Other amounts follow than those of this compliance: forget() comes before hold().
-  bool is_stale() const { return version_ != offset_->version(); }
+  bool is_stale() const { return version_ != version_of_offset(); }
 
   std::int32_t slot_of_contact_node(std::int32_t e) const { return slot_of_contact_node_[e]; }
   // All slots in use are below this number.
@@ -39,6 +39,8 @@ class NodeCompliance {
   Vec3 modified(std::int32_t a, Vec3 force) const { return column_[a] < of_surface_ ? self_[a] * force : force; }
 
  private:
+  bool follows() const { return offset_ && offset_->has_followers(); }
+  std::int32_t version_of_offset() const { return offset_ ? offset_->version() : 0; }
   bool read_new(const Tensors& tensors);
   bool read_self(const Tensors& tensors, std::int32_t a);
   bool read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count);
