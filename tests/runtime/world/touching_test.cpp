@@ -115,7 +115,7 @@ TEST(Touching, MoreHeldVerticesThanTheOtherOrganHasNodesAreSolved) {
     }
 }
 
-// Where both faces are held, nothing can press them apart: the step says so until they are apart again by a quarter of an edge, here 2.1 mm.
+// Where both faces are held, nothing can press them apart: the step says so until they are in one another by less than a tenth of an edge, here 0.84 mm.
 TEST(Touching, HeldFacesInOneAnotherAreFlagged) {
   const TouchedBody upper(block(0.015, 0.02, 4, 4, false));
   const TouchedBody lower(block(0.03, 0.03, 8, 4, true, 8000));
