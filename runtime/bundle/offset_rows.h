@@ -21,10 +21,10 @@ struct OffsetRows {
     return numbers + 3 * static_cast<std::size_t>(m) * static_cast<std::size_t>(nodes);
   }
   Vec3 at(std::int32_t m, std::int32_t node) const {
-    const float* const u =
-        node < nodes ? row(m) + 3 * static_cast<std::size_t>(node)
-                     : inside + 3 * (static_cast<std::size_t>(m) * static_cast<std::size_t>(nodes_inside) +
-                                     static_cast<std::size_t>(node - nodes));
+    const float* const u = node < nodes
+                               ? row(m) + 3 * static_cast<std::size_t>(node)
+                               : inside + 3 * (static_cast<std::size_t>(m) * static_cast<std::size_t>(nodes_inside) +
+                                               static_cast<std::size_t>(node - nodes));
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
   }
   // m, under the amounts [count]. A row of amount zero is not read.
