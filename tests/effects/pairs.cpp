@@ -89,7 +89,11 @@ constexpr int kMustTrust = 20, kMayFlag = 60;
 class Played {
  public:
   explicit Played(const SceneOfEffects& of)
-      : plain_(of), seen_(watched(of)), restored_(of), referee_(watched(of), seen_) {}
+      : plain_(of),
+        seen_(watched(of)),
+        restored_(of),
+        referee_(watched(of), seen_),
+        may_flag_(of.touching ? PALPATE_STEP_NOT_TOUCHABLE : 0) {}
 
   void step(int s) {
     plain_.step(s), seen_.step(s);
@@ -100,7 +104,7 @@ class Played {
       restored_.step(s);
       if (goes_on_ < 0 && !same_touch(plain_, restored_)) goes_on_ = s;
     }
-    if (seen_.flags != 0 && s >= kSteps - kMustTrust) flagged_ = s;
+    if ((seen_.flags & ~may_flag_) != 0 && s >= kSteps - kMustTrust) flagged_ = s;
   }
   double worst() const { return referee_.worst(); }
   std::string faults() const {
@@ -117,6 +121,8 @@ class Played {
  private:
   Stage plain_, seen_, restored_;
   Referee referee_;
+  // Where organs touch: nothing holds a vertex that comes in past a side of the other organ, and steps say so (docs/method.md, section 17).
+  palpate_step_flags may_flag_;
   int differs_ = -1, goes_on_ = -1, flagged_ = -1;  // the first, and for flagged the last, step
 };
 
