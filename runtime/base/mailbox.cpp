@@ -3,7 +3,6 @@
 #include <cstring>
 #include <new>
 
-#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
 
 namespace {

@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "runtime/base/effects.h"
-#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_plan.h"
 
 namespace palpate {

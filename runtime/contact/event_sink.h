@@ -3,7 +3,6 @@
 
 #include <cstdint>
 
-#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_report.h"
 #include "runtime/surface/surface_index.h"
 

@@ -3,7 +3,6 @@
 
 #include "runtime/base/host_struct.h"
 #include "runtime/base/vec3.h"
-#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_device.h"
 
 namespace palpate {

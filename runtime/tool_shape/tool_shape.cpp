@@ -1,5 +1,4 @@
 // The C functions of palpate_tool_shape.h.
-#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_tool_shape.h"
 
 #include <algorithm>

@@ -5,7 +5,6 @@
 
 #include "runtime/base/host_struct.h"
 #include "runtime/base/scene_memory.h"
-#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_world.h"
 #include "runtime/scene/scene.h"
 #include "runtime/world/touching_organs.h"

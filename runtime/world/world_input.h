@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "runtime/contact/tool_input.h"
-#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_world.h"
 #include "runtime/world/far_tools.h"
 

@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "runtime/base/host_struct.h"
-#include "runtime/include/palpate/palpate.h"
 #include "runtime/include/palpate/palpate_links.h"
 #include "runtime/include/palpate/palpate_world.h"
 #include "runtime/include/palpate/palpate_world_links.h"

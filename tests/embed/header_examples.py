@@ -1,5 +1,5 @@
-"""header_examples.py INCLUDE_FOLDER COMPILER: the example at the top of each public header compiles, with that header alone and as C. Each header
-of an effect has one, and none but palpate.h is longer than a reader takes in at once."""
+"""header_examples.py INCLUDE_FOLDER COMPILER: the example at the top of each public header compiles as C, with that header alone. A header has at
+most 150 lines; MOST_LINES names those that have more."""
 import pathlib
 import re
 import subprocess

@@ -450,9 +450,10 @@ static inline palpate_scene_def palpate_default_scene_def(void) {
  * scene. error may be NULL. Returns PALPATE_OK, or the reason, in which case *scene is NULL. */
 PALPATE_API palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def,
                                                 palpate_scene** scene, palpate_error* error);
-/* The same with the effects of a list alone, effects: [effect_count], such as palpate_needles_effect() of palpate_needles.h; their order has
- * no meaning. For a host that links the static library: its linker leaves out the code of all other effects. palpate_scene_create names all
- * of them. A definition that switches another effect on is refused (PALPATE_ERROR_EFFECT). */
+/* Makes a scene as palpate_scene_create does, with the effects that the host lists. effects: [effect_count], such as
+ * palpate_needles_effect() of palpate_needles.h, in any order; NULL where effect_count is 0. A definition that switches an effect on that
+ * the list does not have is refused (PALPATE_ERROR_EFFECT). A host that links the static library and does not call palpate_scene_create
+ * links the code of the listed effects and of no other effect. */
 PALPATE_API palpate_status palpate_scene_create_with(palpate_bundle* bundle, const palpate_scene_def* def,
                                                      const palpate_effect* const* effects, int32_t effect_count,
                                                      palpate_scene** scene, palpate_error* error);

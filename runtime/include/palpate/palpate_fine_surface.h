@@ -38,7 +38,7 @@ static inline palpate_fine_surface palpate_default_fine_surface(void) {
   return surface;
 }
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_fine_surface_effect(void);
 
 #ifdef __cplusplus

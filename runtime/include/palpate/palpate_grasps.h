@@ -76,7 +76,7 @@ typedef struct palpate_grasp_state {
  * in the thread of palpate_scene_touch. */
 PALPATE_API const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id);
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_grasps_effect(void);
 
 #ifdef __cplusplus

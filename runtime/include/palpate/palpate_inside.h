@@ -89,7 +89,7 @@ PALPATE_API palpate_step_flags palpate_scene_inside_at(palpate_scene* scene, con
 PALPATE_API palpate_step_flags palpate_scene_carry(palpate_scene* scene, const palpate_shape_out* shape,
                                                    const palpate_inside_place* places, int32_t count, float* positions);
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_inside_effect(void);
 
 #ifdef __cplusplus

@@ -26,7 +26,7 @@ extern "C" {
  * called for the scene, nor palpate_scene_destroy. */
 PALPATE_API int32_t palpate_scene_deform(palpate_scene* scene);
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_large_effect(void);
 
 #ifdef __cplusplus

@@ -103,7 +103,7 @@ typedef struct palpate_link_state {
  * the thread of palpate_scene_touch. */
 PALPATE_API const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link);
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_links_effect(void);
 
 #ifdef __cplusplus

@@ -73,7 +73,7 @@ typedef struct palpate_motion_state {
  * motions. Call it in the thread of palpate_scene_touch. */
 PALPATE_API const palpate_motion_state* palpate_scene_motion_state(const palpate_scene* scene, int32_t motion);
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_motions_effect(void);
 
 #ifdef __cplusplus

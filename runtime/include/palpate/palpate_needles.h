@@ -83,7 +83,7 @@ typedef struct palpate_needle_state {
  * Call it in the thread of palpate_scene_touch. */
 PALPATE_API const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id);
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_needles_effect(void);
 
 #ifdef __cplusplus

@@ -65,7 +65,7 @@ PALPATE_API palpate_step_flags palpate_scene_closest_point(palpate_scene* scene,
 PALPATE_API palpate_step_flags palpate_scene_signed_distance(palpate_scene* scene, const palpate_contacts* contacts,
                                                              const double* point, double* distance);
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_queries_effect(void);
 
 #ifdef __cplusplus

@@ -18,7 +18,7 @@
 extern "C" {
 #endif
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_relaxation_effect(void);
 
 #ifdef __cplusplus

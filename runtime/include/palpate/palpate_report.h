@@ -114,7 +114,7 @@ static inline const palpate_contact_event* palpate_report_event(const palpate_co
                                                      (size_t)event * report->event_bytes);
 }
 
-/* For palpate_scene_create_with. */
+/* The effect, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_report_effect(void);
 
 #ifdef __cplusplus

@@ -70,7 +70,7 @@ static inline palpate_skin_out palpate_default_skin_out(void) {
 PALPATE_API palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape,
                                                   palpate_skin_out* out);
 
-/* For palpate_scene_create_with. */
+/* The effects of a render mesh and of its dents, for the list that a host gives to palpate_scene_create_with. */
 PALPATE_API const palpate_effect* palpate_skin_effect(void);
 PALPATE_API const palpate_effect* palpate_dent_effect(void);
 
