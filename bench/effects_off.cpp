@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_complete.h"
 
 namespace {
 
@@ -64,7 +64,7 @@ class Played {
     palpate_error error = {};
     palpate_bundle* bundle = nullptr;
     if (runtime.bundle_open_file(file, nullptr, &bundle, &error) != PALPATE_OK) fail(error);
-    palpate_scene_def def;
+    palpate_scene_def def = {};
     runtime.init_scene_def(&def, sizeof def);
     def.contact = PALPATE_CONTACT_POINT;
     def.force_limit = def.force_slew = 1e300, def.max_points = 256, def.max_contact_nodes = 600;

@@ -16,10 +16,10 @@
 #include <string>
 #include <vector>
 
+#include <palpate/palpate_scene_def.hpp>
 #include "bench/worst_step.h"
 #include "runtime/base/vec3.h"
 #include "runtime/bundle/bundle.h"
-#include "runtime/include/palpate/palpate_complete.h"
 
 namespace {
 
@@ -31,7 +31,7 @@ struct SceneDestroyer {
 };
 using ScenePointer = std::unique_ptr<palpate_scene, SceneDestroyer>;
 
-ScenePointer make_scene(palpate_scene_def def) {
+ScenePointer make_scene(palpate::SceneDef def) {
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   def.force_limit = def.force_slew = 1e300;
@@ -86,7 +86,7 @@ void spread(benchmark::internal::Benchmark* b) {
 // A scene without collision, and what a touch with grips writes.
 class Gripped {
  public:
-  explicit Gripped(palpate_scene_def def = palpate_default_scene_def()) {
+  explicit Gripped(palpate::SceneDef def = palpate::SceneDef()) {
     def.collision = PALPATE_COLLISION_OFF;
     scene_ = make_scene(def);
     memory_.resize(palpate_contacts_bytes(scene_.get()) / 8 + 1);
@@ -170,7 +170,7 @@ BENCHMARK(touch_and_shape)->ArgsProduct({{0, 1}, {1, 3, 10, 30}})->UseManualTime
 
 // A moving area contact: of `count` neighbouring nodes, three leave and three come in every step.
 void touch_moving(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   def.max_points = 400, def.max_contact_nodes = 400;
   Gripped gripped(def);
   const int count = static_cast<int>(state.range(0)), touchable = palpate_bundle_describe(bundle).touchable_count;
@@ -219,7 +219,7 @@ Place place_near(std::int32_t node) {
 // Tool points that go in and out of the surface along its normal, each at its own node: collision, contact, force. The median is
 // over the ticks in which most points are in contact.
 void touch_colliding(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   def.collision = static_cast<palpate_collision>(state.range(0));
   def.contact = PALPATE_CONTACT_NODE;
   const ScenePointer scene = make_scene(def);
@@ -293,9 +293,9 @@ struct FineSurface {
 // triangles, and on a fine surface.
 void touch_drawn(benchmark::State& state) {
   static const FineSurface fine;
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL, def.max_contact_nodes = 1024;
-  if (state.range(0) != 0) def.fine_surface = &fine.view;
+  if (state.range(0) != 0) def.fine_surface = fine.view;
   const ScenePointer scene = make_scene(def);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
   std::vector<Place> places;
@@ -350,7 +350,7 @@ void shape_against_read(benchmark::State& state) {
   const float* rows = palpate::section_as<float>(bundle, id, &error);
   const std::size_t per_node =
       entry->bytes / 4 / entry->shape[0];  // of a node's three columns, in words whatever their form
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   def.collision = PALPATE_COLLISION_OFF;
   const ScenePointer scene = make_scene(def);
   const std::int32_t nodes = palpate_bundle_describe(bundle).surface_node_count;
@@ -400,8 +400,8 @@ BENCHMARK(shape_against_read)->Apply(spread)->UseManualTime()->Unit(benchmark::k
 enum class Query { ray, closest, distance };
 template <Query kind>
 void query(benchmark::State& state) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.queries = PALPATE_QUERIES_ON;
+  palpate::SceneDef def;
+  def.queries.queries = PALPATE_QUERIES_ON;
   const ScenePointer scene = make_scene(def);
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   const double* node = palpate_bundle_nodes(bundle);

@@ -1,5 +1,5 @@
 #include "bench/worst_step.h"
-#include <palpate/palpate_complete.h>
+#include <palpate/palpate_scene_def.hpp>
 
 #include <algorithm>
 #include <array>
@@ -159,7 +159,7 @@ struct PassTimes {
 };
 
 // Plays the scene. A step's time is the less of this play's and what *seconds holds: what else the machine does falls out.
-Worst play(palpate_bundle* bundle, const palpate_scene_def& def, Tools& tools, std::vector<double>* seconds) {
+Worst play(palpate_bundle* bundle, const palpate::SceneDef& def, Tools& tools, std::vector<double>* seconds) {
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK) {
@@ -198,7 +198,7 @@ Worst play(palpate_bundle* bundle, const palpate_scene_def& def, Tools& tools, s
   return worst;
 }
 
-void report(palpate_bundle* bundle, const char* name, const palpate_scene_def& def, MakeTools make_tools,
+void report(palpate_bundle* bundle, const char* name, const palpate::SceneDef& def, MakeTools make_tools,
             double disc_radius, long steps) {
   std::vector<double> seconds(static_cast<std::size_t>(steps), HUGE_VAL);
   play(bundle, def, *make_tools(bundle, disc_radius), &seconds);
@@ -226,7 +226,7 @@ void report_worst_steps(palpate_bundle* bundle, long steps) {
   std::printf("%-28s %8s %8s %8s %8s %10s %20s   the worst step\n", "", "median", "99 %", "99.9 %", "worst",
               "over 1 ms", "operations");
   const std::array<const char*, 4> laws = {"sticking", "sliding", "unilateral", "coulomb"};
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.shape = PALPATE_SHAPE_OFF;
   for (const double disc_radius : {0.0, 0.005})
     for (const palpate_contact_law law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {

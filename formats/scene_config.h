@@ -1,6 +1,8 @@
 // scene.toml: the bundle, the effects, the tools and their paths.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -14,7 +16,7 @@ namespace palpate {
 // What is computed of an organ, and how: [effects], [limits] and [relaxation]. What tools, links and motions of the file decide has its
 // default.
 struct SceneEffects {
-  palpate_scene_def def = default_of_scene_file();
+  SceneDef def = default_of_scene_file();
   std::string relaxation_source;
   bool operator==(const SceneEffects& other) const {
     return relaxation_source == other.relaxation_source && have_equal_fields(def, other.def);

@@ -11,7 +11,7 @@ namespace {
 constexpr int kMaxLinks = 1000;
 
 // What an effect is, as a scene file would say it: law = "sticking".
-std::string in_words(const char* name, const palpate_scene_def& def) {
+std::string in_words(const char* name, const SceneDef& def) {
   return fmt::format("{} = \"{}\"", name, word_of(name, def));
 }
 
@@ -33,7 +33,7 @@ void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contac
 
 // Sutures, grasps and needles hold the linear organ alone.
 void check_holds(const SceneConfig& scene, const TomlTable& root) {
-  const bool linear = scene.def.deformation == PALPATE_DEFORMATION_LINEAR;
+  const bool linear = scene.def.large.deformation == PALPATE_DEFORMATION_LINEAR;
   for (const auto& tool : scene.tools)
     if ((tool.grasp || tool.needle) && !linear)
       root.contradicts("tool", tool.line,
@@ -58,7 +58,7 @@ void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collisi
       if (scene.motions[i].name == scene.motions[j].name)
         root.contradicts("motion", scene.motions[i].line, "a name that no other [[motion]] has",
                          fmt::format("\"{}\" again", scene.motions[i].name));
-  if (scene.def.deformation != PALPATE_DEFORMATION_LINEAR)
+  if (scene.def.large.deformation != PALPATE_DEFORMATION_LINEAR)
     root.contradicts("motion", scene.motions[0].line,
                      "deformation = \"linear\" in [effects], since the scene has motions",
                      in_words("deformation", scene.def));
@@ -70,17 +70,17 @@ void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collisi
 }
 
 void check_inside(const SceneConfig& scene, const TomlTable& root) {
-  if (scene.def.inside == PALPATE_INSIDE_ON && scene.def.shape != PALPATE_SHAPE_VOLUME)
+  if (scene.def.inside.inside == PALPATE_INSIDE_ON && scene.def.shape != PALPATE_SHAPE_VOLUME)
     root.contradicts("effects", 0, "shape = \"volume\" beside inside = true, which needs the displacement of all nodes",
                      in_words("shape", scene.def));
-  if (!scene.carried.empty() && scene.def.inside == PALPATE_INSIDE_OFF)
+  if (!scene.carried.empty() && scene.def.inside.inside == PALPATE_INSIDE_OFF)
     root.contradicts("carried", scene.carried[0].line,
                      fmt::format("inside = true in [effects], since \"{}\" is carried", scene.carried[0].name),
                      "inside = false");
 }
 
 void check_dent_and_friction(const SceneConfig& scene, const TomlTable& root) {
-  if (scene.def.dent == PALPATE_DENT_DISCS && scene.def.contact != PALPATE_CONTACT_PATCH)
+  if (scene.def.dent.dent == PALPATE_DENT_DISCS && scene.def.contact != PALPATE_CONTACT_PATCH)
     root.contradicts("effects", 0, "no dent = \"discs\", or a tool with a disc_radius, whose dent is drawn",
                      in_words("contact", scene.def));
   for (const auto& tool : scene.tools)
@@ -101,7 +101,8 @@ void read_relaxation(TomlTable table, SceneEffects& effects) {
   const std::vector<std::array<double, 2>> terms = table.rows<2>("terms", "[share, seconds]");
   if (terms.size() > PALPATE_MAX_RELAXATION_TERMS)
     table.wrong("terms", fmt::format("at most {} terms", PALPATE_MAX_RELAXATION_TERMS));
-  palpate_relaxation& relaxation = effects.def.relaxation = {PALPATE_RELAXATION_PRONY, 0, {}, {}};
+  palpate_relaxation_def& relaxation = effects.def.relaxation;
+  relaxation.terms = 0;
   double sum = 0;
   for (const auto& [share, time] : terms) {
     sum += share;

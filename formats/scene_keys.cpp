@@ -39,7 +39,7 @@ std::string limits_of(const palpate_key& field) {
 }
 
 ConfigKey key_of(const palpate_key& field) {
-  const palpate_scene_def start = default_of_scene_file();
+  const SceneDef start = default_of_scene_file();
   const double number = palpate_key_number(&field, &start);
   constexpr ConfigFile file = ConfigFile::scene;
   if (field.type != PALPATE_KEY_CHOICE)
@@ -69,30 +69,30 @@ const std::vector<ConfigKey>& scene_keys() {
   return keys;
 }
 
-std::string word_of(const palpate_key& field, const palpate_scene_def& def) {
+std::string word_of(const palpate_key& field, const SceneDef& def) {
   std::string words = field.words;
   for (double skip = palpate_key_number(&field, &def); skip > 0; --skip) words.erase(0, words.find(", ") + 2);
   return words.substr(0, words.find(','));
 }
 
-std::string word_of(const char* name, const palpate_scene_def& def) {
+std::string word_of(const char* name, const SceneDef& def) {
   return word_of(*find_config_key(scene_keys(), ConfigFile::scene, "effects", name)->field, def);
 }
 
-bool have_equal_fields(const palpate_scene_def& a, const palpate_scene_def& b) {
+bool have_equal_fields(const SceneDef& a, const SceneDef& b) {
   return std::ranges::all_of(scene_keys(), [&](const ConfigKey& key) {
     return !key.field || palpate_key_number(key.field, &a) == palpate_key_number(key.field, &b);
   });
 }
 
-palpate_scene_def default_of_scene_file() {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef default_of_scene_file() {
+  SceneDef def;
   def.contact = PALPATE_CONTACT_POINT;
   def.max_points = def.max_contact_nodes = 0;
   return def;
 }
 
-void read_fields(TomlTable& table, const std::string& name, palpate_scene_def& def) {
+void read_fields(TomlTable& table, const std::string& name, SceneDef& def) {
   for (const ConfigKey& key : scene_keys()) {
     if (!key.field || name != key.table || !table.has(key.key)) continue;
     const std::string type = key.type;

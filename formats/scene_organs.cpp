@@ -104,7 +104,7 @@ void check_links_between_organs(const SceneConfig& scene, const TomlTable& root)
     if (link.organs.empty()) continue;
     stretches += stretches_of(link);
     for (const SceneConfig::Organ& organ : scene.organs)
-      if (organ.effects.def.deformation != PALPATE_DEFORMATION_LINEAR)
+      if (organ.effects.def.large.deformation != PALPATE_DEFORMATION_LINEAR)
         root.contradicts("link", link.line,
                          fmt::format("of organ \"{}\" deformation = \"linear\" in [effects], since link \"{}\" is "
                                      "between organs",
@@ -130,7 +130,8 @@ void check_pairs(const SceneConfig& scene, const TomlTable& root) {
                        fmt::format("pairs = {} and another one", scene.pairs));
     };
     if (organ.effects.def.collision != PALPATE_COLLISION_DEFORMED) refuse("collision = \"deformed\" in [effects]");
-    if (organ.effects.def.deformation != PALPATE_DEFORMATION_LINEAR) refuse("deformation = \"linear\" in [effects]");
+    if (organ.effects.def.large.deformation != PALPATE_DEFORMATION_LINEAR)
+      refuse("deformation = \"linear\" in [effects]");
     if (organ.surface) refuse("no [organ.surface]");
   }
 }

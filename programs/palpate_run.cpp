@@ -151,7 +151,7 @@ void run(const Options& options) {
   if (!options.record.empty()) check_target(options.record);
   RenderMesh render_mesh;
   if (!options.render_mesh.empty()) render_mesh = read_render_mesh(options.render_mesh, options.render_unit);
-  if (scene.def.dent == PALPATE_DENT_DISCS && options.render_mesh.empty() && !options.realtime)
+  if (scene.def.dent.dent == PALPATE_DENT_DISCS && options.render_mesh.empty() && !options.realtime)
     throw InputError(
         fmt::format("{}: effects.dent: expected --render-mesh FILE.ply, on which \"discs\" are drawn, found "
                     "none; add the option, or remove the key",

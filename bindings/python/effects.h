@@ -1,6 +1,8 @@
 // The effects and limits of a scene as the keywords of Python give them.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <algorithm>
 #include <cstring>
 #include <iomanip>
@@ -31,7 +33,7 @@ inline std::int32_t choose(const palpate_key& key, const std::string& word) {
 }
 
 // Stores the value of a keyword; of two words it may be a bool as well. Throws cast_error where the value has another type.
-inline void set_field(const palpate_key& key, const py::handle& value, palpate_scene_def& def) {
+inline void set_field(const palpate_key& key, const py::handle& value, SceneDef& def) {
   const bool is_bool = key.most == 1 && py::isinstance<py::bool_>(value);
   const double number = key.type == PALPATE_KEY_NUMBER               ? value.cast<double>()
                         : key.type == PALPATE_KEY_CHOICE && !is_bool ? choose(key, value.cast<std::string>())
@@ -46,10 +48,9 @@ void for_each_keyword(Each each) {
     if (key->type != PALPATE_KEY_POINTER && !std::strchr(key->name, '.')) each(*key);
 }
 
-inline palpate_relaxation relaxation_of(const py::object& terms) {
-  palpate_relaxation relaxation = {};
+inline palpate_relaxation_def relaxation_of(const py::object& terms) {
+  palpate_relaxation_def relaxation = palpate_default_relaxation_def();
   if (terms.is_none()) return relaxation;
-  relaxation.model = PALPATE_RELAXATION_PRONY;
   for (const py::handle each : terms) {
     const auto term = each.cast<std::pair<double, double>>();
     if (relaxation.terms == PALPATE_MAX_RELAXATION_TERMS)
@@ -115,16 +116,9 @@ struct FineSurface {
 
 // A scene's definition, and the caller's arrays that it names until the scene is created.
 struct Effects {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   std::optional<RenderMesh> render_mesh;
   std::optional<FineSurface> fine_surface;
-
-  // With its pointers: valid as long as this object stays where it is.
-  const palpate_scene_def& whole() {
-    def.render_mesh = render_mesh ? &render_mesh->mesh : nullptr;
-    def.fine_surface = fine_surface ? &fine_surface->surface : nullptr;
-    return def;
-  }
 };
 
 inline constexpr const char* kOtherArguments = "__init__(): incompatible constructor arguments";
@@ -135,8 +129,10 @@ inline Effects effects_of(const py::kwargs& named) {
   const auto take = [&](const char* name) -> py::object { return named.attr("pop")(name, py::none()); };
   try {
     effects.def.relaxation = relaxation_of(take("relaxation"));
-    if (const py::object mesh = take("render_mesh"); !mesh.is_none()) effects.render_mesh.emplace(mesh);
-    if (const py::object surface = take("fine_surface"); !surface.is_none()) effects.fine_surface.emplace(surface);
+    if (const py::object mesh = take("render_mesh"); !mesh.is_none())
+      effects.def.render_mesh = effects.render_mesh.emplace(mesh).mesh;
+    if (const py::object surface = take("fine_surface"); !surface.is_none())
+      effects.def.fine_surface = effects.fine_surface.emplace(surface).surface;
     for_each_keyword([&](const palpate_key& key) {
       if (named.contains(key.name)) set_field(key, take(key.name), effects.def);
     });
@@ -149,7 +145,7 @@ inline Effects effects_of(const py::kwargs& named) {
 
 // A line for each keyword: its default, unit and words.
 inline std::string lines_of_keywords() {
-  const palpate_scene_def start = palpate_default_scene_def();
+  const SceneDef start;
   std::ostringstream lines;
   for_each_keyword([&](const palpate_key& key) {
     const double number = palpate_key_number(&key, &start);

@@ -1,6 +1,8 @@
 // palpate.Scene in C++: one organ under one set of effects, alone or in a world. touch and shape run without the interpreter's lock.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -43,7 +45,7 @@ class HeldScene {
 
   HeldScene(std::shared_ptr<HeldBundle> bundle, Effects effects)
       : HeldScene(std::move(bundle), effects, nullptr, nullptr) {
-    owned_ = create(bundle_->bundle, effects.whole());
+    owned_ = create(bundle_->bundle, effects.def);
     scene_ = owned_.get();
   }
   // The scene of an organ of a world, which stays alive as long as this object.
@@ -52,10 +54,10 @@ class HeldScene {
       : bundle_(std::move(bundle)),
         world_(std::move(world)),
         def_(effects.def),
-        vertex_count_(effects.render_mesh ? effects.render_mesh->mesh.vertex_count : 0),
+        vertex_count_(effects.def.render_mesh.vertex_count),
         scene_(scene) {
-    def_.render_mesh = nullptr;  // the caller may release its arrays now
-    def_.fine_surface = nullptr;
+    def_.render_mesh.positions = nullptr;  // the caller may release its arrays now
+    def_.fine_surface.positions = nullptr;
   }
 
   std::shared_ptr<HeldContacts> make_contacts() const {
@@ -289,7 +291,7 @@ class HeldScene {
     return py::array_t<State>(1, state)[py::int_(0)];
   }
 
-  static Scene create(const Bundle& bundle, const palpate_scene_def& def) {
+  static Scene create(const Bundle& bundle, const SceneDef& def) {
     const py::gil_scoped_release released;
     return Scene(bundle, def);
   }
@@ -316,7 +318,7 @@ class HeldScene {
         without_lock([&] { return query(contacts ? contacts->contacts.get() : nullptr, &answer); });
     if (flags & (PALPATE_STEP_BAD_INPUT | PALPATE_STEP_OTHER_BUNDLE))
       throw py::value_error(
-          def_.queries == PALPATE_QUERIES_OFF
+          def_.queries.queries == PALPATE_QUERIES_OFF
               ? "the scene answers no queries; make it with queries=\"on\""
               : "expected numbers that are finite, a direction that is not zero, a distance above zero, and contacts "
                 "that a touch of this bundle filled");
@@ -364,7 +366,7 @@ class HeldScene {
 
   std::shared_ptr<HeldBundle> bundle_;  // outlives the scene
   std::shared_ptr<void> world_;         // that the scene belongs to; nullptr: none
-  palpate_scene_def def_;
+  SceneDef def_;
   std::int32_t vertex_count_;  // of the render mesh
   Scene owned_;                // empty in a world
   palpate_scene* scene_;

@@ -96,8 +96,8 @@ void ToolCopies::take(const py::iterable& tools, const Obeyed& obeyed) {
   const double* point = points_.data();
   const palpate_grip* grip = grips_.data();
   for (std::size_t t = 0; t < tools_.size(); ++t) {
-    if (grasps_[t]) tools_[t].grasp = &*grasps_[t];
-    if (needles_[t]) tools_[t].needle = &*needles_[t];
+    if (grasps_[t]) palpate_add_part(&tools_[t].parts, &grasps_[t]->part);
+    if (needles_[t]) palpate_add_part(&tools_[t].parts, &needles_[t]->part);
   }
   for (palpate_tool& tool : tools_) {
     tool.points = point;

@@ -1,6 +1,8 @@
 // The Python objects for tools and grips.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <array>
 #include <optional>
 
@@ -44,7 +46,7 @@ struct HeldTool {
 // What the effects of a scene make of a tool's numbers: what they leave out is refused, so that nobody waits for a force of it.
 struct Obeyed {
   bool disc_radius = false, friction = false;
-  void add(const palpate_scene_def& def) {
+  void add(const SceneDef& def) {
     disc_radius = disc_radius || def.contact == PALPATE_CONTACT_PATCH;
     friction = friction || def.law == PALPATE_LAW_COULOMB;
   }

@@ -29,7 +29,7 @@ class HeldWorld : public std::enable_shared_from_this<HeldWorld> {
     std::vector<palpate_world_organ> all(organs_.size(), palpate_default_world_organ());
     for (std::size_t k = 0; k < all.size(); ++k) {
       if (!organs_[k]) throw py::type_error("organs: expected Organ, found None");
-      all[k].bundle = organs_[k]->bundle->bundle.get(), all[k].def = &organs_[k]->effects.whole();
+      all[k].bundle = organs_[k]->bundle->bundle.get(), all[k].def = &organs_[k]->effects.def;
       all[k].pose = &organs_[k]->pose;
     }
     def.organs = all.data(), def.organ_count = static_cast<std::int32_t>(all.size());

@@ -34,8 +34,8 @@ double dot(const Vector& a, const double* b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-palpate_scene_def linear_press() {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef linear_press() {
+  SceneDef def;
   def.shape = PALPATE_SHAPE_OFF;
   def.max_tools = 1;
   def.max_tool_speed = def.release_distance = def.force_slew = def.force_limit =
@@ -43,7 +43,7 @@ palpate_scene_def linear_press() {
   return def;
 }
 
-Scene make_scene(palpate_bundle* bundle, const palpate_scene_def& def, const std::filesystem::path& file) {
+Scene make_scene(palpate_bundle* bundle, const SceneDef& def, const std::filesystem::path& file) {
   palpate_scene* scene = nullptr;
   palpate_error error{};
   if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK)
@@ -181,9 +181,9 @@ double PressedBundle::plane_modulus(std::int32_t triangle) const {
 
 std::vector<double> PressedBundle::press_discs(const std::vector<Spot>& spots, Press press,
                                                const std::filesystem::path& source) {
-  palpate_scene_def def = linear_press();
+  SceneDef def = linear_press();
   def.law = press == Press::sliding ? PALPATE_LAW_SLIDING : PALPATE_LAW_STICKING;
-  def.queries = PALPATE_QUERIES_ON;
+  def.queries.queries = PALPATE_QUERIES_ON;
   def.max_points = 1, def.max_contact_nodes = kMostDiscNodes;
   const Scene scene = make_scene(bundle_.get(), def, file_);
   const Normals normals(scene.get(), bundle_.get());
@@ -289,7 +289,7 @@ double PressedBundle::press_plate() {
     high = std::max(high, nodes[3 * std::size_t(n) + axis]);
   }
   plate_height_ = high - low;
-  palpate_scene_def def = linear_press();
+  SceneDef def = linear_press();
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;
   def.max_points = def.max_contact_nodes = info.touchable_count;
   const Scene scene = make_scene(bundle_.get(), def, file_);

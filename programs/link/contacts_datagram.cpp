@@ -173,9 +173,9 @@ void check_deformation(const SceneConfig& scene) {
           "{}: tool \"{}\": expected a tool without [tool.needle], since a datagram holds contacts at touchable nodes "
           "and a needle also holds nodes inside, found one; play the scene with palpate-run or palpate-igtl",
           scene.file.string(), tool.name));
-  if (scene.def.deformation == PALPATE_DEFORMATION_LINEAR) return;
+  if (scene.def.large.deformation == PALPATE_DEFORMATION_LINEAR) return;
   throw InputError(fmt::format(
-      "{}: effects.deformation: expected \"linear\", since a datagram holds contacts and not the displacement "
+      "{}: effects.large.deformation: expected \"linear\", since a datagram holds contacts and not the displacement "
       "of every node, found \"{}\"; play the scene with palpate-run or palpate-igtl",
       scene.file.string(), word_of("deformation", scene.def)));
 }

@@ -121,7 +121,7 @@ void HeldTissue::close_grasps(double time) {
   }
 }
 
-const palpate_grasp* HeldTissue::place_grasp(std::size_t tool, const Vector& position, const Rotation& turn) {
+palpate_grasp* HeldTissue::place_grasp(std::size_t tool, const Vector& position, const Rotation& turn) {
   if (!grasp(tool) || !closed_[tool]) return nullptr;
   palpate_grasp& grasp = grasps_[tool];
   std::copy(position.begin(), position.end(), grasp.position);

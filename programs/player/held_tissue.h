@@ -39,7 +39,7 @@ class HeldTissue {
   // Opens and closes jaws, as the tools' scene says for that time.
   void close_grasps(double time);
   // The grasp that a tool takes to the next step from its position and turn; nullptr: none, or it is open.
-  const palpate_grasp* place_grasp(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn);
+  palpate_grasp* place_grasp(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn);
 
  private:
   void find_links(const palpate_bundle* bundle);

@@ -20,7 +20,7 @@ double distance(const Vector& a, const Vector& b) {
 }  // namespace
 
 PlayedNeedles::PlayedNeedles(const SceneConfig& scene, const palpate_bundle* bundle)
-    : places_(scene.def.needle_places),
+    : places_(scene.def.needles.needle_places),
       needles_(scene.tools.size()),
       near_(scene.tools.size()),
       directions_(scene.tools.size()),
@@ -59,8 +59,8 @@ int PlayedNeedles::most_nodes() const {
   return nodes;
 }
 
-const palpate_needle* PlayedNeedles::place(std::size_t tool, const Vector& position, const Rotation& turn,
-                                           const palpate_pose* pose) {
+palpate_needle* PlayedNeedles::place(std::size_t tool, const Vector& position, const Rotation& turn,
+                                     const palpate_pose* pose) {
   if (!of(tool)) return nullptr;
   palpate_needle& needle = needles_[tool];
   Vector direction = directions_[tool];

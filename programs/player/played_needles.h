@@ -31,8 +31,8 @@ class PlayedNeedles {
 
   // The needle that a tool takes to the next step from its position and turn; nullptr: none. pose: of the organ; nullptr: it is where it
   // was meshed. Allocates nothing.
-  const palpate_needle* place(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn,
-                              const palpate_pose* pose);
+  palpate_needle* place(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn,
+                        const palpate_pose* pose);
 
  private:
   void find(const SceneConfig::Tool& tool, const PlaceFinder& finder, const palpate_bundle* bundle,

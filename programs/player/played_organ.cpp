@@ -44,10 +44,9 @@ std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const pal
   return grips;
 }
 
-palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const HeldTissue& held,
-                            const PlayedNeedles& needles) {
-  palpate_scene_def def = scene.def;
-  def.dent = PALPATE_DENT_OFF;  // until there is a mesh to draw it on
+SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& held, const PlayedNeedles& needles) {
+  SceneDef def = scene.def;
+  def.dent.dent = PALPATE_DENT_OFF;  // until there is a mesh to draw it on
   def.max_tools = static_cast<int>(scene.tools.size());
   if (def.max_points == 0) def.max_points = std::max(1, max_points);
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
@@ -56,22 +55,22 @@ palpate_scene_def scene_def(const SceneConfig& scene, int max_points, const Held
     def.max_contact_nodes =
         std::min(most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) +
                            held.most_nodes() + needles.most_nodes());
-  def.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps = held.has_grasps();
-  def.needles = needles.any(), def.needle_places = needles.places();
-  def.motions = !scene.motions.empty();
+  def.links.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps.grasps = held.has_grasps();
+  def.needles.needles = needles.any(), def.needles.needle_places = needles.places();
+  def.motions.motions = !scene.motions.empty();
   return def;
 }
 
 // The limits are those of the whole scene, so that the contacts of one half fit the other half.
-palpate_scene_def half_of(palpate_scene_def def, Half half) {
-  if (half == Half::touch) def.inside = PALPATE_INSIDE_OFF;
+SceneDef half_of(SceneDef def, Half half) {
+  if (half == Half::touch) def.inside.inside = PALPATE_INSIDE_OFF;
   // Under large deformation the touch half solves for the nodes of the shape.
-  if (half == Half::touch && def.deformation == PALPATE_DEFORMATION_LINEAR)
+  if (half == Half::touch && def.large.deformation == PALPATE_DEFORMATION_LINEAR)
     def.shape = PALPATE_SHAPE_OFF, def.radial = PALPATE_RADIAL_OFF;
   if (half == Half::shape) {
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
-    def.force = PALPATE_FORCE_OFF, def.relaxation.model = PALPATE_RELAXATION_OFF;
-    def.max_links = def.grasps = 0;
+    def.force = PALPATE_FORCE_OFF, def.relaxation.terms = 0;
+    def.links.max_links = def.grasps.grasps = 0;
   }
   return def;
 }
@@ -149,16 +148,16 @@ int PlayedOrgan::points_and_grips() const {
   return static_cast<int>(std::min<std::size_t>(total, 1 << 20));
 }
 
-palpate_scene_def PlayedOrgan::definition(int max_points) {
-  palpate_scene_def def = half_of(scene_def(scene_, max_points, *held_, *needles_), half_);
-  scene_.def.shape = def.shape, scene_.def.inside = def.inside;
+SceneDef PlayedOrgan::definition(int max_points) {
+  SceneDef def = half_of(scene_def(scene_, max_points, *held_, *needles_), half_);
+  scene_.def.shape = def.shape, scene_.def.inside.inside = def.inside.inside;
   contact_node_limit_ = def.max_contact_nodes;
   if (render_mesh_) {
     skin_.positions = render_mesh_->positions.data(), skin_.normals = render_mesh_->normals.data();
     skin_.vertex_count = static_cast<std::int32_t>(render_mesh_->positions.size() / 3);
-    def.render_mesh = &skin_;
-    if (scene_.def.dent == PALPATE_DENT_DISCS && half_ == Half::both)
-      def.dent = PALPATE_DENT_DISCS, def.report = PALPATE_REPORT_CONTACTS;
+    def.render_mesh = skin_;
+    if (scene_.def.dent.dent == PALPATE_DENT_DISCS && half_ == Half::both)
+      def.dent.dent = PALPATE_DENT_DISCS, def.report.report = PALPATE_REPORT_CONTACTS;
   }
   if (scene_.surface && def.collision != PALPATE_COLLISION_OFF) {
     RenderMesh met = read_render_mesh(scene_.surface->file, scene_.surface->metres_per_unit);
@@ -169,8 +168,8 @@ palpate_scene_def PlayedOrgan::definition(int max_points) {
     met_surface_.triangle_count = static_cast<std::int32_t>(met_triangles_.size() / 3);
     def.fine_surface = met_surface();
   }
-  holds_ = def.max_links > 0 || def.grasps;
-  pierced_ = def.needles != 0;
+  holds_ = def.links.max_links > 0 || def.grasps.grasps;
+  pierced_ = def.needles.needles != 0;
   moves_ = motions_->any() && half_ != Half::shape;
   return def;
 }
@@ -178,7 +177,7 @@ palpate_scene_def PlayedOrgan::definition(int max_points) {
 void PlayedOrgan::play_on(palpate_scene* scene) {
   runtime_scene_ = scene;
   if (holds_) held_->hold_links(scene, 0);
-  if (scene_.def.inside == PALPATE_INSIDE_ON)
+  if (scene_.def.inside.inside == PALPATE_INSIDE_ON)
     inside_ = std::make_unique<OrganInside>(scene_, scene, shape_node_count());
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <palpate/palpate_complete.h>
+#include <palpate/palpate_scene_def.hpp>
 #include "formats/scene_config.h"
 #include "programs/player/held_tissue.h"
 #include "programs/player/organ_inside.h"
@@ -44,7 +44,7 @@ class PlayedOrgan {
   palpate_bundle* bundle() const { return bundle_.get(); }
   const RenderMesh* render_mesh() const { return render_mesh_; }
   // The finer surface that the tools meet; nullptr: the bundle's.
-  const palpate_fine_surface* met_surface() const { return met_triangles_.empty() ? nullptr : &met_surface_; }
+  const palpate_fine_surface& met_surface() const { return met_surface_; }
   const std::vector<std::vector<palpate_grip>>& grips() const { return grips_; }  // [tool][grip], a node each
   std::vector<std::vector<palpate_grip>>& grips() { return grips_; }
   const HeldTissue& held() const { return *held_; }
@@ -58,7 +58,7 @@ class PlayedOrgan {
   int points_and_grips() const;
   // What the library's scene takes. max_points: the least number that the scene has room for; of organs of one world the same. The
   // pointers in it are valid as long as this.
-  palpate_scene_def definition(int max_points);
+  SceneDef definition(int max_points);
   // The scene that the owner made by that definition.
   void play_on(palpate_scene* scene);
   palpate_scene* runtime_scene() const { return runtime_scene_; }

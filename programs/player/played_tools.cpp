@@ -57,15 +57,20 @@ void PlayedTools::place(std::size_t tool, const Vector& position, const Rotation
   tools_[tool].point_count = static_cast<std::int32_t>(points_[tool].size());
   tools_[tool].grip_count = static_cast<std::int32_t>(organ.grips()[tool].size());
   tools_[tool].organ = static_cast<std::int32_t>(scene_.tools[tool].organ);
-  if (organ.has_needles()) tools_[tool].needle = organ.needles().place(tool, position, turn, pose);
-  if (organ.holds_tissue()) tools_[tool].grasp = organ.held().place_grasp(tool, position, turn);
+  tools_[tool].parts = nullptr;
+  if (organ.has_needles())
+    if (palpate_needle* const needle = organ.needles().place(tool, position, turn, pose))
+      palpate_add_part(&tools_[tool].parts, &needle->part);
+  if (organ.holds_tissue())
+    if (palpate_grasp* const grasp = organ.held().place_grasp(tool, position, turn))
+      palpate_add_part(&tools_[tool].parts, &grasp->part);
   if (!tools_[tool].has_torque) return;
   std::copy(position.begin(), position.end(), tools_[tool].reference);
 }
 
 void PlayedTools::withdraw(std::size_t tool) {
   tools_[tool].point_count = tools_[tool].grip_count = 0;
-  tools_[tool].grasp = nullptr, tools_[tool].needle = nullptr;
+  tools_[tool].parts = nullptr;
 }
 
 }  // namespace palpate

@@ -15,7 +15,7 @@ SceneConfig checked(SceneConfig scene) {
 
 Player::Player(SceneConfig scene, const std::filesystem::path& bundle, Half half, const RenderMesh* render_mesh)
     : organ_(checked(std::move(scene)), bundle, half, render_mesh) {
-  const palpate_scene_def def = organ_.definition(organ_.points_and_grips());
+  const SceneDef def = organ_.definition(organ_.points_and_grips());
   palpate_scene* created = nullptr;
   palpate_error error{};
   if (palpate_scene_create(organ_.bundle(), &def, &created, &error) != PALPATE_OK) organ_.refuse(error);
@@ -37,7 +37,7 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
                     const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before,
                     const std::function<void()>& on_deform) {
   palpate_scene_reset(runtime_scene());
-  const bool solves_beside = scene().def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
+  const bool solves_beside = scene().def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
   const bool shaped = scene().def.shape != PALPATE_SHAPE_OFF;
   const int node_count = shape_node_count();
   std::vector<float> displacements(3 * static_cast<std::size_t>(node_count)), positions(displacements.size());

@@ -28,7 +28,7 @@ toml::array numbers(const SceneConfig::Vector& v) {
 constexpr const char* kLinkKinds[] = {"thread", "spring", "clip"};
 
 // The keys of a table that set fields. What is 0 of the limits follows from the scene.
-toml::table fields_of(const std::string& name, const palpate_scene_def& def) {
+toml::table fields_of(const std::string& name, const SceneDef& def) {
   toml::table table;
   for (const ConfigKey& key : scene_keys()) {
     if (!key.field || name != key.table) continue;
@@ -61,7 +61,7 @@ toml::table limits_of(const SceneConfig& scene) {
 
 toml::table relaxation_of(const SceneConfig& scene) {
   toml::array terms;
-  const palpate_relaxation& relaxation = scene.def.relaxation;
+  const palpate_relaxation_def& relaxation = scene.def.relaxation;
   for (std::int32_t i = 0; i < relaxation.terms; ++i)
     terms.push_back(toml::array{relaxation.share[i], relaxation.time[i]});
   return toml::table{{"terms", std::move(terms)}, {"source", scene.relaxation_source}};
@@ -200,7 +200,7 @@ toml::table resolved_scene(const Player& player) {
                     {"effects", effects_of(scene)},
                     {"limits", limits_of(scene)},
                     {"rate", toml::table{{"touch", scene.touch_hz}, {"shape", scene.shape_hz}}}};
-  if (scene.def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE)
+  if (scene.def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE)
     table["rate"].as_table()->insert("deform", scene.deform_hz);
   if (scene.def.relaxation.terms > 0) table.insert("relaxation", relaxation_of(scene));
   if (scene.surface) table.insert("surface", surface_of(*scene.surface, fs::absolute(scene.surface->file)));

@@ -53,9 +53,9 @@ std::string millimetres(const Vector& p) {
 class RestSurface {
  public:
   explicit RestSurface(const NamedOrgan& of) : bundle_(of.organ->bundle()), name_(of.name), pose_(of.pose) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
-    def.force = PALPATE_FORCE_OFF, def.shape = PALPATE_SHAPE_OFF, def.queries = PALPATE_QUERIES_ON;
+    def.force = PALPATE_FORCE_OFF, def.shape = PALPATE_SHAPE_OFF, def.queries.queries = PALPATE_QUERIES_ON;
     def.preload = of.organ->scene().def.preload;
     def.fine_surface = of.organ->met_surface();
     palpate_error error{};
@@ -273,7 +273,7 @@ std::vector<std::string> displacement_warnings(const NamedOrgan& of, const Bundl
     if (largest.length <= *limit) return {};
     return {begin + fmt::format("{:.3g} mm that `displacement` in the scene's [limits] allows", 1e3 * *limit)};
   }
-  if (of.organ->scene().def.deformation != PALPATE_DEFORMATION_LINEAR) return {};  // right at any depth
+  if (of.organ->scene().def.large.deformation != PALPATE_DEFORMATION_LINEAR) return {};  // right at any depth
   const auto provenance = nlohmann::json::parse(fields.provenance, nullptr, false);
   const auto stated = provenance.is_object() ? provenance.find("accuracy_linear_limit_mm") : provenance.end();
   const bool measured = stated != provenance.end() && stated->is_number();

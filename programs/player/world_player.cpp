@@ -60,7 +60,7 @@ void WorldPlayer::put_placed_tools_into_the_world() {
 void WorldPlayer::create() {
   int max_points = 0;
   for (const auto& organ : organs_) max_points = std::max(max_points, organ->points_and_grips());
-  std::vector<palpate_scene_def> scenes;
+  std::vector<SceneDef> scenes;
   std::vector<palpate_world_organ> all(organs_.size(), palpate_default_world_organ());
   for (const auto& organ : organs_) scenes.push_back(organ->definition(max_points));
   for (std::size_t k = 0; k < organs_.size(); ++k)
@@ -90,7 +90,7 @@ std::uint64_t WorldPlayer::shape_count() const {
 
 bool WorldPlayer::solves_beside() const {
   return std::any_of(organs_.begin(), organs_.end(), [](const auto& organ) {
-    return organ->scene().def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
+    return organ->scene().def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
   });
 }
 
@@ -123,7 +123,7 @@ Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_
       if (before) before();
       timed(timing.deform_us, [&] {
         for (const auto& organ : organs_)
-          if (organ->scene().def.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE)
+          if (organ->scene().def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE)
             palpate_scene_deform(organ->runtime_scene());
         return 0;
       });

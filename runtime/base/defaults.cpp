@@ -30,7 +30,6 @@ void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
   defaults.shape = PALPATE_SHAPE_SURFACE;
   defaults.radial = PALPATE_RADIAL_OFF;
   defaults.preload = PALPATE_PRELOAD_OFF;
-  defaults.relaxation.model = PALPATE_RELAXATION_OFF;
   defaults.max_tools = 4;
   defaults.max_points = 64;
   defaults.force_limit = 50;
@@ -39,10 +38,6 @@ void palpate_init_scene_def(palpate_scene_def* def, size_t struct_bytes) {
   defaults.torque_limit = 5;
   defaults.torque_slew = 1e3;
   defaults.max_operations = 300'000;
-  defaults.needle_places = 32;
-  defaults.deformation = PALPATE_DEFORMATION_LINEAR;
-  defaults.dent = PALPATE_DENT_OFF;
-  defaults.inside = PALPATE_INSIDE_OFF;
   write_host_struct(defaults, def, struct_bytes);
 }
 

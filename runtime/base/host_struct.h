@@ -14,14 +14,19 @@
 
 namespace palpate {
 
-// No header of version 2 declares a larger struct; a larger number is an uninitialised one.
+// No header of version 3 declares a larger struct; a larger number is an uninitialised one.
 constexpr std::uint32_t kMostStructBytes = 1024;
 
 // The struct's own size, which every struct of the host begins with.
 template <class T>
 std::uint32_t struct_bytes_of(const T* from) {
-  static_assert(offsetof(T, struct_bytes) == 0);
-  return from->struct_bytes;
+  if constexpr (requires { from->part; }) {
+    static_assert(offsetof(T, part) == 0);
+    return from->part.struct_bytes;
+  } else {
+    static_assert(offsetof(T, struct_bytes) == 0);
+    return from->struct_bytes;
+  }
 }
 
 // The end of the fields that have no default: a smaller struct is refused.
@@ -30,7 +35,7 @@ inline constexpr std::size_t kLeastStructBytes = 0;
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_bundle_options> = offsetof(palpate_bundle_options, allocator);
 template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_scene_def> = offsetof(palpate_scene_def, relaxation);
+inline constexpr std::size_t kLeastStructBytes<palpate_scene_def> = offsetof(palpate_scene_def, max_tools);
 template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_pose> = offsetof(palpate_pose, position);
 template <>
@@ -78,7 +83,10 @@ template <class T>
 void write_host_struct(T defaults, T* to, std::size_t struct_bytes) {
   if (!to || struct_bytes < sizeof(std::uint32_t)) return;
   std::memset(static_cast<void*>(to), 0, struct_bytes);
-  defaults.struct_bytes = static_cast<std::uint32_t>(struct_bytes);
+  if constexpr (requires { defaults.part; })
+    defaults.part.struct_bytes = static_cast<std::uint32_t>(struct_bytes);
+  else
+    defaults.struct_bytes = static_cast<std::uint32_t>(struct_bytes);
   std::memcpy(static_cast<void*>(to), &defaults, std::min(struct_bytes, sizeof(T)));
 }
 
@@ -96,21 +104,36 @@ bool read_host_struct(const T* from, T* to) {
   return true;
 }
 
-// The same outside of a step: says what is wrong. from: not NULL; name: of the struct, without "palpate_".
+// Of a struct of the host: the least size that some header declares, the size that this library knows, and its alignment.
+struct StructSizes {
+  std::size_t least, known, alignment;
+};
+
+// Reads the host's struct, which begins with its size, over the defaults in *to, or says what is wrong. name: of the struct, without
+// "palpate_".
+inline palpate_status read_host_struct(const char* name, const void* from, void* to, StructSizes sizes,
+                                       palpate_error* error) {
+  const auto* const bytes = static_cast<const unsigned char*>(from);
+  if (reinterpret_cast<std::uintptr_t>(from) % sizes.alignment != 0)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_%s: the struct's address is not aligned", name);
+  std::uint32_t count = 0;
+  std::memcpy(&count, from, sizeof count);
+  if (count < sizes.least || count > kMostStructBytes || count % sizes.alignment != 0)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "palpate_%s: struct_bytes is %u; expected %u; start from palpate_default_%s()", name, count,
+                static_cast<unsigned>(sizes.known), name);
+  if (count > sizes.known && !std::all_of(bytes + sizes.known, bytes + count, [](unsigned char b) { return b == 0; }))
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "palpate_%s: struct_bytes is %u, this library knows %u bytes, and a field behind them is set; use the "
+                "library of the host's header, or leave that field zero",
+                name, count, static_cast<unsigned>(sizes.known));
+  std::memcpy(to, from, std::min<std::size_t>(count, sizes.known));
+  return PALPATE_OK;
+}
 template <class T>
 palpate_status read_host_struct(const char* name, const T* from, T* to, palpate_error* error) {
-  if (read_host_struct(from, to)) return PALPATE_OK;
-  if (!is_aligned(from))
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "palpate_%s: the struct's address is not aligned", name);
-  const unsigned bytes = static_cast<unsigned>(struct_bytes_of(from));
-  if (!is_struct_size<T>(bytes))
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-                "palpate_%s: struct_bytes is %u; expected %u; start from palpate_default_%s()", name, bytes,
-                static_cast<unsigned>(sizeof(T)), name);
-  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-              "palpate_%s: struct_bytes is %u, this library knows %u bytes, and a field behind them is set; use the "
-              "library of the host's header, or leave that field zero",
-              name, bytes, static_cast<unsigned>(sizeof(T)));
+  const StructSizes sizes = {kLeastStructBytes<T>, sizeof(T), alignof(T)};
+  return read_host_struct(name, static_cast<const void*>(from), static_cast<void*>(to), sizes, error);
 }
 
 // An enum's bits as a number: a host in C may have stored any number in it, and reading that as the enum is undefined.

@@ -10,7 +10,6 @@
 #include "runtime/query/effect.h"
 #include "runtime/relaxation/effect.h"
 #include "runtime/report/effect.h"
-#include "runtime/scene/build_scene.h"
 #include "runtime/skin/effect.h"
 
 namespace palpate {
@@ -35,7 +34,18 @@ const palpate_key* palpate_scene_key(int32_t key) {
   return at < keys.size() ? &keys[at] : nullptr;
 }
 
-palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
-                                    palpate_error* error) {
-  return palpate::create_scene(bundle, def, palpate::all_effects(), {}, scene, error);
+// The structs lie behind one another, each with as much room as the largest may take.
+size_t palpate_all_parts_bytes(void) {
+  return palpate::all_effects().size() * palpate::kMostPartBytes;
+}
+
+void palpate_add_all_parts(palpate_scene_def* def, void* memory) {
+  unsigned char* at = static_cast<unsigned char*>(memory);
+  for (const palpate::Effect* effect : palpate::all_effects()) {
+    auto* const part = reinterpret_cast<palpate_part*>(at);
+    effect->def.init(part, effect->def.sizes.known);
+    palpate_add_part(&def->parts, part);
+    palpate_set_key(&effect->keys[0], def, 0);
+    at += palpate::kMostPartBytes;
+  }
 }

@@ -19,6 +19,17 @@ bool is_sound_grip(const palpate_grip& grip, const InputLimits& limits) {
   return limits.has_triangles && is_sound_place(grip.triangle, grip.barycentric, limits.triangles);
 }
 
+// Whether each effect has one part at most, and a sound one.
+bool are_sound_parts(const palpate_part* first, const InputLimits& organ) {
+  bool has_part[kMostToolParts] = {};
+  for (const palpate_part* part = first; part; part = part->next) {
+    const ToolPart* const how = is_aligned(part) ? organ.reader_of(part->effect) : nullptr;
+    if (!how || has_part[how->place] || !how->is_sound(part, organ)) return false;
+    has_part[how->place] = true;
+  }
+  return true;
+}
+
 // Element i of a host's array, whose elements may be smaller or larger than this library's.
 template <class T>
 const T* element(const T* first, std::uint32_t stride, std::int32_t i) {
@@ -88,13 +99,17 @@ bool ToolInput::create(SceneMemory& memory, const InputLimits& limits, const Inp
   return !memory.failed();
 }
 
-bool ToolInput::read_part(SceneMemory& memory, int part, const ToolPart& how) {
-  limits_.part[part] = &how;
-  const std::size_t bytes = how.bytes * static_cast<std::size_t>(limits_.max_tools);
-  copies_[part] = memory.array<unsigned char>(bytes);
-  memory.keep_array(copies_[part], bytes);
-  for (std::int32_t t = 0; !memory.failed() && t < limits_.max_tools; ++t)
-    tools_[t].part[part] = copies_[part] + how.bytes * static_cast<std::size_t>(t);
+bool ToolInput::read_part(SceneMemory& memory, const ToolPart& how) {
+  limits_.part[how.place] = &how;
+  for (std::int32_t t = 0; t < limits_.max_tools; ++t) {
+    unsigned char* const copy = memory.array<unsigned char>(how.bytes);
+    if (!copy) return false;
+    Tool& tool = tools_[t];
+    tool.part[how.place] = reinterpret_cast<palpate_part*>(copy);
+    *tool.part[how.place] = {static_cast<std::uint32_t>(how.bytes), 0, how.effect, nullptr};
+    tool.kept[how.place] = copy + sizeof(palpate_part);
+    memory.keep_array(tool.kept[how.place], how.bytes - sizeof(palpate_part));
+  }
   return !memory.failed();
 }
 
@@ -102,7 +117,7 @@ void ToolInput::forget_input(std::int32_t t) {
   Tool& tool = tools_[t];
   tool.point_count = tool.grip_count = 0;
   tool.hold = tool.has_torque = tool.pulls = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
-  std::fill_n(tool.has_part, kToolPartCount, false);
+  std::fill_n(tool.has_part, kMostToolParts, false);
   tool.organ = 0;
 }
 
@@ -139,10 +154,7 @@ bool ToolInput::is_sound(const palpate_tool& tool, std::int32_t points, std::int
   if (!is_aligned(tool.points) || !is_aligned(tool.grips)) return false;
   for (std::int32_t i = 0; i < points; ++i)
     if (!is_sound_point(tool.points + 3 * static_cast<std::size_t>(i))) return false;
-  for (int part = 0; part < kToolPartCount; ++part)
-    if (const void* const sent = part_of(tool, part);
-        sent && !(of_organ->part[part] && of_organ->part[part]->is_sound(sent, *of_organ)))
-      return false;
+  if (!are_sound_parts(tool.parts, *of_organ)) return false;
   if (grips == 0) return true;
   if (!have_one_size(tool.grips, grips)) return false;
   const std::uint32_t stride = struct_bytes_of(tool.grips);
@@ -195,12 +207,12 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
     tool.disc_radius = from.disc_radius, tool.friction = from.friction;
     tool.organ = from.organ;
     tool.pulls = tool.hold;
-    for (int part = 0; part < kToolPartCount; ++part) {
-      const void* const sent = part_of(from, part);
-      tool.has_part[part] = sent != nullptr;
-      if (!sent) continue;
-      limits_.part[part]->copy(sent, tool.part[part]);
-      tool.pulls = tool.pulls || limits_.part[part]->pulls;
+    std::fill_n(tool.has_part, kMostToolParts, false);
+    for (const palpate_part* part = from.parts; part; part = part->next) {
+      const ToolPart& how = *limits_.reader_of(part->effect);
+      how.copy(part, tool.part[how.place]);
+      tool.has_part[how.place] = true;
+      tool.pulls = tool.pulls || how.pulls;
     }
   } else {
     tool.flags |= PALPATE_STEP_BAD_INPUT;
@@ -214,7 +226,7 @@ void ToolInput::take_tool(const palpate_tool& from, Tool& tool, bool known, std:
 void ToolInput::take_far_tool(const palpate_tool& from, Tool& tool, std::int32_t* room) {
   tool.point_count = from.point_count, tool.grip_count = 0;
   tool.hold = tool.pulls = from.hold != 0;
-  std::fill_n(tool.has_part, kToolPartCount, false);
+  std::fill_n(tool.has_part, kMostToolParts, false);
   tool.has_torque = from.has_torque != 0, tool.reference = load3(from.reference);
   tool.disc_radius = from.disc_radius, tool.friction = from.friction, tool.organ = from.organ;
   *room -= tool.point_count;

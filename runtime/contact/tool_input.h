@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <iterator>
 
 #include "runtime/base/host_struct.h"
 #include "runtime/base/scene_memory.h"
@@ -14,44 +13,27 @@
 
 namespace palpate {
 
-// What a tool has beside its points and grips: the structs that these pointers of a palpate_tool name. A module reads each of them.
-inline constexpr std::size_t kToolParts[] = {offsetof(palpate_tool, grasp), offsetof(palpate_tool, needle)};
-inline constexpr int kToolPartCount = std::size(kToolParts);
-// The number of the pointer at that offset.
-constexpr int tool_part_at(std::size_t offset) {
-  int part = 0;
-  while (kToolParts[part] != offset) ++part;
-  return part;
-}
-// The pointer as the host has set it.
-inline const void* part_of(const palpate_tool& tool, int part) {
-  const void* pointer = nullptr;
-  std::memcpy(&pointer, reinterpret_cast<const unsigned char*>(&tool) + kToolParts[part], sizeof pointer);
-  return pointer;
-}
-inline void set_part(palpate_tool& tool, int part, const void* pointer) {
-  std::memcpy(reinterpret_cast<unsigned char*>(&tool) + kToolParts[part], &pointer, sizeof pointer);
-}
-inline bool has_parts(const palpate_tool& tool) {
-  for (int part = 0; part < kToolPartCount; ++part)
-    if (part_of(tool, part)) return true;
-  return false;
-}
+// What a tool may have beside its points and grips: parts, of which each belongs to a module.
+inline constexpr int kMostToolParts = 4;
 
 struct InputLimits;
 
-// How a module reads one of them.
+// How a module reads its part.
 struct ToolPart {
+  int place;  // among the parts of a Tool, of each module its own: 0 .. kMostToolParts - 1
+  const palpate_effect* effect;
   std::size_t bytes;  // of the library's struct
-  // from: of the host, not NULL. organ: that the tool holds.
+  // from: of the host. organ: that the tool holds.
   bool (*is_sound)(const void* from, const InputLimits& organ);
-  void (*copy)(const void* from, void* to);
-  bool pulls;  // a tool that has it may pull at the surface
+  void (*copy)(const void* from, void* to);  // without its palpate_part
+  bool pulls;                                // a tool that has it may pull at the surface
 };
 // Of a struct T without padding.
 template <class T, void (*init)(T*, std::size_t), bool (*is_sound)(const T&, const InputLimits&)>
-constexpr ToolPart tool_part(bool pulls) {
-  return {sizeof(T),
+constexpr ToolPart tool_part(int place, const palpate_effect* effect, bool pulls) {
+  return {place,
+          effect,
+          sizeof(T),
           [](const void* from, const InputLimits& organ) {
             T whole;
             const T* const sent = static_cast<const T*>(from);
@@ -60,7 +42,10 @@ constexpr ToolPart tool_part(bool pulls) {
           [](const void* from, void* to) {
             assert(!has_padding<T>());
             T whole;
-            std::memcpy(to, &whole_struct(static_cast<const T*>(from), &whole, init), sizeof(T));
+            whole = whole_struct(static_cast<const T*>(from), &whole, init);
+            constexpr std::size_t behind = sizeof(palpate_part);
+            std::memcpy(static_cast<unsigned char*>(to) + behind, reinterpret_cast<unsigned char*>(&whole) + behind,
+                        sizeof(T) - behind);
           },
           pulls};
 }
@@ -70,7 +55,14 @@ struct InputLimits {
   std::int32_t surface_nodes = 0, triangles = 0, max_tools = 0, max_points = 0;
   bool has_triangles = false;                 // the scene has triangles, so grips may name surface points
   bool has_positions = false;                 // the scene has the surface nodes' positions, which torques need
-  const ToolPart* part[kToolPartCount] = {};  // nullptr: tools may not have it
+  const ToolPart* part[kMostToolParts] = {};  // nullptr: tools may not have it
+
+  // How the part of that effect is read; nullptr: tools may not have one.
+  const ToolPart* reader_of(const palpate_effect* effect) const {
+    for (const ToolPart* how : part)
+      if (how && how->effect == effect) return how;
+    return nullptr;
+  }
 };
 
 bool is_sound_point(const double* p);
@@ -84,8 +76,7 @@ struct ToolValues {
   bool is_new = false;      // this place had no tool in the last step, or another one
   bool hold = false, has_torque = false;
   bool pulls = false;  // it may pull at the surface
-  bool has_part[kToolPartCount] = {};
-  bool unused_flags[2] = {};  // in the place of padding, which a saved state would hold
+  bool has_part[kMostToolParts] = {};
   std::int32_t point_count = 0, grip_count = 0;
   std::uint32_t flags = 0;  // of this step
   std::int32_t organ = 0;   // that grips and parts hold, where there are several
@@ -95,9 +86,10 @@ struct ToolValues {
 
 // A tool keeps its place among the tools of the scene from step to step for as long as the host sends its id.
 struct Tool : ToolValues {
-  Vec3* points = nullptr;           // [point_count]
-  palpate_grip* grips = nullptr;    // [grip_count]
-  void* part[kToolPartCount] = {};  // the copies; nullptr: the scene's tools may not have it
+  Vec3* points = nullptr;                    // [point_count]
+  palpate_grip* grips = nullptr;             // [grip_count]
+  palpate_part* part[kMostToolParts] = {};   // the copies; nullptr: the scene's tools may not have it
+  unsigned char* kept[kMostToolParts] = {};  // of each what stands behind its head: a saved state holds no addresses
 };
 
 class ToolInput {
@@ -106,7 +98,7 @@ class ToolInput {
   bool create(SceneMemory& memory, const InputLimits& limits, const InputLimits* organs = nullptr,
               std::int32_t organ_count = 1);
   // From now on tools may have this part. how: kept.
-  bool read_part(SceneMemory& memory, int part, const ToolPart& how);
+  bool read_part(SceneMemory& memory, const ToolPart& how);
 
   // Copies the step's tools. A tool with any bad number keeps all of its last good input (nothing at first); so does dt, and so
   // do all tools where the list itself is bad. Points and grips beyond max_points are dropped, the first ones kept. Returns the
@@ -141,7 +133,6 @@ class ToolInput {
   InputLimits limits_;
   const InputLimits* organs_ = nullptr;
   std::int32_t organ_count_ = 1;
-  unsigned char* copies_[kToolPartCount] = {};  // [max_tools] of ToolPart::bytes each
   Tool tools_[PALPATE_MAX_TOOLS];
   std::int32_t place_[PALPATE_MAX_TOOLS] = {};  // [sent] of each tool of the step
   std::int32_t sent_ = 0, count_ = 0;

@@ -7,10 +7,11 @@
 namespace palpate {
 namespace {
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(fine_surface), PALPATE_KEY_POINTER, "", "", 0, 1}};
+constexpr EffectKey kKeys[] = {{"fine_surface", &fine_surface_effect, offsetof(palpate_fine_surface, positions),
+                                sizeof(palpate_fine_surface::positions), PALPATE_KEY_POINTER, "", "", 0, 1}};
 
 const char* check(const palpate_scene_def& def) {
-  return def.collision == PALPATE_COLLISION_OFF && def.queries == PALPATE_QUERIES_OFF
+  return def.collision == PALPATE_COLLISION_OFF && key_number(def, "queries") == 0
              ? "tools and queries meet the fine_surface, and collision and queries are OFF"
              : nullptr;
 }
@@ -28,13 +29,11 @@ palpate_status bind(const SectionReader& reader, const palpate_scene_def& def, S
   if (const palpate_status status =
           reader.sum_positions(position, nullptr, reader.counts().surface_nodes, scratch, &mesh.nodes))
     return status;
-  palpate_fine_surface from = {};
-  if (const palpate_status status = read_host_struct("fine_surface", def.fine_surface, &from, reader.error()))
-    return status;
   auto* const fine = reader.memory().make<FineSurface>();
   if (!fine) return reader.no_memory("fine surface");
   touch.bound = fine;
-  return fine->bind(reader.memory(), scratch, from, mesh, touch.rest, reader.error());
+  return fine->bind(reader.memory(), scratch, part_of<palpate_fine_surface>(def, fine_surface_effect), mesh, touch.rest,
+                    reader.error());
 }
 
 palpate_status prepare(EffectBuild& build) {
@@ -49,6 +48,7 @@ palpate_status prepare(EffectBuild& build) {
 constinit const Effect fine_surface_effect = {
     .name = "fine surface",
     .order = 1,
+    .def = effect_struct<palpate_fine_surface, palpate_init_fine_surface>("fine_surface"),
     .keys = kKeys,
     .needs = {},
     .check = check,
@@ -61,10 +61,8 @@ constinit const Effect fine_surface_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_fine_surface_effect(void) {
-  return &palpate::fine_surface_effect;
-}
-
 void palpate_init_fine_surface(palpate_fine_surface* surface, size_t struct_bytes) {
-  palpate::write_host_struct(palpate_fine_surface{}, surface, struct_bytes);
+  palpate_fine_surface defaults = {};
+  defaults.part.effect = &palpate::fine_surface_effect;
+  palpate::write_host_struct(defaults, surface, struct_bytes);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "runtime/base/host_struct.h"
 #include "runtime/grasps/grasp.h"
 #include "runtime/scene/build_scene.h"
 #include "runtime/scene/effect_build.h"
@@ -11,9 +12,10 @@ namespace {
 
 constexpr const char* kOfDiscs =
     "a grasp holds discs of an organ of contact PATCH and deformation LINEAR; take these, or leave grasps at 0";
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(grasps), PALPATE_KEY_FLAG, "", "", 0, 1}};
-constexpr EffectNeed kNeeds[] = {{PALPATE_NEEDS(contact), 1u << PALPATE_CONTACT_PATCH, kOfDiscs},
-                                 {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR, kOfDiscs}};
+constexpr EffectKey kKeys[] = {
+    {PALPATE_EFFECT_KEY(grasps_effect, palpate_grasps_def, grasps), PALPATE_KEY_FLAG, "", "", 0, 1}};
+constexpr EffectNeed kNeeds[] = {{"contact", 1u << PALPATE_CONTACT_PATCH, kOfDiscs},
+                                 {"deformation", kAbsent, kOfDiscs}};
 
 // Of a disc: a wide one has the more nodes the more there is room for beside the points.
 std::int32_t most_nodes(const palpate_scene_def& def) {
@@ -50,7 +52,8 @@ bool is_sound_grasp(const palpate_grasp& grasp, const InputLimits& limits) {
          grasp.radius <= 1 && grasp.closing >= 0 && grasp.closing <= 1 && grasp.friction >= 0 && grasp.clamp_force >= 0;
 }
 
-constexpr ToolPart kGrasp = tool_part<palpate_grasp, palpate_init_grasp, is_sound_grasp>(true);
+constexpr ToolPart kGrasp =
+    tool_part<palpate_grasp, palpate_init_grasp, is_sound_grasp>(kGraspPart, &grasps_effect, true);
 
 palpate_status build(EffectBuild& build) {
   palpate_scene& scene = build.scene;
@@ -59,7 +62,7 @@ palpate_status build(EffectBuild& build) {
   if (!grasps) return build.reader.no_memory("grasps");
   build.state = grasps;
   scene.touch.ask(grasps);
-  const bool made = scene.touch.input.read_part(memory, kGraspPart, kGrasp) &&
+  const bool made = scene.touch.input.read_part(memory, kGrasp) &&
                     grasps->create(memory, discs_of(scene.touch), scene.def.max_tools, most_nodes(scene.def),
                                    &scene.touch.displacement, build.pass);
   return made ? PALPATE_OK : build.reader.no_memory("grasps");
@@ -70,6 +73,7 @@ palpate_status build(EffectBuild& build) {
 constinit const Effect grasps_effect = {
     .name = "grasps",
     .order = 2,
+    .def = effect_struct<palpate_grasps_def, palpate_init_grasps_def>("grasps_def"),
     .keys = kKeys,
     .needs = kNeeds,
     .uses = kUsesDisplacements,
@@ -81,8 +85,11 @@ constinit const Effect grasps_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_grasps_effect(void) {
-  return &palpate::grasps_effect;
+void palpate_init_grasps_def(palpate_grasps_def* def, size_t struct_bytes) {
+  palpate_grasps_def defaults = {};
+  defaults.part.effect = &palpate::grasps_effect;
+  defaults.grasps = 1;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id) {
@@ -94,6 +101,7 @@ const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene,
 
 void palpate_init_grasp(palpate_grasp* grasp, size_t struct_bytes) {
   palpate_grasp defaults = {};
+  defaults.part.effect = &palpate::grasps_effect;
   defaults.triangle = defaults.opposite_triangle = -1;
   defaults.orientation[0] = 1;
   defaults.friction = defaults.clamp_force = INFINITY;

@@ -16,13 +16,13 @@
 
 namespace palpate {
 
-inline constexpr int kGraspPart = tool_part_at(offsetof(palpate_tool, grasp));
+inline constexpr int kGraspPart = 0;
 inline bool has_grasp(const Tool& tool) {
   return tool.has_part[kGraspPart];
 }
 // The last one that the tool had.
 inline const palpate_grasp& grasp_of(const Tool& tool) {
-  return *static_cast<const palpate_grasp*>(tool.part[kGraspPart]);
+  return *reinterpret_cast<const palpate_grasp*>(tool.part[kGraspPart]);
 }
 
 // What the steps have left of a tool's grasp; a saved state holds all of it.

@@ -1,5 +1,6 @@
 #include "runtime/inside/effect.h"
 
+#include "runtime/base/host_struct.h"
 #include "runtime/inside/inside_field.h"
 #include "runtime/large/body_reader.h"
 #include "runtime/scene/effect_build.h"
@@ -9,15 +10,16 @@ namespace {
 
 using formats::SectionId;
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(inside), PALPATE_KEY_CHOICE, "", "off, on", 0, PALPATE_INSIDE_ON}};
+constexpr EffectKey kKeys[] = {{PALPATE_EFFECT_KEY(inside_effect, palpate_inside_def, inside), PALPATE_KEY_CHOICE, "",
+                                "off, on", 0, PALPATE_INSIDE_ON}};
 constexpr EffectNeed kNeeds[] = {
-    {PALPATE_NEEDS(shape), 1u << PALPATE_SHAPE_VOLUME,
+    {"shape", 1u << PALPATE_SHAPE_VOLUME,
      "inside needs the displacements of all nodes: take shape VOLUME, or leave inside OFF"}};
 
 void add_sections(const palpate_scene_def& def, SectionList& sections) {
   sections.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::young, SectionId::poisson,
                 SectionId::provenance});
-  if (def.deformation != PALPATE_DEFORMATION_LINEAR) sections.add({SectionId::large_stiffening});
+  if (key_number(def, "deformation") != 0) sections.add({SectionId::large_stiffening});
   if (def.preload == PALPATE_PRELOAD_ON) sections.add({SectionId::preload_displacement});
 }
 
@@ -30,7 +32,7 @@ palpate_status build_field(const SectionReader& reader, const palpate_scene_def&
                            InsideField& inside) {
   const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
   const char* const effect = "inside ON";
-  const bool large = def.deformation != PALPATE_DEFORMATION_LINEAR;
+  const bool large = key_number(def, "deformation") != 0;
   HyperelasticBody body;
   TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
   if (!laws) return reader.no_memory("inside");
@@ -65,6 +67,7 @@ palpate_status build(EffectBuild& build) {
 constinit const Effect inside_effect = {
     .name = "inside",
     .order = 11,
+    .def = effect_struct<palpate_inside_def, palpate_init_inside_def>("inside_def"),
     .keys = kKeys,
     .needs = kNeeds,
     .creates = "tetrahedra of the inside",
@@ -75,8 +78,11 @@ constinit const Effect inside_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_inside_effect(void) {
-  return &palpate::inside_effect;
+void palpate_init_inside_def(palpate_inside_def* def, size_t struct_bytes) {
+  palpate_inside_def defaults = {};
+  defaults.part.effect = &palpate::inside_effect;
+  defaults.inside = PALPATE_INSIDE_ON;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 void palpate_init_inside_out(palpate_inside_out* out, size_t struct_bytes) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "runtime/base/error_text.h"
+#include "runtime/base/host_struct.h"
 #include "runtime/large/body_reader.h"
 #include "runtime/large/large_body.h"
 #include "runtime/scene/build_scene.h"
@@ -14,21 +15,25 @@ namespace {
 
 using formats::SectionId;
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(deformation), PALPATE_KEY_CHOICE, "",
-                                "linear, large, large-beside, large-renewed", 0, PALPATE_DEFORMATION_LARGE_RENEWED}};
+constexpr EffectKey kKeys[] = {{PALPATE_EFFECT_KEY(large_effect, palpate_large_def, deformation), PALPATE_KEY_CHOICE,
+                                "", "linear, large, large-beside, large-renewed", 0,
+                                PALPATE_DEFORMATION_LARGE_RENEWED}};
 constexpr char kResponseIsLinear[] =
     "deformation LARGE is right at any depth without the measured response; leave force and radial at their defaults, "
     "or take deformation LINEAR";
 constexpr EffectNeed kNeeds[] = {
-    {PALPATE_NEEDS(force), 1u << PALPATE_FORCE_OFF | 1u << PALPATE_FORCE_LINEAR, kResponseIsLinear},
-    {PALPATE_NEEDS(radial), 1u << PALPATE_RADIAL_OFF, kResponseIsLinear},
+    {"force", 1u << PALPATE_FORCE_OFF | 1u << PALPATE_FORCE_LINEAR, kResponseIsLinear},
+    {"radial", 1u << PALPATE_RADIAL_OFF, kResponseIsLinear},
 };
 
+palpate_deformation_model deformation_of(const palpate_scene_def& def) {
+  return part_of<palpate_large_def>(def, large_effect).deformation;
+}
 bool is_in_touch(const palpate_scene_def& def) {
-  return def.deformation == PALPATE_DEFORMATION_LARGE;
+  return deformation_of(def) == PALPATE_DEFORMATION_LARGE;
 }
 bool renews_metric(const palpate_scene_def& def) {
-  return def.deformation == PALPATE_DEFORMATION_LARGE_RENEWED;
+  return deformation_of(def) == PALPATE_DEFORMATION_LARGE_RENEWED;
 }
 
 LargeBody& body_of(const palpate_scene& scene) {
@@ -234,7 +239,7 @@ const char* pass_of(const palpate_scene_def& def) {
        "deformation: large-beside, unilateral", "deformation: large-beside, coulomb"},
       {"deformation: large-renewed, sticking", "deformation: large-renewed, sliding",
        "deformation: large-renewed, unilateral", "deformation: large-renewed, coulomb"}};
-  return names[def.deformation - 1][def.law];
+  return names[deformation_of(def) - 1][def.law];
 }
 
 // Of a tool that moves at 0.1 m/s: one and a half back-substitutions, and as many evaluations.
@@ -280,6 +285,7 @@ const DeformingBody& deforming_body_of(const palpate_scene& scene) {
 constinit const Effect large_effect = {
     .name = "deformation",
     .order = 0,
+    .def = effect_struct<palpate_large_def, palpate_init_large_def>("large_def"),
     .keys = kKeys,
     .needs = kNeeds,
     .pass = {nullptr, Half::touch, Pass::contact, nullptr, most_unasked},
@@ -291,8 +297,11 @@ constinit const Effect large_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_large_effect(void) {
-  return &palpate::large_effect;
+void palpate_init_large_def(palpate_large_def* def, size_t struct_bytes) {
+  palpate_large_def defaults = {};
+  defaults.part.effect = &palpate::large_effect;
+  defaults.deformation = PALPATE_DEFORMATION_LARGE;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 int32_t palpate_scene_deform(palpate_scene* scene) {

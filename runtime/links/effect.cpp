@@ -1,5 +1,6 @@
 #include "runtime/links/effect.h"
 
+#include "runtime/base/host_struct.h"
 #include "runtime/links/links.h"
 #include "runtime/scene/effect_build.h"
 
@@ -11,13 +12,18 @@ Links* links_of(const palpate_scene* scene) {
   return scene ? static_cast<Links*>(scene->state_of(links_effect)) : nullptr;
 }
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(max_links), PALPATE_KEY_COUNT, "", "", 0, 1000}};
+constexpr EffectKey kKeys[] = {
+    {PALPATE_EFFECT_KEY(links_effect, palpate_links_def, max_links), PALPATE_KEY_COUNT, "", "", 0, 1000}};
 constexpr EffectNeed kNeeds[] = {
-    {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR,
-     "links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR"}};
+    {"deformation", kAbsent, "links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR"}};
+
+std::int32_t most_links(const palpate_scene_def& def) {
+  return part_of<palpate_links_def>(def, links_effect).max_links;
+}
 
 RowBudget rows(const palpate_scene_def& def) {
-  return {def.max_links, def.max_links * nodes_of_a_link(def), def.max_links};
+  const std::int32_t links = most_links(def);
+  return {links, links * nodes_of_a_link(def), links};
 }
 
 void add_sections(const palpate_scene_def&, SectionList& sections) {
@@ -30,7 +36,7 @@ palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load& l
 }
 
 double most_operations(const palpate_scene& scene, double) {
-  return scene.def.max_links * (40 + 8.0 * nodes_of_a_link(scene.def) * scene.def.max_contact_nodes);
+  return most_links(scene.def) * (40 + 8.0 * nodes_of_a_link(scene.def) * scene.def.max_contact_nodes);
 }
 
 palpate_status build(EffectBuild& build) {
@@ -42,7 +48,7 @@ palpate_status build(EffectBuild& build) {
   const Links::Source source = {link_surface_of(scene.def, scene.touch, build.reader.triangles()),
                                 scene.tensors.stiffness, &scene.touch.displacement, &scene.touch.offset, build.pass};
   scene.touch.ask(links);
-  return links->create(memory, source, scene.def.max_links) ? PALPATE_OK : build.reader.no_memory("links");
+  return links->create(memory, source, most_links(scene.def)) ? PALPATE_OK : build.reader.no_memory("links");
 }
 
 }  // namespace
@@ -50,6 +56,7 @@ palpate_status build(EffectBuild& build) {
 constinit const Effect links_effect = {
     .name = "links",
     .order = 5,
+    .def = effect_struct<palpate_links_def, palpate_init_links_def>("links_def"),
     .keys = kKeys,
     .needs = kNeeds,
     .uses = kUsesSurface | kUsesRest | kUsesDisplacements,
@@ -61,8 +68,10 @@ constinit const Effect links_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_links_effect(void) {
-  return &palpate::links_effect;
+void palpate_init_links_def(palpate_links_def* def, size_t struct_bytes) {
+  palpate_links_def defaults = {};
+  defaults.part.effect = &palpate::links_effect;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 palpate_status palpate_scene_set_links(palpate_scene* scene, const palpate_link* links, int32_t count,

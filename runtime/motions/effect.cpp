@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "runtime/base/error_text.h"
+#include "runtime/base/host_struct.h"
 #include "runtime/motions/motions.h"
 #include "runtime/scene/effect_build.h"
 #include "runtime/scene/needs.h"
@@ -12,11 +13,11 @@ namespace {
 
 using formats::SectionId;
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(motions), PALPATE_KEY_FLAG, "", "", 0, 1}};
+constexpr EffectKey kKeys[] = {
+    {PALPATE_EFFECT_KEY(motions_effect, palpate_motions_def, motions), PALPATE_KEY_FLAG, "", "", 0, 1}};
 constexpr EffectNeed kNeeds[] = {
-    {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR,
-     "motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR"},
-    {PALPATE_NEEDS(collision), 1u << PALPATE_COLLISION_OFF | 1u << PALPATE_COLLISION_DEFORMED,
+    {"deformation", kAbsent, "motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR"},
+    {"collision", 1u << PALPATE_COLLISION_OFF | 1u << PALPATE_COLLISION_DEFORMED,
      "tools meet an organ that moves where it is: take collision DEFORMED, or OFF, or leave motions at 0"}};
 
 void add_sections(const palpate_scene_def& def, SectionList& sections) {
@@ -99,6 +100,7 @@ palpate_status refuse_without_motions(palpate_error* error) {
 constinit const Effect motions_effect = {
     .name = "motions",
     .order = 4,
+    .def = effect_struct<palpate_motions_def, palpate_init_motions_def>("motions_def"),
     .keys = kKeys,
     .needs = kNeeds,
     .pass = {"motions", Half::touch, Pass::input, predict},
@@ -108,8 +110,11 @@ constinit const Effect motions_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_motions_effect(void) {
-  return &palpate::motions_effect;
+void palpate_init_motions_def(palpate_motions_def* def, size_t struct_bytes) {
+  palpate_motions_def defaults = {};
+  defaults.part.effect = &palpate::motions_effect;
+  defaults.motions = 1;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 palpate_status palpate_scene_set_motions(palpate_scene* scene, const double* amounts, int32_t count,

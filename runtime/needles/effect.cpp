@@ -1,5 +1,6 @@
 #include "runtime/needles/effect.h"
 
+#include "runtime/base/host_struct.h"
 #include "runtime/large/body_reader.h"
 #include "runtime/needles/needle.h"
 #include "runtime/scene/effect_build.h"
@@ -11,16 +12,21 @@ namespace {
 using formats::SectionId;
 
 constexpr EffectKey kKeys[] = {
-    {PALPATE_KEY(needles), PALPATE_KEY_FLAG, "", "", 0, 1},
-    {PALPATE_KEY(needle_places), PALPATE_KEY_COUNT, "", "", 2, NeedleInTissue::kMostPlaces},
+    {PALPATE_EFFECT_KEY(needles_effect, palpate_needles_def, needles), PALPATE_KEY_FLAG, "", "", 0, 1},
+    {PALPATE_EFFECT_KEY(needles_effect, palpate_needles_def, needle_places), PALPATE_KEY_COUNT, "", "", 2,
+     NeedleInTissue::kMostPlaces},
 };
 constexpr EffectNeed kNeeds[] = {
-    {PALPATE_NEEDS(deformation), 1u << PALPATE_DEFORMATION_LINEAR,
+    {"deformation", kAbsent,
      "needles pierce an organ of deformation LINEAR alone; leave needles at 0, or take LINEAR"}};
 
+std::int32_t places_of(const palpate_scene_def& def) {
+  return part_of<palpate_needles_def>(def, needles_effect).needle_places;
+}
+
 RowBudget rows(const palpate_scene_def& def) {
-  return {def.max_tools * Needles::constraints_of_one(def.needle_places),
-          def.max_tools * Needles::nodes_of_one(def.needle_places), 0};
+  return {def.max_tools * Needles::constraints_of_one(places_of(def)),
+          def.max_tools * Needles::nodes_of_one(places_of(def)), 0};
 }
 
 void add_sections(const palpate_scene_def&, SectionList& sections) {
@@ -34,7 +40,7 @@ palpate_pass_work predict(const palpate_scene&, const palpate_step_load& load) {
 
 double most_operations(const palpate_scene& scene, double change) {
   const palpate_scene_def& def = scene.def;
-  return change + def.max_tools * static_cast<double>(Needles::operations(def.needle_places, def.max_contact_nodes));
+  return change + def.max_tools * static_cast<double>(Needles::operations(places_of(def), def.max_contact_nodes));
 }
 
 palpate_status map_corridor_rows(const SectionReader& reader, SectionId id, std::int32_t nodes,
@@ -96,7 +102,7 @@ palpate_status create(const SectionReader& reader, palpate_scene& scene, Pass pa
   source.geometry.tetrahedra = body.tetrahedra, source.geometry.tetrahedron_count = body.tetrahedron_count;
   source.region = body.region, source.triangles = touch.triangles, source.column_of_node = touch.column_of_node;
   source.tensors = &scene.tensors, source.field = &touch.displacement;
-  source.most_places = def.needle_places, source.max_tools = def.max_tools;
+  source.most_places = places_of(def), source.max_tools = def.max_tools;
   source.pass = pass;
   return needles.create(reader.memory(), source) ? PALPATE_OK : reader.no_memory("needles");
 }
@@ -109,7 +115,8 @@ bool is_sound_needle(const palpate_needle& needle, const InputLimits& limits) {
          needle.spacing >= 1e-4 && needle.spacing <= 1;
 }
 
-constexpr ToolPart kNeedle = tool_part<palpate_needle, palpate_init_needle, is_sound_needle>(false);
+constexpr ToolPart kNeedle =
+    tool_part<palpate_needle, palpate_init_needle, is_sound_needle>(kNeedlePart, &needles_effect, false);
 
 palpate_status build(EffectBuild& build) {
   SceneMemory& memory = build.reader.memory();
@@ -117,7 +124,7 @@ palpate_status build(EffectBuild& build) {
   if (!needles) return build.reader.no_memory("needles");
   build.state = needles;
   build.scene.touch.ask(needles);
-  if (!build.scene.touch.input.read_part(memory, kNeedlePart, kNeedle)) return build.reader.no_memory("needles");
+  if (!build.scene.touch.input.read_part(memory, kNeedle)) return build.reader.no_memory("needles");
   SceneMemory scratch = memory.of_same_host();
   const palpate_status status = create(build.reader, build.scene, build.pass, scratch, *needles);
   scratch.release_all();
@@ -129,6 +136,7 @@ palpate_status build(EffectBuild& build) {
 constinit const Effect needles_effect = {
     .name = "needles",
     .order = 3,
+    .def = effect_struct<palpate_needles_def, palpate_init_needles_def>("needles_def"),
     .keys = kKeys,
     .needs = kNeeds,
     .uses = kUsesRest | kUsesDisplacements | kUsesSlideEnergy,
@@ -141,8 +149,12 @@ constinit const Effect needles_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_needles_effect(void) {
-  return &palpate::needles_effect;
+void palpate_init_needles_def(palpate_needles_def* def, size_t struct_bytes) {
+  palpate_needles_def defaults = {};
+  defaults.part.effect = &palpate::needles_effect;
+  defaults.needles = 1;
+  defaults.needle_places = 32;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id) {
@@ -154,6 +166,7 @@ const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scen
 
 void palpate_init_needle(palpate_needle* needle, size_t struct_bytes) {
   palpate_needle defaults = {};
+  defaults.part.effect = &palpate::needles_effect;
   defaults.triangle = -1;
   defaults.spacing = 5e-3;
   palpate::write_host_struct(defaults, needle, struct_bytes);

@@ -27,13 +27,13 @@ namespace palpate {
 // point: 0, the tip, or behind it a place.
 constexpr ContactSource kNeedleSource{PALPATE_SOURCE_NEEDLE};
 
-inline constexpr int kNeedlePart = tool_part_at(offsetof(palpate_tool, needle));
+inline constexpr int kNeedlePart = 1;
 inline bool has_needle(const Tool& tool) {
   return tool.has_part[kNeedlePart];
 }
 // The last one that the tool had.
 inline const palpate_needle& needle_of(const Tool& tool) {
-  return *static_cast<const palpate_needle*>(tool.part[kNeedlePart]);
+  return *reinterpret_cast<const palpate_needle*>(tool.part[kNeedlePart]);
 }
 
 // A place of the tissue on the axis of a needle.

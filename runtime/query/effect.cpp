@@ -1,5 +1,6 @@
 #include "runtime/query/effect.h"
 
+#include "runtime/base/host_struct.h"
 #include "runtime/query/surface_query.h"
 #include "runtime/scene/effect_build.h"
 #include "runtime/scene/surface_trees.h"
@@ -7,7 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr EffectKey kKeys[] = {{PALPATE_KEY(queries), PALPATE_KEY_CHOICE, "", "off, on", 0, PALPATE_QUERIES_ON}};
+constexpr EffectKey kKeys[] = {{PALPATE_EFFECT_KEY(queries_effect, palpate_queries_def, queries), PALPATE_KEY_CHOICE,
+                                "", "off, on", 0, PALPATE_QUERIES_ON}};
 
 void add_sections(const palpate_scene_def& def, SectionList& sections) {
   sections.add_rest(def);
@@ -38,6 +40,7 @@ palpate_status build(EffectBuild& build) {
 constinit const Effect queries_effect = {
     .name = "queries",
     .order = 8,
+    .def = effect_struct<palpate_queries_def, palpate_init_queries_def>("queries_def"),
     .keys = kKeys,
     .needs = {},
     .uses = kUsesRest | kUsesHeldSurface,
@@ -49,8 +52,11 @@ constinit const Effect queries_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_queries_effect(void) {
-  return &palpate::queries_effect;
+void palpate_init_queries_def(palpate_queries_def* def, size_t struct_bytes) {
+  palpate_queries_def defaults = {};
+  defaults.part.effect = &palpate::queries_effect;
+  defaults.queries = PALPATE_QUERIES_ON;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 void palpate_init_surface_hit(palpate_surface_hit* hit, size_t struct_bytes) {

@@ -1,5 +1,6 @@
 #include "runtime/relaxation/effect.h"
 
+#include "runtime/base/host_struct.h"
 #include "runtime/contact/touch_step.h"
 #include "runtime/relaxation/prony_series.h"
 #include "runtime/scene/effect_build.h"
@@ -7,10 +8,14 @@
 namespace palpate {
 namespace {
 
+const palpate_relaxation_def& relaxation_of(const palpate_scene_def& def) {
+  return part_of<palpate_relaxation_def>(def, relaxation_effect);
+}
+
 class Relaxation final : public StepPart {
  public:
   bool create(SceneMemory& memory, const palpate_scene_def& def, Pass pass) {
-    series_.set(def.relaxation), pass_ = pass;
+    series_.set(relaxation_of(def)), pass_ = pass;
     const std::size_t tools = static_cast<std::size_t>(def.max_tools);
     memory_ = memory.array<PronySeries::Memory>(tools);
     torque_memory_ = memory.array<PronySeries::Memory>(tools);
@@ -45,24 +50,24 @@ class Relaxation final : public StepPart {
   PronySeries::Memory *memory_ = nullptr, *torque_memory_ = nullptr;  // [max_tools]
 };
 
+#define PALPATE_RELAXATION_KEY(field) "relaxation." PALPATE_EFFECT_KEY(relaxation_effect, palpate_relaxation_def, field)
 constexpr EffectKey kKeys[] = {
-    {PALPATE_KEY_IN(relaxation, model), PALPATE_KEY_CHOICE, "", "off, prony", 0, PALPATE_RELAXATION_PRONY},
-    {PALPATE_KEY_IN(relaxation, terms), PALPATE_KEY_COUNT, "", "", 1, PALPATE_MAX_RELAXATION_TERMS},
-    {PALPATE_KEY_IN(relaxation, share), PALPATE_KEY_NUMBER, "1", "", 0, 1},
-    {PALPATE_KEY_IN(relaxation, time), PALPATE_KEY_NUMBER, "s", "", kAboveZero, kNoLimit},
+    {PALPATE_RELAXATION_KEY(terms), PALPATE_KEY_COUNT, "", "", 0, PALPATE_MAX_RELAXATION_TERMS},
+    {PALPATE_RELAXATION_KEY(share), PALPATE_KEY_NUMBER, "1", "", 0, 1},
+    {PALPATE_RELAXATION_KEY(time), PALPATE_KEY_NUMBER, "s", "", kAboveZero, kNoLimit},
 };
 constexpr EffectNeed kNeeds[] = {
-    {PALPATE_NEEDS(force), 1u << PALPATE_FORCE_LINEAR | 1u << PALPATE_FORCE_RESPONSE,
+    {"force", 1u << PALPATE_FORCE_LINEAR | 1u << PALPATE_FORCE_RESPONSE,
      "relaxation acts on a force, and force is OFF"},
 };
 
 const char* check(const palpate_scene_def& def) {
-  if (PronySeries().set(def.relaxation)) return nullptr;
+  if (PronySeries().set(relaxation_of(def))) return nullptr;
   return "relaxation needs shares of 0 and above that sum to less than 1, and times above 0 s";
 }
 
 palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load& load) {
-  return {0, 0, 15.0 * scene.def.relaxation.terms * load.tools};
+  return {0, 0, 15.0 * relaxation_of(scene.def).terms * load.tools};
 }
 
 palpate_status build(EffectBuild& build) {
@@ -79,6 +84,7 @@ palpate_status build(EffectBuild& build) {
 constinit const Effect relaxation_effect = {
     .name = "relaxation",
     .order = 6,
+    .def = effect_struct<palpate_relaxation_def, palpate_init_relaxation_def>("relaxation_def"),
     .keys = kKeys,
     .needs = kNeeds,
     .check = check,
@@ -88,6 +94,8 @@ constinit const Effect relaxation_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_relaxation_effect(void) {
-  return &palpate::relaxation_effect;
+void palpate_init_relaxation_def(palpate_relaxation_def* def, size_t struct_bytes) {
+  palpate_relaxation_def defaults = {};
+  defaults.part.effect = &palpate::relaxation_effect;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }

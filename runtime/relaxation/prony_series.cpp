@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-bool PronySeries::set(const palpate_relaxation& wanted) {
+bool PronySeries::set(const palpate_relaxation_def& wanted) {
   if (wanted.terms < 1 || wanted.terms > kMaxTerms) return false;
   terms_ = wanted.terms;
   double sum = 0;

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "runtime/base/vec3.h"
-#include "runtime/include/palpate/palpate.h"
+#include "runtime/include/palpate/palpate_relaxation.h"
 
 namespace palpate {
 
 // F(t) = F_e(t) - sum_i g_i (F_e(t) - h_i(t)),   h_i' = F_e' - h_i / tau_i.
-// F_e is the instantaneous force, which the elastic tensors give; g_i are the shares, tau_i the times (palpate_relaxation). The
+// F_e is the instantaneous force, which the elastic tensors give; g_i are the shares, tau_i the times (palpate_relaxation_def). The
 // equations follow from the relaxation function R(t) = 1 - sum_i g_i (1 - exp(-t / tau_i)) where all tissue relaxes alike and
 // displacements are given.
 class PronySeries {
@@ -15,7 +15,7 @@ class PronySeries {
   static constexpr int kMaxTerms = PALPATE_MAX_RELAXATION_TERMS;
 
   // False where the numbers are outside of the ranges that palpate.h states.
-  bool set(const palpate_relaxation& wanted);
+  bool set(const palpate_relaxation_def& wanted);
 
   // What one tool remembers from step to step.
   struct Memory {

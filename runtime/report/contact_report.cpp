@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cstring>
 
+#include "runtime/scene/effect.h"
+
 namespace palpate {
 namespace {
 
 // A contact may end and begin, a link become taut and break; a tool's place may see one grasp open and another one close and slip.
 std::size_t most_events(const palpate_scene_def& def) {
-  return 2 * static_cast<std::size_t>(def.max_points) + static_cast<std::size_t>(def.max_links) +
-         (def.grasps ? 4 * static_cast<std::size_t>(def.max_tools) : 0);
+  return 2 * static_cast<std::size_t>(def.max_points) + static_cast<std::size_t>(key_number(def, "max_links")) +
+         (key_number(def, "grasps") != 0 ? 4 * static_cast<std::size_t>(def.max_tools) : 0);
 }
 
 bool is_closed(const HeldEvent& grasp) {
@@ -32,7 +34,7 @@ bool ContactReport::create(SceneMemory& memory, const palpate_scene_def& def, co
   slots_ = memory.array<Slot>(static_cast<std::size_t>(def.max_tools) * points);
   memory.keep(ids_);
   memory.keep(used_);
-  if (def.grasps) memory.keep(grasps_);
+  if (key_number(def, "grasps") != 0) memory.keep(grasps_);
   memory.keep(step_);
   memory.keep_array(slots_, static_cast<std::size_t>(def.max_tools) * points);
   memory.keep_array(bytes_, words);

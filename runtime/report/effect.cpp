@@ -1,5 +1,6 @@
 #include "runtime/report/effect.h"
 
+#include "runtime/base/host_struct.h"
 #include "runtime/report/report_contacts.h"
 #include "runtime/scene/effect_build.h"
 #include "runtime/scene/surface_trees.h"
@@ -7,8 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr EffectKey kKeys[] = {
-    {PALPATE_KEY(report), PALPATE_KEY_CHOICE, "", "off, contacts", 0, PALPATE_REPORT_CONTACTS}};
+constexpr EffectKey kKeys[] = {{PALPATE_EFFECT_KEY(report_effect, palpate_report_def, report), PALPATE_KEY_CHOICE, "",
+                                "off, contacts", 0, PALPATE_REPORT_CONTACTS}};
 
 void add_sections(const palpate_scene_def&, SectionList& sections) {
   sections.add_surface();
@@ -38,6 +39,7 @@ palpate_status build(EffectBuild& build) {
 constinit const Effect report_effect = {
     .name = "report",
     .order = 7,
+    .def = effect_struct<palpate_report_def, palpate_init_report_def>("report_def"),
     .keys = kKeys,
     .needs = {},
     .uses = kUsesRest | kUsesDisplacements,
@@ -48,8 +50,11 @@ constinit const Effect report_effect = {
 
 }  // namespace palpate
 
-const palpate_effect* palpate_report_effect(void) {
-  return &palpate::report_effect;
+void palpate_init_report_def(palpate_report_def* def, size_t struct_bytes) {
+  palpate_report_def defaults = {};
+  defaults.part.effect = &palpate::report_effect;
+  defaults.report = PALPATE_REPORT_CONTACTS;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 const palpate_contact_report* palpate_scene_report(const palpate_scene* scene) {

@@ -6,7 +6,6 @@
 
 #include "runtime/base/host_struct.h"
 #include "runtime/scene/effect_build.h"
-#include "runtime/scene/effect_list.h"
 #include "runtime/scene/needs.h"
 #include "runtime/scene/section_reader.h"
 #include "runtime/scene/state.h"
@@ -290,7 +289,7 @@ struct NeededNodes {
     int end = std::snprintf(text, sizeof text, "%d for each of max_points %d",
                             static_cast<int>(constraints_of_point(def)), static_cast<int>(def.max_points));
     for (const Effect* effect : effects) {
-      const std::int32_t nodes = effect->rows && effect->is_on(def) ? effect->rows(def).fewest_nodes : 0;
+      const std::int32_t nodes = effect->rows ? effect->rows(def).fewest_nodes : 0;
       if (nodes > 0 && end < static_cast<int>(sizeof text))
         end += std::snprintf(text + end, sizeof text - static_cast<std::size_t>(end), ", %d for %s",
                              static_cast<int>(nodes), effect->name);
@@ -304,9 +303,7 @@ void log_few_contact_nodes(const palpate_scene& scene) {
   const std::int32_t nodes = def.max_contact_nodes - scene.reserved.nodes,
                      needed = fewest_contact_nodes(def, scene.rows);
   if (nodes >= needed) return;
-  const Effect* effects[kMostEffects];
-  for (std::int32_t e = 0; e < scene.effect_count; ++e) effects[e] = scene.effects[e].effect;
-  const NeededNodes of_limits(def, EffectList(effects, static_cast<std::size_t>(scene.effect_count)));
+  const NeededNodes of_limits(def, scene.parts.list());
   scene.context.bundle.log.say(
       PALPATE_LOG_WARNING,
       "scene: max_contact_nodes is %d, and %d are needed (%s): a step in which more hold leaves the others out and "
@@ -357,8 +354,6 @@ palpate_status refuse_missing_effects(palpate_error* error) {
 // ---- the effects of the list -----------------------------------------------------------------------------------------
 
 palpate_status check_effect(const Effect& effect, const palpate_scene_def& def, palpate_error* error) {
-  if (const palpate_status status = check_key(effect.keys[0], def, error)) return status;
-  if (!effect.is_on(def)) return PALPATE_OK;
   for (const EffectKey& key : effect.keys)
     if (const palpate_status status = check_key(key, def, error)) return status;
   if (!kHasEffects) return refuse_missing_effects(error);
@@ -390,7 +385,6 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
     return bad("the allocator needs both allocate and release, or neither");
   if (def.radial != PALPATE_RADIAL_OFF && def.shape == PALPATE_SHAPE_OFF)
     return bad("radial corrects a shape, and shape is OFF");
-  if (const palpate_status status = check_effects_are_listed(def, effects, error)) return status;
   for (const Effect* effect : effects)
     if (const palpate_status status = check_effect(*effect, def, error)) return status;
   if (const palpate_status status = check_contact_nodes(def, effects, error)) return status;
@@ -401,7 +395,7 @@ palpate_status check_scene_def(const palpate_scene_def& def, EffectList effects,
 RowBudget rows_of(const palpate_scene_def& def, EffectList effects) {
   RowBudget rows;
   for (const Effect* effect : effects)
-    if (effect->rows && effect->is_on(def)) rows.add(effect->rows(def));
+    if (effect->rows) rows.add(effect->rows(def));
   return rows;
 }
 

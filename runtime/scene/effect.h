@@ -1,16 +1,17 @@
 // The descriptor of an effect: all that a scene has to know about it. A scene is built from a list of descriptors, and the builder, the
 // plan, the predicted costs and saved states go through that list and name no effect. CONTRIBUTING.md says how to add one.
 //
-// A descriptor is constant data. Whoever leaves it out of the list that it passes to create_scene() does not get the effect's code into its program.
+// A descriptor is constant data. The palpate_init function of the effect's struct names it, so that a host that does not call that function does not
+// have the effect's code.
 #pragma once
 
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 
+#include "runtime/base/host_struct.h"
 #include "runtime/base/passes.h"
 #include "runtime/include/palpate/palpate_keys.h"
 #include "runtime/scene/section_list.h"
@@ -31,12 +32,11 @@ struct RowBudget {
   }
 };
 
-// A field of palpate_scene_def: one of an effect, or of the core. Its default is the one in palpate_default_scene_def().
+// A field of palpate_scene_def, or of the struct of an effect. Its default is the one that the struct's palpate_init function writes.
 using EffectKey = palpate_key;
-// The first fields of an EffectKey.
-#define PALPATE_KEY(field) #field, offsetof(palpate_scene_def, field), sizeof(palpate_scene_def::field)
-#define PALPATE_KEY_IN(field, member) \
-#field "." #member, offsetof(palpate_scene_def, field.member), sizeof(decltype(palpate_scene_def::field)::member)
+// The first fields of an EffectKey: of palpate_scene_def, and of an effect's struct.
+#define PALPATE_KEY(field) #field, nullptr, offsetof(palpate_scene_def, field), sizeof(palpate_scene_def::field)
+#define PALPATE_EFFECT_KEY(effect, type, field) #field, &effect, offsetof(type, field), sizeof(type::field)
 // The least value of a number that must be above 0, and the most of one without an upper limit.
 constexpr double kAboveZero = std::numeric_limits<double>::denorm_min(), kNoLimit = HUGE_VAL;
 
@@ -44,20 +44,46 @@ constexpr double kAboveZero = std::numeric_limits<double>::denorm_min(), kNoLimi
 std::span<const EffectKey> core_keys();
 // PALPATE_OK, or the error, with *error filled, where the field is outside of its limits.
 palpate_status check_key(const EffectKey& key, const palpate_scene_def& def, palpate_error* error);
+// The number in a field of the struct that has it: palpate_key_number.
+double number_in(const EffectKey& key, const void* fields);
+// The number of the field of that name; 0 where it is one of an effect that the definition does not have.
+double key_number(const palpate_scene_def& def, const char* name);
 
-// What an effect needs of another field of palpate_scene_def, an enum or a flag.
+// The struct of an effect, of which a scene keeps a copy.
+struct EffectStruct {
+  const char* name = nullptr;  // without "palpate_"
+  StructSizes sizes = {};
+  void (*init)(void* def, std::size_t bytes) = nullptr;
+};
+constexpr std::size_t kMostPartBytes = 192;
+template <class T, void (*kInit)(T*, std::size_t)>
+constexpr EffectStruct effect_struct(const char* name) {
+  static_assert(offsetof(T, part) == 0 && sizeof(T) <= kMostPartBytes && alignof(T) <= 8);
+  return {name, {sizeof(palpate_part), sizeof(T), alignof(T)}, [](void* def, std::size_t bytes) {
+            kInit(static_cast<T*>(def), bytes);
+          }};
+}
+
+// The effect's struct in the chain of a definition; nullptr where there is none.
+const palpate_part* find_part(const palpate_scene_def& def, const palpate_effect& effect);
+// The same of a scene that has the effect: with all fields of this library.
+template <class T>
+const T& part_of(const palpate_scene_def& def, const palpate_effect& effect) {
+  return *reinterpret_cast<const T*>(find_part(def, effect));
+}
+
+// What an effect needs of another field, an enum or a flag: of palpate_scene_def, or of another effect, whose first one is 0 where it is absent.
+constexpr std::uint32_t kAbsent = 1u << 0;
 struct EffectNeed {
-  std::size_t at;
+  const char* key;       // its name
   std::uint32_t values;  // bit v: it may have the value v
   const char* reason;    // a sentence for the host: the physical reason, and what to do
 
   bool is_met(const palpate_scene_def& def) const {
-    int number = 0;
-    std::memcpy(&number, reinterpret_cast<const unsigned char*>(&def) + at, sizeof number);
-    return number >= 0 && number < 32 && (values >> number & 1u) != 0;
+    const double number = key_number(def, key);
+    return number >= 0 && number < 32 && (values >> static_cast<int>(number) & 1u) != 0;
   }
 };
-#define PALPATE_NEEDS(field) offsetof(palpate_scene_def, field)
 
 // What a scene has only where something asks for it.
 enum Use : std::uint32_t {
@@ -98,6 +124,7 @@ struct EffectBody {
 struct palpate_effect {
   const char* name;
   std::int32_t order;  // effects are built and act in ascending order, each its own
+  palpate::EffectStruct def;
   // The first one switches the effect on: 0 is off.
   std::span<const palpate::EffectKey> keys;
   std::span<const palpate::EffectNeed> needs;
@@ -121,8 +148,6 @@ struct palpate_effect {
   // kUsesSurface; but not for an effect with a `body`, which may change the surface at rest. Not there: TouchState::column_of_node, patch and
   // field, and measure where contacts have no frames. One of the two may be nullptr.
   palpate_status (*prepare)(palpate::EffectBuild& build) = nullptr;
-
-  bool is_on(const palpate_scene_def& def) const { return palpate_key_number(&keys[0], &def) != 0; }
 };
 
 namespace palpate {

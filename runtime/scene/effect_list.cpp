@@ -1,63 +1,52 @@
 #include "runtime/scene/effect_list.h"
 
 #include <algorithm>
-#include <iterator>
 
 #include "runtime/base/error_text.h"
+#include "runtime/base/host_struct.h"
 
 namespace palpate {
-namespace {
 
-// The fields of palpate_scene_def that switch an effect on.
-constexpr EffectKey kSwitches[] = {
-    {PALPATE_KEY_IN(relaxation, model), PALPATE_KEY_CHOICE, "", "", 0, 1},
-    {PALPATE_KEY(deformation), PALPATE_KEY_CHOICE, "", "", 0, 1},
-    {PALPATE_KEY(fine_surface), PALPATE_KEY_POINTER, "", "", 0, 1},
-    {PALPATE_KEY(grasps), PALPATE_KEY_FLAG, "", "", 0, 1},
-    {PALPATE_KEY(needles), PALPATE_KEY_FLAG, "", "", 0, 1},
-    {PALPATE_KEY(motions), PALPATE_KEY_FLAG, "", "", 0, 1},
-    {PALPATE_KEY(max_links), PALPATE_KEY_COUNT, "", "", 0, 1},
-    {PALPATE_KEY(report), PALPATE_KEY_CHOICE, "", "", 0, 1},
-    {PALPATE_KEY(queries), PALPATE_KEY_CHOICE, "", "", 0, 1},
-    {PALPATE_KEY(render_mesh), PALPATE_KEY_POINTER, "", "", 0, 1},
-    {PALPATE_KEY(dent), PALPATE_KEY_CHOICE, "", "", 0, 1},
-    {PALPATE_KEY(inside), PALPATE_KEY_CHOICE, "", "", 0, 1},
-};
-
-}  // namespace
-
-palpate_status EffectChoice::take(const palpate_effect* const* effects, std::int32_t count, palpate_error* error) {
-  if (count < 0 || (count > 0 && !effects))
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0, "effects must be an array of effect_count pointers, found %d",
-                static_cast<int>(count));
+palpate_status EffectsOfScene::take(const palpate_part* chain, palpate_error* error) {
   count_ = 0;
-  for (std::int32_t e = 0; e < count; ++e) {
-    if (!effects[e]) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "effect %d must not be NULL", static_cast<int>(e));
-    const Effect** const end = effects_ + count_;
-    const Effect** const at =
-        std::find_if(effects_, end, [&](const Effect* other) { return other->order >= effects[e]->order; });
-    if (at != end && *at == effects[e]) continue;
-    // Each effect of the library is in the list once, and they fit: one more is none of the library's.
-    if (count_ == kMostEffects)
-      return fail(error, PALPATE_ERROR_ARGUMENT, 0, "effect %d is not one of the library's", static_cast<int>(e));
-    std::copy_backward(at, end, end + 1);
-    *at = effects[e], ++count_;
+  std::int32_t seen = 0;
+  for (const palpate_part* from = chain; from; from = from->next) {
+    if (seen++ == kMostEffects)
+      return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                  "palpate_scene_def: more than %d parts in the chain; add each part once",
+                  static_cast<int>(kMostEffects));
+    if (!is_aligned(from) || !from->effect)
+      return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                  "palpate_scene_def: part %d of the chain is not the struct of an effect; start from its "
+                  "palpate_default function",
+                  static_cast<int>(seen));
+    if (const palpate_status status = insert(*from, error)) return status;
   }
   return PALPATE_OK;
 }
 
-palpate_status check_effects_are_listed(const palpate_scene_def& def, EffectList effects, palpate_error* error) {
-  for (const EffectKey& key : kSwitches) {
-    const bool listed = std::any_of(effects.begin(), effects.end(),
-                                    [&](const Effect* effect) { return effect->keys[0].offset == key.offset; });
-    if (!listed && palpate_key_number(&key, &def) != 0)
-      return fail(
-          error, PALPATE_ERROR_EFFECT, 0,
-          "palpate_scene_def: %s is set, and the list of effects does not have its effect; add it to the list, or use "
-          "palpate_scene_create, which has all effects",
-          key.name);
-  }
+palpate_status EffectsOfScene::insert(const palpate_part& from, palpate_error* error) {
+  const Effect& effect = *from.effect;
+  alignas(8) unsigned char copy[kMostPartBytes] = {};
+  effect.def.init(copy, effect.def.sizes.known);
+  if (const palpate_status status = read_host_struct(effect.def.name, &from, copy, effect.def.sizes, error))
+    return status;
+  if (number_in(effect.keys[0], copy) == 0) return PALPATE_OK;
+  std::int32_t at = 0;
+  while (at < count_ && effects_[at]->order < effect.order) ++at;
+  if (at < count_ && effects_[at] == &effect)
+    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                "palpate_scene_def: the chain of parts has palpate_%s twice; add it once", effect.def.name);
+  std::copy_backward(effects_ + at, effects_ + count_, effects_ + count_ + 1);
+  std::copy_backward(parts_[at], parts_[count_], parts_[count_ + 1]);
+  effects_[at] = &effect, ++count_;
+  std::copy_n(copy, kMostPartBytes, parts_[at]);
   return PALPATE_OK;
+}
+
+const palpate_part* EffectsOfScene::chain() {
+  for (std::int32_t e = 0; e < count_; ++e) part(e)->next = e + 1 < count_ ? part(e + 1) : nullptr;
+  return count_ > 0 ? part(0) : nullptr;
 }
 
 }  // namespace palpate

@@ -2,7 +2,6 @@
 #include "runtime/scene/scene.h"
 
 #include <algorithm>
-#include <cstring>
 #include <initializer_list>
 #include <new>
 
@@ -12,11 +11,10 @@
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
 #include "runtime/scene/build_scene.h"
-#include "runtime/scene/effect_list.h"
 #include "runtime/shape/vertex_normals.h"
 
-palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, EffectList effects,
-                                     const ReservedRows& reserved, palpate_scene** scene, palpate_error* error) {
+palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene_def* def, const ReservedRows& reserved,
+                                     palpate_scene** scene, palpate_error* error) {
   if (scene) *scene = nullptr;
   if (!bundle || !def || !scene)
     return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "bundle, def and scene must not be NULL");
@@ -26,6 +24,10 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   palpate_scene_def wanted = palpate_default_scene_def();
   if (const palpate_status status = palpate::read_host_struct("scene_def", def, &wanted, error)) return status;
   wanted.struct_bytes = sizeof wanted;  // it has all fields, whatever the host's has
+  EffectsOfScene parts;
+  if (const palpate_status status = parts.take(wanted.parts, error)) return status;
+  wanted.parts = parts.chain();
+  const EffectList effects = parts.list();
   if (const palpate_status status = palpate::check_scene_def(wanted, effects, error)) return status;
   const RowBudget rows = palpate::rows_of(wanted, effects);
   wanted.max_contact_nodes = palpate::contact_nodes_for(wanted, rows) + reserved.nodes;
@@ -33,36 +35,27 @@ palpate_status palpate::create_scene(palpate_bundle* bundle, const palpate_scene
   void* memory =
       own.array<std::max_align_t>((sizeof(palpate_scene) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
   if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the scene");
-  palpate_scene* created = new (memory) palpate_scene(wanted, *bundle);
+  palpate_scene* created = new (memory) palpate_scene(wanted, parts, *bundle);
   created->rows = rows, created->reserved = reserved, created->uses = reserved.uses;
   created->touch.most_constraints =
       std::min(wanted.max_contact_nodes, constraints_of_point(wanted) * wanted.max_points + rows.constraints) +
       reserved.constraints;
-  for (const Effect* effect : effects)
-    if (effect->is_on(wanted)) {
-      created->effects[created->effect_count++].effect = effect;
-      created->uses |= effect->uses;
-    }
+  for (const Effect* effect : effects) {
+    created->effects[created->effect_count++].effect = effect;
+    created->uses |= effect->uses;
+  }
   const palpate_status status = palpate::build_scene(*created, error);
   if (status != PALPATE_OK) {
     palpate_scene_destroy(created);
     return status;
   }
-  for (const Effect* effect : effects)  // the host may release its arrays now
-    for (const EffectKey& key : effect->keys)
-      if (key.type == PALPATE_KEY_POINTER)
-        std::memset(reinterpret_cast<unsigned char*>(&created->def) + key.offset, 0, sizeof(void*));
   *scene = created;
   return palpate::succeed(error);
 }
 
-palpate_status palpate_scene_create_with(palpate_bundle* bundle, const palpate_scene_def* def,
-                                         const palpate_effect* const* effects, int32_t effect_count,
-                                         palpate_scene** scene, palpate_error* error) {
-  if (scene) *scene = nullptr;
-  palpate::EffectChoice choice;
-  if (const palpate_status status = choice.take(effects, effect_count, error)) return status;
-  return palpate::create_scene(bundle, def, choice.list(), {}, scene, error);
+palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
+                                    palpate_error* error) {
+  return palpate::create_scene(bundle, def, {}, scene, error);
 }
 
 void palpate_scene_destroy(palpate_scene* scene) {

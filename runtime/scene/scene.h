@@ -6,13 +6,13 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/step_context.h"
 #include "runtime/contact/touch.h"
-#include "runtime/scene/effect.h"
+#include "runtime/scene/effect_list.h"
 #include "runtime/scene/plan.h"
 #include "runtime/shape/shape.h"
 
 namespace palpate {
 
-// An effect of the scene's list that is on.
+// An effect of the scene.
 struct EffectInScene {
   const Effect* effect = nullptr;
   void* state = nullptr;    // of EffectBuild
@@ -28,9 +28,12 @@ struct ReservedRows {
 }  // namespace palpate
 
 struct palpate_scene {
-  palpate_scene(const palpate_scene_def& wanted, palpate_bundle& opened)
-      : def(wanted), memory(wanted.allocator), context{def, opened, tensors, watch} {}
+  palpate_scene(const palpate_scene_def& wanted, const palpate::EffectsOfScene& effects_of_def, palpate_bundle& opened)
+      : def(wanted), parts(effects_of_def), memory(wanted.allocator), context{def, opened, tensors, watch} {
+    def.parts = parts.chain();
+  }
   palpate_scene_def def;
+  palpate::EffectsOfScene parts;
   palpate::SceneMemory memory;
   std::uint64_t definition = 0;  // checksum of what a saved state must have in common with the scene
   palpate::Tensors tensors;

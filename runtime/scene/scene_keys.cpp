@@ -1,5 +1,6 @@
-// The fields of palpate_scene_def that belong to no effect of the list, and the check of any field's limits.
+// The fields of palpate_scene_def, and the numbers and limits of any field.
 #include <cstdio>
+#include <cstring>
 
 #include "runtime/base/error_text.h"
 #include "runtime/scene/build_scene.h"
@@ -48,35 +49,65 @@ std::span<const EffectKey> core_keys() {
   return kCoreKeys;
 }
 
+const palpate_part* find_part(const palpate_scene_def& def, const palpate_effect& effect) {
+  // A chain that a host has made by hand may be closed.
+  std::int32_t left = kMostEffects;
+  for (const palpate_part* part = def.parts; part && left > 0; part = part->next, --left)
+    if (part->effect == &effect) return part;
+  return nullptr;
+}
+
+double key_number(const palpate_scene_def& def, const char* name) {
+  const auto named = [&](const EffectKey& key) { return std::strcmp(key.name, name) == 0; };
+  for (const EffectKey& key : kCoreKeys)
+    if (named(key)) return palpate_key_number(&key, &def);
+  for (const palpate_part* part = def.parts; part; part = part->next)
+    for (const EffectKey& key : part->effect->keys)
+      if (named(key)) return number_in(key, part);
+  return 0;
+}
+
 palpate_status check_key(const EffectKey& key, const palpate_scene_def& def, palpate_error* error) {
   if (key.bytes > 8) return PALPATE_OK;  // an array, of which the effect knows how many numbers count
   const double number = palpate_key_number(&key, &def);
   return number >= key.least && number <= key.most ? PALPATE_OK : refuse(key, error);
 }
 
+double number_in(const EffectKey& key, const void* fields) {
+  // Copied: a host in C may have stored any number in an enum.
+  const auto read = [&](auto value) {
+    std::memcpy(&value, static_cast<const unsigned char*>(fields) + key.offset, sizeof value);
+    return value;
+  };
+  if (key.type == PALPATE_KEY_POINTER) return read(static_cast<const void*>(nullptr)) != nullptr;
+  if (key.type == PALPATE_KEY_NUMBER) return read(0.0);
+  return key.bytes == 8 ? static_cast<double>(read(std::int64_t{})) : read(std::int32_t{});
+}
+
 }  // namespace palpate
 
-static bool has_field(const palpate_scene_def* def, const palpate_key* key) {
-  return static_cast<std::int64_t>(def->struct_bytes) >= key->offset + key->bytes;
+// The host's struct that has the field; nullptr where there is none.
+static const void* struct_with(const palpate_key* key, const palpate_scene_def* def) {
+  const void* fields = def;
+  std::uint32_t bytes = def->struct_bytes;
+  if (key->effect) {
+    const palpate_part* const part = bytes < sizeof *def ? nullptr : palpate::find_part(*def, *key->effect);
+    fields = part, bytes = part ? part->struct_bytes : 0;
+  }
+  return static_cast<std::int64_t>(bytes) < key->offset + key->bytes ? nullptr : fields;
 }
 
 double palpate_key_number(const palpate_key* key, const palpate_scene_def* def) {
-  if (!has_field(def, key)) return 0;
-  // Copied: a host in C may have stored any number in an enum.
-  const auto read = [&](auto value) {
-    std::memcpy(&value, reinterpret_cast<const unsigned char*>(def) + key->offset, sizeof value);
-    return value;
-  };
-  if (key->type == PALPATE_KEY_POINTER) return read(static_cast<const void*>(nullptr)) != nullptr;
-  if (key->type == PALPATE_KEY_NUMBER) return read(0.0);
-  return key->bytes == 8 ? static_cast<double>(read(std::int64_t{})) : read(std::int32_t{});
+  const void* const fields = struct_with(key, def);
+  return fields ? palpate::number_in(*key, fields) : 0;
 }
 
 int32_t palpate_set_key(const palpate_key* key, palpate_scene_def* def, double number) {
+  void* const fields = const_cast<void*>(struct_with(key, def));  // the host's own, as the definition is
   const auto store = [&](auto value) {
-    std::memcpy(reinterpret_cast<unsigned char*>(def) + key->offset, &value, sizeof value);
+    std::memcpy(static_cast<unsigned char*>(fields) + key->offset, &value, sizeof value);
   };
-  if (key->type == PALPATE_KEY_POINTER || !has_field(def, key)) return 0;
+  if (key->type == PALPATE_KEY_POINTER || !fields) return 0;
   if (key->type == PALPATE_KEY_NUMBER)
     store(number);
   else if (key->bytes == 8)

@@ -87,11 +87,11 @@ void read_kept(const SceneMemory& memory, const unsigned char* state) {
 }
 
 // Field by field, because the padding between fields has any bits. Pointers stand for what their effects made of it.
-void add_fields(std::span<const EffectKey> keys, const palpate_scene_def& def, Digest& digest) {
+void add_fields(std::span<const EffectKey> keys, const void* fields, Digest& digest) {
   for (const EffectKey& key : keys)
     if (key.type != PALPATE_KEY_POINTER)
       digest.add(key.offset)
-          .add_bytes(reinterpret_cast<const unsigned char*>(&def) + key.offset, static_cast<std::size_t>(key.bytes));
+          .add_bytes(static_cast<const unsigned char*>(fields) + key.offset, static_cast<std::size_t>(key.bytes));
 }
 
 }  // namespace
@@ -103,11 +103,11 @@ std::uint64_t definition_of(const palpate_scene& scene) {
   std::int32_t version[4];
   palpate_version(version);
   digest.add(version);
-  add_fields(core_keys(), def, digest);
+  add_fields(core_keys(), &def, digest);
   digest.add(scene.touch.bound ? scene.touch.bound->identity() : std::uint64_t{0});
   for (std::int32_t e = 0; e < scene.effect_count; ++e) {
     const Effect& effect = *scene.effects[e].effect;
-    if (effect.pass.half == Half::touch) add_fields(effect.keys, def, digest);
+    if (effect.pass.half == Half::touch) add_fields(effect.keys, find_part(def, effect), digest);
   }
   for (int k = 0; k < memory.kept_count(); ++k) digest.add(memory.kept()[k].bytes, memory.kept()[k].count);
   return digest.value();

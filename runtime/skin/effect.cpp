@@ -17,8 +17,9 @@ Skin* skin_of(const palpate_scene* scene) {
 
 // ---- the render mesh -------------------------------------------------------------------------------------------------
 
-constexpr EffectKey kSkinKeys[] = {{PALPATE_KEY(render_mesh), PALPATE_KEY_POINTER, "", "", 0, 1}};
-constexpr EffectNeed kSkinNeeds[] = {{PALPATE_NEEDS(shape), 1u << PALPATE_SHAPE_SURFACE | 1u << PALPATE_SHAPE_VOLUME,
+constexpr EffectKey kSkinKeys[] = {{"render_mesh", &skin_effect, offsetof(palpate_render_mesh, positions),
+                                    sizeof(palpate_render_mesh::positions), PALPATE_KEY_POINTER, "", "", 0, 1}};
+constexpr EffectNeed kSkinNeeds[] = {{"shape", 1u << PALPATE_SHAPE_SURFACE | 1u << PALPATE_SHAPE_VOLUME,
                                       "render_mesh follows a shape, and shape is OFF"}};
 
 void add_sections(const palpate_scene_def& def, SectionList& sections) {
@@ -51,11 +52,9 @@ palpate_status bind(const SectionReader& reader, const palpate_scene& scene, Sce
     if (const palpate_status status =
             reader.sum_positions(preload, nullptr, nodes, reader.memory(), &preload_of_surface))
       return status;
-  palpate_render_mesh mesh = {};
-  if (const palpate_status status = read_host_struct("render_mesh", def.render_mesh, &mesh, reader.error()))
-    return status;
-  return skin.bind(reader.memory(), scratch, mesh, meshed, reader.surface_nodes(), preload_of_surface, triangles,
-                   reader.triangles(), dent_effect.is_on(def), reader.error());
+  return skin.bind(reader.memory(), scratch, part_of<palpate_render_mesh>(def, skin_effect), meshed,
+                   reader.surface_nodes(), preload_of_surface, triangles, reader.triangles(),
+                   find_part(def, dent_effect) != nullptr, reader.error());
 }
 
 palpate_status build_skin(EffectBuild& build) {
@@ -73,13 +72,11 @@ palpate_status build_skin(EffectBuild& build) {
 constexpr const char* kOfDiscs =
     "dent DISCS draws the discs of a report on a render mesh; set render_mesh, contact PATCH and report CONTACTS, or "
     "leave dent OFF";
-constexpr EffectKey kDentKeys[] = {{PALPATE_KEY(dent), PALPATE_KEY_CHOICE, "", "off, discs", 0, PALPATE_DENT_DISCS}};
-constexpr EffectNeed kDentNeeds[] = {{PALPATE_NEEDS(contact), 1u << PALPATE_CONTACT_PATCH, kOfDiscs},
-                                     {PALPATE_NEEDS(report), 1u << PALPATE_REPORT_CONTACTS, kOfDiscs}};
-
-const char* check_dent(const palpate_scene_def& def) {
-  return def.render_mesh ? nullptr : kOfDiscs;
-}
+constexpr EffectKey kDentKeys[] = {{PALPATE_EFFECT_KEY(dent_effect, palpate_dent_def, dent), PALPATE_KEY_CHOICE, "",
+                                    "off, discs", 0, PALPATE_DENT_DISCS}};
+constexpr EffectNeed kDentNeeds[] = {{"contact", 1u << PALPATE_CONTACT_PATCH, kOfDiscs},
+                                     {"report", 1u << PALPATE_REPORT_CONTACTS, kOfDiscs},
+                                     {"render_mesh", 1u << 1, kOfDiscs}};
 
 // Every vertex is compared with the box around the discs; those inside look at each disc.
 palpate_pass_work predict_dent(const palpate_scene& scene, const palpate_step_load& load) {
@@ -100,6 +97,7 @@ palpate_status build_dent(EffectBuild& build) {
 constinit const Effect skin_effect = {
     .name = "render_mesh",
     .order = 9,
+    .def = effect_struct<palpate_render_mesh, palpate_init_render_mesh>("render_mesh"),
     .keys = kSkinKeys,
     .needs = kSkinNeeds,
     .creates = "render mesh on the surface",
@@ -111,21 +109,20 @@ constinit const Effect skin_effect = {
 constinit const Effect dent_effect = {
     .name = "dent",
     .order = 10,
+    .def = effect_struct<palpate_dent_def, palpate_init_dent_def>("dent_def"),
     .keys = kDentKeys,
     .needs = kDentNeeds,
-    .check = check_dent,
     .pass = {"dent: discs", Half::shape, Pass::positions, predict_dent},
     .build = build_dent,
 };
 
 }  // namespace palpate
 
-const palpate_effect* palpate_skin_effect(void) {
-  return &palpate::skin_effect;
-}
-
-const palpate_effect* palpate_dent_effect(void) {
-  return &palpate::dent_effect;
+void palpate_init_dent_def(palpate_dent_def* def, size_t struct_bytes) {
+  palpate_dent_def defaults = {};
+  defaults.part.effect = &palpate::dent_effect;
+  defaults.dent = PALPATE_DENT_DISCS;
+  palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
 palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape, palpate_skin_out* out) {
@@ -154,7 +151,9 @@ palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_
 }
 
 void palpate_init_render_mesh(palpate_render_mesh* mesh, size_t struct_bytes) {
-  palpate::write_host_struct(palpate_render_mesh{}, mesh, struct_bytes);
+  palpate_render_mesh defaults = {};
+  defaults.part.effect = &palpate::skin_effect;
+  palpate::write_host_struct(defaults, mesh, struct_bytes);
 }
 
 void palpate_init_skin_out(palpate_skin_out* out, size_t struct_bytes) {

@@ -11,9 +11,6 @@ namespace palpate {
 extern const Effect skin_effect, dent_effect;
 
 template <>
-inline constexpr std::size_t kLeastStructBytes<palpate_render_mesh> = offsetof(palpate_render_mesh, normals);
-
-template <>
 inline constexpr std::size_t kLeastStructBytes<palpate_skin_out> = offsetof(palpate_skin_out, normals);
 
 }  // namespace palpate

@@ -90,7 +90,7 @@ bool OrganInput::take_input(TouchStep& step, const palpate_tool* tools, std::int
 // A tool that holds the organ is not.
 bool OrganInput::is_far(const TouchStep& step, std::int32_t i, const palpate_tool& tool, double dt) const {
   const TouchState& state = *step.state;
-  if (tool.grip_count > 0 || has_parts(tool)) return false;
+  if (tool.grip_count > 0 || tool.parts) return false;
   const std::int32_t t = state.input.place_of(tool.id);
   for (std::int32_t p = 0; t >= 0 && p < state.input.tool(t).point_count; ++p)
     if (state.points[t][p].contact) return false;

@@ -9,7 +9,6 @@
 #include "runtime/base/host_struct.h"
 #include "runtime/needles/needle.h"
 #include "runtime/scene/build_scene.h"
-#include "runtime/scene/effect_list.h"
 
 namespace palpate {
 namespace {
@@ -69,15 +68,15 @@ palpate_status check_touching_organ(const palpate_scene_def& def, std::int32_t k
                 "organ %d: organs that touch (max_pairs above 0) need %s; change it, or set max_pairs to 0",
                 static_cast<int>(k), what);
   };
-  if (def.deformation != PALPATE_DEFORMATION_LINEAR) return refuse("deformation LINEAR");
+  if (key_number(def, "deformation") != 0) return refuse("deformation LINEAR");
   if (def.collision != PALPATE_COLLISION_DEFORMED) return refuse("collision DEFORMED");
-  if (def.fine_surface) return refuse("the bundle's own triangles, without a fine_surface");
+  if (key_number(def, "fine_surface") != 0) return refuse("the bundle's own triangles, without a fine_surface");
   return PALPATE_OK;
 }
 
 // Links of the world hold linear organs, as those of a scene do.
 palpate_status check_linked_organ(const palpate_scene_def& def, std::int32_t k, palpate_error* error) {
-  if (def.deformation == PALPATE_DEFORMATION_LINEAR) return PALPATE_OK;
+  if (key_number(def, "deformation") == 0) return PALPATE_OK;
   return fail(
       error, PALPATE_ERROR_ARGUMENT, 0,
       "organ %d: links of a world (max_links above 0) need deformation LINEAR; change it, or set max_links to 0",
@@ -95,8 +94,7 @@ ReservedRows reserved_rows(const palpate_world_def& world, const palpate_scene_d
   return rows;
 }
 
-palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ, EffectList effects,
-                          palpate_error* error) {
+palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ, palpate_error* error) {
   const std::int32_t k = world.organ_count;
   palpate_error found = {};
   const palpate_scene_def def = palpate_default_scene_def();
@@ -104,14 +102,13 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
   palpate_scene_def wanted = def;
   if (organ.def && read_host_struct("scene_def", organ.def, &wanted, &found) != PALPATE_OK)
     return of_organ(k, found, error);
-  if (world.def.max_pairs > 0)
-    if (const palpate_status status = check_touching_organ(wanted, k, error)) return status;
-  if (world.def.max_links > 0)
-    if (const palpate_status status = check_linked_organ(wanted, k, error)) return status;
-  if (create_scene(organ.bundle, organ.def ? organ.def : &def, effects, reserved_rows(world.def, wanted), &scene,
-                   &found) != PALPATE_OK)
+  if (create_scene(organ.bundle, &wanted, reserved_rows(world.def, wanted), &scene, &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;
+  if (world.def.max_pairs > 0)
+    if (const palpate_status status = check_touching_organ(scene->def, k, error)) return status;
+  if (world.def.max_links > 0)
+    if (const palpate_status status = check_linked_organ(scene->def, k, error)) return status;
   scene->not_alone = "the scene is an organ of a world; save and restore the world (palpate_world_save)";
   const palpate_scene_def& first = world.organ[0]->def;
   if (scene->def.max_tools != first.max_tools || scene->def.max_points != first.max_points)
@@ -124,12 +121,12 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
   return PALPATE_OK;
 }
 
-palpate_status build_world(palpate_world& world, EffectList effects, palpate_error* error) {
+palpate_status build_world(palpate_world& world, palpate_error* error) {
   InputLimits limits[PALPATE_MAX_ORGANS];
   for (std::int32_t k = 0; k < world.def.organ_count; ++k) {
     palpate_world_organ organ = palpate_default_world_organ();
     if (const palpate_status status = read_organ(world.def, k, &organ, error)) return status;
-    if (const palpate_status status = make_organ(world, organ, effects, error)) return status;
+    if (const palpate_status status = make_organ(world, organ, error)) return status;
     limits[k] = world.organ[k]->touch.input.limits();
     world.organ_input[k].create(*world.organ[k], &world.input.in_world());
   }
@@ -152,11 +149,8 @@ palpate_status build_world(palpate_world& world, EffectList effects, palpate_err
 }  // namespace
 }  // namespace palpate
 
-palpate_status palpate_world_create_with(const palpate_world_def* def, const palpate_effect* const* effects,
-                                         int32_t effect_count, palpate_world** world, palpate_error* error) {
+palpate_status palpate_world_create(const palpate_world_def* def, palpate_world** world, palpate_error* error) {
   if (world) *world = nullptr;
-  palpate::EffectChoice choice;
-  if (const palpate_status status = choice.take(effects, effect_count, error)) return status;
   if (!def || !world) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "def and world must not be NULL");
   palpate_error local = {};
   if (!error) error = &local;
@@ -169,7 +163,7 @@ palpate_status palpate_world_create_with(const palpate_world_def* def, const pal
       own.array<std::max_align_t>((sizeof(palpate_world) + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
   if (!memory) return palpate::fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the world");
   palpate_world* created = new (memory) palpate_world(wanted);
-  const palpate_status status = palpate::build_world(*created, choice.list(), error);
+  const palpate_status status = palpate::build_world(*created, error);
   if (status != PALPATE_OK) {
     palpate_world_destroy(created);
     return status;

@@ -12,10 +12,10 @@ bool WorldInput::create(SceneMemory& memory, const InputLimits* organs, std::int
   InputLimits all = organs[0];
   for (std::int32_t k = 1; k < organ_count; ++k) all.has_positions = all.has_positions && organs[k].has_positions;
   if (!input_.create(memory, all, limits_, organ_count)) return false;
-  for (int part = 0; part < kToolPartCount; ++part) {
-    const auto reads = [part](const InputLimits& organ) { return organ.part[part] != nullptr; };
+  for (int place = 0; place < kMostToolParts; ++place) {
+    const auto reads = [place](const InputLimits& organ) { return organ.part[place] != nullptr; };
     const InputLimits* const organ = std::find_if(limits_, limits_ + organ_count, reads);
-    if (organ != limits_ + organ_count && !input_.read_part(memory, part, *organ->part[part])) return false;
+    if (organ != limits_ + organ_count && !input_.read_part(memory, *organ->part[place])) return false;
   }
   for (std::int32_t t = 0; finds_far && t < all.max_tools; ++t) {
     memory.keep(last_[t]);
@@ -59,8 +59,8 @@ const palpate_tool* WorldInput::list_for(std::int32_t organ) {
     to.id = from.id, to.organ = from.organ;
     to.points = &from.points->x, to.point_count = from.point_count;
     to.grips = from.grips, to.grip_count = holds ? from.grip_count : 0;
-    for (int part = 0; part < kToolPartCount; ++part)
-      set_part(to, part, holds && from.has_part[part] ? from.part[part] : nullptr);
+    for (int place = 0; place < kMostToolParts; ++place)
+      if (holds && from.has_part[place]) palpate_add_part(&to.parts, from.part[place]);
     to.disc_radius = from.disc_radius, to.friction = from.friction;
     to.hold = from.hold, to.has_torque = from.has_torque;
     store3(from.reference, to.reference);

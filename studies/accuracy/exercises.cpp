@@ -30,8 +30,8 @@ Value chosen(const std::map<std::string, Value>& values, const std::string& name
   return values.at(name);
 }
 
-palpate_scene_def scene_def(const SceneSetting& setting, int contact_nodes) {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef scene_def(const SceneSetting& setting, int contact_nodes) {
+  SceneDef def;
   def.contact = chosen<palpate_contact_model>({{"node", PALPATE_CONTACT_NODE},
                                                {"triangle", PALPATE_CONTACT_TRIANGLE},
                                                {"point", PALPATE_CONTACT_POINT},
@@ -45,7 +45,6 @@ palpate_scene_def scene_def(const SceneSetting& setting, int contact_nodes) {
   def.collision = setting.collision == "deformed" ? PALPATE_COLLISION_DEFORMED : PALPATE_COLLISION_REST;
   if (setting.response) def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
   if (setting.relaxation) {
-    def.relaxation.model = PALPATE_RELAXATION_PRONY;
     def.relaxation.terms = 2;
     std::copy(kShares, kShares + 2, def.relaxation.share);
     std::copy(kTimes, kTimes + 2, def.relaxation.time);
@@ -216,9 +215,9 @@ namespace {
 
 Observation observe_with(const std::filesystem::path& file, const SceneSetting& setting, const StudySites& sites,
                          const StudySurface* fine, int contact_nodes) {
-  palpate_scene_def def = scene_def(setting, contact_nodes);
+  SceneDef def = scene_def(setting, contact_nodes);
   std::optional<FineSurface> met;
-  if (fine) def.fine_surface = &met.emplace(*fine).view;
+  if (fine) def.fine_surface = met.emplace(*fine).view;
   std::vector<double> open_us;
   for (int round = 0; round < kRounds; ++round) {
     const auto begun = studies::Clock::now();

@@ -15,15 +15,15 @@ namespace {
 constexpr double kTick = 1e-3, kStep = 1e-4;  // s, m
 constexpr unsigned kAllowed = PALPATE_STEP_RESPONSE_RANGE | PALPATE_STEP_DEFORMATION_BEHIND;
 
-palpate_scene_def definition(std::size_t nodes, HeldModel model) {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef definition(std::size_t nodes, HeldModel model) {
+  SceneDef def;
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;
   def.max_tools = 1, def.max_points = static_cast<std::int32_t>(nodes);
   def.max_contact_nodes = 3 * def.max_points;
   def.force_limit = def.force_slew = INFINITY;
   if (model == HeldModel::response) def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
   if (model == HeldModel::large)
-    def.deformation = PALPATE_DEFORMATION_LARGE;
+    def.large.deformation = PALPATE_DEFORMATION_LARGE;
   else
     def.max_operations = INT64_MAX;  // all nodes are held at once and exactly
   return def;

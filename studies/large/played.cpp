@@ -15,9 +15,9 @@ constexpr double kTick = 1e-3;  // s
 constexpr int kMostDiscs = 2;
 constexpr std::int32_t kContactNodes = 512;  // so many that no disc is thinned
 
-palpate_scene_def definition(palpate_deformation_model deformation) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.deformation = deformation, def.collision = PALPATE_COLLISION_OFF;
+SceneDef definition(palpate_deformation_model deformation) {
+  SceneDef def;
+  def.large.deformation = deformation, def.collision = PALPATE_COLLISION_OFF;
   if (deformation == PALPATE_DEFORMATION_LARGE) def.shape = PALPATE_SHAPE_VOLUME;
   def.max_tools = def.max_points = kMostDiscs, def.max_contact_nodes = kContactNodes;
   def.force_limit = def.force_slew = INFINITY;

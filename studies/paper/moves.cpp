@@ -62,7 +62,7 @@ class Moves {
     kept_.hold(push_.node);
     followed("factor kept", [&](const auto& d, Answer& answer) { kept_.tick(d, answer); });
     for (const bool corrected : {false, true}) {
-      palpate_scene_def def = node_contact_scene();
+      SceneDef def = node_contact_scene();
       if (corrected) def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
       const auto [touch, frame] = played(def, truth(corrected));
       rows[corrected].push_back(row("touch and shape", frame));
@@ -104,7 +104,7 @@ class Moves {
     Json rows = Json::array();
     for (const auto& [name, model] :
          {std::pair("rest", PALPATE_COLLISION_REST), std::pair("deformed", PALPATE_COLLISION_DEFORMED)}) {
-      palpate_scene_def def = node_contact_scene();
+      SceneDef def = node_contact_scene();
       def.collision = model;
       rows.push_back(row(name, played(def, truth(false)).first));
     }
@@ -115,7 +115,7 @@ class Moves {
   Truth truth(bool corrected) const { return {exact_, corrected ? &correction_ : nullptr}; }
 
   // Plays twice; the first play warms the caches and is not counted.
-  std::pair<Measured, Measured> played(const palpate_scene_def& def, const Truth& truth) const {
+  std::pair<Measured, Measured> played(const SceneDef& def, const Truth& truth) const {
     PalpatePeer peer(bundle_, push_, def);
     std::pair<Measured, Measured> measured;
     for (int round = 0; round < 2; ++round) {

@@ -32,7 +32,7 @@ Eigen::VectorXd held(Scene& scene, Contacts& contacts, const std::vector<palpate
 Json measure_superposition(const std::string& file, const std::vector<Eigen::Vector3d>& points,
                            const Eigen::Vector3d& displacement) {
   const Bundle bundle(file.c_str());
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;
   Scene scene(bundle, def);
   Contacts contacts = scene.make_contacts();

@@ -4,15 +4,14 @@
 
 namespace palpate::studies {
 
-palpate_scene_def node_contact_scene() {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef node_contact_scene() {
+  SceneDef def;
   def.contact = PALPATE_CONTACT_NODE;
   def.force_limit = def.force_slew = 1e300;
   return def;
 }
 
-PalpatePeer::PalpatePeer(const std::filesystem::path& bundle, const Push& push, const palpate_scene_def& def)
-    : push_(push) {
+PalpatePeer::PalpatePeer(const std::filesystem::path& bundle, const Push& push, const SceneDef& def) : push_(push) {
   palpate_error error = {};
   palpate_bundle* opened = nullptr;
   if (palpate_bundle_open_file(bundle.c_str(), nullptr, &opened, &error) != PALPATE_OK)

@@ -1,7 +1,7 @@
 // Palpate as one of the compared systems: plays the push through the runtime's API.
 #pragma once
 
-#include <palpate/palpate.h>
+#include <palpate/palpate_scene_def.hpp>
 
 #include <filesystem>
 #include <memory>
@@ -16,12 +16,12 @@
 namespace palpate::studies {
 
 // A scene with the paper's contact, a node, and without force limits.
-palpate_scene_def node_contact_scene();
+SceneDef node_contact_scene();
 
 class PalpatePeer {
  public:
   // Errors: InputError if the bundle cannot be opened or belongs to another mesh.
-  PalpatePeer(const std::filesystem::path& bundle, const Push& push, const palpate_scene_def& def);
+  PalpatePeer(const std::filesystem::path& bundle, const Push& push, const SceneDef& def);
 
   // With collision: a tool point enters the surface at push.entry and moves on.
   template <typename ExactAnswer>

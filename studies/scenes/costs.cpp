@@ -168,9 +168,9 @@ class Costs {
     for (const int added : {0, 1, 4, 12}) {
       if (added > options_.modes) break;
       const BundlePointer bundle = open_bundle(baked_.bundle(added));
-      palpate_scene_def def = touching_scene();
+      SceneDef def = touching_scene();
       const int count = baked_.own_modes() + added;
-      def.motions = count > 0;
+      def.motions.motions = count > 0;
       PlayedWorld world({{bundle.get(), pose_at(Vector3d(kHere))}}, def);
       std::vector<double> amounts(static_cast<std::size_t>(count));
       auto tool = pressing_tool();
@@ -226,8 +226,8 @@ class Costs {
   void needle() {
     if (!baked_.full().is_linear()) return;  // needles are in linear elements alone
     begin("needle");
-    palpate_scene_def def = free_scene();
-    def.needles = 1, def.needle_places = 64;
+    SceneDef def = free_scene();
+    def.needles.needles = 1, def.needles.needle_places = 64;
     const double deep = 0.6 * baked_.way().length;
     for (const int wanted : options_.quick ? std::vector<int>{2, 8} : std::vector<int>{2, 8, 16, 32}) {
       PlayedWorld world({{plain_.get(), pose_at(Vector3d(kHere))}}, def);
@@ -236,7 +236,7 @@ class Costs {
       const auto put = [&](double depth, double aside) {
         needle = needle_on(baked_.way(), depth, spacing, aside), needle.friction = 2;
         palpate_tool tool = palpate_default_tool();
-        tool.id = 0, tool.needle = &needle, tool.has_torque = 1;
+        tool.id = 0, tool.parts = &needle.part, tool.has_torque = 1;
         return std::vector<palpate_tool>{tool};
       };
       for (double depth = -0.02 * deep; depth < deep; depth += std::min(spacing / 4, deep / 100))

@@ -109,8 +109,8 @@ class Errors {
 
   // Jaws that pull and turn. Their rows are those of the runtime (grasped_rows.h), their solution is not.
   void a_grasp() {
-    palpate_scene_def def = free_scene();
-    def.contact = PALPATE_CONTACT_PATCH, def.grasps = 1, def.max_tools = 1;
+    SceneDef def = free_scene();
+    def.contact = PALPATE_CONTACT_PATCH, def.grasps.grasps = 1, def.max_tools = 1;
     def.torque_limit = def.torque_slew = INFINITY;
     PlayedWorld world({alone()}, def);
     palpate_grasp grasp = palpate_default_grasp();
@@ -118,7 +118,7 @@ class Errors {
     std::ranges::copy(kMiddle, grasp.barycentric);
     Eigen::Map<Vector3d>(grasp.position) = places_[0].point;
     palpate_tool tool = palpate_default_tool();
-    tool.id = 0, tool.grasp = &grasp, tool.has_torque = 1;
+    tool.id = 0, tool.parts = &grasp.part, tool.has_torque = 1;
     world.touch({tool});
     const Vector3d moved = way() * places_[0].outward;
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.2, places_[0].outward.unitOrthogonal()));
@@ -148,9 +148,9 @@ class Errors {
     }
     return amounts;
   }
-  palpate_scene_def moved_scene() const {
-    palpate_scene_def def = free_scene();
-    def.motions = 1;
+  SceneDef moved_scene() const {
+    SceneDef def = free_scene();
+    def.motions.motions = 1;
     return def;
   }
 
@@ -291,8 +291,8 @@ class Errors {
   // A needle that went in without resistance and is then moved aside: the tissue at rest at its places is held across its new axis.
   void needle() {
     if (!full_.is_linear()) return;
-    palpate_scene_def def = free_scene();
-    def.needles = 1;
+    SceneDef def = free_scene();
+    def.needles.needles = 1;
     PlayedWorld world({alone()}, def);
     const Way& way = baked_.way();
     const double deep = 0.6 * way.length, spacing = deep / 6.5, pace = spacing / 10;
@@ -300,7 +300,7 @@ class Errors {
     const auto step = [&](double depth, double aside) {
       needle = needle_on(way, depth, spacing, aside);
       palpate_tool tool = palpate_default_tool();
-      tool.id = 0, tool.needle = &needle;
+      tool.id = 0, tool.parts = &needle.part;
       world.touch({tool});
       return palpate_scene_needle_state(world.scene(0), 0);
     };

@@ -16,8 +16,8 @@ BundlePointer open_bundle(const std::filesystem::path& file) {
   return BundlePointer(bundle);
 }
 
-palpate_scene_def free_scene() {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef free_scene() {
+  SceneDef def;
   def.force_limit = def.force_slew = def.torque_limit = def.torque_slew = def.max_tool_speed = def.release_distance =
       INFINITY;
   def.max_operations = 100'000'000, def.max_points = 256, def.max_tools = 2;
@@ -25,8 +25,8 @@ palpate_scene_def free_scene() {
   return def;
 }
 
-palpate_scene_def touching_scene() {
-  palpate_scene_def def = free_scene();
+SceneDef touching_scene() {
+  SceneDef def = free_scene();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
   return def;
 }
@@ -37,8 +37,7 @@ palpate_pose pose_at(const Eigen::Vector3d& position) {
   return pose;
 }
 
-PlayedWorld::PlayedWorld(const std::vector<OrganAt>& organs, const palpate_scene_def& scene, int max_pairs,
-                         int max_links) {
+PlayedWorld::PlayedWorld(const std::vector<OrganAt>& organs, const SceneDef& scene, int max_pairs, int max_links) {
   std::vector<palpate_world_organ> list(organs.size(), palpate_default_world_organ());
   for (std::size_t k = 0; k < organs.size(); ++k)
     list[k].bundle = organs[k].bundle, list[k].def = &scene, list[k].pose = &organs[k].pose;

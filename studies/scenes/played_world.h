@@ -1,7 +1,7 @@
 // A world of the C API as the study plays it.
 #pragma once
 
-#include <palpate/palpate_complete.h>
+#include <palpate/palpate_scene_def.hpp>
 
 #include <Eigen/Dense>
 #include <filesystem>
@@ -18,9 +18,9 @@ using BundlePointer = std::unique_ptr<palpate_bundle, BundleCloser>;
 BundlePointer open_bundle(const std::filesystem::path& file);
 
 // Without limits of force and torque: point contact, no collision.
-palpate_scene_def free_scene();
+SceneDef free_scene();
 // The same with collision and contacts that only push, as organs that touch need.
-palpate_scene_def touching_scene();
+SceneDef touching_scene();
 
 palpate_pose pose_at(const Eigen::Vector3d& position);
 
@@ -32,7 +32,7 @@ struct OrganAt {
 class PlayedWorld {
  public:
   // Errors: OperationError.
-  PlayedWorld(const std::vector<OrganAt>& organs, const palpate_scene_def& scene, int max_pairs = 0, int max_links = 0);
+  PlayedWorld(const std::vector<OrganAt>& organs, const SceneDef& scene, int max_pairs = 0, int max_links = 0);
   PlayedWorld(const PlayedWorld&) = delete;
   ~PlayedWorld();
 

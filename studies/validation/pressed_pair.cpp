@@ -15,11 +15,11 @@ using Eigen::Vector3d;
 constexpr double kTick = 1e-3;               // s
 constexpr int kSteps = 50, kRestSteps = 30;  // of the way; at rest, until places lag no more
 
-palpate_scene_def definition(const Bundle& bundle) {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef definition(const Bundle& bundle) {
+  SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
   def.max_operations = INT64_MAX;
-  def.motions = bundle.describe().motion_count > 0;
+  def.motions.motions = bundle.describe().motion_count > 0;
   return def;
 }
 
@@ -27,13 +27,13 @@ class Pressing {
  public:
   explicit Pressing(const PressedPair& pair)
       : pair_(pair), bundles_{Bundle(pair.bundles[0].c_str()), Bundle(pair.bundles[1].c_str())} {
-    palpate_scene_def defs[2];
+    SceneDef defs[2];
     palpate_world_organ organs[2] = {palpate_default_world_organ(), palpate_default_world_organ()};
     const palpate_pose start = pair.second(0);
     for (std::size_t k = 0; k < 2; ++k) {
       defs[k] = definition(bundles_[k]);
       organs[k].bundle = bundles_[k].get(), organs[k].def = &defs[k];
-      has_motion_[k] = defs[k].motions;
+      has_motion_[k] = defs[k].motions.motions;
     }
     organs[1].pose = &start;
     palpate_world_def def = palpate_default_world_def();

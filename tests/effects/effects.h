@@ -1,6 +1,8 @@
 // The effects of a scene, one by one, and the scene that has two of them.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <set>
 #include <string>
 #include <vector>
@@ -34,7 +36,7 @@ inline constexpr ResponseOfBox kRadial{0.02, 0.004}, kForce{8, 1};  // m; N
 
 // What a scene has, and who acts on it.
 struct SceneOfEffects {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   Store store = Store::f32;
   bool grasps = false, links = false, needles = false, motions = false, holds_volume = false, skin = false,
        fine = false, touching = false, world_links = false;

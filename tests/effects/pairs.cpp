@@ -61,8 +61,8 @@ const Refusal* refusal_of(const Effect& a, const Effect& b) {
 
 // What the referee asks of a scene beside its effects: a report, and under large deformation the displacement of every node.
 SceneOfEffects watched(SceneOfEffects of) {
-  of.def.report = PALPATE_REPORT_CONTACTS;
-  if (of.def.deformation != PALPATE_DEFORMATION_LINEAR) of.def.shape = PALPATE_SHAPE_VOLUME;
+  of.def.report.report = PALPATE_REPORT_CONTACTS;
+  if (of.def.large.deformation != PALPATE_DEFORMATION_LINEAR) of.def.shape = PALPATE_SHAPE_VOLUME;
   return of;
 }
 

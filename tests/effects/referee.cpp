@@ -5,6 +5,7 @@
 #include "tests/runtime/large/large_scene.h"
 #include "tests/support/box_motions.h"
 #include "tests/support/deformed_truth.h"
+#include "tests/support/tool_parts.h"
 
 namespace palpate::tests {
 namespace {
@@ -85,7 +86,7 @@ Vector3d Referee::place(std::int32_t triangle, const double* k, const VectorXd& 
 // Between the normals of the nodes, at rest; of a hyperelastic body, which the laws follow, as the step has deformed it.
 Vector3d Referee::smooth_normal(const palpate_contact& contact) {
   const SurfacePoint at = surface_point_of(contact.triangle, contact.barycentric);
-  if (of_.def.deformation == PALPATE_DEFORMATION_LINEAR) return vector(measure_.outward(at));
+  if (of_.def.large.deformation == PALPATE_DEFORMATION_LINEAR) return vector(measure_.outward(at));
   std::vector<double> deformed = position_;
   for (std::size_t i = 0; i < deformed.size(); ++i) deformed[i] += organs_[0].u[static_cast<Eigen::Index>(i)];
   SceneMemory memory{palpate_allocator{}};
@@ -114,7 +115,7 @@ Matrix3d Referee::local_of_disc(const palpate_contact& contact) {
 void Referee::read(Organ& organ, int k) {
   organ.scene = stage_.scene(k), organ.contacts = &stage_.contacts(k);
   const TouchedBody& body = body_.touched;
-  const bool large = of_.def.deformation != PALPATE_DEFORMATION_LINEAR;
+  const bool large = of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR;
   const auto nodes =
       static_cast<std::int32_t>(of_.def.shape == PALPATE_SHAPE_VOLUME ? body.dofs() / 3 : body.body.surface_nodes);
   std::vector<float> at(3 * static_cast<std::size_t>(nodes));
@@ -209,7 +210,7 @@ Referee::Held Referee::held_by(const Organ& organ, palpate_contact_source source
 
 void Referee::check(int s) {
   step_ = s;
-  const bool large = of_.def.deformation != PALPATE_DEFORMATION_LINEAR;
+  const bool large = of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR;
   last_u_ = s == 0 ? VectorXd(VectorXd::Zero(rest_.size())) : organs_[0].u;
   for (int k = 0; k < stage_.organs(); ++k) read(organs_[static_cast<std::size_t>(k)], k);
   if (s == 0) {
@@ -230,7 +231,7 @@ void Referee::check(int s) {
   const bool looks = stage_.flags == 0 && (!large || s == kSteps - 1);
   trusted += stage_.flags == 0;
   if (const int t = stage_.tool_of_grasp(); t >= 0)
-    if (const palpate_grasp* const grasp = stage_.tool(t).grasp; grasp && grasp->id != jaws_.id) close_jaws(*grasp);
+    if (const palpate_grasp* const grasp = grasp_of(stage_.tool(t)); grasp && grasp->id != jaws_.id) close_jaws(*grasp);
   check_tools(organs_[0]);
   for (std::size_t k = 0; k < organs_.size(); ++k) {
     check_shape(organs_[k], static_cast<int>(k));
@@ -246,7 +247,7 @@ void Referee::check(int s) {
 }
 
 void Referee::check_shape(Organ& organ, int) {
-  if (of_.def.deformation != PALPATE_DEFORMATION_LINEAR) return;
+  if (of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR) return;
   if (of_.motions) {
     const double swept = body_.sweep.dot(organ.u), scale = 1e-6;  // m^3, what a pressure of these scenes sweeps
     miss("volumes", std::fabs(palpate_scene_motion_state(organ.scene, kFilling)->volume - swept), scale);
@@ -302,11 +303,11 @@ void Referee::check_tools(const Organ& organ) {
     if (t == stage_.tool_of_grasp()) {
       const palpate_grasp_state& grasp = *palpate_scene_grasp_state(organ.scene, state.id);
       miss("force of the jaws", (sum + stage_.direction_in_organ(grasp.force)).norm(), largest_force_);
-      const auto expected = stage_.tool(t).grasp ? PALPATE_GRASP_HOLDS : PALPATE_GRASP_OPEN;
+      const auto expected = grasp_of(stage_.tool(t)) ? PALPATE_GRASP_HOLDS : PALPATE_GRASP_OPEN;
       miss("jaws let go", grasp.condition == expected ? 0 : 1, 1);
       torque += stage_.direction_in_organ(grasp.torque);
     }
-    if (of_.def.relaxation.model == PALPATE_RELAXATION_PRONY) {
+    if (of_.def.relaxation.terms > 0) {
       const Vec3 elastic = vec(force), relaxed = relaxation_.step(memory_[state.id], elastic, kStepTime);
       const Vec3 turned = relaxation_.step(torque_memory_[state.id], vec(torque), kStepTime);
       const bool stays = t == stage_.tool_of_needle() ||
@@ -417,8 +418,8 @@ void Referee::close_jaws(const palpate_grasp& grasp) {
 }
 
 void Referee::check_grasp(const Organ& organ) {
-  if (stage_.tool_of_grasp() < 0 || !stage_.tool(stage_.tool_of_grasp()).grasp) return;
-  const palpate_grasp& grasp = *stage_.tool(stage_.tool_of_grasp()).grasp;
+  if (stage_.tool_of_grasp() < 0 || !grasp_of(stage_.tool(stage_.tool_of_grasp()))) return;
+  const palpate_grasp& grasp = *grasp_of(stage_.tool(stage_.tool_of_grasp()));
   std::map<std::int32_t, Eigen::Index> index;
   VectorXd f = VectorXd::Zero(3 * organ.contacts->node_count);
   for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
@@ -454,7 +455,7 @@ void Referee::check_grasp(const Organ& organ) {
 
 void Referee::check_needle(const Organ& organ) {
   if (stage_.tool_of_needle() < 0) return;
-  const palpate_needle& needle = *stage_.tool(stage_.tool_of_needle()).needle;
+  const palpate_needle& needle = *needle_of(stage_.tool(stage_.tool_of_needle()));
   const palpate_needle_state& state = *palpate_scene_needle_state(organ.scene, stage_.tool(stage_.tool_of_needle()).id);
   std::set<std::int32_t> points;
   for (std::int32_t e = 0; e < organ.contacts->node_count; ++e) {
@@ -586,7 +587,7 @@ void Referee::check_pairs() {
 
 // P is not part of the surface that queries meet.
 void Referee::check_surface(const Organ& organ) {
-  if (of_.def.queries == PALPATE_QUERIES_OFF) return;
+  if (of_.def.queries.queries == PALPATE_QUERIES_OFF) return;
   DeformedTruth truth(body_.touched.body);
   std::vector<float> moved;
   for (Eigen::Index i = 0; i < 3 * body_.touched.body.surface_nodes; ++i)
@@ -609,7 +610,7 @@ void Referee::check_skin(Organ& organ) {
   palpate_shape_out shape = shape_out(organ.told.data(), nullptr, nodes);
   shape.node_count = nodes;
   palpate_skin_out out = skin_out(positions.data(), nullptr, mesh.vertex_count);
-  if (of_.def.dent != PALPATE_DENT_OFF) out.report = palpate_scene_report(organ.scene);
+  if (of_.def.dent.dent != PALPATE_DENT_OFF) out.report = palpate_scene_report(organ.scene);
   miss("skin flags", palpate_scene_skin(organ.scene, &shape, &out), 1);
   for (std::int32_t t = 0; t < mesh.vertex_count; ++t) {
     const double k[3] = {0.5, 0.3, 0.2};
@@ -618,7 +619,7 @@ void Referee::check_skin(Organ& organ) {
                        Eigen::Map<const Eigen::Vector3f>(&positions[3 * static_cast<std::size_t>(t)]).cast<double>();
     // A dent goes inwards, below the finger alone.
     const Vector3d out_of = body_.touched.outward(t);
-    const bool dented = of_.def.dent != PALPATE_DENT_OFF && out_of[2] > 0.99;
+    const bool dented = of_.def.dent.dent != PALPATE_DENT_OFF && out_of[2] > 0.99;
     if (dented)
       miss("dent", (found - expected).dot(out_of) > kRaised ? 1 : 0, 1);
     else
@@ -628,10 +629,10 @@ void Referee::check_skin(Organ& organ) {
 
 // Strain, and the part of the stress that changes the form.
 void Referee::check_inside(Organ& organ) {
-  if (of_.def.inside == PALPATE_INSIDE_OFF) return;
+  if (of_.def.inside.inside == PALPATE_INSIDE_OFF) return;
   const auto& mesh = body_.touched.body.mesh;
   const std::size_t nodes = mesh.nodes.size();
-  const bool large = of_.def.deformation != PALPATE_DEFORMATION_LINEAR;
+  const bool large = of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR;
   std::vector<float> strains(6 * nodes), stresses(6 * nodes), displacements(3 * nodes);
   palpate_shape_out shape = shape_out(organ.told.data(), nullptr, static_cast<std::int32_t>(nodes));
   shape.node_count = static_cast<std::int32_t>(nodes);

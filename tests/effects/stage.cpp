@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "tests/support/box_motions.h"
+#include "tests/support/tool_parts.h"
 
 namespace palpate::tests {
 namespace {
@@ -53,9 +54,9 @@ palpate_link_end end_in_world(const Vector3d& p) {
 
 Stage::Stage(const SceneOfEffects& of) : of_(of), body_(body_of(of.store).touched) {
   const palpate_fine_surface fine = effect_fine().view();
-  palpate_scene_def def = of.def;
-  if (of.skin) def.render_mesh = &effect_skin();
-  if (of.fine) def.fine_surface = &fine;
+  SceneDef def = of.def;
+  if (of.skin) def.render_mesh = effect_skin();
+  if (of.fine) def.fine_surface = fine;
   poses_[0] = pose_at(kWhere, kTurned), poses_[1] = pose_of_second(0, 0);
   if (!of.is_world()) {
     palpate_scene* scene = nullptr;
@@ -143,7 +144,7 @@ void Stage::move_tools(int s) {
     grasp_.orientation[0] = turn.w(), grasp_.orientation[1] = turn.x(), grasp_.orientation[2] = turn.y(),
     grasp_.orientation[3] = turn.z();
     palpate_tool jaws = palpate_default_tool();
-    jaws.id = kIdOfJaws, jaws.grasp = s >= kJawsAreOpen[0] && s < kJawsAreOpen[1] ? nullptr : &grasp_;
+    jaws.id = kIdOfJaws, jaws.parts = s >= kJawsAreOpen[0] && s < kJawsAreOpen[1] ? nullptr : &grasp_.part;
     tool_of_grasp_ = static_cast<int>(tools_.size());
     tools_.push_back(jaws);
   }
@@ -156,7 +157,7 @@ void Stage::move_tools(int s) {
     needle_.id = 1, needle_.radius = 0.5 * mm, needle_.friction = 6, needle_.spacing = 6 * mm;
     needle_.cutting_force = 0.1, needle_.puncture_force = 0.15;
     palpate_tool pierces = palpate_default_tool();
-    pierces.id = kIdOfNeedle, pierces.needle = &needle_;
+    pierces.id = kIdOfNeedle, pierces.parts = &needle_.part;
     tool_of_needle_ = static_cast<int>(tools_.size());
     tools_.push_back(pierces);
   }
@@ -174,16 +175,16 @@ void Stage::send_tools() {
   for (palpate_tool& tool : sent_) {
     move(tool.reference);
     if (tool.points) sent_finger_ = in_world(0, finger_), tool.points = sent_finger_.data();
-    if (tool.grasp) {
-      sent_grasp_ = grasp_, tool.grasp = &sent_grasp_;
+    if (grasp_of(tool)) {
+      sent_grasp_ = grasp_, tool.parts = &sent_grasp_.part;
       move(sent_grasp_.position);
       const double* const q = grasp_.orientation;
       const Quaterniond turned = kTurned * Quaterniond(q[0], q[1], q[2], q[3]);
       sent_grasp_.orientation[0] = turned.w(), sent_grasp_.orientation[1] = turned.x();
       sent_grasp_.orientation[2] = turned.y(), sent_grasp_.orientation[3] = turned.z();
     }
-    if (tool.needle) {
-      sent_needle_ = needle_, tool.needle = &sent_needle_;
+    if (needle_of(tool)) {
+      sent_needle_ = needle_, tool.parts = &sent_needle_.part;
       move(sent_needle_.tip), turn(sent_needle_.direction);
     }
   }
@@ -271,7 +272,7 @@ void Stage::step(int s) {
               ? palpate_world_touch(world_.get(), sent_.data(), count, kStepTime, world_contacts_->get(),
                                     world_contacts_->bytes())
               : palpate_scene_touch(scene_.get(), sent_.data(), count, kStepTime, contacts_->get(), contacts_->bytes());
-  if (of_.def.deformation < PALPATE_DEFORMATION_LARGE_BESIDE) return;
+  if (of_.def.large.deformation < PALPATE_DEFORMATION_LARGE_BESIDE) return;
   for (int k = 0; k < organs(); ++k)
     for (int i = 0; i < 20 && palpate_scene_deform(scene(k)) > 0;) ++i;
 }

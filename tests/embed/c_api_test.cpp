@@ -1,7 +1,7 @@
 // c_api_test BUNDLE.h5 MOTIONS.h5: every function of the C API, on the bundles of tests/embed/write_tiny_bundle. Built and run here and,
 // against the installed library, on other platforms. It includes the public headers alone.
 #include <gtest/gtest.h>
-#include <palpate/palpate_complete.h>
+#include <palpate/palpate_scene_def.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +35,7 @@ struct BundleOwner {
 struct SceneOwner {
   palpate_scene* scene = nullptr;
   std::vector<std::uint64_t> memory;
-  SceneOwner(palpate_bundle* bundle, const palpate_scene_def& def) {
+  SceneOwner(palpate_bundle* bundle, const palpate::SceneDef& def) {
     palpate_error error = {};
     EXPECT_EQ(palpate_scene_create(bundle, &def, &scene, &error), PALPATE_OK) << error.text;
     if (scene) memory.resize(palpate_contacts_bytes(scene) / 8 + 1);
@@ -58,9 +58,10 @@ struct SceneOwner {
   }
 };
 
-palpate_scene_def full_def() {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.report = PALPATE_REPORT_CONTACTS, def.queries = PALPATE_QUERIES_ON;
+palpate::SceneDef full_def() {
+  palpate::SceneDef def;
+  def.collision = PALPATE_COLLISION_DEFORMED, def.report.report = PALPATE_REPORT_CONTACTS,
+  def.queries.queries = PALPATE_QUERIES_ON;
   return def;
 }
 palpate_tool disc() {
@@ -136,7 +137,7 @@ TEST(CApi, CopiesAFileIntoTheHostsMemoryAndLogs) {
   palpate_bundle* bundle = nullptr;
   palpate_error error = {};
   ASSERT_EQ(palpate_bundle_open_file(bundle_path.c_str(), &options, &bundle, &error), PALPATE_OK) << error.text;
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   def.allocator = options.allocator;
   { SceneOwner scene(bundle, def); }
   palpate_bundle_close(bundle);
@@ -175,7 +176,7 @@ TEST(CApi, ShowsWhatABundleHolds) {
 }
 
 TEST(CApi, SetsAndReadsTheFieldsOfAScene) {
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   int numbers = 0;
   for (int32_t k = 0; const palpate_key* key = palpate_scene_key(k); ++k) {
     if (key->type == PALPATE_KEY_POINTER) {
@@ -191,7 +192,7 @@ TEST(CApi, SetsAndReadsTheFieldsOfAScene) {
   EXPECT_EQ(def.law, PALPATE_LAW_COULOMB);
   EXPECT_EQ(def.force_limit, 101);
   // Of an earlier host's struct, which ends before its newest field.
-  def.struct_bytes = offsetof(palpate_scene_def, needle_places);
+  def.needles.part.struct_bytes = offsetof(palpate_needles_def, needle_places);
   const auto newest = [] {
     for (int32_t k = 0; const palpate_key* key = palpate_scene_key(k); ++k)
       if (std::strcmp(key->name, "needle_places") == 0) return key;
@@ -208,7 +209,7 @@ TEST(CApi, PlansAndPredictsAScene) {
   std::int32_t passes = 0;
   while (palpate_scene_plan(made.scene, passes)) ++passes;
   EXPECT_GT(passes, 3);
-  EXPECT_GE(palpate_scene_most_operations(made.scene), palpate_default_scene_def().max_operations);
+  EXPECT_GE(palpate_scene_most_operations(made.scene), palpate::SceneDef().max_operations);
   palpate_step_load load = palpate_default_step_load();
   load.tools = load.points = load.contacts = 1, load.rows = 3, load.nodes = 12;
   double steps = 0;
@@ -225,7 +226,7 @@ TEST(CApi, PlansAndPredictsAScene) {
   EXPECT_GT(watched, 2);
   palpate_watch_passes(made.scene, nullptr, nullptr);
 
-  palpate_scene_def bad = palpate_default_scene_def();
+  palpate::SceneDef bad;
   bad.max_tools = 0;
   palpate_scene* none = made.scene;
   palpate_error error = {};
@@ -237,11 +238,11 @@ TEST(CApi, PlansAndPredictsAScene) {
 
 TEST(CApi, PressesReportsAndDraws) {
   BundleOwner owner(bundle_path);
-  palpate_scene_def def = full_def();
+  palpate::SceneDef def = full_def();
   const float square[12] = {0.04f, 0.02f, 0.04f, 0.05f, 0.02f, 0.04f, 0.05f, 0.03f, 0.04f, 0.04f, 0.03f, 0.04f};
   palpate_render_mesh render = palpate_default_render_mesh();
   render.vertex_count = 4, render.positions = square, render.normals = square;
-  def.render_mesh = &render;
+  def.render_mesh = render;
   SceneOwner made(owner.bundle, def);
   EXPECT_EQ(made.press(disc(), 0.004), 0u);
   const palpate_tool_state* tool = palpate_contacts_tool(made.contacts(), 0);
@@ -294,8 +295,8 @@ TEST(CApi, PressesReportsAndDraws) {
 
 TEST(CApi, TellsStrainAndStressInsideAndCarriesAPoint) {
   BundleOwner owner(bundle_path);
-  palpate_scene_def def = full_def();
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON, def.radial = PALPATE_RADIAL_OFF;
+  palpate::SceneDef def = full_def();
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON, def.radial = PALPATE_RADIAL_OFF;
   SceneOwner made(owner.bundle, def);
   EXPECT_EQ(made.press(disc(), 0.004), 0u);
   const palpate_bundle_info info = palpate_bundle_describe(owner.bundle);
@@ -351,8 +352,8 @@ TEST(CApi, MeetsAFinerSurface) {
   palpate_fine_surface fine = palpate_default_fine_surface();
   fine.vertex_count = info.surface_node_count, fine.positions = positions.data();
   fine.triangle_count = info.triangle_count, fine.triangles = palpate_bundle_triangles(owner.bundle);
-  palpate_scene_def def = full_def();
-  def.fine_surface = &fine;
+  palpate::SceneDef def = full_def();
+  def.fine_surface = fine;
   SceneOwner made(owner.bundle, def);
   EXPECT_EQ(made.press(disc(), 0.004), 0u);
   EXPECT_GT(palpate_contacts_tool(made.contacts(), 0)->force[2], 0.01);
@@ -385,8 +386,8 @@ TEST(CApi, FollowsAPose) {
 
 TEST(CApi, HoldsGripsLinksAndGrasps) {
   BundleOwner owner(bundle_path);
-  palpate_scene_def def = full_def();
-  def.max_links = 1, def.grasps = 1;
+  palpate::SceneDef def = full_def();
+  def.links.max_links = 1, def.grasps.grasps = 1;
   SceneOwner made(owner.bundle, def);
   palpate_surface_hit hit = palpate_default_surface_hit();
   const double down[3] = {0, 0, -1};
@@ -421,7 +422,7 @@ TEST(CApi, HoldsGripsLinksAndGrasps) {
   grasp.triangle = hit.triangle, grasp.radius = 0.006;
   std::memcpy(grasp.barycentric, hit.barycentric, sizeof grasp.barycentric);
   palpate_tool jaws = disc();
-  jaws.grasp = &grasp;
+  jaws.parts = &grasp.part;
   made.touch(&jaws, 1);
   grasp.position[2] = 0.002;
   made.touch(&jaws, 1);
@@ -433,19 +434,19 @@ TEST(CApi, HoldsGripsLinksAndGrasps) {
 // The bundle has no corridor.
 TEST(CApi, RefusesNeedlesWithoutACorridor) {
   BundleOwner owner(bundle_path);
-  palpate_scene_def def = full_def();
+  palpate::SceneDef def = full_def();
   {
     SceneOwner made(owner.bundle, def);
     palpate_needle needle = palpate_default_needle();
-    EXPECT_EQ(needle.struct_bytes, sizeof needle);
+    EXPECT_EQ(needle.part.struct_bytes, sizeof needle);
     needle.triangle = 0, needle.barycentric[0] = 1, needle.radius = 5e-4, needle.direction[2] = -1;
     palpate_tool tool = disc();
-    tool.needle = &needle;
+    tool.parts = &needle.part;
     made.touch(&tool, 1);
     EXPECT_TRUE(made.contacts()->flags & PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(palpate_scene_needle_state(made.scene, 7), nullptr);
   }
-  def.needles = 1;
+  def.needles.needles = 1;
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   EXPECT_EQ(palpate_scene_create(owner.bundle, &def, &scene, &error), PALPATE_ERROR_EFFECT);
@@ -454,8 +455,8 @@ TEST(CApi, RefusesNeedlesWithoutACorridor) {
 
 TEST(CApi, MovesByMotions) {
   BundleOwner owner(motions_path);
-  palpate_scene_def def = full_def();
-  def.motions = 1;
+  palpate::SceneDef def = full_def();
+  def.motions.motions = 1;
   SceneOwner made(owner.bundle, def);
   const double amounts[4] = {0.001, 0, 0, 0};
   EXPECT_EQ(palpate_scene_set_motions(made.scene, amounts, 3, nullptr), PALPATE_ERROR_ARGUMENT);
@@ -566,7 +567,7 @@ TEST(CApi, StandsBetweenDeviceAndScene) {
 
 TEST(CApi, TouchesAWorldOfTwoOrgans) {
   BundleOwner owner(bundle_path);
-  const palpate_scene_def def = full_def();
+  const palpate::SceneDef def = full_def();
   palpate_pose beside = palpate_default_pose();
   beside.position[1] = 0.2;
   palpate_world_organ organs[2] = {palpate_default_world_organ(), palpate_default_world_organ()};
@@ -632,51 +633,48 @@ TEST(CApi, TouchesAWorldOfTwoOrgans) {
   palpate_world_destroy(nullptr);
 }
 
-const palpate_effect* const kEffects[] = {
-    palpate_inside_effect(),  palpate_skin_effect(),       palpate_dent_effect(),         palpate_report_effect(),
-    palpate_queries_effect(), palpate_relaxation_effect(), palpate_links_effect(),        palpate_motions_effect(),
-    palpate_needles_effect(), palpate_grasps_effect(),     palpate_fine_surface_effect(), palpate_large_effect()};
-constexpr std::int32_t kEffectCount = sizeof kEffects / sizeof kEffects[0];
-
-// A list may have any order, and an effect twice.
-TEST(CApi, ChosenEffects) {
+// The parts of a definition may have any order, and each effect has one. Those by their names are the parts of palpate_add_all_parts.
+TEST(CApi, PartsOfADefinition) {
   const BundleOwner owner(bundle_path);
   palpate_scene_def def = palpate_default_scene_def();
-  def.report = PALPATE_REPORT_CONTACTS, def.queries = PALPATE_QUERIES_ON;
   palpate_scene* scene = nullptr;
   palpate_error error = {};
-  const palpate_effect* twice[] = {palpate_queries_effect(), palpate_report_effect(), palpate_queries_effect()};
-  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, twice, 3, &scene, &error), PALPATE_OK) << error.text;
+  palpate_queries_def queries = palpate_default_queries_def();
+  palpate_report_def report = palpate_default_report_def();
+  palpate_add_part(&def.parts, &report.part);
+  palpate_add_part(&def.parts, &queries.part);
+  EXPECT_EQ(palpate_scene_create(owner.bundle, &def, &scene, &error), PALPATE_OK) << error.text;
   EXPECT_NE(palpate_scene_report(scene), nullptr);
   palpate_scene_destroy(scene);
-  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, twice, 1, &scene, &error), PALPATE_ERROR_EFFECT);
-  EXPECT_NE(std::strstr(error.text, "report"), nullptr) << error.text;
-  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, nullptr, 1, &scene, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, twice, -1, &scene, &error), PALPATE_ERROR_ARGUMENT);
-  twice[1] = nullptr;
-  EXPECT_EQ(palpate_scene_create_with(owner.bundle, &def, twice, 3, &scene, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_EQ(scene, nullptr);
-  // All effects in any order give the bits of palpate_scene_create.
-  def = palpate_default_scene_def();
-  def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
-  def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1, def.max_links = 2, def.grasps = 1;
-  SceneOwner all(owner.bundle, def), chosen(owner.bundle, def);
-  palpate_scene_destroy(chosen.scene);
-  ASSERT_EQ(palpate_scene_create_with(owner.bundle, &def, kEffects, kEffectCount, &chosen.scene, &error), PALPATE_OK)
-      << error.text;
-  for (SceneOwner* each : {&all, &chosen}) each->press(disc(), 0.003);
+  const auto refused = [&](const char* words) {
+    EXPECT_EQ(palpate_scene_create(owner.bundle, &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
+    EXPECT_NE(std::strstr(error.text, words), nullptr) << error.text;
+    EXPECT_EQ(scene, nullptr);
+  };
+  palpate_queries_def again = palpate_default_queries_def();
+  palpate_add_part(&def.parts, &again.part);
+  refused("palpate_queries_def twice");
+  again.part.next = &again.part;  // a chain without an end
+  refused("add each part once");
+  again.part.next = nullptr, again.part.effect = nullptr;
+  refused("part 1 of the chain");
+  again = palpate_default_queries_def(), again.part.struct_bytes = 8;
+  refused("palpate_queries_def: struct_bytes is 8");
+  // In the other order, by their names, and as an organ of a world: the same bits.
+  palpate::SceneDef whole;
+  whole.relaxation.terms = 1;
+  whole.relaxation.share[0] = 0.5, whole.relaxation.time[0] = 0.1, whole.links.max_links = 2, whole.grasps.grasps = 1;
+  palpate_scene_def named = palpate_default_scene_def();
+  std::vector<std::uint64_t> memory(palpate_all_parts_bytes() / 8);
+  palpate_add_all_parts(&named, memory.data());
+  for (int32_t k = 0; const palpate_key* key = palpate_scene_key(k); ++k)
+    if (key->type != PALPATE_KEY_POINTER) palpate_set_key(key, &named, palpate_key_number(key, &whole));
+  SceneOwner all(owner.bundle, whole), by_name(owner.bundle, whole);
+  palpate_scene_destroy(by_name.scene);
+  ASSERT_EQ(palpate_scene_create(owner.bundle, &named, &by_name.scene, &error), PALPATE_OK) << error.text;
+  for (SceneOwner* each : {&all, &by_name}) each->press(disc(), 0.003);
   EXPECT_GT(palpate_contacts_tool(all.contacts(), 0)->force[2], 0.01);
-  EXPECT_EQ(std::memcmp(all.contacts(), chosen.contacts(), all.contacts()->used_bytes), 0);
-  // Of a world.
-  palpate_world_organ organ = palpate_default_world_organ();
-  organ.bundle = owner.bundle, organ.def = &def;
-  palpate_world_def of_world = palpate_default_world_def();
-  of_world.organs = &organ, of_world.organ_count = 1;
-  palpate_world* world = nullptr;
-  EXPECT_EQ(palpate_world_create_with(&of_world, nullptr, 0, &world, &error), PALPATE_ERROR_EFFECT);
-  EXPECT_EQ(world, nullptr);
-  EXPECT_EQ(palpate_world_create_with(&of_world, kEffects, kEffectCount, &world, &error), PALPATE_OK) << error.text;
-  palpate_world_destroy(world);
+  EXPECT_EQ(std::memcmp(all.contacts(), by_name.contacts(), all.contacts()->used_bytes), 0);
 }
 
 }  // namespace

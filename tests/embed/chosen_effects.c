@@ -1,22 +1,11 @@
-/* chosen_effects BUNDLE: a host that names the effects that it wants when it is compiled (CHOSEN; else none; ALL: all of them), presses the box
- * of write_tiny_bundle 2 mm deep and prints the force. check_linked_effects.py looks at what its linker took. */
+/* chosen_effects BUNDLE: a host whose definition has the parts of the effects that it is compiled for (RELAXATION, NEEDLES, ALL; else none), all
+ * switched off. It presses the box of write_tiny_bundle 2 mm deep and prints the force. check_linked_effects.py looks at what its linker took. */
 #include <palpate/palpate.h>
+#include <palpate/palpate_keys.h>
 #include <palpate/palpate_needles.h>
 #include <palpate/palpate_relaxation.h>
 #include <stdio.h>
 #include <stdlib.h>
-
-static palpate_status create(palpate_bundle* bundle, const palpate_scene_def* def, palpate_scene** scene,
-                             palpate_error* error) {
-#if defined(ALL)
-  return palpate_scene_create(bundle, def, scene, error);
-#elif defined(CHOSEN)
-  const palpate_effect* const chosen[] = {CHOSEN};
-  return palpate_scene_create_with(bundle, def, chosen, sizeof chosen / sizeof chosen[0], scene, error);
-#else
-  return palpate_scene_create_with(bundle, def, NULL, 0, scene, error);
-#endif
-}
 
 static int press(palpate_scene* scene) {
   const size_t bytes = palpate_contacts_bytes(scene);
@@ -37,17 +26,26 @@ static int press(palpate_scene* scene) {
 }
 
 int main(int count, char** arguments) {
-  palpate_scene_def def = palpate_default_scene_def(), other = def;
+  palpate_scene_def def = palpate_default_scene_def();
   palpate_bundle* bundle = NULL;
   palpate_scene* scene = NULL;
   palpate_error error = {PALPATE_OK, 0, ""};
   int result = 1;
+#ifdef RELAXATION
+  palpate_relaxation_def relaxation = palpate_default_relaxation_def();
+  palpate_add_part(&def.parts, &relaxation.part);
+#endif
+#ifdef NEEDLES
+  palpate_needles_def needles = palpate_default_needles_def();
+  needles.needles = 0; /* the bundle has no corridor */
+  palpate_add_part(&def.parts, &needles.part);
+#endif
+#ifdef ALL
+  palpate_add_all_parts(&def, malloc(palpate_all_parts_bytes())); /* until the program ends */
+#endif
   if (count != 2) return 2;
-  /* Motions are in nobody's list, and not in the bundle. */
-  other.motions = 1, other.collision = PALPATE_COLLISION_DEFORMED;
   if (palpate_bundle_open_file(arguments[1], NULL, &bundle, &error) == PALPATE_OK &&
-      create(bundle, &other, &scene, &error) == PALPATE_ERROR_EFFECT &&
-      create(bundle, &def, &scene, &error) == PALPATE_OK)
+      palpate_scene_create(bundle, &def, &scene, &error) == PALPATE_OK)
     result = press(scene);
   else
     printf("%s\n", error.text);

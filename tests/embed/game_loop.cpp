@@ -41,8 +41,8 @@ class Organ {
     palpate_render_mesh render_mesh = palpate_default_render_mesh();
     render_mesh.positions = at_rest_.positions.data(), render_mesh.normals = at_rest_.normals.data();
     render_mesh.vertex_count = at_rest_.count();
-    palpate_scene_def def = palpate_default_scene_def();
-    def.collision = PALPATE_COLLISION_DEFORMED, def.render_mesh = &render_mesh;
+    palpate::SceneDef def;
+    def.collision = PALPATE_COLLISION_DEFORMED, def.render_mesh = render_mesh;
     scene_ = palpate::Scene::create(bundle_, def, error);
     if (!scene_) return false;
     contacts_bytes_ = palpate_contacts_bytes(scene_.get());

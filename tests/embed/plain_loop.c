@@ -44,8 +44,10 @@ int main(int argc, char** argv) {
   palpate_bundle* bundle = NULL;
   palpate_scene* scene = NULL;
   palpate_scene_def def = palpate_default_scene_def();
+  palpate_queries_def queries = palpate_default_queries_def();
+  palpate_report_def report = palpate_default_report_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
-  def.queries = PALPATE_QUERIES_ON, def.report = PALPATE_REPORT_CONTACTS;
+  palpate_add_part(&def.parts, &queries.part), palpate_add_part(&def.parts, &report.part);
   if (argc != 2 || palpate_bundle_open_file(argv[1], NULL, &bundle, &error) != PALPATE_OK ||
       palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK)
     return fprintf(stderr, "%s\n", error.text), 2;

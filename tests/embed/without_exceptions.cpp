@@ -35,7 +35,7 @@ void expect_plan(palpate::Scene& scene) {
   expect(palpate::PlanPasses().begin() == palpate::PlanPasses().end(), "an empty plan has none");
   const auto is_counted = [](const palpate_plan_pass& pass) { return pass.most_operations > 0; };
   expect(std::any_of(plan.begin(), plan.end(), is_counted), "a pass says what it may count");
-  expect(scene.most_operations() >= palpate_default_scene_def().max_operations, "and so does the whole step");
+  expect(scene.most_operations() >= palpate::SceneDef().max_operations, "and so does the whole step");
   expect(palpate::operations_in(300) > 0 && palpate::operations_in(-1) == 0, "and the machine what it counts");
 
   palpate_step_load load = palpate_default_step_load();
@@ -57,10 +57,10 @@ void expect_plan(palpate::Scene& scene) {
 // A grip holds a node, moves on, and goes.
 void expect_report(const palpate::Bundle& bundle, std::int32_t node) {
   palpate_error error = {};
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   expect(!palpate::Scene::create(bundle, def, &error).report(), "a scene without a report has none");
   expect(palpate::Report().contacts().empty() && palpate::Report().events().empty(), "and an empty one is empty");
-  def.report = PALPATE_REPORT_CONTACTS;
+  def.report.report = PALPATE_REPORT_CONTACTS;
   palpate::Scene scene = palpate::Scene::create(bundle, def, &error);
   palpate::Contacts contacts = scene.make_contacts();
   palpate_grip grips[2] = {palpate_default_grip(), palpate_default_grip()};
@@ -163,12 +163,12 @@ int main(int argc, char** argv) {
 
   const palpate::Bundle bundle = palpate::Bundle::open_file(argv[1], &error);
   expect(bundle && error.status == PALPATE_OK, "the bundle opens");
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   def.max_tools = 0;
   expect(!palpate::Scene::create(bundle, def, &error), "a scene for no tools is empty");
   expect(error.status == PALPATE_ERROR_ARGUMENT && error.text[0], "and says why");
 
-  def = palpate_default_scene_def();
+  def = palpate::SceneDef();
   palpate::Scene scene;
   expect(!scene, "a scene that was not created is empty");
   scene = palpate::Scene::create(bundle, def, &error);
@@ -177,7 +177,7 @@ int main(int argc, char** argv) {
   expect(scene.touch(nullptr, 0, 0.001, contacts) == 0 && contacts->step == 1, "and steps");
 
   // A ligament between a touchable node's triangle and a point 5 cm beside it.
-  def.max_links = 1, def.grasps = 1;
+  def.links.max_links = 1, def.grasps.grasps = 1;
   scene = palpate::Scene::create(bundle, def, &error);
   palpate::Contacts held = scene.make_contacts();
   palpate_link link = palpate_default_link();

@@ -96,7 +96,7 @@ void keep(const std::string& broken) {
 
 void play(FuzzInput& input) {
   const Base& base = bases()[input.below(static_cast<std::uint32_t>(bases().size()))];
-  const palpate_scene_def def = fuzzed_effects(input);
+  const SceneDef def = fuzzed_effects(input);
   AlignedBytes bytes(damaged(base, input));
 
   palpate_bundle* opened = nullptr;

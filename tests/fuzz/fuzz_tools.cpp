@@ -113,17 +113,20 @@ constexpr int kVertices = 4;
 void play(FuzzInput& input) {
   const std::uint32_t forms = static_cast<std::uint32_t>(good_bundles().size());
   palpate_bundle* bundle = good_bundles()[input.below(forms)].bundle.get();
-  palpate_scene_def def = fuzzed_effects(input);
+  SceneDef def = fuzzed_effects(input);
   Budget budget = {std::size_t{1} << (4 + input.below(22))};  // 16 bytes to 32 MiB
   def.max_points = Host::kPoints - 1;
-  scramble(input, &def, offsetof(palpate_scene_def, allocator), 2);
-  state_at_most_its_size(def);
+  palpate_scene_def& of_core = def;
+  scramble(input, &of_core, offsetof(palpate_scene_def, allocator), 2);
+  scramble(input, &def.relaxation.terms, sizeof(palpate_relaxation_def) - offsetof(palpate_relaxation_def, terms), 2);
+  scramble(input, &def.inside.inside, sizeof def.inside.inside, 2);
+  state_at_most_its_size(of_core);
   def.allocator = {take, give_back, &budget};
   // A render mesh of any floats, with or without normals. Its pointer stays valid: the API makes that the host's duty.
   float positions[kVertices][3], normals[kVertices][3];
   palpate_render_mesh mesh = render_mesh(positions[0], input.flag() ? normals[0] : nullptr, kVertices);
-  def.render_mesh = input.flag() ? &mesh : nullptr;
-  for (int v = 0; def.render_mesh && v < kVertices; ++v)
+  if (input.flag()) def.render_mesh = mesh;
+  for (int v = 0; def.render_mesh.positions && v < kVertices; ++v)
     for (int i = 0; i < 3; ++i) {
       positions[v][i] = 0.02F + static_cast<float>(input.number(0.03));
       normals[v][i] = static_cast<float>(input.number(1));
@@ -136,8 +139,10 @@ void play(FuzzInput& input) {
   if (!scene || def.max_points > Host::kPoints) return;
 
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
-  palpate_scene_def read = palpate_default_scene_def();  // the part that the library has read
-  std::memcpy(&read, &def, def.struct_bytes);
+  SceneDef read = def;  // the part that the library has read
+  palpate_scene_def& core_read = read;
+  core_read = palpate_default_scene_def();
+  std::memcpy(&core_read, &of_core, def.struct_bytes);
   HeldPlay held(scene.get(), read, info.node_count);
   const double middle[3] = {0.03, 0.02, 0.02};
   Host host;

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <array>
 
-#include "runtime/include/palpate/palpate.h"
+#include <palpate/palpate_scene_def.hpp>
 #include "tests/fuzz/fuzz_input.h"
 
 namespace palpate::tests {
 
 // Any effects. The limits are small, so that steps reach them.
-inline palpate_scene_def fuzzed_effects(FuzzInput& input) {
-  palpate_scene_def def = palpate_default_scene_def();
+inline SceneDef fuzzed_effects(FuzzInput& input) {
+  SceneDef def;
   def.collision = static_cast<palpate_collision>(input.below(3));
   def.contact = static_cast<palpate_contact_model>(input.below(4));
   def.law = static_cast<palpate_contact_law>(input.below(4));
@@ -19,9 +19,9 @@ inline palpate_scene_def fuzzed_effects(FuzzInput& input) {
   def.shape = static_cast<palpate_shape_model>(input.below(3));
   if (def.shape != PALPATE_SHAPE_OFF) def.radial = static_cast<palpate_radial_model>(input.below(2));
   def.preload = static_cast<palpate_preload_model>(input.below(2));
-  if (def.shape == PALPATE_SHAPE_VOLUME && def.preload == PALPATE_PRELOAD_ON) def.inside = PALPATE_INSIDE_ON;
+  if (def.shape == PALPATE_SHAPE_VOLUME && def.preload == PALPATE_PRELOAD_ON) def.inside.inside = PALPATE_INSIDE_ON;
   if (def.force != PALPATE_FORCE_OFF && input.flag()) {
-    def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+    def.relaxation.terms = 1;
     def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.01;
   }
   def.max_tools = 3, def.max_points = 8;

@@ -31,8 +31,8 @@ void write_file(const std::filesystem::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-palpate_scene_def small_def() {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef small_def() {
+  SceneDef def;
   def.max_tools = 2, def.max_points = 4, def.max_contact_nodes = 24;
   return def;
 }
@@ -49,7 +49,7 @@ class PlayedFile {
     if (palpate_bundle_open_file(path.c_str(), &options, &opened, &error) != PALPATE_OK)
       throw std::runtime_error(error.text);
     bundle.reset(opened);
-    const palpate_scene_def def = small_def();
+    const SceneDef def = small_def();
     palpate_scene* created = nullptr;
     if (palpate_scene_create(opened, &def, &created, &error) != PALPATE_OK) throw std::runtime_error(error.text);
     scene.reset(created);
@@ -96,7 +96,7 @@ TEST(HostileFile, CutAnywhereWhileMappedIsFlaggedOrHasLostNothing) {
     ASSERT_EQ(palpate_bundle_check(file.bundle.get(), &error), PALPATE_ERROR_TRUNCATED) << n;
     ASSERT_EQ(palpate_bundle_prefault(file.bundle.get(), 0, &error), PALPATE_ERROR_TRUNCATED) << n;
     palpate_scene* another = nullptr;
-    const palpate_scene_def def = small_def();
+    const SceneDef def = small_def();
     ASSERT_EQ(palpate_scene_create(file.bundle.get(), &def, &another, &error), PALPATE_ERROR_TRUNCATED) << n;
     ASSERT_EQ(another, nullptr);
   }
@@ -148,7 +148,7 @@ TEST(HostileFile, CutWhileScenesOnSeveralThreadsStepIsFlaggedInAll) {
     PlayedFile file("threads.h5"), other("other.h5", 5);
     std::vector<std::unique_ptr<HeldPlay>> plays;
     std::vector<ScenePointer> scenes;
-    const palpate_scene_def def = small_def();
+    const SceneDef def = small_def();
     for (int t = 0; t < 3; ++t) {
       palpate_bundle* bundle = t == 2 ? other.bundle.get() : file.bundle.get();
       palpate_scene* created = nullptr;
@@ -297,7 +297,7 @@ TEST(HostileFile, ThatIsCopiedLeavesSignalsAloneAndCannotHarmAScene) {
   host_faults = 0;
   const auto path = scratch("copied.h5");
   const palpate_bundle_options options = options_for(PALPATE_FILE_COPY);
-  const palpate_scene_def def = small_def();
+  const SceneDef def = small_def();
   const auto kept_on = [&](auto harm) {
     write_file(path, form(0).bytes);
     palpate_bundle* opened = nullptr;
@@ -325,7 +325,7 @@ TEST(HostileFile, ThatIsCopiedLeavesSignalsAloneAndCannotHarmAScene) {
     EXPECT_EQ(step(), good);
     palpate_error error = {};
     EXPECT_NE(palpate_bundle_check(opened, &error), PALPATE_OK);
-    palpate_scene_def more = def;
+    SceneDef more = def;
     more.shape = PALPATE_SHAPE_VOLUME;  // needs a section that was not copied before
     palpate_scene* another = nullptr;
     EXPECT_EQ(palpate_scene_create(opened, &more, &another, &error), PALPATE_ERROR_TRUNCATED) << error.text;

@@ -25,26 +25,26 @@ formats::BundleIndex index_of(const BundleForm& form) {
 }
 
 // Small limits, so that creating a scene is fast.
-palpate_scene_def small_def() {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef small_def() {
+  SceneDef def;
   def.max_tools = 2, def.max_points = 4, def.max_contact_nodes = 24;
   return def;
 }
 
 // Definitions that together read every section. A bundle without a section refuses the effects that need it.
-std::vector<palpate_scene_def> all_defs() {
-  palpate_scene_def volume = small_def(), laws = small_def(), nodes = small_def(), inside = small_def();
+std::vector<SceneDef> all_defs() {
+  SceneDef volume = small_def(), laws = small_def(), nodes = small_def(), inside = small_def();
   volume.collision = PALPATE_COLLISION_DEFORMED;
   volume.shape = PALPATE_SHAPE_VOLUME, volume.radial = PALPATE_RADIAL_RESPONSE;
   volume.force = PALPATE_FORCE_RESPONSE, volume.preload = PALPATE_PRELOAD_ON;
   laws.collision = PALPATE_COLLISION_DEFORMED, laws.law = PALPATE_LAW_COULOMB;
   nodes.contact = PALPATE_CONTACT_TRIANGLE, nodes.collision = PALPATE_COLLISION_OFF;
   inside.contact = PALPATE_CONTACT_NODE, inside.collision = PALPATE_COLLISION_OFF;
-  inside.shape = PALPATE_SHAPE_VOLUME, inside.inside = PALPATE_INSIDE_ON, inside.preload = PALPATE_PRELOAD_ON;
+  inside.shape = PALPATE_SHAPE_VOLUME, inside.inside.inside = PALPATE_INSIDE_ON, inside.preload = PALPATE_PRELOAD_ON;
   return {small_def(), volume, laws, nodes, inside};
 }
 
-Played play(const std::string& bytes, const palpate_scene_def& def, int steps = 12) {
+Played play(const std::string& bytes, const SceneDef& def, int steps = 12) {
   AlignedBytes exact(bytes);
   return play_bytes(exact, def, steps);
 }
@@ -247,14 +247,14 @@ TEST(HostileScene, WithNumbersThatAreNoneIsRefusedOrFlaggedOrFinite) {
                     size);
       };
       for (const double value : values) {
-        const auto held = [&](const std::string& bytes, const palpate_scene_def& def, std::int64_t at) {
+        const auto held = [&](const std::string& bytes, const SceneDef& def, std::int64_t at) {
           const Played played = play(bytes, def);
           ASSERT_EQ(played.broken, "") << form.name << " " << formats::describe_section(SectionId(entry.id))->path
                                        << " " << at << " = " << value;
           flagged += (played.flags & PALPATE_STEP_UNSOLVED) != 0;
           refused += played.opened != PALPATE_OK || played.created != PALPATE_OK;
         };
-        for (const palpate_scene_def& def : all_defs()) {
+        for (const SceneDef& def : all_defs()) {
           std::string bytes = form.bytes;
           for (std::uint64_t at = 0; at < count; ++at) put(bytes, at, value);
           held(bytes, def, -1);
@@ -284,7 +284,7 @@ TEST(HostileScene, ShowsNoDisplacementWhereTheBundleHasNoNumberAndSaysSo) {
   palpate_bundle* opened = nullptr;
   ASSERT_EQ(palpate_bundle_open_file(file.c_str(), nullptr, &opened, nullptr), PALPATE_OK);
   const BundlePointer bundle(opened);
-  palpate_scene_def def = small_def();
+  SceneDef def = small_def();
   palpate_scene* created = nullptr;
   ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &created, nullptr), PALPATE_OK);
   const ScenePointer scene(created);

@@ -25,13 +25,9 @@ tool shape: tool_shape \bhull\b
 """
 # File, what stands there, why.
 EXCEPTIONS = r"""
-scene/effect_list.cpp | PALPATE_KEY.* | the fields of palpate_scene_def that switch an effect on
-base/defaults.cpp | defaults\.(relaxation|needle_places|dent|inside|deformation).* | fields of palpate_scene_def
-base/host_struct.h | palpate_scene_def, relaxation | a field of palpate_scene_def
 base/contact_nodes.h | \.motions?_(count|offset)|palpate_contacts_motions | fields of palpate_contacts
 shape/shape.cpp | palpate_contacts_motions | reads fields of palpate_contacts
 contact/touch.cpp | out\.deformation_(steps|residual) | fields of palpate_contacts
-contact/tool_input.h | offsetof\(palpate_tool, (grasp|needle)\) | fields of palpate_tool
 bundle/bundle.cpp | motion_count|counts\.motions|SectionId::large_(order|stiffening) | fields of palpate_bundle_info
 bundle/file_map_windows.cpp | LARGE_INTEGER | a type of Windows
 """

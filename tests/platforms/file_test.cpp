@@ -1,7 +1,7 @@
 // file_test BUNDLE.h5 FOLDER: bundle files on Windows: names in UTF-8, what cannot be opened, and that nobody writes to an open one.
 #define WIN32_LEAN_AND_MEAN
-#include <palpate/palpate.h>
 #include <windows.h>
+#include <palpate/palpate_scene_def.hpp>
 
 #include <cstdio>
 #include <cstring>
@@ -64,7 +64,7 @@ void expect_refusal(const std::string& path, const char* sentence) {
 double press(palpate_bundle* bundle) {
   palpate_error error = {};
   palpate_scene* scene = nullptr;
-  palpate_scene_def def = palpate_default_scene_def();
+  palpate::SceneDef def;
   def.contact = PALPATE_CONTACT_NODE, def.collision = PALPATE_COLLISION_OFF;
   if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK) return std::printf("%s\n", error.text), 0;
   const palpate_status locked = palpate_bundle_prefault(bundle, 1, &error);

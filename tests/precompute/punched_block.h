@@ -2,6 +2,8 @@
 // forms of a half-space.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <numbers>
 
 #include "tests/precompute/support.h"
@@ -87,7 +89,7 @@ class Punched {
           const Eigen::Vector3d at(tools[t].at[0][0], tools[t].at[0][1], 0);
           find_on_top(at, &grasps[t]);
           Eigen::Map<Eigen::Vector3d>(grasps[t].position) = at + std::max(0.0, share) * way;
-          grasps[t].radius = tools[t].radius, sent[t].grasp = &grasps[t];
+          grasps[t].radius = tools[t].radius, sent[t].parts = &grasps[t].part;
           continue;
         }
         points[t].clear();
@@ -138,7 +140,7 @@ class Punched {
     grasp.radius = radius;
     find_on_top(at, &grasp);
     palpate_tool tool = palpate_default_tool();
-    tool.grasp = &grasp, tool.has_torque = 1;
+    tool.parts = &grasp.part, tool.has_torque = 1;
     for (const double share : {0.0, 1.0}) {
       Eigen::Map<Eigen::Vector3d>(grasp.position) = at + share * way;
       Eigen::Map<Eigen::Vector3d>(tool.reference) = at + share * way;
@@ -183,13 +185,13 @@ class Punched {
     if (palpate_bundle_open(bytes_->data(), bytes_->size(), nullptr, &opened, &error) != PALPATE_OK)
       throw std::runtime_error(error.text);
     bundle_.reset(opened);
-    palpate_scene_def def = unlimited_def();
-    def.grasps = 1, def.max_tools = 4, def.torque_limit = def.torque_slew = INFINITY;
+    SceneDef def = unlimited_def();
+    def.grasps.grasps = 1, def.max_tools = 4, def.torque_limit = def.torque_slew = INFINITY;
     scene_ = scene_of(def);
     def.max_tools = 1;
     grasping_ = scene_of(def);
   }
-  ScenePointer scene_of(const palpate_scene_def& def) const {
+  ScenePointer scene_of(const SceneDef& def) const {
     palpate_scene* scene = nullptr;
     palpate_error error = {};
     if (palpate_scene_create(bundle_.get(), &def, &scene, &error) != PALPATE_OK) throw std::runtime_error(error.text);

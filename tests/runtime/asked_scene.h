@@ -1,6 +1,8 @@
 // What tests ask of a scene: why it is refused, the memory that it holds, and its state in another scene.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <map>
 
 #include "tests/runtime/touched_box.h"
@@ -20,7 +22,7 @@ inline palpate_error refusal_of(const TouchedBody& body, const palpate_scene_def
 }
 
 // Bytes that a scene holds of its allocator. planned: those that its plan states.
-inline std::size_t bytes_of(palpate_scene_def def, const TouchedBody& on, std::uint64_t* planned = nullptr) {
+inline std::size_t bytes_of(SceneDef def, const TouchedBody& on, std::uint64_t* planned = nullptr) {
   static std::map<void*, std::size_t> held;
   held.clear();
   def.allocator.allocate = [](void*, std::size_t count, std::size_t alignment) -> void* {

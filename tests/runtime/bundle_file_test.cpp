@@ -48,7 +48,7 @@ TEST(BundleBytes, WithUnusableNumbersDoNotBecomeAScene) {
     palpate_bundle* opened = nullptr;
     EXPECT_EQ(palpate_bundle_open(bytes.data(), bytes.size(), nullptr, &opened, nullptr), PALPATE_OK);
     const BundlePointer bundle(opened);
-    const palpate_scene_def def = palpate_default_scene_def();
+    const SceneDef def;
     palpate_scene* scene = nullptr;
     const palpate_status status = palpate_scene_create(bundle.get(), &def, &scene, nullptr);
     EXPECT_EQ(scene, nullptr);
@@ -95,7 +95,7 @@ TEST(BundleFile, GivesTheSameStepsAsItsBytesHoweverItIsOpened) {
   const TouchedBox box;
   const auto file = scratch_file("same.h5");
   write_bundle(file, tiny_bundle());
-  const palpate_scene_def def = palpate_default_scene_def();
+  const SceneDef def;
   const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), {.2, .3, .5}, {-.002, .001, 0})};
   const palpate_tool tool = tool_of(grips);
   const ScenePointer of_bytes = box.scene(def);
@@ -144,7 +144,7 @@ TEST(BundleFile, IsCopiedSectionBySectionIntoTheBundlesMemory) {
   BundlePointer bundle(opened);
   EXPECT_EQ(host.arrays, 1) << "opening keeps no section";
   const std::size_t opening = host.taken;
-  const palpate_scene_def def = palpate_default_scene_def();
+  const SceneDef def;
   host.most = host.taken + 1000;
   palpate_scene* scene = nullptr;
   EXPECT_EQ(palpate_scene_create(opened, &def, &scene, &error), PALPATE_ERROR_MEMORY);

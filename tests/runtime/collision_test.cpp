@@ -42,7 +42,7 @@ TEST(Collision, AgreesWithTestingEveryTriangle) {
 
 // One tool of points, moved step by step.
 struct Hand {
-  Hand(const TouchedBox& box, const palpate_scene_def& def) : scene(box.scene(def)), contacts(scene.get()) {}
+  Hand(const TouchedBox& box, const SceneDef& def) : scene(box.scene(def)), contacts(scene.get()) {}
   palpate_step_flags move(const std::vector<Eigen::Vector3d>& tools, int hold = 0) {
     points.assign(tools.size(), {});
     std::vector<palpate_tool> list(tools.size());
@@ -192,7 +192,7 @@ TEST(Collision, GivesTwoToolsInOneTriangleTheirOwnForces) {
 // Presses one tool 4 mm into the face x = 60 mm and lowers a second one beside it.
 std::pair<double, double> onset_beside_a_dent(palpate_collision collision) {
   const TouchedBox box({.cells = {4, 4, 4}});
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = collision;
   Hand hand(box, def);
   const Eigen::Vector3d first(0.06, 0.024, 0.021), second(0.06, 0.029, 0.021), out(1, 0, 0);
@@ -231,7 +231,7 @@ TEST(Collision, MeetsTheRestSurfaceAtRestAndTheDeformedSurfaceWhenItFollows) {
 
 TEST(Collision, DoesNotLetAMovingSurfacePassARestingPoint) {
   const TouchedBox box({.cells = {4, 4, 4}});
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED;
   const ScenePointer scene = box.scene(def);
   Contacts contacts(scene.get());
@@ -286,7 +286,7 @@ TEST(Collision, OfTwoToolsThatPinchAThinPartSeldomEndsForTheSakeOfTheOtherOne) {
 // deformed surface carries it, is from its point in the end.
 double beside_the_place(palpate_contact_law law) {
   const TouchedBox box({.cells = {4, 4, 4}});
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = law, def.contact = PALPATE_CONTACT_POINT;
   Hand hand(box, def);
   const Eigen::Vector3d first(0.06, 0.022, 0.021), second(0.06, 0.029, 0.018), out(1, 0, 0);
@@ -313,7 +313,7 @@ TEST(Collision, KeepsTheToolsThatSlideOverThePlacesThatAreUnderThem) {
 
 TEST(Collision, MeetsAPointThatTheSurfaceSpringsBackOver) {
   const TouchedBox plate({.cells = {6, 6, 1}, .size = {0.06, 0.06, 0.006}});
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED;
   const ScenePointer scene = plate.scene(def);
   Contacts contacts(scene.get());

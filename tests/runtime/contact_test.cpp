@@ -36,7 +36,7 @@ double relative_difference(const std::vector<float>& u, const Eigen::VectorXd& r
 
 // A scene in which one tool holds grips.
 struct Held {
-  Held(const TouchedBox& box, const palpate_scene_def& def, const std::vector<palpate_grip>& grips)
+  Held(const TouchedBox& box, const SceneDef& def, const std::vector<palpate_grip>& grips)
       : scene(box.scene(def)),
         contacts(scene.get()),
         nodes(def.shape == PALPATE_SHAPE_VOLUME ? static_cast<std::int32_t>(box.dofs() / 3) : box.body.surface_nodes) {
@@ -57,7 +57,7 @@ class Superposition : public testing::TestWithParam<int> {};
 // allowed.
 TEST_P(Superposition, OfNodeContactsEqualsAFullDirichletSolve) {
   const TouchedBox box;
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.shape = PALPATE_SHAPE_VOLUME;
   def.max_points = def.max_contact_nodes = 200;
   const int count = std::min<int>(GetParam(), static_cast<int>(box.touchable.size()));
@@ -125,7 +125,7 @@ struct PlaceMotion {
   Eigen::Vector3d motion, force;
 };
 PlaceMotion move_place(const TouchedBox& box, palpate_contact_model model, Eigen::Vector3d k, Eigen::Vector3d d) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.contact = model;
   const std::int32_t triangle = box.far_triangle();
   Held held(box, def, {grip_at_place(triangle, k, d)});
@@ -139,7 +139,7 @@ PlaceMotion move_place(const TouchedBox& box, palpate_contact_model model, Eigen
 
 // Twice the elastic energy of a shape, from the dense stiffness.
 double energy_of(const TouchedBox& box, palpate_contact_model model, Eigen::Vector3d k, Eigen::Vector3d d) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.contact = model, def.shape = PALPATE_SHAPE_VOLUME;
   const auto u = Held(box, def, {grip_at_place(box.far_triangle(), k, d)}).shape();
   const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXf>(u.data(), box.dofs()).cast<double>();
@@ -172,7 +172,7 @@ TEST(Contact, OfAPointStoresLessEnergyThanThatOfATriangle) {
 
 TEST(Contact, ImposesThePapersAlphaOnTheThreeVertices) {
   const TouchedBox box;
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.contact = PALPATE_CONTACT_TRIANGLE;
   const Eigen::Vector3d k(.2, .3, .5), d(-0.003, 0.001, 0.0005);
   const std::int32_t triangle = box.far_triangle();
@@ -190,7 +190,7 @@ TEST(Contact, ImposesThePapersAlphaOnTheThreeVertices) {
 TEST(Contact, HoldsTheNearestVertexUnderNode) {
   const TouchedBox box;
   const Eigen::Vector3d d(-0.003, 0.001, 0.0005);
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.contact = PALPATE_CONTACT_NODE;
   Held held(box, def, {grip_at_place(box.far_triangle(), {.2, .7, .1}, d)});
   ASSERT_EQ(held.contacts->node_count, 1);
@@ -235,7 +235,7 @@ TEST(Contact, GivesAnUntouchableVertexsWeightToTheOthersAndSaysSo) {
 
 TEST(Contact, KeepsTheFirstOnesWhenThereAreTooMany) {
   const TouchedBox box;
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.max_points = def.max_contact_nodes = 4;
   std::vector<palpate_grip> grips;
   for (int i = 0; i < 9; ++i) grips.push_back(grip_at_node(box.touchable[4 * i], wave(i)));
@@ -251,7 +251,7 @@ TEST(Contact, KeepsTheFirstOnesWhenThereAreTooMany) {
 // moves to another node, and axes change. After each step the answer equals that of a scene that has played that step alone.
 TEST(Contact, ThatComesAndGoesLeavesTheAnswerOfAFreshScene) {
   const TouchedBox box;
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.max_points = def.max_contact_nodes = 60;
   const ScenePointer scene = box.scene(def);
   Contacts contacts(scene.get());

@@ -92,7 +92,7 @@ TEST(DeformedCollision, AJumpIsLostTrackingAndNoContact) {
   const TouchedBox box;
   for (const auto contact : {PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
     for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-      palpate_scene_def def = palpate_default_scene_def();
+      SceneDef def;
       def.contact = contact, def.law = law, def.collision = PALPATE_COLLISION_DEFORMED;
       Watched watched(box, def);
       const auto lost = [&] { return (watched.flags() & PALPATE_STEP_TRACKING_LOST) != 0; };
@@ -130,7 +130,7 @@ TEST(DeformedCollision, AJumpIsLostTrackingAndNoContact) {
 TEST(DeformedCollision, APointThatSlowlyPassesAThinPartIsHeldAndThenReleased) {
   // Within the speed that is followed, but through a plate of 4 mm in one step: the plate does not hold it.
   const TouchedBox plate({.cells = {6, 6, 1}, .size = {.06, .06, .004}});
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.contact = PALPATE_CONTACT_POINT, def.collision = PALPATE_COLLISION_DEFORMED, def.release_distance = .015;
   Watched jump(plate, def);
   jump.step({.041, .03, .007}, {});
@@ -161,7 +161,7 @@ TEST(DeformedCollision, AContactThatHoldsEndsAtTheReleaseDistanceAndDoesNotBegin
   const TouchedBox box;
   for (const double given : {0.0, .002, .010})
     for (const auto contact : {PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
-      palpate_scene_def def = palpate_default_scene_def();
+      SceneDef def;
       def.collision = PALPATE_COLLISION_DEFORMED, def.contact = contact, def.release_distance = given;
       const double release =
           given > 0 ? given : std::sqrt(.06 * .06 + .05 * .05 + .04 * .04) / 5;  // of the body's diagonal

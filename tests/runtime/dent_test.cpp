@@ -43,20 +43,20 @@ const Drawn& drawn() {
   return shared;
 }
 
-palpate_scene_def dent_def(palpate_contact_law law = PALPATE_LAW_STICKING) {
-  palpate_scene_def def = unlimited_def();
+SceneDef dent_def(palpate_contact_law law = PALPATE_LAW_STICKING) {
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = law;
-  def.report = PALPATE_REPORT_CONTACTS, def.dent = PALPATE_DENT_DISCS;
+  def.report.report = PALPATE_REPORT_CONTACTS, def.dent.dent = PALPATE_DENT_DISCS;
   return def;
 }
 
 // A scene with a render mesh, and what it draws after each step.
 struct Drawing {
-  explicit Drawing(palpate_scene_def def = dent_def(), const Drawn& of = drawn(), const TouchedBody& body = box(),
+  explicit Drawing(SceneDef def = dent_def(), const Drawn& of = drawn(), const TouchedBody& body = box(),
                    bool with_normals = true)
       : body_(body) {
     const palpate_render_mesh mesh = of.view(with_normals);
-    def.render_mesh = &mesh;
+    def.render_mesh = mesh;
     scene = body.scene(def);
     contacts = std::make_unique<Contacts>(scene.get());
     positions.resize(of.fine.positions.size());
@@ -247,9 +247,9 @@ TEST(Dent, AtTheAxisTheContactsOwnComplianceIsDrawn) {
 }
 
 TEST(Dent, WithoutAReportTheSkinHasEveryBitOfASceneWithoutDents) {
-  palpate_scene_def def = dent_def();
+  SceneDef def = dent_def();
   Drawing with;
-  def.dent = PALPATE_DENT_OFF;
+  def.dent.dent = PALPATE_DENT_OFF;
   Drawing off(def);
   for (Drawing* drawing : {&with, &off}) press(*drawing, kPlaces[0], .003, .004, 2e-4, [](const Vector3d&) {});
   EXPECT_NE(with.positions, off.positions);
@@ -323,7 +323,7 @@ TEST(Dent, TwoDiscsSideBySideAreBothMet) {
 TEST(Dent, ATurnedOrganAndAPreloadTurnTheDiscAlong) {
   for (const bool preload : {false, true}) {
     static const TouchedBox loaded({.cells = {5, 4, 4}}, add_everything);
-    palpate_scene_def def = dent_def();
+    SceneDef def = dent_def();
     def.preload = preload ? PALPATE_PRELOAD_ON : PALPATE_PRELOAD_OFF;
     Drawing drawing(def, drawn(), loaded);
     // The surface as it rests now, under the place.
@@ -393,15 +393,15 @@ TEST(Dent, ADamagedReportMakesNoDentAndSaysSo) {
 
 TEST(Dent, NeedsARenderMeshAReportAndDiscs) {
   const palpate_render_mesh mesh = drawn().view();
-  const std::function<void(palpate_scene_def&)> lacks[] = {
-      [](palpate_scene_def& def) { def.render_mesh = nullptr; },
-      [](palpate_scene_def& def) { def.report = PALPATE_REPORT_OFF; },
-      [](palpate_scene_def& def) { def.contact = PALPATE_CONTACT_POINT; },
-      [](palpate_scene_def& def) { def.dent = static_cast<palpate_dent_model>(2); },
+  const std::function<void(SceneDef&)> lacks[] = {
+      [](SceneDef& def) { def.render_mesh.positions = nullptr; },
+      [](SceneDef& def) { def.report.report = PALPATE_REPORT_OFF; },
+      [](SceneDef& def) { def.contact = PALPATE_CONTACT_POINT; },
+      [](SceneDef& def) { def.dent.dent = static_cast<palpate_dent_model>(2); },
   };
   for (const auto& lack : lacks) {
-    palpate_scene_def def = dent_def();
-    def.render_mesh = &mesh;
+    SceneDef def = dent_def();
+    def.render_mesh = mesh;
     lack(def);
     EXPECT_EQ(refusal_of(box(), def).status, PALPATE_ERROR_ARGUMENT);
   }

@@ -22,10 +22,6 @@ void for_each_key(Each each) {
   for (std::int32_t k = 0; const palpate_key* key = palpate_scene_key(k); ++k) each(*key);
 }
 
-std::size_t offset_of(const palpate_key& key) {
-  return static_cast<std::size_t>(key.offset);
-}
-
 std::vector<std::string> words_of(const palpate_key& key) {
   std::vector<std::string> words;
   std::istringstream list(key.words);
@@ -35,33 +31,60 @@ std::vector<std::string> words_of(const palpate_key& key) {
 
 TEST(Descriptors, HaveNamesAndFieldsOfTheirOwn) {
   std::set<std::string> names;
-  std::vector<int> owners(sizeof(palpate_scene_def), 0);
+  std::map<const Effect*, std::vector<int>> owners;  // [bytes of the struct]; nullptr: palpate_scene_def
+  owners[nullptr].resize(sizeof(palpate_scene_def));
   for (const Effect* effect : all_effects()) {
     EXPECT_TRUE(names.insert(effect->name).second) << effect->name;
     EXPECT_TRUE(effect->build || effect->prepare) << effect->name;
     EXPECT_FALSE(effect->keys.empty()) << effect->name;
+    for (const EffectKey& key : effect->keys) EXPECT_EQ(key.effect, effect) << key.name;
+    owners[effect].resize(effect->def.sizes.known);
   }
   std::size_t keys = core_keys().size();
   for (const Effect* effect : all_effects()) keys += effect->keys.size();
   for_each_key([&](const palpate_key& key) {
     const auto begin = static_cast<std::size_t>(key.offset), end = begin + static_cast<std::size_t>(key.bytes);
-    ASSERT_LE(end, owners.size()) << key.name;
-    for (std::size_t b = begin; b < end; ++b) EXPECT_EQ(owners[b]++, 0) << key.name;
+    std::vector<int>& owner = owners.at(key.effect);
+    ASSERT_LE(end, owner.size()) << key.name;
+    for (std::size_t b = begin; b < end; ++b) EXPECT_EQ(owner[b]++, 0) << key.name;
     --keys;
   });
   EXPECT_EQ(keys, 0u);
   EXPECT_EQ(palpate_scene_key(-1), nullptr);
-  // The 4 bytes in front of an 8-byte field may be padding. Of a field without a key a saved state would not know.
-  for_each_key([&](const palpate_key& key) {
-    const auto field = owners.begin() + key.offset;
-    if (key.bytes % 8 == 0) std::fill(field - 4, field, 1);
-  });
-  EXPECT_EQ(std::count(owners.begin() + sizeof(std::uint32_t), owners.end(), 0), 0);
+  // Of a field without a key a saved state would not know. Its own size, what is reserved, and the chain have none; nor do the other fields of
+  // effects that stand for an array of the host.
+  for (const auto& [effect, owner] : owners) {
+    const std::ptrdiff_t without =
+        effect ? sizeof(palpate_part) : sizeof(std::uint32_t) + sizeof(std::int32_t) + sizeof(const palpate_part*);
+    if (effect && effect->keys[0].type == PALPATE_KEY_POINTER) continue;
+    EXPECT_LE(std::count(owner.begin(), owner.end(), 0), without + (effect ? 4 : 0))
+        << (effect ? effect->name : "core");
+  }
 }
 
-TEST(Descriptors, AreOfEffectsThatAreOffByDefault) {
-  const palpate_scene_def def = palpate_default_scene_def();
-  for (const Effect* effect : all_effects()) EXPECT_FALSE(effect->is_on(def)) << effect->name;
+// Without a part of it an effect is off; a part of palpate_add_all_parts is, too; and each is on in the struct that a host begins with, but for
+// those that need a number or an array.
+TEST(Descriptors, SayWhatSwitchesAnEffect) {
+  palpate_scene_def def = palpate_default_scene_def();
+  const SceneDef whole;
+  std::vector<std::uint64_t> memory(palpate_all_parts_bytes() / 8);
+  palpate_scene_def by_name = def;
+  palpate_add_all_parts(&by_name, memory.data());
+  for (const Effect* effect : all_effects()) {
+    const EffectKey& first = effect->keys[0];
+    EXPECT_EQ(palpate_key_number(&first, &def), 0) << effect->name;
+    EXPECT_EQ(palpate_key_number(&first, &whole), 0) << effect->name;
+    EXPECT_EQ(palpate_key_number(&first, &by_name), 0) << effect->name;
+    EXPECT_EQ(palpate_set_key(&first, &def, 1), 0) << effect->name;
+    alignas(8) unsigned char bytes[kMostPartBytes] = {};
+    effect->def.init(bytes, effect->def.sizes.known);
+    auto* const part = reinterpret_cast<palpate_part*>(bytes);
+    EXPECT_EQ(part->effect, effect) << effect->name;
+    palpate_scene_def own = def;
+    palpate_add_part(&own.parts, part);
+    const bool needs_a_choice = first.type == PALPATE_KEY_POINTER || first.type == PALPATE_KEY_COUNT;
+    EXPECT_EQ(palpate_key_number(&first, &own), needs_a_choice ? 0 : 1) << effect->name;
+  }
 }
 
 // Every choice has as many words as values, and every reason is a sentence that names what to do.
@@ -77,7 +100,7 @@ TEST(Descriptors, SayWordsOfAllValuesAndReasons) {
     }
 }
 
-std::string refusal_of(const TouchedBox& box, const palpate_scene_def& def) {
+std::string refusal_of(const TouchedBox& box, const SceneDef& def) {
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   EXPECT_NE(palpate_scene_create(box.bundle(), &def, &scene, &error), PALPATE_OK);
@@ -92,7 +115,7 @@ TEST(Descriptors, SayTheLimitsOfTheCore) {
     if (key.type == PALPATE_KEY_POINTER) continue;
     for (const double value : {key.least - 1, key.most + 1, static_cast<double>(NAN)}) {
       if (value > 1e300) continue;
-      palpate_scene_def def = palpate_default_scene_def();
+      SceneDef def;
       palpate_set_key(&key, &def, value);
       EXPECT_THAT(refusal_of(box, def), testing::HasSubstr(std::string("palpate_scene_def: ") + key.name));
     }
@@ -101,42 +124,47 @@ TEST(Descriptors, SayTheLimitsOfTheCore) {
 
 // A host whose header is older has a smaller struct.
 TEST(Descriptors, DoNotReachBeyondTheHostsStruct) {
-  palpate_scene_def def = palpate_default_scene_def();
   for_each_key([&](const palpate_key& key) {
-    def.struct_bytes = static_cast<std::uint32_t>(key.offset);
-    const palpate_scene_def before = def;
+    SceneDef def;
+    std::uint32_t& bytes =
+        key.effect ? const_cast<palpate_part*>(find_part(def, *key.effect))->struct_bytes : def.struct_bytes;
+    bytes = static_cast<std::uint32_t>(key.offset);
     EXPECT_EQ(palpate_set_key(&key, &def, 1), 0) << key.name;
     EXPECT_EQ(palpate_key_number(&key, &def), 0) << key.name;
-    EXPECT_EQ(std::memcmp(&before, &def, sizeof def), 0) << key.name;
   });
 }
 
 // A value outside of its limits is refused by its name, and one that the effect excludes with the reason.
 TEST(Descriptors, AreWhatASceneIsCheckedBy) {
   const TouchedBox box;
-  const auto refusal = [&](const palpate_scene_def& def) { return refusal_of(box, def); };
-  const auto with = [](palpate_scene_def def, std::size_t at, int value) {
-    std::memcpy(reinterpret_cast<unsigned char*>(&def) + at, &value, sizeof value);
+  const auto refusal = [&](const SceneDef& def) { return refusal_of(box, def); };
+  const auto with = [](SceneDef def, const palpate_key& key, double value) {
+    EXPECT_EQ(palpate_set_key(&key, &def, value), 1) << key.name;
     return def;
+  };
+  const auto key_of = [](const char* name) {
+    const palpate_key* found = nullptr;
+    for_each_key([&](const palpate_key& key) { found = std::strcmp(key.name, name) == 0 ? &key : found; });
+    return *found;
   };
   for (const Effect* effect : all_effects()) {
     const EffectKey& first = effect->keys[0];
     if (first.type == PALPATE_KEY_POINTER) continue;
-    const palpate_scene_def off = palpate_default_scene_def();
-    palpate_scene_def on = with(off, offset_of(first), 1);
+    const SceneDef off;
+    SceneDef on = with(off, first, 1);
     for (const EffectKey& key : effect->keys.subspan(1))
-      if (key.type != PALPATE_KEY_NUMBER) on = with(on, offset_of(key), static_cast<int>(key.least));
-    EXPECT_THAT(refusal(with(off, offset_of(first), static_cast<int>(first.most) + 1)), testing::HasSubstr(first.name));
-    EXPECT_THAT(refusal(with(off, offset_of(first), -1)), testing::HasSubstr(first.name));
+      if (key.type != PALPATE_KEY_NUMBER) on = with(on, key, key.least);
+    EXPECT_THAT(refusal(with(off, first, first.most + 1)), testing::HasSubstr(first.name));
+    EXPECT_THAT(refusal(with(off, first, -1)), testing::HasSubstr(first.name));
     for (const EffectNeed& need : effect->needs) {
       // All needs are met but this one.
-      palpate_scene_def def = on;
+      SceneDef def = on;
       for (const EffectNeed& other : effect->needs)
-        for (int value = 0; !other.is_met(def); ++value) def = with(def, other.at, value);
+        for (int value = 0; !other.is_met(def); ++value) def = with(def, key_of(other.key), value);
       int missing = 0;
       while (missing < 32 && (need.values >> missing & 1u) != 0) ++missing;
       // One that the library does not know at all is refused before.
-      EXPECT_THAT(refusal(with(def, need.at, missing)),
+      EXPECT_THAT(refusal(with(def, key_of(need.key), missing)),
                   testing::AnyOf(testing::HasSubstr(need.reason), testing::HasSubstr("is OFF")))
           << effect->name;
     }

@@ -26,7 +26,7 @@ class BoxOrgan {
  public:
   explicit BoxOrgan(double young, palpate_contact_law law = PALPATE_LAW_STICKING, double friction = 0)
       : box_(form(young)), friction_(friction) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.law = law, def.shape = PALPATE_SHAPE_OFF;
     def.collision = PALPATE_COLLISION_DEFORMED;
     scene_ = box_.scene(def);

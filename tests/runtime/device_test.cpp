@@ -11,7 +11,7 @@ const TouchedBox& box() {
 
 // A tool point pressed 1 mm into the far face.
 struct Pressed {
-  explicit Pressed(const palpate_scene_def& def) : scene(box().scene(def)), contacts(scene.get()) {
+  explicit Pressed(const SceneDef& def) : scene(box().scene(def)), contacts(scene.get()) {
     const std::int32_t triangle = box().far_triangle(5);
     place = box().place(triangle, {.3, .3, .4}), out = box().outward(triangle);
     move(place + 0.001 * out);
@@ -93,7 +93,7 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
 }
 
 TEST(Device, IsNotSentAForceAboveTheLimitNorAJump) {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.force_limit = 0.5, def.force_slew = 20;
   Pressed tool(def);
   Eigen::Vector3d last = tool.force();
@@ -149,7 +149,7 @@ TEST(Device, LeavesTheOtherToolsAsTheyAreWhenOneHasNoSoundRadius) {
 
 TEST(Device, HoldsAFrozenPointWithASteadyForce) {
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.collision = collision;
     Pressed tool(def);
     for (int s = 0; s < 10; ++s) tool.move(tool.place - 0.001 * tool.out);
@@ -163,7 +163,7 @@ TEST(Device, HoldsAFrozenPointWithASteadyForce) {
 }
 
 TEST(Device, IsNotSentASpikeWhenTheContactBudgetIsExhausted) {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.force_limit = 0.5, def.force_slew = 20, def.max_points = def.max_contact_nodes = 3;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());

@@ -9,6 +9,7 @@
 #include "tests/runtime/played_box.h"
 #include "tests/support/fine_body.h"
 #include "tests/support/packed_bundle.h"
+#include "tests/support/relaxation.h"
 
 namespace palpate::tests {
 namespace {
@@ -43,8 +44,8 @@ TEST(Scene, TakesAllItsMemoryFromTheHostAndGivesItBack) {
   struct Host {
     long taken = 0, given = 0, limit = 1000;
   } host;
-  palpate_scene_def def = palpate_default_scene_def();
-  def.render_mesh = &vertices(), def.fine_surface = &fine_surface();
+  SceneDef def;
+  def.render_mesh = vertices(), def.fine_surface = fine_surface();
   def.allocator.user = &host;
   def.allocator.allocate = [](void* user, std::size_t bytes, std::size_t alignment) -> void* {
     Host& h = *static_cast<Host*>(user);
@@ -78,7 +79,7 @@ TEST(Scene, TakesAllItsMemoryFromTheHostAndGivesItBack) {
 
 TEST(Scene, TakesMemoryForLettingContactsGoOnlyWhereItFollowsTheSurface) {
   const auto bytes = [](palpate_collision collision, std::int32_t points) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.collision = collision, def.max_points = points;
     return bytes_of(def, box());
   };
@@ -89,7 +90,7 @@ TEST(Scene, TakesMemoryForLettingContactsGoOnlyWhereItFollowsTheSurface) {
 
 // The compliance between nodes takes 72 bytes for each pair of nodes, of which there are at most S.
 TEST(Scene, TakesMemoryForAsManyContactNodesAsTheBundleHasColumns) {
-  palpate_scene_def usual = palpate_default_scene_def(), many = usual;
+  SceneDef usual = SceneDef(), many = usual;
   usual.max_contact_nodes = 192, many.max_contact_nodes = 3000;
   const std::size_t columns = box().touchable.size();
   ASSERT_LT(columns, 192u);
@@ -97,7 +98,7 @@ TEST(Scene, TakesMemoryForAsManyContactNodesAsTheBundleHasColumns) {
 }
 
 // All output bytes of a scene in a played run. forces: include the forces of tools and nodes.
-std::string played(const palpate_scene_def& def, const std::function<void(palpate_scene*)>& before = {},
+std::string played(const SceneDef& def, const std::function<void(palpate_scene*)>& before = {},
                    const TouchedBox& on = box(), bool forces = true, double radius = 0.004) {
   const ScenePointer scene = on.scene(def);
   Contacts contacts(scene.get());
@@ -126,25 +127,25 @@ std::string played(const palpate_scene_def& def, const std::function<void(palpat
 }
 
 TEST(Scene, IsBitIdenticalWhenAnEffectThatDoesNothingIsAddedOrLeftOut) {
-  const palpate_scene_def plain = palpate_default_scene_def();
+  const SceneDef plain;
   const std::string reference = played(plain);
-  palpate_scene_def volume = plain;  // the same surface first
+  SceneDef volume = plain;  // the same surface first
   volume.shape = PALPATE_SHAPE_VOLUME;
-  volume.inside = PALPATE_INSIDE_ON;
+  volume.inside.inside = PALPATE_INSIDE_ON;
   EXPECT_EQ(played(volume), reference);
-  palpate_scene_def bigger = plain;
+  SceneDef bigger = plain;
   bigger.max_tools = 8, bigger.max_points = 100;
   bigger.max_contact_nodes = 512;  // as for 64 points: the contacts name it
   EXPECT_EQ(played(bigger), reference);
-  palpate_scene_def drawn = plain;
-  drawn.render_mesh = &vertices();
+  SceneDef drawn = plain;
+  drawn.render_mesh = vertices();
   EXPECT_EQ(played(drawn), reference);
-  drawn.report = PALPATE_REPORT_CONTACTS, drawn.dent = PALPATE_DENT_DISCS;
+  drawn.report.report = PALPATE_REPORT_CONTACTS, drawn.dent.dent = PALPATE_DENT_DISCS;
   EXPECT_EQ(played(drawn), reference);
 }
 
 TEST(Scene, FeelsAndDrawsOnTwoThreadsAsItDoesOnOne) {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.radial = PALPATE_RADIAL_RESPONSE;
   const ScenePointer scene = box().scene(def), reference = box().scene(def);
   constexpr int kSteps = 400;
@@ -184,7 +185,7 @@ TEST(Scene, FeelsAndDrawsOnTwoThreadsAsItDoesOnOne) {
 // ---- plan and maps -----------------------------------------------------------------------------------------------------
 
 TEST(Plan, ListsThePassesThatTheEffectsNeedAndNoOthers) {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   EXPECT_EQ(plan_text(box().scene(def).get()),
             "create rest surface in buckets [mesh/nodes mesh/triangles]\n"
             "create tissue under a patch [material/young material/poisson provenance]\n"
@@ -206,24 +207,24 @@ TEST(Plan, ListsThePassesThatTheEffectsNeedAndNoOthers) {
 }
 
 TEST(Plan, HasAFineSurfaceOnlyWhereTheSceneHasOne) {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   const std::string without = plan_text(box().scene(def).get());
   const std::size_t bytes = bytes_of(def, box());
-  def.fine_surface = &fine_surface();
+  def.fine_surface = fine_surface();
   std::string with = plan_text(box().scene(def).get());
   const std::string pass = "create fine surface on the mesh [mesh/nodes mesh/triangles]\n";
   ASSERT_NE(with.find(pass), std::string::npos);
   EXPECT_EQ(with.erase(with.find(pass), pass.size()), without);
   EXPECT_GT(bytes_of(def, box()), bytes + 20000);
   // It leaves nothing behind.
-  def.fine_surface = nullptr;
+  def.fine_surface.positions = nullptr;
   EXPECT_EQ(bytes_of(def, box()), bytes);
 }
 
 // Every combination of effects, with half of the laws, because the other laws map the same sections.
 template <class Each>
 void for_every_scene(Each each) {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   for (const int collision : {0, 1, 2})
     for (const int contact : {0, 1, 2, 3})
       for (const int law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB})
@@ -233,7 +234,7 @@ void for_every_scene(Each each) {
               for (const int preload : {0, 1})
                 for (const int relaxation : {0, 1}) {
                   if ((radial && !shape) || (relaxation && !force)) continue;
-                  def.render_mesh = nullptr;
+                  def.render_mesh.positions = nullptr;
                   def.collision = static_cast<palpate_collision>(collision);
                   def.contact = static_cast<palpate_contact_model>(contact);
                   def.law = static_cast<palpate_contact_law>(law);
@@ -241,16 +242,16 @@ void for_every_scene(Each each) {
                   def.shape = static_cast<palpate_shape_model>(shape);
                   def.radial = static_cast<palpate_radial_model>(radial);
                   def.preload = static_cast<palpate_preload_model>(preload);
-                  def.relaxation = {static_cast<palpate_relaxation_model>(relaxation), 1, {0.5}, {1}};
+                  if (relaxation) def.relaxation = relaxation_of({{0.5, 1}});
                   each(def);
                   if (!shape || radial) continue;
-                  def.render_mesh = &vertices();
+                  def.render_mesh = vertices();
                   each(def);
                 }
 }
 
 // The names of the passes that a scene's effects ask for.
-std::string wanted(const palpate_scene_def& d) {
+std::string wanted(const SceneDef& d) {
   static const char* const words[][4] = {{"", "collision: rest", "collision: deformed", ""},
                                          {"contact: node", "contact: triangle", "contact: point", "contact: patch"},
                                          {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"},
@@ -259,17 +260,17 @@ std::string wanted(const palpate_scene_def& d) {
   std::string text = "input";
   const auto add = [&](const std::string& word) { text += word.empty() ? "" : ", " + word; };
   add(words[0][d.collision]), add(words[1][d.contact]), add(words[2][d.law]), add(words[3][d.force]);
-  if (d.relaxation.model) add("relaxation: prony");
+  if (d.relaxation.terms) add("relaxation: prony");
   add("output"), add(words[4][d.shape]);
   if (d.radial) add("radial: response");
   if (d.shape) add("positions");
-  if (d.render_mesh) add("skin: render mesh");
+  if (d.render_mesh.positions) add("skin: render mesh");
   return text;
 }
 
 TEST(Plan, HasAPassForEveryEffectThatIsOnAndNoneForOneThatIsOff) {
   int scenes = 0;
-  for_every_scene([&](const palpate_scene_def& def) {
+  for_every_scene([&](const SceneDef& def) {
     const ScenePointer scene = box().scene(def);
     std::string found;
     for (const palpate_plan_pass& pass : plan_of(scene.get()))
@@ -283,13 +284,13 @@ TEST(Plan, HasAPassForEveryEffectThatIsOnAndNoneForOneThatIsOff) {
 // All but the scene object itself, whose size is the same for every scene.
 TEST(Plan, StatesAllMemoryOfAScene) {
   std::set<std::uint64_t> unplanned;
-  for_every_scene([&](const palpate_scene_def& def) {
+  for_every_scene([&](const SceneDef& def) {
     std::uint64_t planned = 0;
     unplanned.insert(bytes_of(def, box(), &planned) - planned);
   });
   for (const int collision : {1, 2}) {
-    palpate_scene_def def = palpate_default_scene_def();
-    def.collision = static_cast<palpate_collision>(collision), def.fine_surface = &fine_surface();
+    SceneDef def;
+    def.collision = static_cast<palpate_collision>(collision), def.fine_surface = fine_surface();
     std::uint64_t planned = 0;
     unplanned.insert(bytes_of(def, box(), &planned) - planned);
   }
@@ -300,12 +301,12 @@ TEST(Plan, StatesAllMemoryOfAScene) {
 // A watched step reports exactly the passes of its plan, and watching changes no result.
 TEST(Plan, IsWhatAStepRunsThroughInOrder) {
   for (const int all : {0, 1}) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     if (all) {
       def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB, def.force = PALPATE_FORCE_RESPONSE;
-      def.radial = PALPATE_RADIAL_RESPONSE, def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {1}};
-      def.render_mesh = &vertices();
-      def.report = PALPATE_REPORT_CONTACTS, def.dent = PALPATE_DENT_DISCS;
+      def.radial = PALPATE_RADIAL_RESPONSE, def.relaxation = relaxation_of({{0.5, 1}});
+      def.render_mesh = vertices();
+      def.report.report = PALPATE_REPORT_CONTACTS, def.dent.dent = PALPATE_DENT_DISCS;
     }
     const ScenePointer scene = box().scene(def), plain = box().scene(def);
     const std::vector<palpate_plan_pass> plan = plan_of(scene.get());
@@ -355,7 +356,7 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
 TEST(Plan, RefusesAnEffectWhoseSectionIsNotThere) {
   const TouchedBox bare({.interior = false});
   const auto status = [&](auto change) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     change(def);
     return refusal_of(bare, def).status;
   };
@@ -374,12 +375,12 @@ TEST(Plan, RefusesAnEffectWhoseSectionIsNotThere) {
 // ---- limits that cannot meet -------------------------------------------------------------------------------------------
 
 // The sentence with which a scene on box() is refused; empty where it is created.
-std::string refusal_of(const palpate_scene_def& def) {
+std::string refusal_of(const SceneDef& def) {
   return refusal_of(box(), def).text;
 }
 
-palpate_scene_def limits_of(palpate_contact_model contact, std::int32_t points, std::int32_t nodes) {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef limits_of(palpate_contact_model contact, std::int32_t points, std::int32_t nodes) {
+  SceneDef def;
   def.contact = contact, def.max_points = points, def.max_contact_nodes = nodes;
   return def;
 }
@@ -397,8 +398,8 @@ TEST(Limits, ThatCannotMeetAreRefused) {
 }
 
 TEST(Limits, CountALinkAndAGraspAsANodeEach) {
-  palpate_scene_def def = limits_of(PALPATE_CONTACT_PATCH, 8, 13);
-  def.max_links = 3, def.max_tools = 2, def.grasps = 1;
+  SceneDef def = limits_of(PALPATE_CONTACT_PATCH, 8, 13);
+  def.links.max_links = 3, def.max_tools = 2, def.grasps.grasps = 1;
   EXPECT_EQ(refusal_of(def), "");
   def.max_contact_nodes = 12;
   EXPECT_THAT(refusal_of(def), testing::HasSubstr("at least 13"));
@@ -416,7 +417,7 @@ TEST(Limits, ThatAreTakenHoldEveryContact) {
   for (const auto contact :
        {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
     constexpr int count = 12;
-    palpate_scene_def def = limits_of(contact, count, contact == PALPATE_CONTACT_TRIANGLE ? 3 * count : count);
+    SceneDef def = limits_of(contact, count, contact == PALPATE_CONTACT_TRIANGLE ? 3 * count : count);
     def.max_operations = INT64_MAX;
     const ScenePointer scene = box().scene(def);
     std::vector<palpate_grip> grips;
@@ -464,9 +465,9 @@ TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
     const std::string bytes = file_bytes(file);
     formats::BundleIndex index;
     ASSERT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), formats::BundleStatus::ok);
-    for_every_scene([&, name = name](const palpate_scene_def& def) {
+    for_every_scene([&, name = name](const SceneDef& def) {
       // Laws and relaxation do not read the sections in which the forms differ.
-      if (name != forms[0].first && (def.law != PALPATE_LAW_STICKING || def.relaxation.model)) return;
+      if (name != forms[0].first && (def.law != PALPATE_LAW_STICKING || def.relaxation.terms)) return;
       palpate_bundle* opened = nullptr;
       palpate_error error = {};
       ASSERT_EQ(palpate_bundle_open_file(file.c_str(), nullptr, &opened, &error), PALPATE_OK) << error.text;
@@ -513,7 +514,7 @@ TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
 TEST(Scene, IsBitIdenticalOnABundleThatHasNothingForTheEffectsThatAreOff) {
   const TouchedBox bare({.interior = false});
   int scenes = 0;
-  for_every_scene([&](const palpate_scene_def& def) {
+  for_every_scene([&](const SceneDef& def) {
     if (def.force == PALPATE_FORCE_RESPONSE || def.shape == PALPATE_SHAPE_VOLUME || def.radial || def.preload) return;
     EXPECT_TRUE(played(def, {}, bare) == played(def)) << wanted(def);
     ++scenes;
@@ -523,18 +524,18 @@ TEST(Scene, IsBitIdenticalOnABundleThatHasNothingForTheEffectsThatAreOff) {
 
 // Results that an effect does not act on have the same bytes with the effect on and off, with any other effects.
 TEST(Scene, IsBitIdenticalInWhatAnEffectDoesNotActOn) {
-  const auto without_forces = [](const palpate_scene_def& def) {
+  const auto without_forces = [](const SceneDef& def) {
     return played(
         def, [](palpate_scene*) {}, box(), false);
   };
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
     for (const auto contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
       for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-        palpate_scene_def plain = palpate_default_scene_def();
+        SceneDef plain;
         plain.collision = collision, plain.contact = contact, plain.law = law;
-        palpate_scene_def volume = plain, relaxing = plain, none = plain, response = plain;
+        SceneDef volume = plain, relaxing = plain, none = plain, response = plain;
         volume.shape = PALPATE_SHAPE_VOLUME;  // the same surface first
-        relaxing.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {0.1}};
+        relaxing.relaxation = relaxation_of({{0.5, 0.1}});
         none.force = PALPATE_FORCE_OFF, response.force = PALPATE_FORCE_RESPONSE;
         EXPECT_TRUE(played(volume) == played(plain)) << wanted(plain);
         const std::string fields = without_forces(plain);
@@ -548,14 +549,14 @@ TEST(Scene, IsBitIdenticalInWhatAnEffectDoesNotActOn) {
 
 // A disc of radius 0 is a point: a tool without a disc_radius gets the same result under PATCH as under POINT.
 TEST(Scene, IsBitIdenticalUnderPatchAndPointWhereNoToolHasARadius) {
-  palpate_scene_def patch = palpate_default_scene_def(), point = patch;
+  SceneDef patch = SceneDef(), point = patch;
   patch.law = point.law = PALPATE_LAW_COULOMB, point.contact = PALPATE_CONTACT_POINT;
   EXPECT_TRUE(played(patch, {}, box(), true, 0) == played(point, {}, box(), true, 0));
   EXPECT_FALSE(played(patch) == played(point));
 }
 
 TEST(Preload, MovesTheRestShapeThatToolsMeetAndPositionsStartFrom) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.preload = PALPATE_PRELOAD_ON;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());

@@ -20,18 +20,19 @@ const FineHost& sphere() {
   return shared;
 }
 
-palpate_scene_def ball_def(const palpate_fine_surface* fine, palpate_collision collision = PALPATE_COLLISION_DEFORMED,
-                           palpate_contact_model contact = PALPATE_CONTACT_POINT) {
-  palpate_scene_def def = unlimited_def();
-  def.collision = collision, def.contact = contact, def.fine_surface = fine;
-  def.report = PALPATE_REPORT_CONTACTS, def.queries = PALPATE_QUERIES_ON;
+SceneDef ball_def(const palpate_fine_surface* fine, palpate_collision collision = PALPATE_COLLISION_DEFORMED,
+                  palpate_contact_model contact = PALPATE_CONTACT_POINT) {
+  SceneDef def = unlimited_def();
+  def.collision = collision, def.contact = contact;
+  if (fine) def.fine_surface = *fine;
+  def.report.report = PALPATE_REPORT_CONTACTS, def.queries.queries = PALPATE_QUERIES_ON;
   return def;
 }
 
 // A scene with one tool of one point.
 class Touching {
  public:
-  Touching(const TouchedBody& body, const palpate_scene_def& def) : scene(body.scene(def)), contacts(scene.get()) {}
+  Touching(const TouchedBody& body, const SceneDef& def) : scene(body.scene(def)), contacts(scene.get()) {}
   // Whether the point touches.
   bool touch(const Vector3d& p, double radius = 0) {
     const palpate_tool tool = point_tool(p.data(), 1, radius);
@@ -130,8 +131,8 @@ TEST(FineSurface, ALinearPushBringsItsPlaceToTheTool) {
 // m: the largest distance between the vertices of the mesh that is drawn and the surface that queries, and so tools, meet.
 double drawn_to_met(const palpate_fine_surface* fine, double depth, double* moved) {
   palpate_render_mesh drawn = render_mesh(sphere().positions.data(), nullptr, sphere().vertices());
-  palpate_scene_def def = ball_def(fine);
-  def.render_mesh = &drawn;
+  SceneDef def = ball_def(fine);
+  def.render_mesh = drawn;
   Touching scene(ball(), def);
   const palpate_grip grip = grip_at_place(7, {.2, .3, .5}, -depth * ball().outward(7));
   const palpate_tool tool = grip_tool(&grip);
@@ -221,10 +222,10 @@ TEST(FineSurface, TheMeshsOwnTrianglesChangeNothing) {
   const palpate_fine_surface fine = own.view();
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
     for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-      palpate_scene_def def = unlimited_def();
+      SceneDef def = unlimited_def();
       def.collision = collision, def.law = law, def.contact = PALPATE_CONTACT_POINT;
       Touching mesh(box, def);
-      def.fine_surface = &fine;
+      def.fine_surface = fine;
       Touching same(box, def);
       int touching = 0;
       for (int ms = 0; ms < 200; ++ms) {
@@ -242,8 +243,8 @@ TEST(FineSurface, ADiscTakesTheMeanNormalOverItself) {
   const TouchedBox box;
   const FineHost bumpy = fine_of(box.body, 3, 0.00025);
   const palpate_fine_surface fine = bumpy.view();
-  palpate_scene_def def = unlimited_def();
-  def.law = PALPATE_LAW_SLIDING, def.fine_surface = &fine;
+  SceneDef def = unlimited_def();
+  def.law = PALPATE_LAW_SLIDING, def.fine_surface = fine;
   double worst[2] = {0, 0};
   for (int place = 0; place < 20; ++place)
     for (const bool disc : {false, true}) {
@@ -260,8 +261,8 @@ TEST(FineSurface, ADiscTakesTheMeanNormalOverItself) {
 TEST(FineSurface, QueriesMeetIt) {
   const palpate_fine_surface fine = sphere().view();
   const SurfaceFirst surface = sphere().surface();
-  palpate_scene_def def = ball_def(&fine);
-  def.collision = PALPATE_COLLISION_OFF, def.report = PALPATE_REPORT_OFF;
+  SceneDef def = ball_def(&fine);
+  def.collision = PALPATE_COLLISION_OFF, def.report.report = PALPATE_REPORT_OFF;
   Touching scene(ball(), def);
   for (const Vector3d& out : directions()) {
     const double r = radius_along(surface, out);
@@ -286,9 +287,9 @@ TEST(FineSurface, IsMetWhereGripsOpenABody) {
   int in_the_air = 0, touched = 0, contradictions = 0;
   for (double x = .0215; x < .033; x += .0023)
     for (const double y : {.0041, .0263}) {
-      palpate_scene_def def = deformed_def();
+      SceneDef def = deformed_def();
       const palpate_fine_surface fine = host.view();
-      def.fine_surface = &fine;
+      def.fine_surface = fine;
       Watched watched(block, def, &host, &bound);
       Vector3d p(x, y, .070);
       for (int ms = 0; ms < 180 && !watched.touches(); ++ms) {
@@ -346,9 +347,9 @@ TEST(FineSurface, BelongsToASavedState) {
 
 // ---- what is refused -------------------------------------------------------------------------------------------------
 
-std::string refusal_of(const FineHost& host, const std::function<void(palpate_scene_def&)>& change = {}) {
+std::string refusal_of(const FineHost& host, const std::function<void(SceneDef&)>& change = {}) {
   const palpate_fine_surface fine = host.view();
-  palpate_scene_def def = ball_def(&fine);
+  SceneDef def = ball_def(&fine);
   if (change) change(def);
   const palpate_error error = refusal_of(ball(), def);
   EXPECT_TRUE(error.status == PALPATE_OK || error.status == PALPATE_ERROR_ARGUMENT);
@@ -390,14 +391,15 @@ TEST(FineSurface, IsRefusedWhereItIsNotTheOrgansClosedSurface) {
   EXPECT_THAT(refusal_of(bad), HasSubstr("counter-clockwise from outside"));
   EXPECT_THAT(refusal_of({}), HasSubstr("4 vertices"));
   EXPECT_THAT(
-      refusal_of(good, [](auto& def) { def.collision = PALPATE_COLLISION_OFF, def.queries = PALPATE_QUERIES_OFF; }),
+      refusal_of(good,
+                 [](auto& def) { def.collision = PALPATE_COLLISION_OFF, def.queries.queries = PALPATE_QUERIES_OFF; }),
       HasSubstr("collision and queries are OFF"));
   palpate_fine_surface none = palpate_default_fine_surface();
   none.vertex_count = none.triangle_count = 10;
-  EXPECT_THAT(refusal_of(good, [&](auto& def) { def.fine_surface = &none; }), HasSubstr("must not be NULL"));
+  EXPECT_THAT(refusal_of(good, [&](auto& def) { def.fine_surface = none; }), HasSubstr("must not be NULL"));
   palpate_fine_surface unsized = good.view();
-  unsized.struct_bytes = 0;
-  EXPECT_THAT(refusal_of(good, [&](auto& def) { def.fine_surface = &unsized; }),
+  unsized.part.struct_bytes = 0;
+  EXPECT_THAT(refusal_of(good, [&](auto& def) { def.fine_surface = unsized; }),
               HasSubstr("start from palpate_default_fine_surface()"));
 }
 

@@ -45,20 +45,20 @@ void move(palpate_grasp& grasp, Vector3d way, Quaterniond turn = Quaterniond::Id
   grasp.orientation[3] = turn.z();
 }
 
-palpate_scene_def grasping_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef grasping_def() {
+  SceneDef def = unlimited_def();
   def.torque_limit = def.torque_slew = INFINITY;
-  def.collision = PALPATE_COLLISION_OFF, def.grasps = 1;
+  def.collision = PALPATE_COLLISION_OFF, def.grasps.grasps = 1;
   return def;
 }
 
 struct Grasping {
-  explicit Grasping(const palpate_scene_def& def = grasping_def(), const TouchedBox& of = box())
+  explicit Grasping(const SceneDef& def = grasping_def(), const TouchedBox& of = box())
       : scene(of.scene(def)), contacts(scene.get()) {}
   palpate_step_flags step(const palpate_grasp* grasp, Vector3d reference = kMiddle,
                           const std::vector<palpate_tool>& others = {}) {
     palpate_tool tool = palpate_default_tool();
-    tool.id = 3, tool.grasp = grasp, tool.has_torque = 1;
+    tool.id = 3, tool.parts = grasp ? &grasp->part : nullptr, tool.has_torque = 1;
     Eigen::Map<Vector3d>(tool.reference) = reference;
     std::vector<palpate_tool> tools = others;
     for (std::size_t i = 0; i < tools.size(); ++i) tools[i].id = 10 + static_cast<std::int32_t>(i);
@@ -300,7 +300,7 @@ TEST(Grasp, ThatClosesAnewUnderTensionBeginsWithoutAForce) {
 }
 
 TEST(Grasp, ChangesTheForceThatIsSentByItsSlewWhenItOpens) {
-  palpate_scene_def def = grasping_def();
+  SceneDef def = grasping_def();
   def.force_slew = 20;
   Grasping grasping(def);
   palpate_grasp grasp = grasp_of_the_middle();
@@ -347,8 +347,8 @@ TEST(Grasp, SlipsAtItsFrictionAndLetsGoBeyondItsRadius) {
 }
 
 TEST(Grasp, TellsTheReportWhatBecameOfIt) {
-  palpate_scene_def def = grasping_def();
-  def.report = PALPATE_REPORT_CONTACTS;
+  SceneDef def = grasping_def();
+  def.report.report = PALPATE_REPORT_CONTACTS;
   Grasping grasping(def);
   palpate_grasp grasp = grasp_of_the_middle();
   grasp.friction = 0.4, grasp.clamp_force = 1.5;
@@ -487,7 +487,7 @@ TEST(Grasp, SlipsAtItsFrictionBesideWhatHoldsTheSameTissue) {
     for (const auto collision : {PALPATE_COLLISION_OFF, PALPATE_COLLISION_DEFORMED})
       for (const double radius : {0.003, kRadius})
         for (const Vector3d& way : {Vector3d(2e-4, 0, 0), Vector3d(0, 2e-4, 1e-4)}) {
-          palpate_scene_def def = grasping_def();
+          SceneDef def = grasping_def();
           def.collision = collision;
           Grasping grasping(def);
           const PlaceOnFace place = place_at(box(), {1, 0, 0}, kMiddle);
@@ -499,7 +499,7 @@ TEST(Grasp, SlipsAtItsFrictionBesideWhatHoldsTheSameTissue) {
           if (beside == Beside::grip)
             other = grip_tool(&grip, 1), other.disc_radius = radius;
           else
-            other.grasp = &its;
+            other.parts = &its.part;
           grasping.step(&mine, kMiddle, {other});
           int slipped = 0;
           for (int s = 1; s <= 40; ++s) {
@@ -517,7 +517,7 @@ TEST(Grasp, SlipsAtItsFrictionBesideWhatHoldsTheSameTissue) {
 // A disc that slips beside the jaws gives way, and the tissue is softer for the jaws than it would be with a disc that held. The slips of a
 // step tell by how much.
 TEST(Grasp, SlipsAtItsFrictionBesideADiscThatSlips) {
-  palpate_scene_def def = grasping_def();
+  SceneDef def = grasping_def();
   def.law = PALPATE_LAW_COULOMB, def.collision = PALPATE_COLLISION_REST;
   Grasping grasping(def);
   palpate_grasp grasp = grasp_of_the_middle();
@@ -545,7 +545,7 @@ TEST(Grasp, SlipsTogetherWithOtherJawsThatSlip) {
         palpate_grasp its = grasp_of(place_at(box(), {1, 0, 0}, kMiddle + Vector3d(0, 0.006, 0)), kMiddle, radius);
         mine.friction = friction, mine.clamp_force = 0.5, its.friction = 0.7 * friction, its.clamp_force = 0.6;
         palpate_tool other = palpate_default_tool();
-        other.grasp = &its;
+        other.parts = &its.part;
         for (int s = 0; s <= 40; ++s) {
           EXPECT_EQ(grasping.step(&mine, kMiddle, {other}), 0u) << s;
           if (grasping.state().condition == PALPATE_GRASP_LET_GO) break;
@@ -562,7 +562,7 @@ TEST(Grasp, AgainstGraspStaysFiniteAndBounded) {
   Grasping grasping;
   palpate_grasp mine = grasp_of_the_middle(), its = grasp_of_the_middle();
   palpate_tool other = palpate_default_tool();
-  other.grasp = &its;
+  other.parts = &its.part;
   grasping.step(&mine, kMiddle, {other});
   for (int s = 1; s <= 200; ++s) {
     mine = its = grasp_of_the_middle();
@@ -603,15 +603,15 @@ TEST(Grasp, ThatIsBadKeepsTheLastGoodOne) {
   bad([](palpate_grasp& g) { g.closing = -1e-3; });
   bad([](palpate_grasp& g) { g.friction = NAN; });
   bad([](palpate_grasp& g) { g.clamp_force = -1; });
-  bad([](palpate_grasp& g) { g.struct_bytes = 8; });
-  palpate_scene_def off = grasping_def();
-  off.grasps = 0;
+  bad([](palpate_grasp& g) { g.part.struct_bytes = 8; });
+  SceneDef off = grasping_def();
+  off.grasps.grasps = 0;
   Grasping without(off);
   EXPECT_TRUE(without.step(&good) & PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_grasp_state(without.scene.get(), 3), nullptr);
   palpate_scene* scene = nullptr;
   palpate_error error = {};
-  palpate_scene_def def = grasping_def();
+  SceneDef def = grasping_def();
   def.contact = PALPATE_CONTACT_POINT;
   EXPECT_EQ(palpate_scene_create(box().bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_NE(std::string(error.text).find("contact PATCH"), std::string::npos) << error.text;

@@ -10,13 +10,21 @@ const TouchedBox& box() {
   return shared;
 }
 
+template <class Struct>
+std::uint32_t& size_of(Struct& of) {
+  if constexpr (requires { of.part; })
+    return of.part.struct_bytes;
+  else
+    return of.struct_bytes;
+}
+
 // A struct as a later header declares it: with one field more, which this library does not know.
 template <class Struct>
 struct Later {
   Struct known;
   std::uint64_t added = 0;
 
-  explicit Later(Struct from) : known(from) { known.struct_bytes = sizeof *this; }
+  explicit Later(Struct from) : known(from) { size_of(known) = sizeof *this; }
 };
 static_assert(sizeof(Later<palpate_tool>) == sizeof(palpate_tool) + 8);
 
@@ -24,7 +32,7 @@ static_assert(sizeof(Later<palpate_tool>) == sizeof(palpate_tool) + 8);
 template <class Struct>
 Struct earlier(Struct from, std::size_t bytes) {
   std::memset(reinterpret_cast<unsigned char*>(&from) + bytes, 0xa5, sizeof from - bytes);
-  from.struct_bytes = static_cast<std::uint32_t>(bytes);
+  size_of(from) = static_cast<std::uint32_t>(bytes);
   return from;
 }
 
@@ -37,7 +45,7 @@ TEST(HostStruct, SceneDefOfAnEarlierHeaderGetsTheDefaultsOfTheFieldsItLacks) {
   def.max_contact_nodes = 70, def.force_limit = 1e-3;
   const ScenePointer whole = box().scene(def);
   const ScenePointer without_limit = box().scene(earlier(def, offsetof(palpate_scene_def, force_limit)));
-  const ScenePointer without_nodes = box().scene(earlier(def, offsetof(palpate_scene_def, relaxation)));
+  const ScenePointer without_nodes = box().scene(earlier(def, offsetof(palpate_scene_def, max_tools)));
   EXPECT_EQ(palpate_contacts_bytes(without_limit.get()), palpate_contacts_bytes(whole.get()));
   EXPECT_GT(palpate_contacts_bytes(without_nodes.get()),
             palpate_contacts_bytes(whole.get()));  // 192 nodes, the default
@@ -72,7 +80,7 @@ TEST(HostStruct, SceneDefWithoutItsSizeIsRefusedWithASentence) {
 // Bits of a run of two tools of which one holds two grips, passed as `Tool` and `Grip`.
 template <class Tool, class Grip>
 std::vector<std::uint64_t> touched_with(std::size_t tool_bytes, std::size_t grip_bytes) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.law = PALPATE_LAW_SLIDING;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());
@@ -175,20 +183,23 @@ TEST(HostStruct, GripWithoutItsSizeOrWithAnUnknownFieldIsBadInput) {
 }
 
 TEST(HostStruct, ShapeAndSkinFillWhatTheHostsStructHas) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   const float vertex[3] = {0.06f, 0.02f, 0.02f}, normal[3] = {1, 0, 0};
   // An earlier render mesh has no normals; a later one is taken as long as its new field is zero.
   const palpate_render_mesh plain = earlier(render_mesh(vertex, normal, 1), offsetof(palpate_render_mesh, normals));
   Later<palpate_render_mesh> later(render_mesh(vertex, normal, 1));
-  def.render_mesh = &plain;
-  const ScenePointer scene = box().scene(def);
-  def.render_mesh = &later.known;
-  box().scene(def);
+  const auto with = [&](const palpate_render_mesh& mesh) {
+    palpate_scene_def with_mesh = def;
+    with_mesh.parts = &mesh.part;
+    return with_mesh;
+  };
+  const ScenePointer scene = box().scene(with(plain));
+  box().scene(with(later.known));
   later.added = 1;
-  EXPECT_THAT(refusal_of(def).text, testing::HasSubstr("palpate_render_mesh: struct_bytes is"));
-  const palpate_render_mesh none = {};
-  def.render_mesh = &none;
-  EXPECT_THAT(refusal_of(def).text, testing::HasSubstr("start from palpate_default_render_mesh()"));
+  EXPECT_THAT(refusal_of(with(later.known)).text, testing::HasSubstr("palpate_render_mesh: struct_bytes is"));
+  palpate_render_mesh none = palpate_default_render_mesh();
+  none.part.struct_bytes = 0;
+  EXPECT_THAT(refusal_of(with(none)).text, testing::HasSubstr("start from palpate_default_render_mesh()"));
 
   Contacts contacts(scene.get());
   play(box(), scene.get(), contacts, 40, [](palpate_step_flags) {});
@@ -226,8 +237,8 @@ TEST(HostStruct, ShapeAndSkinFillWhatTheHostsStructHas) {
 }
 
 TEST(HostStruct, InsideOutIsReadByItsOwnSize) {
-  palpate_scene_def def = unlimited_def();
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+  SceneDef def = unlimited_def();
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
   const ScenePointer scene = box().scene(def);
   const auto nodes = static_cast<std::int32_t>(box().body.mesh.nodes.size());
   std::vector<float> u(3 * static_cast<std::size_t>(nodes)), strain(2 * u.size(), NAN), stress = strain;
@@ -328,7 +339,7 @@ TEST(TouchBuffer, ThatIsTooSmallIsBadInputAndNotWritten) {
 }
 
 TEST(TouchBuffer, HoldsAsManyToolsAndNodesAsTheSceneAllows) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.max_tools = PALPATE_MAX_TOOLS, def.max_points = def.max_contact_nodes = 16;
   const ScenePointer scene = box().scene(def);
   std::vector<palpate_grip> grips;

@@ -1,5 +1,6 @@
 // What the host names and the library must not guess: which tool is which, what a grip holds, whose contacts a shape gets.
 #include "tests/runtime/played_box.h"
+#include "tests/support/relaxation.h"
 
 namespace palpate::tests {
 namespace {
@@ -12,10 +13,10 @@ const TouchedBox& box() {
 // ---- tools --------------------------------------------------------------------------------------------------------------
 
 // Everything that follows a tool from step to step: contacts that slip, a force that slews, forces that relax.
-palpate_scene_def remembering_def() {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef remembering_def() {
+  SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
-  def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {0.02}};
+  def.relaxation = relaxation_of({{0.5, 0.02}});
   def.force_slew = 20;
   return def;
 }
@@ -25,8 +26,7 @@ class Three {
  public:
   static constexpr std::int32_t kIds[3] = {70, 3, 11};
 
-  explicit Three(const palpate_scene_def& def = remembering_def())
-      : scene_(box().scene(def)), contacts_(scene_.get()) {}
+  explicit Three(const SceneDef& def = remembering_def()) : scene_(box().scene(def)), contacts_(scene_.get()) {}
 
   // order: which tool comes first, second, ...; a tool that is not in it is not sent.
   palpate_step_flags step(int s, const std::vector<int>& order, bool with_ids = true) {
@@ -128,7 +128,7 @@ TEST(ToolIdentity, TheOthersKeepTheirStateWhenAToolDisappears) {
 }
 
 TEST(ToolIdentity, AToolThatIsReplacedByAnotherLeavesItNothing) {
-  palpate_scene_def def = remembering_def();
+  SceneDef def = remembering_def();
   def.max_tools = 1;
   Three one(def), fresh(def);
   for (int s = 0; s < 10; ++s) one.step(s, {2});

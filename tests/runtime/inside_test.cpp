@@ -24,9 +24,9 @@ using ::testing::HasSubstr;
 
 constexpr double kYoung = 5400, kPoisson = 0.45;
 
-palpate_scene_def inside_def() {
-  palpate_scene_def def = unlimited_def();
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+SceneDef inside_def() {
+  SceneDef def = unlimited_def();
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
   return def;
 }
 
@@ -62,7 +62,7 @@ struct Answer {
 
 // A scene and a shape of it, which a test may fill with any displacement field.
 struct Shaped {
-  Shaped(const TouchedBody& on, const palpate_scene_def& def = inside_def())
+  Shaped(const TouchedBody& on, const SceneDef& def = inside_def())
       : body(on),
         nodes(static_cast<std::int32_t>(on.body.mesh.nodes.size())),
         scene(on.scene(def)),
@@ -155,7 +155,7 @@ TEST(Inside, APulledBlockHasYoungsModulusTimesItsStrainAndNothingAcross) {
   for (std::size_t n = 0; n < dense.body.mesh.nodes.size(); ++n)
     for (std::size_t d = 0; d < 3; ++d) dense.fixed[3 * n + d] = dense.body.mesh.nodes[n][d] == 0;
   const TouchedBody block(dense);
-  palpate_scene_def def = inside_def();
+  SceneDef def = inside_def();
   def.contact = PALPATE_CONTACT_NODE, def.collision = PALPATE_COLLISION_OFF;
   Shaped shaped(block, def);
   constexpr double pull = 0.0012;
@@ -377,7 +377,7 @@ TEST(Inside, TheStrainOfThePreloadIsPartOfTheStrain) {
     for (std::size_t n = 0; n < nodes.size(); n += 3) sag[n + 2] = -0.01 * nodes[n + 2];
     parts.set(formats::SectionId::preload_displacement, {nodes.size() / 3, 3}, sag);
   });
-  palpate_scene_def def = inside_def();
+  SceneDef def = inside_def();
   def.preload = PALPATE_PRELOAD_ON;
   Shaped shaped(loaded, def);
   shaped.fill([](const Vector3d& p) { return Vector3d(0.02 * p[0], 0, 0); });
@@ -541,21 +541,21 @@ TEST(Inside, BadInputIsFlaggedAndAnsweredWithNumbers) {
   EXPECT_EQ(palpate_scene_locate(scene, point, 1, NAN, &place), -1);
   EXPECT_EQ(palpate_scene_locate(scene, nullptr, 1, 0, &place), -1);
   // A scene without inside.
-  const ScenePointer plain = box().scene(palpate_default_scene_def());
+  const ScenePointer plain = box().scene(SceneDef());
   EXPECT_EQ(palpate_scene_locate(plain.get(), point, 1, 0, &place), -1);
   EXPECT_EQ(palpate_scene_inside(plain.get(), &shaped.shape, nullptr), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_inside_at(plain.get(), places.data(), 4, &at.out), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_carry(plain.get(), &shaped.shape, places.data(), 4, moved.data()), PALPATE_STEP_BAD_INPUT);
 }
 
-std::string refusal(const TouchedBody& on, palpate_scene_def def, palpate_status status) {
+std::string refusal(const TouchedBody& on, SceneDef def, palpate_status status) {
   const palpate_error error = refusal_of(on, def);
   EXPECT_EQ(error.status, status) << error.text;
   return error.text;
 }
 
 TEST(Inside, IsRefusedWhereItCannotBeRight) {
-  palpate_scene_def def = inside_def();
+  SceneDef def = inside_def();
   def.shape = PALPATE_SHAPE_SURFACE;
   EXPECT_THAT(refusal(box(), def, PALPATE_ERROR_ARGUMENT), HasSubstr("shape VOLUME"));
   const auto changed = [](const std::function<void(BundleParts&)>& change) {
@@ -569,7 +569,7 @@ TEST(Inside, IsRefusedWhereItCannotBeRight) {
               HasSubstr("found p2-p0"));
   const TouchedBody without(dense_box({.interior = false}));
   EXPECT_THAT(refusal(without, inside_def(), PALPATE_ERROR_EFFECT), HasSubstr("tensors/displacement_interior"));
-  palpate_scene_def bare = inside_def();
+  SceneDef bare = inside_def();
   bare.contact = PALPATE_CONTACT_NODE;  // a patch would ask for the moduli first
   for (const double poisson : {0.5, -1.0, double{NAN}})
     EXPECT_THAT(
@@ -618,9 +618,9 @@ TEST(Inside, IsRefusedWhereItCannotBeRight) {
 }
 
 TEST(Inside, OffTakesNoMemoryMapsNoTetrahedraAndHasNoPass) {
-  palpate_scene_def on = inside_def(), off = on;
-  off.inside = PALPATE_INSIDE_OFF;
-  const auto text = [](const palpate_scene_def& def) { return plan_text(box().scene(def).get()); };
+  SceneDef on = inside_def(), off = on;
+  off.inside.inside = PALPATE_INSIDE_OFF;
+  const auto text = [](const SceneDef& def) { return plan_text(box().scene(def).get()); };
   EXPECT_EQ(text(off).find("mesh/tetrahedra"), std::string::npos);
   EXPECT_EQ(text(off).find("inside"), std::string::npos);
   EXPECT_THAT(text(on), HasSubstr("create tetrahedra of the inside [mesh/nodes mesh/tetrahedra mesh/region "
@@ -659,8 +659,8 @@ TEST(Inside, PlacesAreFoundInOtherThreadsWhileAFieldIsComputed) {
 
 TEST(Inside, AScenesLargeDeformationHasGreenAndLagrangesStrain) {
   const TouchedBody body = large_body(true);
-  palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+  SceneDef def = large_def(PALPATE_CONTACT_NODE);
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
   Shaped shaped(body, def);
   Matrix3d gradient;
   gradient << 0.3, 0.2, 0, -0.1, 0.1, 0.05, 0, 0.1, -0.2;

@@ -23,7 +23,7 @@ struct Probe {
   explicit Probe(palpate_contact_law law, double friction = 0, double radius = 0.004,
                  palpate_contact_model contact = PALPATE_CONTACT_PATCH)
       : tool(palpate_default_tool()) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.law = law, def.contact = contact;
     scene = box().scene(def);
     contacts = std::make_unique<Contacts>(scene.get());
@@ -206,7 +206,7 @@ TEST(Contact, OfARestingToolIsSteadyAndOfATremblingOneChangesByNoMoreThanItsStif
 
 TEST(Unilateral, ToolNeverPullsWhereAnotherDrawsTheSurfaceAway) {
   const auto forces = [](palpate_contact_law law) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.law = law;
     const ScenePointer scene = box().scene(def);
     Contacts contacts(scene.get());
@@ -263,7 +263,7 @@ TEST(Sliding, ToolFeelsNoFrictionAndFindsItsPlaceAnew) {
 // Discs of 4 mm radius, 3 mm apart on the far face, so that they share nodes.
 struct Neighbours {
   static constexpr int kCount = 3;
-  explicit Neighbours(palpate_contact_law law, double friction = 0, palpate_scene_def def = unlimited_def()) {
+  explicit Neighbours(palpate_contact_law law, double friction = 0, SceneDef def = unlimited_def()) {
     def.law = law;
     scene = box().scene(def);
     contacts = std::make_unique<Contacts>(scene.get());
@@ -325,7 +325,7 @@ TEST(Neighbours, RestWithoutChatterUnderADevicesNoise) {
   std::uniform_real_distribution<double> pause(2e-4, 5e-3);
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
     for (const double depth : {0.0, 0.0003, 0.003}) {
-      palpate_scene_def def = palpate_default_scene_def();  // with its limits: they may not add to it
+      SceneDef def;  // with its limits: they may not add to it
       Neighbours tools(law, 0.3, def);
       const Eigen::VectorXd rest = Neighbours::places() + Neighbours::out(-depth);
       Eigen::VectorXd last = tools.move(rest), at = rest;
@@ -399,7 +399,7 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
     for (const double radius : {0.0, 0.004}) {
       double before = 0;
       for (double gap = 1e-1; gap >= 0.9e-12; gap /= 10) {
-        palpate_scene_def def = unlimited_def();
+        SceneDef def = unlimited_def();
         def.law = law;
         const ScenePointer scene = box().scene(def);
         Contacts contacts(scene.get());
@@ -440,7 +440,7 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
 
 TEST(Laws, HoldForManyContactsAtOnce) {
   // A rod of many points, pressed obliquely and dragged: some points push, some are in the air.
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.law = PALPATE_LAW_COULOMB;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());
@@ -463,8 +463,7 @@ TEST(Laws, HoldForManyContactsAtOnce) {
 
 // Rows of contacts that slip do not join and leave the factor: their anchors move as long as the tool is dragged, at the default limit.
 TEST(Laws, DeferNothingAndAreSeldomMissedWhileManyContactsSlip) {
-  RoughIndenter indenter(box(), kPlace, 0.3, PALPATE_LAW_COULOMB, PALPATE_CONTACT_TRIANGLE,
-                         palpate_default_scene_def().max_operations);
+  RoughIndenter indenter(box(), kPlace, 0.3, PALPATE_LAW_COULOMB, PALPATE_CONTACT_TRIANGLE, SceneDef().max_operations);
   int slipping = 0, deferred = 0, decided = 0, missed = 0;
   for (int s = 0; s < RoughIndenter::kSteps; ++s) {
     const palpate_step_flags flags = indenter.step(s);
@@ -480,7 +479,7 @@ TEST(Laws, DeferNothingAndAreSeldomMissedWhileManyContactsSlip) {
 
 // The factor that is left alone while contacts slip serves again when the tool goes back and all of them hold.
 TEST(Laws, LeaveStepsToTheFactorAgainOnceAllContactsHold) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.law = PALPATE_LAW_COULOMB, def.contact = PALPATE_CONTACT_POINT;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());
@@ -530,7 +529,7 @@ TEST(Conflict, OfGripsBesideContactsThatSlipHasTheLimitOfSticking) {
     for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
       int limited = 0;
       for (double gap = 1e-1; gap >= 0.9e-9; gap /= 10) {
-        palpate_scene_def def = unlimited_def();
+        SceneDef def = unlimited_def();
         def.law = law, def.contact = contact;
         const ScenePointer scene = box().scene(def);
         Contacts contacts(scene.get());
@@ -583,7 +582,7 @@ TEST(Conflict, OfGripsBesideContactsThatSlipHasTheLimitOfSticking) {
 // A pair of points in one triangle, 1/20 of an edge apart, that press together and move apart by more and more.
 TEST(Conflict, MovesTheShapeContinuouslyWhereItsForceIsLimited) {
   const double gap = 0.05, step = 1e-6;
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.contact = PALPATE_CONTACT_POINT;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());
@@ -628,7 +627,7 @@ TEST(Laws, AreMetAtFlagZeroUnderEveryLawAndContactModel) {
 }
 
 TEST(Laws, KeepTheFlagOfContactsThatConflictWhereAnotherSlips) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.law = PALPATE_LAW_COULOMB;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());

@@ -67,16 +67,16 @@ double apart_at_rest(const palpate_link& link) {
       .norm();
 }
 
-palpate_scene_def linked_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef linked_def() {
+  SceneDef def = unlimited_def();
   def.contact = PALPATE_CONTACT_POINT, def.collision = PALPATE_COLLISION_OFF;
-  def.max_links = 16;
+  def.links.max_links = 16;
   return def;
 }
 
 // A scene with its links and the tools of its steps.
 struct Linked {
-  explicit Linked(const palpate_scene_def& def = linked_def(), const TouchedBox& of = box())
+  explicit Linked(const SceneDef& def = linked_def(), const TouchedBox& of = box())
       : scene(of.scene(def)), contacts(scene.get()) {}
 
   void set(const std::vector<palpate_link>& wanted) {
@@ -265,12 +265,13 @@ TEST(Links, ActAndReact) {
 
 // A tool that plays beside them, with and without links. What is counted of a slack link changes nothing of a step.
 TEST(Links, SlackOnesLeaveEveryBitAsItIs) {
-  palpate_scene_def def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB, def.report = PALPATE_REPORT_CONTACTS;
+  SceneDef def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB,
+  def.report.report = PALPATE_REPORT_CONTACTS;
   // The defaults of a scene without links: a link adds to the contact nodes that it may have.
   def.max_contact_nodes = 600;
   Linked without(def);
-  def.max_links = 4;
+  def.links.max_links = 4;
   Linked with(def);
   palpate_link loose = thread_of(0.05);
   with.set({loose, thread_of(0.04)});
@@ -330,8 +331,8 @@ TEST(Links, BecomeTautOneStepAfterTheyWereStretchedHoweverLongTheyRested) {
 }
 
 TEST(Links, TellTheReportWhenTheyBecomeTautAndSlackAndBreak) {
-  palpate_scene_def def = linked_def();
-  def.report = PALPATE_REPORT_CONTACTS;
+  SceneDef def = linked_def();
+  def.report.report = PALPATE_REPORT_CONTACTS;
   Linked linked(def);
   palpate_link link = thread_of(0);
   link.id = 9, link.rest_length = 1.01 * apart_at_rest(link);
@@ -596,7 +597,7 @@ TEST(Links, WithARadiusHaveAForceThatDoesNotFollowTheMesh) {
       ASSERT_EQ(nearest, 0);
     }
     for (int radius = 0; radius < 2; ++radius) {
-      palpate_scene_def def = linked_def();
+      SceneDef def = linked_def();
       def.contact = PALPATE_CONTACT_PATCH;
       Linked linked(def, body);
       link.radius = radius ? 0.003 : 0;
@@ -683,8 +684,8 @@ TEST(Links, BadOnesAreRefusedWithASentenceAndChangeNothing) {
   linked.step();
   EXPECT_EQ(linked.contacts->node_count, 0);
 
-  palpate_scene_def def = linked_def();
-  def.deformation = PALPATE_DEFORMATION_LARGE;
+  SceneDef def = linked_def();
+  def.large.deformation = PALPATE_DEFORMATION_LARGE;
   EXPECT_THAT(refusal_of(box(), def).text, testing::HasSubstr("deformation LINEAR"));
 }
 

@@ -25,7 +25,7 @@ class Logged {
     EXPECT_EQ(palpate_bundle_open(bytes_.data(), bytes_.size(), &options, &opened, nullptr), PALPATE_OK);
     bundle_.reset(opened);
   }
-  ScenePointer scene(const palpate_scene_def& def) {
+  ScenePointer scene(const SceneDef& def) {
     palpate_scene* scene = nullptr;
     EXPECT_EQ(palpate_scene_create(bundle_.get(), &def, &scene, nullptr), PALPATE_OK);
     return ScenePointer(scene);
@@ -42,7 +42,7 @@ TEST(Log, TellsWhatWasOpenedAndCreatedInOneLineEach) {
   Logged logged(bundle_bytes(tiny_bundle()));
   ASSERT_EQ(logged.lines.notes.size(), 1u);
   EXPECT_THAT(logged.lines.notes[0], testing::HasSubstr("64 nodes"));
-  logged.scene(palpate_default_scene_def());
+  logged.scene(SceneDef());
   ASSERT_EQ(logged.lines.notes.size(), 2u);
   EXPECT_THAT(logged.lines.notes[1], testing::HasSubstr("passes"));
   for (const std::string& line : logged.lines.notes) EXPECT_EQ(line.find('\n'), std::string::npos);
@@ -54,7 +54,7 @@ TEST(Log, IsNotCalledInAStep) {
   BundleParts parts = tiny_bundle();
   add_everything(parts);
   Logged logged(bundle_bytes(parts));
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
   def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
   const ScenePointer scene = logged.scene(def);
@@ -77,7 +77,7 @@ TEST(Log, WarnsOfAPreloadThatIsLeftOff) {
   BundleParts parts = tiny_bundle();
   add_everything(parts);
   Logged logged(bundle_bytes(parts));
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.preload = PALPATE_PRELOAD_ON;
   logged.scene(def);
   EXPECT_TRUE(logged.lines.warnings.empty());
@@ -91,7 +91,7 @@ TEST(Log, WarnsOfMoreContactsThanHalfPrecisionBears) {
   BundleParts parts = tiny_bundle();
   store_as_f16(parts);
   Logged logged(bundle_bytes(parts));
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   logged.scene(def);
   EXPECT_TRUE(logged.lines.warnings.empty());
   def.max_points = 1000;
@@ -102,7 +102,7 @@ TEST(Log, WarnsOfMoreContactsThanHalfPrecisionBears) {
 
 TEST(Log, WarnsOfASceneThatTakesMuchMemory) {
   Logged logged(bundle_bytes(tiny_bundle()));
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.max_points = def.max_contact_nodes = 1500;  // 4,500 rows: two squares of 162 MB
   logged.scene(def);
   ASSERT_EQ(logged.lines.warnings.size(), 1u);
@@ -111,7 +111,7 @@ TEST(Log, WarnsOfASceneThatTakesMuchMemory) {
 
 TEST(Log, WarnsOfMorePointsThanThereAreContactNodes) {
   Logged logged(bundle_bytes(tiny_bundle()));
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.max_points = 1024;
   logged.scene(def);
   EXPECT_TRUE(logged.lines.warnings.empty());

@@ -1,6 +1,8 @@
 // 64 discs of 3 mm radius on the far face of a box, in rows of eight, pressed in by a millimetre.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -14,7 +16,7 @@ struct ManyDiscs {
   }
   // max_contact_nodes: below 0 for the default.
   explicit ManyDiscs(std::int32_t max_contact_nodes) : points(kDiscs) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     if (max_contact_nodes >= 0) def.max_contact_nodes = max_contact_nodes;
     scene = box().scene(def);
     contacts = std::make_unique<Contacts>(scene.get());

@@ -27,7 +27,7 @@ const MovedBox& on_two() {
 
 // Plays a scene step by step.
 struct Played {
-  explicit Played(const MovedBox& box, const palpate_scene_def& def = moved_def())
+  explicit Played(const MovedBox& box, const SceneDef& def = moved_def())
       : scene(box.scene(def)), contacts(scene.get()) {}
   palpate_step_flags step(const std::vector<palpate_tool>& tools) {
     return palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
@@ -66,7 +66,7 @@ FullSolve solve_fully(const MovedBox& box, const Vector4d& q, const std::vector<
 }
 
 TEST(Motions, ABreathingOrganUnderAToolAtRestHasTheForcesOfAFullSolveAtEveryPhase) {
-  palpate_scene_def def = moved_def();
+  SceneDef def = moved_def();
   def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_VOLUME;
   Played played(on_two(), def);
   // Two nodes that a tool holds, one of them along two axes alone.
@@ -108,8 +108,8 @@ std::vector<float> stresses(palpate_scene* scene, std::vector<float> u) {
 }
 
 TEST(Motions, TheStressInsideAnOrganThatMotionsDeformIsThatOfAFullSolve) {
-  palpate_scene_def def = moved_def();
-  def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+  SceneDef def = moved_def();
+  def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
   Played played(on_two(), def);
   const auto nodes = static_cast<std::int32_t>(on_two().body.mesh.nodes.size());
   const std::vector<palpate_grip> grips = {grip_at_node(on_two().touchable[20], {-0.002, 0.001, 0})};
@@ -127,8 +127,8 @@ TEST(Motions, TheStressInsideAnOrganThatMotionsDeformIsThatOfAFullSolve) {
 }
 
 TEST(Motions, ARigidMotionOfAllSupportsMakesNoStressInside) {
-  palpate_scene_def def = moved_def();
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside = PALPATE_INSIDE_ON;
+  SceneDef def = moved_def();
+  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
   Played played(on_one(), def);
   const auto nodes = static_cast<std::int32_t>(on_one().body.mesh.nodes.size());
   set_amounts(played.scene.get(), {0.004, 0, 0, 0});
@@ -140,7 +140,7 @@ TEST(Motions, ARigidMotionOfAllSupportsMakesNoStressInside) {
 }
 
 TEST(Motions, AHeldVolumeHasThePressureOfAFullSolve) {
-  palpate_scene_def def = moved_def();
+  SceneDef def = moved_def();
   def.collision = PALPATE_COLLISION_OFF;
   Played played(on_two(), def);
   const std::vector<palpate_grip> grips = {grip_at_node(on_two().touchable[20], {-0.002, 0.001, 0}),
@@ -200,8 +200,8 @@ TEST(Motions, AHeldVolumeIsMetUnderContactsOfEveryLaw) {
   for (const palpate_contact_law law :
        {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
     for (const palpate_contact_model contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
-      palpate_scene_def def = moved_def();
-      def.law = law, def.contact = contact, def.report = PALPATE_REPORT_CONTACTS;
+      SceneDef def = moved_def();
+      def.law = law, def.contact = contact, def.report.report = PALPATE_REPORT_CONTACTS;
       Played played(on_two(), def);
       int pressed = 0, met = 0;
       for (int s = 0; s < 40; ++s) {
@@ -245,7 +245,7 @@ TEST(Motions, AHeldVolumeIsMetUnderContactsOfEveryLaw) {
 
 // Under a tool at rest: what holds the volume that is there is the pressure that is there.
 TEST(Motions, AVolumeThatBeginsOrCeasesToBeHeldChangesNothing) {
-  palpate_scene_def def = moved_def();
+  SceneDef def = moved_def();
   def.law = PALPATE_LAW_COULOMB, def.contact = PALPATE_CONTACT_PATCH;
   Played played(on_two(), def);
   const std::int32_t triangle = on_two().far_triangle(5);
@@ -277,10 +277,10 @@ TEST(Motions, AVolumeThatBeginsOrCeasesToBeHeldChangesNothing) {
 TEST(Motions, AnOrganThatMovesAgainstAToolAtRestIsMetLikeAToolThatMoves) {
   for (const palpate_contact_law law : {PALPATE_LAW_STICKING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
     for (const palpate_contact_model contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
-      palpate_scene_def def = moved_def();
+      SceneDef def = moved_def();
       def.law = law, def.contact = contact;
       Played moved(on_one(), def);
-      def.motions = 0;
+      def.motions.motions = 0;
       Played still(on_one(), def);
       const std::int32_t triangle = on_one().far_triangle(5);
       const Vector3d above = on_one().place(triangle, {.3, .3, .4}) + 0.001 * on_one().outward(triangle);
@@ -332,10 +332,10 @@ TEST(Motions, AToolIsLeftWhereTheOrganGoesAwayAndMetWhereItComesBack) {
 }
 
 TEST(Motions, AGraspFollowsARigidMotionAsIfTheJawsMovedBack) {
-  palpate_scene_def def = moved_def();
-  def.contact = PALPATE_CONTACT_PATCH, def.grasps = 1;
+  SceneDef def = moved_def();
+  def.contact = PALPATE_CONTACT_PATCH, def.grasps.grasps = 1;
   Played moved(on_one(), def);
-  def.motions = 0;
+  def.motions.motions = 0;
   Played still(on_one(), def);
   for (int s = 0; s < 60; ++s) {
     const double q = 0.004 * std::sin(0.1 * s);
@@ -344,7 +344,7 @@ TEST(Motions, AGraspFollowsARigidMotionAsIfTheJawsMovedBack) {
     grasp.triangle = on_one().far_triangle(14), grasp.radius = 0.006;
     Eigen::Map<Vector3d>(grasp.barycentric) = Vector3d(.3, .3, .4);
     palpate_tool tool = palpate_default_tool();
-    tool.grasp = &grasp;
+    tool.parts = &grasp.part;
     // The jaws close where the organ already moves.
     const std::vector<palpate_tool> tools = s < 10 ? std::vector<palpate_tool>{} : std::vector<palpate_tool>{tool};
     grasp.position[0] = 0.001 * s;
@@ -359,8 +359,8 @@ TEST(Motions, AGraspFollowsARigidMotionAsIfTheJawsMovedBack) {
 }
 
 TEST(Motions, QueriesAndTheReportSeeTheOrganWhereTheMotionsBringIt) {
-  palpate_scene_def def = moved_def();
-  def.queries = PALPATE_QUERIES_ON, def.report = PALPATE_REPORT_CONTACTS;
+  SceneDef def = moved_def();
+  def.queries.queries = PALPATE_QUERIES_ON, def.report.report = PALPATE_REPORT_CONTACTS;
   Played played(on_one(), def);
   const std::int32_t triangle = on_one().far_triangle(5);
   const Vector3d at = on_one().place(triangle, {.3, .3, .4}), out = on_one().outward(triangle);
@@ -389,7 +389,7 @@ TEST(Motions, QueriesAndTheReportSeeTheOrganWhereTheMotionsBringIt) {
 // ---- limits and bad input ----------------------------------------------------------------------------------------------
 
 TEST(Motions, AJumpIsTakenStepByStepAndSaid) {
-  palpate_scene_def def = moved_def();
+  SceneDef def = moved_def();
   def.max_tool_speed = 1;
   Played played(on_one(), def);
   // The first step takes what was set.
@@ -439,8 +439,8 @@ TEST(Motions, BadInputIsRefusedAndChangesNothing) {
   EXPECT_EQ(palpate_scene_motion_state(played.scene.get(), 4), nullptr);
   EXPECT_EQ(palpate_scene_motion_state(played.scene.get(), -1), nullptr);
 
-  palpate_scene_def def = moved_def();
-  def.motions = 0;
+  SceneDef def = moved_def();
+  def.motions.motions = 0;
   Played without(on_one(), def);
   EXPECT_EQ(palpate_scene_set_motions(without.scene.get(), nan, 4, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_THAT(error.text, HasSubstr("scene with motions"));
@@ -450,23 +450,23 @@ TEST(Motions, BadInputIsRefusedAndChangesNothing) {
 
 TEST(Motions, ScenesThatCannotMoveAreRefusedWithOneSentence) {
   const auto refusal = [&](const TouchedBody& of, auto change) {
-    palpate_scene_def def = moved_def();
+    SceneDef def = moved_def();
     change(def);
     return std::string(refusal_of(of, def).text);
   };
-  EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.collision = PALPATE_COLLISION_REST; }),
+  EXPECT_THAT(refusal(on_one(), [](SceneDef& def) { def.collision = PALPATE_COLLISION_REST; }),
               HasSubstr("collision DEFORMED"));
-  EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.deformation = PALPATE_DEFORMATION_LARGE; }),
+  EXPECT_THAT(refusal(on_one(), [](SceneDef& def) { def.large.deformation = PALPATE_DEFORMATION_LARGE; }),
               HasSubstr("deformation LINEAR alone"));
-  EXPECT_THAT(refusal(on_one(), [](palpate_scene_def& def) { def.motions = 2; }), HasSubstr("motions must be 0 or 1"));
+  EXPECT_THAT(refusal(on_one(), [](SceneDef& def) { def.motions.motions = 2; }), HasSubstr("motions must be 0 or 1"));
   static const TouchedBox plain;
-  EXPECT_THAT(refusal(plain, [](palpate_scene_def&) {}), HasSubstr("motion/displacement_surface"));
+  EXPECT_THAT(refusal(plain, [](SceneDef&) {}), HasSubstr("motion/displacement_surface"));
   const auto damaged = [&](auto change) {
     const TouchedBody body(box_on_supports(false), [&](BundleParts& parts) {
       add_motions(parts, box_on_supports(false));
       change(parts);
     });
-    return refusal(body, [](palpate_scene_def& def) { def.shape = PALPATE_SHAPE_VOLUME; });
+    return refusal(body, [](SceneDef& def) { def.shape = PALPATE_SHAPE_VOLUME; });
   };
   using formats::SectionId;
   const auto with_number = [&](SectionId id, std::size_t at, auto number) {
@@ -525,8 +525,8 @@ TEST(Motions, ContactsWithOtherAmountsThanAScenesAreBadInput) {
 }
 
 TEST(Motions, ARestoredStateGoesOnWithTheSameBits) {
-  palpate_scene_def def = moved_def();
-  def.law = PALPATE_LAW_COULOMB, def.report = PALPATE_REPORT_CONTACTS;
+  SceneDef def = moved_def();
+  def.law = PALPATE_LAW_COULOMB, def.report.report = PALPATE_REPORT_CONTACTS;
   Played one(on_two(), def), two(on_two(), def);
   const std::int32_t triangle = on_two().far_triangle(5);
   const Vector3d p = on_two().place(triangle, {.3, .3, .4}) + 0.0005 * on_two().outward(triangle);
@@ -546,9 +546,9 @@ TEST(Motions, ARestoredStateGoesOnWithTheSameBits) {
 }
 
 TEST(Motions, CostNothingWhereTheyAreOff) {
-  palpate_scene_def def = moved_def();
+  SceneDef def = moved_def();
   const auto plan_with = plan_of(on_one().scene(def).get());
-  def.motions = 0;
+  def.motions.motions = 0;
   const ScenePointer scene = on_one().scene(def);
   for (const palpate_plan_pass& pass : plan_of(scene.get())) {
     EXPECT_STRNE(pass.name, "motions");

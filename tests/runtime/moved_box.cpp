@@ -2,9 +2,9 @@
 
 namespace palpate::tests {
 
-palpate_scene_def moved_def() {
-  palpate_scene_def def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.motions = 1;
+SceneDef moved_def() {
+  SceneDef def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.motions.motions = 1;
   return def;
 }
 

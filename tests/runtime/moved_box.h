@@ -1,6 +1,8 @@
 // The box bundle with motions (tests/support/box_motions.h), open.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include "tests/runtime/touched_box.h"
 #include "tests/support/box_motions.h"
 
@@ -13,7 +15,7 @@ struct MovedBox : TouchedBody {
   DenseMotions motions;
 };
 
-palpate_scene_def moved_def();
+SceneDef moved_def();
 
 void set_amounts(palpate_scene* scene, const Eigen::Vector4d& q);
 

@@ -48,14 +48,14 @@ palpate_link_end beside(std::int32_t triangle, const Vector3d& way) {
   return end;
 }
 
-palpate_scene_def linked_def() {
-  palpate_scene_def def = moved_def();
-  def.collision = PALPATE_COLLISION_OFF, def.max_links = 8;
+SceneDef linked_def() {
+  SceneDef def = moved_def();
+  def.collision = PALPATE_COLLISION_OFF, def.links.max_links = 8;
   return def;
 }
 
 struct Played {
-  explicit Played(const std::vector<palpate_link>& given, const palpate_scene_def& def = linked_def())
+  explicit Played(const std::vector<palpate_link>& given, const SceneDef& def = linked_def())
       : links(given), scene(box().scene(def)), contacts(scene.get()) {
     set();
   }

@@ -47,20 +47,20 @@ palpate_needle needle_at(Vector3d tip, Vector3d direction = kInwards) {
   return needle;
 }
 
-palpate_scene_def piercing_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef piercing_def() {
+  SceneDef def = unlimited_def();
   def.torque_limit = def.torque_slew = INFINITY;
-  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT, def.needles = 1;
+  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT, def.needles.needles = 1;
   def.shape = PALPATE_SHAPE_VOLUME;
   return def;
 }
 
 struct Piercing {
-  explicit Piercing(const palpate_scene_def& def = piercing_def(), const TouchedBody& of = box())
+  explicit Piercing(const SceneDef& def = piercing_def(), const TouchedBody& of = box())
       : scene(of.scene(def)), contacts(scene.get()) {}
   palpate_step_flags step(const palpate_needle* needle, const std::vector<palpate_grip>& grips = {}) {
     palpate_tool tool = palpate_default_tool();
-    tool.id = 3, tool.needle = needle, tool.has_torque = 1;
+    tool.id = 3, tool.parts = needle ? &needle->part : nullptr, tool.has_torque = 1;
     Eigen::Map<Vector3d>(tool.reference) = kEntry;
     palpate_tool other = tool_of(grips);
     other.id = 4;
@@ -234,9 +234,9 @@ TEST(Needle, CutsWithItsCuttingForceAfterItHasPuncturedTheSurface) {
 
 // From the first touch on, before it holds a place.
 TEST(Needle, PressesAndPiercesWithAForceThatRelaxes) {
-  palpate_scene_def def = piercing_def();
-  def.relaxation = palpate_relaxation{};
-  def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+  SceneDef def = piercing_def();
+  def.relaxation = palpate_default_relaxation_def();
+  def.relaxation.terms = 1;
   def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.02;
   PronySeries series;
   ASSERT_TRUE(series.set(def.relaxation));
@@ -306,8 +306,8 @@ TEST(Needle, InAnOrganWhoseSupportsMoveItFeelsWhatItFeelsWhenItMovesTheOtherWay)
   const TouchedBody moving(pierced_body(), [](BundleParts& parts) {
     add_whole_corridor(parts, pierced_body()), add_motions(parts, pierced_body());
   });
-  palpate_scene_def def = piercing_def();
-  def.motions = 1;
+  SceneDef def = piercing_def();
+  def.motions.motions = 1;
   Piercing still(def, moving), moved(def, moving);
   palpate_needle needle = needle_at(kEntry);
   needle.friction = 1, needle.cutting_force = 0.02, needle.puncture_force = 0.05;
@@ -336,11 +336,11 @@ TEST(Needle, InAnOrganWhoseSupportsMoveItFeelsWhatItFeelsWhenItMovesTheOtherWay)
 }
 
 TEST(Needle, InAWorldHasTheBitsThatItHasInTheSceneAlone) {
-  const palpate_scene_def def = piercing_def();
+  const SceneDef def = piercing_def();
   Piercing alone(def);
   const palpate_pose pose = palpate_default_pose();
-  palpate_scene_def without = def;
-  without.needles = 0, without.collision = PALPATE_COLLISION_REST;
+  SceneDef without = def;
+  without.needles.needles = 0, without.collision = PALPATE_COLLISION_REST;
   const palpate_pose aside = pose_at({0.5, 0, 0});
   palpate_error error = {};
   const WorldPointer world =
@@ -355,7 +355,7 @@ TEST(Needle, InAWorldHasTheBitsThatItHasInTheSceneAlone) {
     Eigen::Map<Vector3d>(needle.tip) = kEntry + depth * kInwards;
     alone.step(&needle);
     palpate_tool tool = palpate_default_tool();
-    tool.id = 3, tool.needle = &needle, tool.has_torque = 1;
+    tool.id = 3, tool.parts = &needle.part, tool.has_torque = 1;
     Eigen::Map<Vector3d>(tool.reference) = kEntry;
     palpate_world_touch(world.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     const palpate_needle_state* state = palpate_scene_needle_state(palpate_world_scene(world.get(), 0), 3);
@@ -377,7 +377,7 @@ TEST(Needle, InAWorldHasTheBitsThatItHasInTheSceneAlone) {
 // The field of the contacts is remembered at nodes of the surface; a needle holds nodes inside as well.
 TEST(Needle, BesideAToolPointOnTheDeformedSurfaceStaysWithinTheMemoryOfTheScene) {
   GuardedMemory memory;
-  palpate_scene_def def = piercing_def();
+  SceneDef def = piercing_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
   def.allocator = memory.allocator();
   {
@@ -389,7 +389,7 @@ TEST(Needle, BesideAToolPointOnTheDeformedSurfaceStaysWithinTheMemoryOfTheScene)
       Eigen::Map<Vector3d>(needle.tip) = kEntry + depth * kInwards;
       const Vector3d p(0.06 - pressed, 0.014 + 4e-5 * s, 0.019);
       palpate_tool tools[2] = {palpate_default_tool(), point_tool(p.data())};
-      tools[0].id = 3, tools[0].needle = &needle, tools[1].id = 4;
+      tools[0].id = 3, tools[0].parts = &needle.part, tools[1].id = 4;
       ASSERT_EQ(
           palpate_scene_touch(piercing.scene.get(), tools, 2, 1e-3, piercing.contacts.get(), piercing.contacts.bytes()),
           0u);
@@ -410,8 +410,8 @@ TEST(Needle, WhereTheTipMayNotGoItStaysAndTheStepIsFlagged) {
   EXPECT_TRUE(flags & PALPATE_STEP_NOT_TOUCHABLE);
   EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_STUCK);
   EXPECT_LE(piercing.state().tip_force, 0.02 * (1 + 1e-6));
-  palpate_scene_def def = piercing_def();
-  def.needle_places = 2;
+  SceneDef def = piercing_def();
+  def.needles.needle_places = 2;
   Piercing few(def);
   EXPECT_TRUE(few.drive(needle_at(kEntry), 0.03) & PALPATE_STEP_CONTACTS_DROPPED);
   EXPECT_EQ(few.state().places, 2);
@@ -419,7 +419,7 @@ TEST(Needle, WhereTheTipMayNotGoItStaysAndTheStepIsFlagged) {
 
 // Grips come first. What the needle held in the step before must not answer for rows that it does not have in this one.
 TEST(Needle, PlacesForWhichTheGripsLeaveNoRoomBearNothingAndTheStepIsFlagged) {
-  palpate_scene_def def = piercing_def();
+  SceneDef def = piercing_def();
   def.max_points = 16, def.max_contact_nodes = 48;
   Piercing piercing(def);
   palpate_needle needle = needle_at(kEntry);
@@ -459,7 +459,7 @@ TEST(Needle, BadInputKeepsTheLastGoodNeedle) {
 }
 
 TEST(Needle, ASceneWithoutNeedlesMapsNoCorridorAndABundleWithoutACorridorIsRefused) {
-  palpate_scene_def def = piercing_def();
+  SceneDef def = piercing_def();
   const auto names_corridor = [](const palpate_plan_pass& pass) {
     return std::string(pass.sections).find("corridor") != std::string::npos;
   };
@@ -470,7 +470,7 @@ TEST(Needle, ASceneWithoutNeedlesMapsNoCorridorAndABundleWithoutACorridorIsRefus
   const palpate_error error = refusal_of(without, def);
   EXPECT_EQ(error.status, PALPATE_ERROR_EFFECT);
   EXPECT_THAT(error.text, ::testing::HasSubstr("[[corridor]]"));
-  def.needles = 0;
+  def.needles.needles = 0;
   const ScenePointer scene_without = box().scene(def);
   const auto off = plan_of(scene_without.get());
   EXPECT_EQ(std::count_if(off.begin(), off.end(), names_corridor), 0);

@@ -56,8 +56,8 @@ double relative(const std::vector<float>& a, const std::vector<float>& b) {
   return std::sqrt(difference / size);
 }
 
-palpate_scene_def gripped(palpate_shape_model shape) {
-  palpate_scene_def def = unlimited_def();
+SceneDef gripped(palpate_shape_model shape) {
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.shape = shape;
   return def;
 }
@@ -67,7 +67,7 @@ struct Felt {
   Eigen::Vector3d force;
   palpate_step_flags flags;
 };
-Felt felt(const TouchedBox& box, const palpate_scene_def& def, const std::vector<palpate_grip>& grips) {
+Felt felt(const TouchedBox& box, const SceneDef& def, const std::vector<palpate_grip>& grips) {
   const ScenePointer scene = box.scene(def);
   Contacts contacts(scene.get());
   const palpate_tool tool = tool_of(grips);
@@ -79,7 +79,7 @@ Felt felt(const TouchedBox& box, const palpate_scene_def& def, const std::vector
   palpate_step_flags raised = 0;
   found.u = displacements(scene.get(), contacts.get(), nodes, &raised);
   found.flags |= raised;
-  if (def.inside == PALPATE_INSIDE_OFF) return found;
+  if (def.inside.inside == PALPATE_INSIDE_OFF) return found;
   palpate_shape_out shape = shape_out(found.u.data(), nullptr, nodes);
   shape.node_count = nodes;
   found.strain.resize(2 * found.u.size()), found.stress.resize(2 * found.u.size());
@@ -172,8 +172,8 @@ TEST(PackedBundle, GivesTheInteriorInItsOwnTypeBesideASurfaceInAnyOther) {
          store_as_f16(p), p.sections.insert_or_assign(SectionId::displacement_interior, interior);
        }},
   };
-  palpate_scene_def def = gripped(PALPATE_SHAPE_VOLUME);
-  def.inside = PALPATE_INSIDE_ON;
+  SceneDef def = gripped(PALPATE_SHAPE_VOLUME);
+  def.inside.inside = PALPATE_INSIDE_ON;
   const std::vector<palpate_grip> grips = {grip_at_node(rows().touchable[40], {0.001, -0.002, 0.003})};
   const Felt expected = felt(rows(), def, grips);
   const auto relative_inside = [](const std::vector<float>& found, const std::vector<float>& right,
@@ -251,7 +251,7 @@ TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
     with_curves(parts);
     store_in_blocks(parts, {ElementType::f32, {}});
   });
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.radial = PALPATE_RADIAL_RESPONSE;
   const std::int32_t triangle = plain.far_triangle(3);
   const Eigen::Vector3d place = plain.place(triangle, {.3, .3, .4}), out = plain.outward(triangle);
@@ -279,7 +279,7 @@ TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
 // Two discs on the far face: one is pressed and dragged until it slips, the other comes down beside it. Collision follows the
 // deformed surface. A disc's local compliance is not in the tensors, so it is the same in every form.
 TEST(PackedBundle, FeelsDiscsThatStickAndSlipInEveryForm) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
   const Eigen::Vector3d out = Eigen::Vector3d::UnitX(), place(0.28, 0.0221, 0.0312);
   for (std::size_t f = 0; f < std::size(kForms); ++f) {
@@ -351,7 +351,7 @@ palpate_status status_of(const BundleParts& parts) {
   palpate_status status = palpate_bundle_open(bytes.data(), bytes.size(), nullptr, &opened, &error);
   const BundlePointer bundle(opened);
   palpate_scene* created = nullptr;
-  const palpate_scene_def def = gripped(PALPATE_SHAPE_SURFACE);
+  const SceneDef def = gripped(PALPATE_SHAPE_SURFACE);
   if (status == PALPATE_OK) status = palpate_scene_create(opened, &def, &created, &error);
   const ScenePointer scene(created);
   EXPECT_EQ(status == PALPATE_OK, error.text[0] == '\0') << error.text;

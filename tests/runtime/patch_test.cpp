@@ -202,7 +202,7 @@ TEST(PatchContact, ThatCreepsLeavesAHoveringPointAlone) {
   TinyBox form;
   form.cells = {3, 6, 5};
   const TouchedBox box(form);
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED;
   const auto operations = [&](double per_step) {
     const ScenePointer scene = box.scene(def);
@@ -234,7 +234,7 @@ TEST(PatchContact, OfALargerDiscIsStifferAndAPointIsThePointModel) {
     EXPECT_GT(force, before);
     before = force;
   }
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.contact = PALPATE_CONTACT_POINT;
   const ScenePointer point = box.scene(def);
   EXPECT_EQ(force_at(box, scene.get(), 0.024, 0, {-1, 0, 0}), force_at(box, point.get(), 0.024, 0, {-1, 0, 0}));
@@ -304,7 +304,7 @@ TEST(PatchContact, TakesItsStiffnessFromTheRegionUnderIt) {
 class DiscsAtOnePlace {
  public:
   DiscsAtOnePlace(int discs, palpate_contact_law law, palpate_collision collision) : points_(discs) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.law = law, def.collision = collision;
     scene_ = ManyDiscs::box().scene(def);
     contacts_ = std::make_unique<Contacts>(scene_.get());
@@ -394,7 +394,7 @@ TEST(Discs, ThatAreThinnedWithoutAFlagKeepTheirForce) {
   for (const double radius : {0.001, 0.004, 0.008})
     for (std::int32_t nodes = 1; nodes < 16; ++nodes) {
       const auto press = [&](std::int32_t limit, palpate_step_flags* flags) {
-        palpate_scene_def def = unlimited_def();
+        SceneDef def = unlimited_def();
         def.max_points = 1, def.max_contact_nodes = limit;
         const ScenePointer scene = ManyDiscs::box().scene(def);
         Contacts contacts(scene.get());

@@ -3,6 +3,7 @@
 
 #include "runtime/base/sine.h"
 #include "tests/runtime/played_box.h"
+#include "tests/support/relaxation.h"
 
 namespace palpate::tests {
 namespace {
@@ -15,11 +16,11 @@ const TouchedBox& box() {
   return shared;
 }
 
-palpate_scene_def sliding_def(palpate_contact_law law = PALPATE_LAW_COULOMB,
-                              palpate_collision collision = PALPATE_COLLISION_DEFORMED) {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef sliding_def(palpate_contact_law law = PALPATE_LAW_COULOMB,
+                     palpate_collision collision = PALPATE_COLLISION_DEFORMED) {
+  SceneDef def;
   def.collision = collision, def.law = law;
-  def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {0.02}};
+  def.relaxation = relaxation_of({{0.5, 0.02}});
   return def;
 }
 
@@ -41,7 +42,7 @@ Vector3d in_organ(int s) {
 // A scene with one disc.
 class Played {
  public:
-  explicit Played(const palpate_scene_def& def = sliding_def()) : scene(box().scene(def)), contacts(scene.get()) {}
+  explicit Played(const SceneDef& def = sliding_def()) : scene(box().scene(def)), contacts(scene.get()) {}
 
   void pose(const palpate_pose& pose) {
     palpate_error error = {};
@@ -161,7 +162,7 @@ TEST(Pose, OfAnOrganThatTurnsIntoAToolAtRestMeetsItInThatStep) {
 }
 
 TEST(Pose, ThatJumpsIsLostTrackingAndTheForceGoesToZero) {
-  palpate_scene_def def = sliding_def(PALPATE_LAW_STICKING);
+  SceneDef def = sliding_def(PALPATE_LAW_STICKING);
   def.force_slew = 100;  // N/s
   Played played(def);
   int s = 0;

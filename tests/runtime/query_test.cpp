@@ -13,16 +13,16 @@ namespace {
 // m: the reference reads displacements of up to 10 mm that were summed in single precision.
 constexpr double kStored = 1e-7;
 
-palpate_scene_def query_def() {
-  palpate_scene_def def = unlimited_def();
-  def.contact = PALPATE_CONTACT_POINT, def.queries = PALPATE_QUERIES_ON;
+SceneDef query_def() {
+  SceneDef def = unlimited_def();
+  def.contact = PALPATE_CONTACT_POINT, def.queries.queries = PALPATE_QUERIES_ON;
   return def;
 }
 
 // A scene under contacts, and its surface as the reference sees it.
 class Queried {
  public:
-  explicit Queried(const TouchedBody& touched, const palpate_scene_def& def = query_def())
+  explicit Queried(const TouchedBody& touched, const SceneDef& def = query_def())
       : body(touched), scene(body.scene(def)), contacts(scene.get()), truth(body.body) {}
 
   void touch(const std::vector<palpate_grip>& grips) {
@@ -264,8 +264,8 @@ TEST(Query, DefinesWhatBadAndDegenerateInputGives) {
     EXPECT_EQ(palpate_scene_cast_ray(scene, nullptr, p.data(), down.data(), 1, &hit), PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(hit.struct_bytes, bytes);
   }
-  palpate_scene_def without = query_def();
-  without.queries = PALPATE_QUERIES_OFF;
+  SceneDef without = query_def();
+  without.queries.queries = PALPATE_QUERIES_OFF;
   const ScenePointer other = box.scene(without);
   hit = palpate_default_surface_hit();
   EXPECT_EQ(palpate_scene_cast_ray(other.get(), nullptr, p.data(), down.data(), 1, &hit), PALPATE_STEP_BAD_INPUT);
@@ -297,8 +297,8 @@ TEST(Query, DefinesWhatBadAndDegenerateInputGives) {
 
 // The bytes of every contact of a run, with queries between its steps or without.
 std::vector<std::uint64_t> bytes_of_run(const TouchedBody& body, palpate_query_model queries) {
-  palpate_scene_def def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.queries = queries;
+  SceneDef def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.queries.queries = queries;
   Queried queried(body, def);
   std::vector<std::uint64_t> all;
   Random random;
@@ -326,8 +326,8 @@ TEST(Query, ChangesNoBitOfAStep) {
 TEST(Query, TakesMemoryOnlyWhereASceneAsks) {
   const TouchedBox box;
   const auto bytes = [&](palpate_query_model queries) {
-    palpate_scene_def def = palpate_default_scene_def();
-    def.queries = queries, def.max_contact_nodes = 192;
+    SceneDef def;
+    def.queries.queries = queries, def.max_contact_nodes = 192;
     return bytes_of(def, box);
   };
   // A tree of 200 bytes for each triangle at most, and 28 bytes for each node.
@@ -336,7 +336,7 @@ TEST(Query, TakesMemoryOnlyWhereASceneAsks) {
   EXPECT_GT(more, 28 * nodes);
   EXPECT_LT(more, 220 * triangles + 40 * nodes + 192 * 90);
   // A scene that neither collides nor touches triangles answers queries, too.
-  palpate_scene_def def = query_def();
+  SceneDef def = query_def();
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;
   Queried queried(box, def);
   EXPECT_NEAR(queried.distance({.03, .02, .06}), .02, 1e-12);
@@ -344,7 +344,7 @@ TEST(Query, TakesMemoryOnlyWhereASceneAsks) {
 
 TEST(Query, RunsBesideTouchAndShape) {
   const TouchedBox box;
-  palpate_scene_def def = query_def();
+  SceneDef def = query_def();
   def.collision = PALPATE_COLLISION_DEFORMED;
   Queried queried(box, def);
   queried.touch({grip_at_node(box.touchable[3], {.004, .001, -.002})});
@@ -389,7 +389,7 @@ struct Shaped {
 
 TEST(Normals, OfABoxDoNotDependOnItsDiagonals) {
   const TouchedBox box;
-  const ScenePointer scene = box.scene(palpate_default_scene_def());
+  const ScenePointer scene = box.scene(SceneDef());
   Contacts contacts(scene.get());
   palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
   const Shaped shaped(box, scene.get(), contacts);
@@ -407,7 +407,7 @@ TEST(Normals, OfABoxDoNotDependOnItsDiagonals) {
 
 TEST(Normals, AreTheMeanOfTheTrianglesWeightedByTheirAngles) {
   const TouchedBody block(slotted_block());
-  palpate_scene_def def = query_def();
+  SceneDef def = query_def();
   Queried queried(block, def);
   queried.touch(
       {grip_at_node(block.touchable[30], {.004, .003, -.005}), grip_at_node(block.touchable[60], {0, .006, 0})});
@@ -425,7 +425,7 @@ TEST(Normals, AreTheMeanOfTheTrianglesWeightedByTheirAngles) {
 
 TEST(Normals, RefuseWhatTheyCannotReadAndSkipWhatIsNotFinite) {
   const TouchedBox box;
-  const ScenePointer scene = box.scene(palpate_default_scene_def());
+  const ScenePointer scene = box.scene(SceneDef());
   Contacts contacts(scene.get());
   palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
   Shaped shaped(box, scene.get(), contacts);
@@ -437,7 +437,7 @@ TEST(Normals, RefuseWhatTheyCannotReadAndSkipWhatIsNotFinite) {
             PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_normals(scene.get(), &shaped.out, nullptr, shaped.nodes), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_normals(scene.get(), nullptr, shaped.normals.data(), shaped.nodes), PALPATE_STEP_BAD_INPUT);
-  palpate_scene_def without = palpate_default_scene_def();
+  SceneDef without;
   without.collision = PALPATE_COLLISION_OFF, without.contact = PALPATE_CONTACT_NODE;
   EXPECT_EQ(palpate_scene_normals(box.scene(without).get(), &shaped.out, shaped.normals.data(), shaped.nodes),
             PALPATE_STEP_BAD_INPUT);

@@ -2,8 +2,8 @@
 
 namespace palpate::tests {
 
-palpate_scene_def deformed_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef deformed_def() {
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT;
   return def;
 }
@@ -218,8 +218,8 @@ RandomNeedle::RandomNeedle(std::uint64_t seed, const TouchedBody& body)
   if (is_there_) enter();
 }
 
-void RandomNeedle::draw(palpate_scene_def& def) const {
-  if (is_there_) def.needles = 1, def.needle_places = kPlaces;
+void RandomNeedle::draw(SceneDef& def) const {
+  if (is_there_) def.needles.needles = 1, def.needles.needle_places = kPlaces;
 }
 
 void RandomNeedle::step() {
@@ -293,21 +293,21 @@ void RandomScene::remember(RandomPoint& p) const {
   if (contact) p.anchor = anchor_of(*contact), p.slips = contact->state == PALPATE_CONTACT_SLIPS;
 }
 
-palpate_scene_def RandomScene::draw_def() {
+SceneDef RandomScene::draw_def() {
   const bool is_shipped = dice_.one_in(3);
-  palpate_scene_def def = is_shipped ? palpate_default_scene_def() : deformed_def();
+  SceneDef def = is_shipped ? SceneDef() : deformed_def();
   constexpr palpate_contact_model models[] = {PALPATE_CONTACT_POINT, PALPATE_CONTACT_POINT, PALPATE_CONTACT_TRIANGLE,
                                               PALPATE_CONTACT_NODE, PALPATE_CONTACT_PATCH};
   constexpr palpate_contact_law laws[] = {PALPATE_LAW_STICKING, PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING,
                                           PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB};
-  def.collision = PALPATE_COLLISION_DEFORMED, def.report = PALPATE_REPORT_CONTACTS;
+  def.collision = PALPATE_COLLISION_DEFORMED, def.report.report = PALPATE_REPORT_CONTACTS;
   def.contact = models[dice_.below(std::size(models))], def.law = laws[dice_.below(std::size(laws))];
   // The fewest that a step needs are some 40,000, and on a fine surface 160,000.
   const double least = host_ ? 200000 : 45000, most = host_ ? 300000 : 100000;
   if (is_shipped && dice_.one_in(2)) def.max_operations = static_cast<std::int64_t>(dice_.between(least, most));
   radius_ = def.contact == PALPATE_CONTACT_PATCH ? dice_.between(0, .006) : 0;
   friction_ = dice_.between(0, 1);
-  if (host_) view_ = host_->view(), def.fine_surface = &view_;
+  if (host_) view_ = host_->view(), def.fine_surface = view_;
   needle_.draw(def);
   def.allocator = memory_.allocator();
   return def;
@@ -361,7 +361,7 @@ palpate_step_flags RandomScene::touch(palpate_scene* scene, Contacts& contacts, 
   palpate_tool tools[3] = {tool_of(again ? grips_before_ : grip_list_)};
   const palpate_needle needle = needle_.now(
       again, [&](const Eigen::Vector3d& p) { return again ? organ_.to_world_before(p) : organ_.to_world(p); });
-  if (needle_.is_there()) tools[0].needle = &needle;
+  if (needle_.is_there()) tools[0].parts = &needle.part;
   for (int t = 1; t <= tools_; ++t)
     tools[t] = point_tool(places[t].data(), static_cast<std::int32_t>(places[t].size() / 3), radius_, friction_);
   return palpate_scene_touch(scene, tools, 1 + tools_, kStep, contacts.get(), contacts.bytes());

@@ -3,6 +3,8 @@
 // The memory of each scene has guard bytes.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <cstring>
 #include <random>
 #include <string>
@@ -16,14 +18,14 @@
 
 namespace palpate::tests {
 
-palpate_scene_def deformed_def();
+SceneDef deformed_def();
 
 // A tool with one point and a tool that grips, step by step, beside the true surface that the step meets.
 class Watched {
  public:
   // host and fine: the scene's fine surface, or nullptr for the body's own.
-  explicit Watched(const TouchedBody& body, const palpate_scene_def& def = deformed_def(),
-                   const FineHost* host = nullptr, const BoundFine* fine = nullptr)
+  explicit Watched(const TouchedBody& body, const SceneDef& def = deformed_def(), const FineHost* host = nullptr,
+                   const BoundFine* fine = nullptr)
       : body_(body),
         fine_(fine),
         surface_(host ? host->surface() : body.body),
@@ -195,7 +197,7 @@ class RandomNeedle {
  public:
   RandomNeedle(std::uint64_t seed, const TouchedBody& body);
   bool is_there() const { return is_there_; }
-  void draw(palpate_scene_def& def) const;
+  void draw(SceneDef& def) const;
   void step();
   // In this step, or in the one before. to_world: of a place in the organ's frame.
   template <class ToWorld>
@@ -313,7 +315,7 @@ class RandomScene {
   QuickTruth& without_contact() { return truths_[3]; }
 
   // A third of the scenes have the defaults of the library.
-  palpate_scene_def draw_def();
+  SceneDef draw_def();
   void draw_points();
 
   // To a place beside a random node as it was meshed, some mm outside or inside; sometimes to another point's.
@@ -360,7 +362,7 @@ class RandomScene {
   GuardedMemory memory_;
   palpate_fine_surface view_ = palpate_default_fine_surface();
   double radius_ = 0, friction_ = 0;
-  const palpate_scene_def def_;
+  const SceneDef def_;
   ScenePointer scene_, twin_;
   Contacts contacts_, twins_;
   std::vector<QuickTruth> truths_;

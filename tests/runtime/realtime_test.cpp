@@ -94,7 +94,7 @@ class FileBox {
       throw std::runtime_error(error.text);
     bundle.reset(opened);
   }
-  ScenePointer scene(const palpate_scene_def& def) const {
+  ScenePointer scene(const SceneDef& def) const {
     palpate_scene* created = nullptr;
     palpate_error error = {};
     if (palpate_scene_create(bundle.get(), &def, &created, &error) != PALPATE_OK) throw std::runtime_error(error.text);
@@ -126,13 +126,13 @@ const palpate_fine_surface& fine_surface() {
 }
 
 // Every value of every effect, each collision with each contact model; the others are all on, or all off.
-std::vector<palpate_scene_def> every_effect() {
-  std::vector<palpate_scene_def> all;
+std::vector<SceneDef> every_effect() {
+  std::vector<SceneDef> all;
   for (const auto collision : {PALPATE_COLLISION_OFF, PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
     for (const auto contact :
          {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
       for (const bool on : {false, true}) {
-        palpate_scene_def def = palpate_default_scene_def();
+        SceneDef def;
         def.collision = collision, def.contact = contact;
         def.law = !on                                   ? PALPATE_LAW_STICKING
                   : contact == PALPATE_CONTACT_NODE     ? PALPATE_LAW_SLIDING
@@ -141,22 +141,22 @@ std::vector<palpate_scene_def> every_effect() {
         if (on) {
           def.shape = PALPATE_SHAPE_VOLUME, def.radial = PALPATE_RADIAL_RESPONSE;
           def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
-          def.render_mesh = &vertices(), def.queries = PALPATE_QUERIES_ON;
-          def.report = PALPATE_REPORT_CONTACTS;
-          def.fine_surface = &fine_surface();
-          def.max_links = 4, def.grasps = contact == PALPATE_CONTACT_PATCH;
-          def.inside = PALPATE_INSIDE_ON;
-          def.dent = contact == PALPATE_CONTACT_PATCH ? PALPATE_DENT_DISCS : PALPATE_DENT_OFF;
+          def.render_mesh = vertices(), def.queries.queries = PALPATE_QUERIES_ON;
+          def.report.report = PALPATE_REPORT_CONTACTS;
+          def.fine_surface = fine_surface();
+          def.links.max_links = 4, def.grasps.grasps = contact == PALPATE_CONTACT_PATCH;
+          def.inside.inside = PALPATE_INSIDE_ON;
+          def.dent.dent = contact == PALPATE_CONTACT_PATCH ? PALPATE_DENT_DISCS : PALPATE_DENT_OFF;
         }
         all.push_back(def);
         const bool deforms = contact == PALPATE_CONTACT_NODE
                                  ? collision == PALPATE_COLLISION_OFF
                                  : contact == PALPATE_CONTACT_PATCH && collision == PALPATE_COLLISION_REST;
         if (on ? collision != PALPATE_COLLISION_DEFORMED : !deforms) continue;
-        def.deformation = PALPATE_DEFORMATION_LARGE, def.max_links = def.grasps = 0;
+        def.large.deformation = PALPATE_DEFORMATION_LARGE, def.links.max_links = def.grasps.grasps = 0;
         def.force = PALPATE_FORCE_LINEAR, def.radial = PALPATE_RADIAL_OFF;
         all.push_back(def);
-        def.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;
+        def.large.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;
         all.push_back(def);
       }
   return all;
@@ -166,16 +166,16 @@ constexpr int kSteps = 400;  // the tool comes, slides, and goes three times
 
 // A scene with all arrays that its steps need, so that run() does nothing but steps.
 struct Running {
-  Running(const FileBox& from, const palpate_scene_def& def)
+  Running(const FileBox& from, const SceneDef& def)
       : scene(from.scene(def)),
         contacts(scene.get()),
         u(static_cast<std::size_t>(from.box.dofs())),
         out(shape_out(u.data(), nullptr, static_cast<std::int32_t>(from.box.dofs() / 3))),
-        skinned(def.render_mesh),
-        queries(def.queries != PALPATE_QUERIES_OFF),
-        links(def.max_links > 0),
-        grasps(def.grasps != 0),
-        inside(def.inside != PALPATE_INSIDE_OFF),
+        skinned(def.render_mesh.positions != nullptr),
+        queries(def.queries.queries != PALPATE_QUERIES_OFF),
+        links(def.links.max_links > 0),
+        grasps(def.grasps.grasps != 0),
+        inside(def.inside.inside != PALPATE_INSIDE_OFF),
         patch(def.contact == PALPATE_CONTACT_PATCH),
         box(from.box) {
     out.positions = x.data();
@@ -214,7 +214,7 @@ struct Running {
       palpate_grasp grasp = palpate_default_grasp();
       grasp.triangle = box.far_triangle(2), grasp.barycentric[0] = 1, grasp.radius = 0.006;
       grasp.position[0] = 1e-4 * node, grasp.friction = 0.1, grasp.clamp_force = 1;
-      tool.grasp = grasps ? &grasp : nullptr;
+      tool.parts = grasps ? &grasp.part : nullptr;
       palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
       if (grasps) slips += palpate_scene_grasp_state(scene.get(), 0)->condition == PALPATE_GRASP_SLIPS;
       palpate_scene_shape(scene.get(), contacts.get(), &out);
@@ -289,7 +289,7 @@ TEST(Step, AllocatesAndLocksNothing) {
   if (!kCounts) GTEST_SKIP() << "a sanitizer's malloc is not counted";
   const FileBox rows, blocks(true);
   for (const FileBox* file : {&rows, &blocks})
-    for (const palpate_scene_def& def : every_effect()) {
+    for (const SceneDef& def : every_effect()) {
       Running running(*file, def);
       allocations = locks = 0;
       counting = true;
@@ -298,10 +298,10 @@ TEST(Step, AllocatesAndLocksNothing) {
       EXPECT_EQ(allocations, 0);
       EXPECT_EQ(locks, 0);
       EXPECT_TRUE(def.collision == PALPATE_COLLISION_OFF || running.contact_steps > kSteps / 50);
-      EXPECT_TRUE(def.queries == PALPATE_QUERIES_OFF || running.answered == kSteps);
-      EXPECT_TRUE(def.inside == PALPATE_INSIDE_OFF || running.looked == kSteps);
-      EXPECT_TRUE(def.max_links == 0 || running.taut > kSteps / 10);
-      EXPECT_TRUE(def.grasps == 0 || running.slips > 0);
+      EXPECT_TRUE(def.queries.queries == PALPATE_QUERIES_OFF || running.answered == kSteps);
+      EXPECT_TRUE(def.inside.inside == PALPATE_INSIDE_OFF || running.looked == kSteps);
+      EXPECT_TRUE(def.links.max_links == 0 || running.taut > kSteps / 10);
+      EXPECT_TRUE(def.grasps.grasps == 0 || running.slips > 0);
       EXPECT_EQ(running.restored, kSteps / 50);
     }
   allocations = locks = 0;
@@ -353,7 +353,7 @@ TEST(Step, MakesNoSystemCall) {
   EXPECT_EQ(in_child_without_system_calls([] { getppid(); }), SYS_getppid) << "the filter does not filter";
   const FileBox rows, blocks(true);
   for (const FileBox* file : {&rows, &blocks})
-    for (const palpate_scene_def& def : every_effect()) {
+    for (const SceneDef& def : every_effect()) {
       Running running(*file, def);
       EXPECT_EQ(in_child_without_system_calls([&] { running.run(kSteps); }), 0)
           << "collision " << def.collision << ", contact " << def.contact;
@@ -369,7 +369,7 @@ long page_faults() {
 TEST(Step, TakesNoPageFaultOncePrefaulted) {
   if (!kCounts) GTEST_SKIP() << "a sanitizer's shadow takes page faults of its own";
   FileBox file, copied(false, PALPATE_FILE_COPY);
-  for (const palpate_scene_def& def : every_effect()) {
+  for (const SceneDef& def : every_effect()) {
     // The system may move a page at any time, but hardly in three runs: one run of three without page faults is enough.
     long least = 1000;
     for (int attempt = 0; attempt < 3 && least > 0; ++attempt) {
@@ -386,14 +386,14 @@ TEST(Step, TakesNoPageFaultOncePrefaulted) {
     EXPECT_EQ(least, 0) << "collision " << def.collision << ", contact " << def.contact;
   }
   copied.open();
-  Running warm(copied, palpate_default_scene_def());
+  Running warm(copied, SceneDef());
   warm.run(0);
   play(copied.box, warm.scene.get(), warm.contacts, 100, [](palpate_step_flags) {});
   long before = page_faults();
   warm.run(kSteps);
   EXPECT_EQ(page_faults() - before, 0) << "a copy is in memory without prefault";
   file.open();
-  Running cold(file, palpate_default_scene_def());
+  Running cold(file, SceneDef());
   before = page_faults();
   cold.run(0);
   EXPECT_GT(page_faults() - before, 0) << "without prefault the first steps bring the pages in, and this would show it";
@@ -413,7 +413,7 @@ TEST(Prefault, LocksWhatIsMappedUntilTheBundleIsClosed) {
   EXPECT_EQ(palpate_bundle_prefault(file.bundle.get(), 0, &error), PALPATE_OK) << "no section is mapped yet";
   const std::uint64_t before = locked_bytes();
   {
-    Running running(file, palpate_default_scene_def());
+    Running running(file, SceneDef());
     const palpate_status status = palpate_bundle_prefault(file.bundle.get(), 1, &error);
     if (status == PALPATE_ERROR_LOCK) GTEST_SKIP() << error.text;
     ASSERT_EQ(status, PALPATE_OK) << error.text;
@@ -427,7 +427,7 @@ TEST(Prefault, LocksWhatIsMappedUntilTheBundleIsClosed) {
 
 TEST(Prefault, SaysWhenTheSystemDoesNotLockAndTheSceneWorksOn) {
   const FileBox file;
-  Running running(file, palpate_default_scene_def());
+  Running running(file, SceneDef());
   const pid_t child = fork();
   if (child == 0) {  // nobody, who may lock nothing
     const rlimit none = {0, 0};

@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "formats/checksum.h"
-#include "runtime/include/palpate/palpate_complete.h"
+#include "runtime/include/palpate/palpate_scene_def.hpp"
 #include "tests/support/guarded_device.h"
+#include "tests/support/relaxation.h"
 #include "tests/support/tools.h"
 
 namespace {
@@ -139,15 +140,16 @@ bool has_the_rest(const Combination& c) {
   return (static_cast<int>(c.collision) + c.contact + c.law) % 2 == 0;
 }
 
-palpate_scene_def scene_def(const Combination& c) {
-  palpate_scene_def def = palpate_default_scene_def();
+palpate::SceneDef scene_def(const Combination& c) {
+  palpate::SceneDef def;
   def.collision = c.collision, def.contact = c.contact, def.law = c.law, def.shape = PALPATE_SHAPE_VOLUME;
   def.force_limit = 20;  // N, reached by the pinch
   if (!has_the_rest(c)) return def;
   def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
-  def.relaxation = {PALPATE_RELAXATION_PRONY, 2, {0.45, 0.365}, {0.005, 0.5}};
-  def.inside = PALPATE_INSIDE_ON;
-  if (c.contact == PALPATE_CONTACT_PATCH) def.report = PALPATE_REPORT_CONTACTS, def.dent = PALPATE_DENT_DISCS;
+  def.relaxation = palpate::relaxation_of({{0.45, 0.005}, {0.365, 0.5}});
+  def.inside.inside = PALPATE_INSIDE_ON;
+  if (c.contact == PALPATE_CONTACT_PATCH)
+    def.report.report = PALPATE_REPORT_CONTACTS, def.dent.dent = PALPATE_DENT_DISCS;
   return def;
 }
 
@@ -163,14 +165,14 @@ std::string line_of(const Combination& c, const Played& played) {
 
 // Returns nothing for a scene whose effects this build or bundle does not have. Any other failure ends the program.
 std::string play(const Combination& c, palpate_bundle* bundle, const std::vector<RecordedStep>& path) {
-  palpate_scene_def def = scene_def(c);
+  palpate::SceneDef def = scene_def(c);
   // The surface's own nodes are the render mesh of scenes with dents.
   const std::int32_t nodes = palpate_bundle_describe(bundle).surface_node_count;
   std::vector<float> vertices;
-  for (std::int32_t i = 0; def.dent != PALPATE_DENT_OFF && i < 3 * nodes; ++i)
+  for (std::int32_t i = 0; def.dent.dent != PALPATE_DENT_OFF && i < 3 * nodes; ++i)
     vertices.push_back(static_cast<float>(palpate_bundle_nodes(bundle)[i]));
   const palpate_render_mesh mesh = render_mesh(vertices.data(), nullptr, nodes);
-  if (!vertices.empty()) def.render_mesh = &mesh;
+  if (!vertices.empty()) def.render_mesh = mesh;
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   const palpate_status status = palpate_scene_create(bundle, &def, &scene, &error);
@@ -181,7 +183,7 @@ std::string play(const Combination& c, palpate_bundle* bundle, const std::vector
   }
   const std::string line =
       line_of(c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1, c.law == PALPATE_LAW_COULOMB,
-                      vertices.size(), def.inside != PALPATE_INSIDE_OFF, path));
+                      vertices.size(), def.inside.inside != PALPATE_INSIDE_OFF, path));
   palpate_scene_destroy(scene);
   return line;
 }

@@ -11,9 +11,8 @@ namespace palpate::tests {
 namespace {
 
 // Swine brain: Miller and Chinzei 1997.
-palpate_relaxation brain() {
-  palpate_relaxation relaxation = {};
-  relaxation.model = PALPATE_RELAXATION_PRONY;
+palpate_relaxation_def brain() {
+  palpate_relaxation_def relaxation = palpate_default_relaxation_def();
   relaxation.terms = 2;
   relaxation.share[0] = 0.45, relaxation.time[0] = 0.5;
   relaxation.share[1] = 0.365, relaxation.time[1] = 50;
@@ -22,7 +21,7 @@ palpate_relaxation brain() {
 
 // Force at time t where F_e rises to 1 in `rise` seconds and stays: the integral of R over the ramp.
 double ramp_and_hold(double t, double rise) {
-  const palpate_relaxation r = brain();
+  const palpate_relaxation_def r = brain();
   double force = std::min(t, rise) / rise;
   for (int i = 0; i < r.terms; ++i) {
     const double tau = r.time[i], ramp = std::min(t, rise);
@@ -97,7 +96,7 @@ TEST(Relaxation, OfTheModelAtOnceGivesThePublishedStressesAtEachRate) {
 
 TEST(Relaxation, ActsOnAToolsForceAndOnNothingElse) {
   const TouchedBox box;
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   const ScenePointer elastic = box.scene(def);
   def.relaxation = brain();
   const ScenePointer relaxing = box.scene(def);
@@ -124,7 +123,7 @@ TEST(Relaxation, ActsOnAToolsForceAndOnNothingElse) {
 
 TEST(Relaxation, NeverPullsAToolThatDoesNotHold) {
   const TouchedBox box;
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.relaxation = brain();
   const ScenePointer scene = box.scene(def);
   Contacts contacts(scene.get());
@@ -154,7 +153,7 @@ TEST(Relaxation, NeverPullsAToolThatDoesNotHold) {
 TEST(Relaxation, RefusesNumbersThatAreNone) {
   const TouchedBox box;
   const auto status = [&](auto change) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.relaxation = brain();
     change(def);
     return refusal_of(box, def).status;

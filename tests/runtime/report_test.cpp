@@ -14,17 +14,17 @@ const TouchedBox& box() {
   return shared;
 }
 
-palpate_scene_def report_def(palpate_contact_model contact = PALPATE_CONTACT_POINT,
-                             palpate_contact_law law = PALPATE_LAW_STICKING) {
-  palpate_scene_def def = unlimited_def();
+SceneDef report_def(palpate_contact_model contact = PALPATE_CONTACT_POINT,
+                    palpate_contact_law law = PALPATE_LAW_STICKING) {
+  SceneDef def = unlimited_def();
   def.contact = contact, def.law = law, def.collision = PALPATE_COLLISION_DEFORMED;
-  def.report = PALPATE_REPORT_CONTACTS;
+  def.report.report = PALPATE_REPORT_CONTACTS;
   return def;
 }
 
 class Reporting {
  public:
-  explicit Reporting(const palpate_scene_def& def) : scene(box().scene(def)), contacts(scene.get()) {}
+  explicit Reporting(const SceneDef& def) : scene(box().scene(def)), contacts(scene.get()) {}
 
   void touch(const std::vector<palpate_tool>& tools, double dt = 1e-3) {
     flags = palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), dt, contacts.get(),
@@ -415,9 +415,9 @@ TEST(Report, EventsAreTheDifferenceBetweenTheContactsOfTwoSteps) {
 
 TEST(Report, ChangesNoBitOfAStepAndTakesNothingWhereItIsOff) {
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-    palpate_scene_def def = report_def(PALPATE_CONTACT_PATCH, law);
+    SceneDef def = report_def(PALPATE_CONTACT_PATCH, law);
     Reporting on(def);
-    def.report = PALPATE_REPORT_OFF;
+    def.report.report = PALPATE_REPORT_OFF;
     Reporting off(def);
     const auto with = play_at_random(on, [] {}), without = play_at_random(off, [] {});
     EXPECT_EQ(with, without);
@@ -425,8 +425,8 @@ TEST(Report, ChangesNoBitOfAStepAndTakesNothingWhereItIsOff) {
   }
   EXPECT_EQ(palpate_scene_report(nullptr), nullptr);
   const auto bytes = [&](palpate_report_model report) {
-    palpate_scene_def def = palpate_default_scene_def();
-    def.report = report;
+    SceneDef def;
+    def.report.report = report;
     return bytes_of(def, box());
   };
   // 64 contacts, twice as many events, 4 tools with 64 points each.
@@ -436,7 +436,7 @@ TEST(Report, ChangesNoBitOfAStepAndTakesNothingWhereItIsOff) {
 }
 
 TEST(Report, HasRoomForEveryEventOfAStep) {
-  palpate_scene_def def = report_def();
+  SceneDef def = report_def();
   def.max_points = 48;
   Reporting reporting(def);
   std::vector<palpate_grip> grips;

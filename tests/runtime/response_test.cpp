@@ -29,8 +29,8 @@ const TouchedBox& box() {
   static const TouchedBox shared({}, add_curves);
   return shared;
 }
-palpate_scene_def corrected_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef corrected_def() {
+  SceneDef def = unlimited_def();
   def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE;
   return def;
 }
@@ -139,7 +139,7 @@ struct Step {
   std::vector<Eigen::Vector3d> node_force;
   palpate_step_flags touch_flags, shape_flags;
 };
-Step step(const palpate_scene_def& def, const std::vector<std::vector<palpate_grip>>& grips) {
+Step step(const SceneDef& def, const std::vector<std::vector<palpate_grip>>& grips) {
   const ScenePointer scene = box().scene(def);
   std::vector<palpate_tool> tools;
   for (const auto& one : grips) tools.push_back(tool_of(one));
@@ -258,8 +258,8 @@ TEST(Response, SharesQOfAToolsResultantAmongItsNodesAsTheirPartsAlongItsMotion) 
 }
 
 TEST(Response, ReportsContactsAndTorqueOfTheCorrectedForces) {
-  palpate_scene_def def = corrected_def();
-  def.report = PALPATE_REPORT_CONTACTS, def.contact = PALPATE_CONTACT_PATCH;
+  SceneDef def = corrected_def();
+  def.report.report = PALPATE_REPORT_CONTACTS, def.contact = PALPATE_CONTACT_PATCH;
   def.torque_limit = def.torque_slew = INFINITY;
   const ScenePointer scene = box().scene(def);
   const Eigen::Vector3d d(-0.002, 0.0004, 0.0002), reference(0.1, -0.02, 0.05);
@@ -287,19 +287,19 @@ TEST(Response, AddsToAGraspsTorqueTheMomentOfWhatItAddsToItsForces) {
   palpate_grasp grasp = palpate_default_grasp();
   grasp.triangle = box().far_triangle(), grasp.radius = 0.012;
   for (double& k : grasp.barycentric) k = 1.0 / 3;
-  const auto held = [&](palpate_scene_def def, const Eigen::Vector3d& reference) {
+  const auto held = [&](SceneDef def, const Eigen::Vector3d& reference) {
     def.torque_limit = def.torque_slew = INFINITY;
-    def.collision = PALPATE_COLLISION_OFF, def.grasps = 1;
+    def.collision = PALPATE_COLLISION_OFF, def.grasps.grasps = 1;
     const ScenePointer scene = box().scene(def);
     Contacts contacts(scene.get());
     palpate_tool tool = palpate_default_tool();
-    tool.grasp = &grasp, tool.has_torque = 1;
+    tool.parts = &grasp.part, tool.has_torque = 1;
     Eigen::Map<Eigen::Vector3d>(tool.reference) = reference;
     palpate_grasp moved = grasp;
     for (const double way : {0.0, 1.0}) {
       moved.position[0] = -0.002 * way, moved.position[1] = 0.001 * way;
       moved.orientation[0] = std::cos(0.1 * way), moved.orientation[2] = std::sin(0.1 * way);
-      tool.grasp = &moved;
+      tool.parts = &moved.part;
       palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     }
     return *palpate_contacts_tool(contacts, 0);

@@ -2,6 +2,8 @@
 // triangle, so several contacts hold each vertex, each at another displacement. With friction 20 they wedge one another.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <random>
 
 #include "runtime/scene/scene.h"
@@ -21,7 +23,7 @@ struct RoughIndenter {
                 palpate_contact_law law = PALPATE_LAW_COULOMB, palpate_contact_model contact = PALPATE_CONTACT_TRIANGLE,
                 std::int64_t max_operations = 1'500'000)  // for some steps of Newton's method with 216 rows
       : place(first), points(kPoints) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.law = law, def.contact = contact;
     def.max_operations = max_operations;
     scene = box.scene(def);

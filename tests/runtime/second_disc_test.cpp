@@ -37,7 +37,7 @@ constexpr double kDeep = 0.004, kAbove = 0.0005, kStep = 2e-5;
 class SecondDisc : public testing::Test {
  public:
   void start(palpate_contact_law law, First first, double radius, double apart) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.collision = PALPATE_COLLISION_DEFORMED, def.law = law, def.contact = PALPATE_CONTACT_PATCH;
     scene_ = block().scene(def);
     contacts_ = std::make_unique<Contacts>(scene_.get());

@@ -54,9 +54,9 @@ struct Skinned {
   Vector3d normal(std::size_t v) const { return Eigen::Map<const Eigen::Vector3f>(&normals[3 * v]).cast<double>(); }
 };
 
-ScenePointer scene_of(const TouchedBox& of, const Mesh& mesh, palpate_scene_def def = palpate_default_scene_def()) {
+ScenePointer scene_of(const TouchedBox& of, const Mesh& mesh, SceneDef def = SceneDef()) {
   const palpate_render_mesh view = mesh.view();
-  def.render_mesh = &view;
+  def.render_mesh = view;
   return of.scene(def);
 }
 
@@ -196,7 +196,7 @@ TEST(Skin, ScalesWithTheOrgan) {
 TEST(Skin, IsMovedByAPreloadAsTheNodesAre) {
   Mesh mesh;
   for (int n = 0; n < box().body.surface_nodes; ++n) mesh.add(box().node(n), {0, 0, 1});
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.preload = PALPATE_PRELOAD_ON;
   const ScenePointer scene = scene_of(box(), mesh, def);
   const Skinned found = skinned(scene.get(), mesh, moved_by(box(), Matrix3d::Zero(), Vector3d::Zero()));
@@ -237,8 +237,8 @@ TEST(Skin, RefusesAMeshThatIsNoneWithASentence) {
   const auto* misaligned = reinterpret_cast<const float*>(odd + 1);
   const auto refused = [&](palpate_render_mesh mesh, const char* word,
                            palpate_shape_model shape = PALPATE_SHAPE_SURFACE) {
-    palpate_scene_def def = palpate_default_scene_def();
-    def.render_mesh = &mesh, def.shape = shape;
+    SceneDef def;
+    def.render_mesh = mesh, def.shape = shape;
     const palpate_error error = refusal_of(box(), def);
     EXPECT_EQ(error.status, PALPATE_ERROR_ARGUMENT) << word;
     EXPECT_THAT(error.text, testing::HasSubstr(word));
@@ -258,12 +258,12 @@ TEST(Skin, RefusesAMeshThatIsNoneWithASentence) {
 
 TEST(Skin, SaysWhenAStepHasWhatItCannotUseAndFillsNothing) {
   const Mesh mesh = mesh_over(box(), 0.001);
-  const ScenePointer scene = scene_of(box(), mesh), without = box().scene(palpate_default_scene_def());
+  const ScenePointer scene = scene_of(box(), mesh), without = box().scene(SceneDef());
   Mesh bare = mesh;
   palpate_render_mesh no_normals = bare.view();
   no_normals.normals = nullptr;
-  palpate_scene_def def = palpate_default_scene_def();
-  def.render_mesh = &no_normals;
+  SceneDef def;
+  def.render_mesh = no_normals;
   const ScenePointer plain = box().scene(def);
 
   const std::int32_t nodes = box().body.surface_nodes;

@@ -32,7 +32,7 @@ class Touching {
       : tools_(static_cast<std::size_t>(tools), palpate_default_tool()),
         points_(tools_.size()),
         forces_(tools_.size()) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.collision = collision, def.contact = contact.model, def.law = law;
     def.force = PALPATE_FORCE_LINEAR, def.force_limit = def.force_slew = 1e9;
     def.release_distance = 0.1, def.max_operations = 100'000'000;
@@ -227,8 +227,8 @@ TEST(SlidingDisc, IsPushedBackByTheSlopeOfTheEnergyThatItStores) {
 // A node that slides along z, and one beside it that a row with a limit holds along z.
 class LimitedRow {
  public:
-  LimitedRow() : memory_(palpate_default_scene_def().allocator) {
-    palpate_scene_def def = palpate_default_scene_def();
+  LimitedRow() : memory_(SceneDef().allocator) {
+    SceneDef def;
     def.collision = PALPATE_COLLISION_OFF;
     scene_ = bulged_block().scene(def);
     ContactSolver::Limits limits;
@@ -304,9 +304,9 @@ DenseBody pierced_body() {
 
 TEST(ClosedWay, OfANeedleWithoutFrictionGivesBackNoMoreThanWentIn) {
   const TouchedBody box(pierced_body(), [](BundleParts& parts) { add_whole_corridor(parts, pierced_body()); });
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.force_limit = def.force_slew = def.torque_limit = def.torque_slew = 1e9, def.max_operations = 100'000'000;
-  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT, def.needles = 1;
+  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT, def.needles.needles = 1;
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-1, 1);
   const Vector3d entry(0.06, 0.024, 0.019), in(-1, 0, 0);
@@ -338,7 +338,7 @@ TEST(ClosedWay, OfANeedleWithoutFrictionGivesBackNoMoreThanWentIn) {
         const Vector3d to = corners[c - 1] + (corners[c] - corners[c - 1]) * (double(s) / steps);
         Eigen::Map<Vector3d>(needle.tip) = to;
         palpate_tool tool = palpate_default_tool();
-        tool.needle = &needle;
+        tool.parts = &needle.part;
         palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
         const Vector3d now(palpate_contacts_tool(contacts, 0)->force_raw);
         work -= 0.5 * (force + now).dot(to - at), most = std::max(most, work);

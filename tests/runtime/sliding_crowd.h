@@ -2,6 +2,8 @@
 // triangle, each at another displacement, and sticking contacts contradict one another in most steps.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include "runtime/scene/scene.h"
 #include "tests/runtime/touched_box.h"
 #include "tests/support/wandering_points.h"
@@ -16,12 +18,12 @@ struct SlidingCrowd {
   }
 
   SlidingCrowd(palpate_contact_model contact, palpate_contact_law law,
-               std::int64_t most_operations = palpate_default_scene_def().max_operations)
+               std::int64_t most_operations = SceneDef().max_operations)
       : surface(box().bundle()),
         wanderers(kTools * kPointsOfATool, WanderingPoint(surface, random)),
         points(wanderers.size()),
         tools(kTools, palpate_default_tool()) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.collision = PALPATE_COLLISION_DEFORMED, def.contact = contact, def.law = law;
     def.max_operations = most_operations;
     scene = box().scene(def);

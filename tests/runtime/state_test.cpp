@@ -6,6 +6,7 @@
 #include "tests/runtime/touched_box.h"
 #include "tests/support/bundle_forms.h"
 #include "tests/support/fine_body.h"
+#include "tests/support/relaxation.h"
 
 namespace palpate::tests {
 namespace {
@@ -51,16 +52,16 @@ std::string name_of(const Combination& c) {
 }
 
 // radial: P corrects the shape, the force is linear; else Q corrects the force.
-palpate_scene_def def_of(const Combination& c, bool radial = false) {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef def_of(const Combination& c, bool radial = false) {
+  SceneDef def;
   def.collision = c.collision, def.contact = c.contact, def.law = c.law;
   def.force = radial ? PALPATE_FORCE_LINEAR : PALPATE_FORCE_RESPONSE;
   if (radial) def.radial = PALPATE_RADIAL_RESPONSE;
-  def.relaxation = {PALPATE_RELAXATION_PRONY, 2, {0.4, 0.3}, {0.005, 0.5}};
+  def.relaxation = relaxation_of({{0.4, 0.005}, {0.3, 0.5}});
   def.force_limit = 20, def.force_slew = 200;
-  def.report = PALPATE_REPORT_CONTACTS;
+  def.report.report = PALPATE_REPORT_CONTACTS;
   def.max_points = 16, def.max_contact_nodes = 120;
-  if (c.fine) def.fine_surface = &fine_surface();
+  if (c.fine) def.fine_surface = fine_surface();
   return def;
 }
 
@@ -135,7 +136,7 @@ using State = std::vector<std::uint64_t>;
 // organ with grips that draw it apart; tools come, go, jump and send bad input; the organ moves; the scene and single tools are reset.
 class Player {
  public:
-  explicit Player(palpate_scene_def def, const TouchedBox& on = box())
+  explicit Player(SceneDef def, const TouchedBox& on = box())
       : on_(on),
         scene_(on.scene(with_arena(def))),
         contacts_(scene_.get()),
@@ -180,7 +181,7 @@ class Player {
   int slips = 0, releases = 0;
 
  private:
-  const palpate_scene_def& with_arena(palpate_scene_def& def) {
+  const SceneDef& with_arena(SceneDef& def) {
     def.allocator = arena_.allocator();
     return def;
   }
@@ -233,7 +234,7 @@ TEST(State, RestoredAnywhereGivesTheNextStepsTheSameBits) {
   palpate_step_flags flags = 0;
   for (const Combination& c : combinations())
     for (const bool radial : {false, true}) {
-      const palpate_scene_def def = def_of(c, radial);
+      const SceneDef def = def_of(c, radial);
       Player original(def), other(def), again(def, opened_again);
       other.play(0, 37, nullptr), again.play(60, 61, nullptr);
       int begin = 0;
@@ -271,7 +272,7 @@ TEST(State, InterleavedAtRandomGivesAnUndisturbedRun) {
   const auto below = [&](int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); };
   for (const Combination& c : combinations()) {
     if (c.collision == PALPATE_COLLISION_REST && c.contact != PALPATE_CONTACT_PATCH) continue;  // in the test above
-    const palpate_scene_def def = def_of(c);
+    const SceneDef def = def_of(c);
     Player undisturbed(def);
     std::vector<std::string> expected;
     for (int s = 0; s < kSteps; ++s) expected.push_back(undisturbed.played(s, s + 1));
@@ -294,7 +295,7 @@ TEST(State, InterleavedAtRandomGivesAnUndisturbedRun) {
 TEST(State, RestoredBeforeEachStepGivesItTheSameBits) {
   for (const Combination& c : combinations()) {
     if (c.collision == PALPATE_COLLISION_REST) continue;  // fewer members than the deformed surface
-    const palpate_scene_def def = def_of(c);
+    const SceneDef def = def_of(c);
     Player original(def), idle(def);
     for (int s = 0; s < 130; ++s) {
       palpate_scene_touch(idle.scene(), nullptr, 0, 1e-3, idle.contacts().get(), idle.contacts().bytes());
@@ -310,7 +311,7 @@ TEST(State, HoldsAllThatAStepLeavesForTheNext) {
   constexpr int kSaved = 60, kEnd = 90;
   for (const Combination& c : combinations())
     for (const bool radial : {false, true}) {
-      const palpate_scene_def def = def_of(c, radial);
+      const SceneDef def = def_of(c, radial);
       Player original(def);
       const Arena::Bytes created = original.arena().copy();
       std::vector<bool> changed(created.size());
@@ -338,7 +339,7 @@ TEST(State, HoldsAllThatAStepLeavesForTheNext) {
 
 // More contacts than a step tests: which ones come first in the next step is part of the state.
 TEST(State, HoldsWhichTestsAreDeferred) {
-  palpate_scene_def def = def_of({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_POINT, PALPATE_LAW_STICKING});
+  SceneDef def = def_of({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_POINT, PALPATE_LAW_STICKING});
   def.max_points = 64, def.max_contact_nodes = 192, def.max_tools = 1;
   std::vector<double> points;
   const auto touch = [&](palpate_scene* scene, Contacts& contacts, int s) {
@@ -374,7 +375,7 @@ TEST(State, HoldsWhichTestsAreDeferred) {
 }
 
 TEST(State, SavedChangesNothingAndHasTheSameBytesAgain) {
-  const palpate_scene_def def = def_of({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, PALPATE_LAW_COULOMB});
+  const SceneDef def = def_of({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, PALPATE_LAW_COULOMB});
   Player saved(def), plain(def);
   std::string with, without;
   for (int s = 0; s < 40; ++s) {
@@ -386,7 +387,7 @@ TEST(State, SavedChangesNothingAndHasTheSameBytesAgain) {
 }
 
 TEST(State, TakesBytesForTheContactsThatThereAre) {
-  palpate_scene_def def = def_of({PALPATE_COLLISION_REST, PALPATE_CONTACT_PATCH, PALPATE_LAW_STICKING});
+  SceneDef def = def_of({PALPATE_COLLISION_REST, PALPATE_CONTACT_PATCH, PALPATE_LAW_STICKING});
   def.max_points = 500, def.max_contact_nodes = 500;
   Player player(def);
   const std::size_t without = palpate_scene_state_bytes(player.scene());
@@ -408,7 +409,7 @@ void expect_refused(Player& player, const std::vector<std::uint64_t>& state, pal
 }
 
 TEST(State, DamagedAnywhereIsRefusedAndTheSceneStaysAsItWas) {
-  const palpate_scene_def def = def_of({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, PALPATE_LAW_COULOMB});
+  const SceneDef def = def_of({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, PALPATE_LAW_COULOMB});
   Player player(def);
   player.play(0, 20, nullptr);
   const auto good = player.save();
@@ -432,7 +433,7 @@ TEST(State, DamagedAnywhereIsRefusedAndTheSceneStaysAsItWas) {
 }
 
 TEST(State, OfAnotherSceneIsRefusedWithASentence) {
-  const palpate_scene_def def = def_of({PALPATE_COLLISION_REST, PALPATE_CONTACT_PATCH, PALPATE_LAW_STICKING});
+  const SceneDef def = def_of({PALPATE_COLLISION_REST, PALPATE_CONTACT_PATCH, PALPATE_LAW_STICKING});
   Player player(def);
   player.play(0, 20, nullptr);
   TinyBox stiffer = kForm;
@@ -443,35 +444,35 @@ TEST(State, OfAnotherSceneIsRefusedWithASentence) {
   expect_refused(player, foreign.save(), PALPATE_ERROR_ARGUMENT, "state is of bundle");
 
   const auto with = [&](auto change) {
-    palpate_scene_def changed = def;
+    SceneDef changed = def;
     change(changed);
     Player differs(changed);
     expect_refused(player, differs.save(), PALPATE_ERROR_ARGUMENT, "another palpate_scene_def");
   };
-  with([](palpate_scene_def& d) { d.collision = PALPATE_COLLISION_DEFORMED; });
-  with([](palpate_scene_def& d) { d.contact = PALPATE_CONTACT_POINT; });
-  with([](palpate_scene_def& d) { d.law = PALPATE_LAW_SLIDING; });
-  with([](palpate_scene_def& d) { d.force = PALPATE_FORCE_LINEAR; });
-  with([](palpate_scene_def& d) { d.radial = PALPATE_RADIAL_RESPONSE; });
-  with([](palpate_scene_def& d) { d.preload = PALPATE_PRELOAD_ON; });
-  with([](palpate_scene_def& d) { d.shape = PALPATE_SHAPE_VOLUME; });
-  with([](palpate_scene_def& d) { d.relaxation.share[0] = 0.1; });
-  with([](palpate_scene_def& d) { d.max_tools = 5; });
-  with([](palpate_scene_def& d) { d.max_points = 17; });
-  with([](palpate_scene_def& d) { d.max_contact_nodes = 121; });
-  with([](palpate_scene_def& d) { d.force_limit = 21; });
-  with([](palpate_scene_def& d) { d.force_slew = 201; });
-  with([](palpate_scene_def& d) { d.max_tool_speed = 11; });
-  with([](palpate_scene_def& d) { d.release_distance = 0.1; });
-  with([](palpate_scene_def& d) { d.queries = PALPATE_QUERIES_ON; });
-  with([](palpate_scene_def& d) { d.report = PALPATE_REPORT_OFF; });
+  with([](SceneDef& d) { d.collision = PALPATE_COLLISION_DEFORMED; });
+  with([](SceneDef& d) { d.contact = PALPATE_CONTACT_POINT; });
+  with([](SceneDef& d) { d.law = PALPATE_LAW_SLIDING; });
+  with([](SceneDef& d) { d.force = PALPATE_FORCE_LINEAR; });
+  with([](SceneDef& d) { d.radial = PALPATE_RADIAL_RESPONSE; });
+  with([](SceneDef& d) { d.preload = PALPATE_PRELOAD_ON; });
+  with([](SceneDef& d) { d.shape = PALPATE_SHAPE_VOLUME; });
+  with([](SceneDef& d) { d.relaxation.share[0] = 0.1; });
+  with([](SceneDef& d) { d.max_tools = 5; });
+  with([](SceneDef& d) { d.max_points = 17; });
+  with([](SceneDef& d) { d.max_contact_nodes = 121; });
+  with([](SceneDef& d) { d.force_limit = 21; });
+  with([](SceneDef& d) { d.force_slew = 201; });
+  with([](SceneDef& d) { d.max_tool_speed = 11; });
+  with([](SceneDef& d) { d.release_distance = 0.1; });
+  with([](SceneDef& d) { d.queries.queries = PALPATE_QUERIES_ON; });
+  with([](SceneDef& d) { d.report.report = PALPATE_REPORT_OFF; });
   expect_refused(player, std::vector<std::uint64_t>(100, 42), PALPATE_ERROR_MAGIC, "not a state");
 
   // A render mesh and an allocator belong to the host.
-  palpate_scene_def drawn = def;
+  SceneDef drawn = def;
   const float vertex[3] = {0.06f, 0.02f, 0.02f};
   const palpate_render_mesh mesh = render_mesh(vertex, nullptr, 1);
-  drawn.render_mesh = &mesh;
+  drawn.render_mesh = mesh;
   EXPECT_EQ(Player(drawn).restore(player.save()), PALPATE_OK);
 }
 

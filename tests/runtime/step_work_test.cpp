@@ -81,7 +81,7 @@ TEST(Shares, LeaveTestsSomethingAndStayWithinTheStep) {
 }
 
 // The fewest operations that the sentence of a refusal names; 0: the definition is not refused.
-std::int64_t fewest_of(const TouchedBox& box, const palpate_scene_def& def) {
+std::int64_t fewest_of(const TouchedBox& box, const SceneDef& def) {
   const palpate_error error = refusal_of(box, def);
   const char* const number = std::strstr(error.text, "expected ");
   return number ? std::strtoll(number + std::strlen("expected "), nullptr, 10) : 0;
@@ -95,7 +95,7 @@ class Brush {
  public:
   static constexpr int kSide = 3, kPoints = kSide * kSide;
   Brush(std::int64_t most_operations, palpate_contact_law law) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.law = law;
     def.max_operations = most_operations;
     scene_ = box().scene(def);
@@ -255,7 +255,7 @@ class GripCrowd {
   static constexpr int kGrips = 350;
   // most_operations: 0 for the fewest.
   explicit GripCrowd(std::int64_t most_operations, palpate_contact_model contact = PALPATE_CONTACT_POINT) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.collision = PALPATE_COLLISION_OFF, def.contact = contact;
     def.max_points = kGrips, def.max_contact_nodes = 3 * kGrips,
     def.max_operations = std::max<std::int64_t>(most_operations, 1);
@@ -321,7 +321,7 @@ TEST(StepWork, LetsGripsComeInTheStepsThatHaveRoomForThem) {
 
 TEST(StepWork, OfPointsThatHoverOverADentedSurfaceStaysWithinTheBound) {
   constexpr int points = 43;
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.max_contact_nodes = 600;
   ScenePointer scene = SlidingCrowd::box().scene(def);
   Contacts contacts(scene.get());
@@ -350,7 +350,7 @@ TEST(StepWork, OfPointsThatHoverOverADentedSurfaceStaysWithinTheBound) {
 }
 
 TEST(StepWork, IsRefusedWhereItIsLessThanAStepNeeds) {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   const TouchedBox box;
   for (const std::int64_t most : {-1, 0, 1, 9'999}) {
     def.max_operations = most;
@@ -369,7 +369,7 @@ TEST(StepWork, IsRefusedWhereItIsLessThanAStepNeeds) {
 TEST(StepWork, OfPointsFarAwayIsCountedAndASceneOfMoreThanFitIsRefused) {
   const TouchedBox box;
   for (const palpate_collision collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.collision = collision, def.contact = PALPATE_CONTACT_POINT, def.max_tools = 1, def.max_points = 100'000;
     const std::int64_t fewest = fewest_of(box, def);
     ASSERT_GT(fewest, StepWork::kOfPoint * def.max_points);
@@ -391,7 +391,7 @@ class DiscCrowd {
  public:
   static constexpr int kGrips = 20;
   explicit DiscCrowd(std::int64_t most_operations) {
-    palpate_scene_def def = palpate_default_scene_def();
+    SceneDef def;
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_PATCH, def.max_operations = most_operations;
     scene_ = SlidingCrowd::box().scene(def);
     contacts_ = std::make_unique<Contacts>(scene_.get());

@@ -276,7 +276,7 @@ struct Pressed {
 Pressed press(const palpate_tool_shape_def& def, double lowest, double depth, const Quaterniond& turn,
               palpate_contact_law law = PALPATE_LAW_UNILATERAL) {
   const ShapePointer shape = make(def);
-  palpate_scene_def scene_def = unlimited_def();
+  SceneDef scene_def = unlimited_def();
   scene_def.collision = PALPATE_COLLISION_DEFORMED, scene_def.law = law;
   scene_def.max_points = palpate_tool_shape_point_count(shape.get());
   scene_def.max_contact_nodes = std::max(600, scene_def.max_points);
@@ -346,7 +346,7 @@ TEST(ToolShape, OfACapsuleAndAHullPressesWithTheSameForceWhenItIsSampledTwiceAsF
 
 TEST(ToolShape, ThatIsPlacedNowhereIsBadInputAndKeepsItsPlace) {
   const ShapePointer shape = make(def_of(PALPATE_TOOL_SPHERE, 0.002, 0.005));
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.max_points = palpate_tool_shape_point_count(shape.get());
   const ScenePointer scene = block().scene(def);
   Contacts contacts(scene.get());

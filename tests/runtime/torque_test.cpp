@@ -3,6 +3,7 @@
 
 #include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
+#include "tests/support/relaxation.h"
 
 namespace palpate::tests {
 namespace {
@@ -15,8 +16,8 @@ const TouchedBox& box() {
   return shared;
 }
 
-palpate_scene_def torque_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef torque_def() {
+  SceneDef def = unlimited_def();
   def.torque_limit = def.torque_slew = INFINITY;
   return def;
 }
@@ -83,7 +84,7 @@ TEST(Torque, IsTheSumOfLeversTimesForces) {
   for (const auto contact :
        {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
     for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-      palpate_scene_def def = torque_def();
+      SceneDef def = torque_def();
       def.contact = contact, def.law = law;
       const ScenePointer scene = box().scene(def);
       Contacts contacts(scene.get());
@@ -156,7 +157,7 @@ TEST(Torque, TurnsWithTheOrganAndTheTool) {
 }
 
 TEST(Torque, OfACoupleRemainsWhereTheForcesCancel) {
-  palpate_scene_def def = torque_def();
+  SceneDef def = torque_def();
   def.collision = PALPATE_COLLISION_OFF;
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());
@@ -179,7 +180,7 @@ TEST(Torque, OfACoupleRemainsWhereTheForcesCancel) {
 }
 
 TEST(Torque, IsLimitedInLengthAndInChange) {
-  palpate_scene_def def = torque_def();
+  SceneDef def = torque_def();
   const Instrument instrument;
   const ScenePointer unlimited = box().scene(def);
   Contacts free_contacts(unlimited.get());
@@ -209,7 +210,7 @@ TEST(Torque, IsLimitedInLengthAndInChange) {
   EXPECT_EQ(result.flags & PALPATE_STEP_FORCE_LIMITED, 0u);
   for (const double bad : {0.0, -1.0, double(NAN)}) {
     palpate_scene* scene = nullptr;
-    palpate_scene_def wrong = torque_def();
+    SceneDef wrong = torque_def();
     wrong.torque_limit = bad;
     EXPECT_EQ(palpate_scene_create(box().bundle(), &wrong, &scene, nullptr), PALPATE_ERROR_ARGUMENT);
     wrong = torque_def(), wrong.torque_slew = bad;
@@ -219,8 +220,8 @@ TEST(Torque, IsLimitedInLengthAndInChange) {
 
 // A tool at rest: each moment's torque is the same lever times the relaxed force.
 TEST(Torque, RelaxesLikeTheForce) {
-  palpate_scene_def def = torque_def();
-  def.relaxation = {PALPATE_RELAXATION_PRONY, 2, {0.4, 0.3}, {0.01, 0.1}};
+  SceneDef def = torque_def();
+  def.relaxation = relaxation_of({{0.4, 0.01}, {0.3, 0.1}});
   const ScenePointer scene = box().scene(def);
   Contacts contacts(scene.get());
   const palpate_grip grip = grip_at_place(box().far_triangle(9), {.3, .3, .4}, {-0.001, 0.0004, 0.0007});
@@ -240,8 +241,8 @@ TEST(Torque, RelaxesLikeTheForce) {
 
 // A torque that relaxes and slews, on an organ that moves on by its velocities.
 TEST(Torque, AndThePoseAreInASavedState) {
-  palpate_scene_def def = torque_def();
-  def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {0.02}};
+  SceneDef def = torque_def();
+  def.relaxation = relaxation_of({{0.5, 0.02}});
   def.torque_slew = 0.05;  // N m/s: 8 of about 20 steps to the whole torque
   const ScenePointer saved = box().scene(def), restored = box().scene(def);
   Contacts a(saved.get()), b(restored.get());
@@ -287,7 +288,7 @@ TEST(Torque, ThatCannotBeTakenIsBadInput) {
     tool.reference[1] = bad;
     EXPECT_EQ(touch(scene.get(), contacts, tool).flags, PALPATE_STEP_BAD_INPUT);
   }
-  palpate_scene_def def = torque_def();
+  SceneDef def = torque_def();
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;  // no positions are mapped
   const ScenePointer blind = box().scene(def);
   Contacts blind_contacts(blind.get());

@@ -102,8 +102,8 @@ palpate_tool tool_of(const std::vector<palpate_grip>& grips) {
   return tool;
 }
 
-palpate_scene_def unlimited_def() {
-  palpate_scene_def def = palpate_default_scene_def();
+SceneDef unlimited_def() {
+  SceneDef def;
   def.force_limit = def.force_slew = def.max_tool_speed = def.release_distance = INFINITY;
   def.max_operations = INT64_MAX;  // more than a step of any test takes
   return def;

@@ -1,6 +1,8 @@
 // The box bundle of tests/support in memory, open, with the dense stiffness it was solved from as the reference.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -77,7 +79,7 @@ palpate_grip grip_at_place(std::int32_t triangle, Eigen::Vector3d k, Eigen::Vect
                            std::uint32_t axes = 7);
 palpate_tool tool_of(const std::vector<palpate_grip>& grips);
 
-palpate_scene_def unlimited_def();
+SceneDef unlimited_def();
 
 std::vector<float> displacements(palpate_scene* scene, const palpate_contacts* contacts, std::int32_t nodes,
                                  palpate_step_flags* flags = nullptr);

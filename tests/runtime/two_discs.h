@@ -2,6 +2,8 @@
 // draws them out again. Counts how often contacts begin and end.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <random>
 
 #include "tests/runtime/touched_box.h"
@@ -85,7 +87,7 @@ inline void press_pair(const PressedBar& bar, palpate_scene* scene, std::mt19937
 
 inline Unrest unrest_of_two_discs(const PressedBar& bar, palpate_contact_law law, int pairs) {
   const TouchedBox body(bar.box);
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = law;
   std::mt19937 random(5);
   Unrest unrest;

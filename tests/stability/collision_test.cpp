@@ -423,7 +423,7 @@ TEST(StabilityCollision, PressedBeyondTheMiddleOfAThinPart) {
   const TouchedBox plate({.cells = {6, 6, 1}, .size = {0.06, 0.06, 0.006}});
   double drawn = 0, fall = 0;
   for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.law = law;
     const ScenePointer scene = plate.scene(def);
     Contacts contacts(scene.get());

@@ -14,8 +14,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-palpate_scene_def held_def(std::int32_t contacts, palpate_contact_model model = PALPATE_CONTACT_POINT) {
-  palpate_scene_def def = unlimited_def();
+SceneDef held_def(std::int32_t contacts, palpate_contact_model model = PALPATE_CONTACT_POINT) {
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_OFF, def.contact = model;
   def.max_points = contacts, def.max_contact_nodes = 3 * contacts;
   return def;
@@ -23,7 +23,7 @@ palpate_scene_def held_def(std::int32_t contacts, palpate_contact_model model = 
 
 // The forces at the contact nodes, one column for each node. A tool feels minus their sum.
 struct Held {
-  Held(const KnownBox& known, const palpate_scene_def& def, const std::vector<palpate_grip>& grips)
+  Held(const KnownBox& known, const SceneDef& def, const std::vector<palpate_grip>& grips)
       : scene(known.box.scene(def)), contacts(scene.get()) {
     touch(known, grips);
   }
@@ -495,7 +495,7 @@ TEST(StabilityContacts, OnBesideAndBetweenFixedNodes) {
         Vector3d k;
         k.setConstant(away / 2), k[first_fixed] = 1 - away;
         const auto grip = grip_at_place(static_cast<std::int32_t>(t), k, {-0.0005, 0.0005, 0.001});
-        palpate_scene_def def = held_def(60, model);
+        SceneDef def = held_def(60, model);
         def.collision = PALPATE_COLLISION_REST;
         const ScenePointer scene = known.box.scene(def);
         Contacts contacts(scene.get());

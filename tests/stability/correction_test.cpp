@@ -29,7 +29,7 @@ const TouchedBox& box() {
 class Corrected {
  public:
   Corrected() {
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE;
     scene_ = box().scene(def);
     contacts_ = std::make_unique<Contacts>(scene_.get());

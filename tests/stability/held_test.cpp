@@ -27,10 +27,10 @@ palpate_grasp grasp_at(Vector3d outward, Vector3d p, double radius) {
   return face_grasp(lobe().box, outward, p, radius);
 }
 
-palpate_scene_def held_def(std::int32_t links, std::int32_t grasps) {
-  palpate_scene_def def = unlimited_def();
+SceneDef held_def(std::int32_t links, std::int32_t grasps) {
+  SceneDef def = unlimited_def();
   def.torque_limit = def.torque_slew = INFINITY;
-  def.collision = PALPATE_COLLISION_OFF, def.max_links = links, def.grasps = grasps > 0;
+  def.collision = PALPATE_COLLISION_OFF, def.links.max_links = links, def.grasps.grasps = grasps > 0;
   def.max_tools = std::max(1, grasps);
   return def;
 }
@@ -49,7 +49,7 @@ struct Holding {
     std::vector<palpate_tool> tools;
     for (const palpate_grasp& grasp : grasps) {
       tools.push_back(palpate_default_tool());
-      tools.back().grasp = &grasp, tools.back().has_torque = 1;
+      tools.back().parts = &grasp.part, tools.back().has_torque = 1;
     }
     flags = palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
                                 contacts.get(), contacts.bytes());

@@ -19,8 +19,8 @@ const char* const kOnce =
 const char* const kBound =
     "1,024 times the stiffest node's stiffness times the longest line, for the three nodes of a place";
 
-palpate_scene_def linked_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef linked_def() {
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT;
   return def;
 }
@@ -33,7 +33,7 @@ struct Placed {
 // Organs, the links between them, and what all steps told.
 class LinkedOrgans {
  public:
-  explicit LinkedOrgans(std::vector<Placed> organs, const palpate_scene_def& scene = linked_def(), int max_pairs = 0)
+  explicit LinkedOrgans(std::vector<Placed> organs, const SceneDef& scene = linked_def(), int max_pairs = 0)
       : organs_(std::move(organs)) {
     std::vector<palpate_world_organ> list;
     for (const Placed& organ : organs_) list.push_back(organ_of(organ.body->bundle(), &scene, &organ.pose));
@@ -158,15 +158,15 @@ TEST(StabilityLinkedOrgans, ClipsAgainstAGraspThatTearsAway) {
   StabilityCase attack(
       "A grasp takes the tissue at the end of two clips away by 50 mm and turns it: jaws and clips hold the same "
       "nodes");
-  palpate_scene_def def = linked_def();
-  def.contact = PALPATE_CONTACT_PATCH, def.grasps = 1;
+  SceneDef def = linked_def();
+  def.contact = PALPATE_CONTACT_PATCH, def.grasps.grasps = 1;
   LinkedOrgans blocks(two_blocks(0.005), def);
   blocks.set({between(blocks, PALPATE_LINK_CLIP, 0, 0), between(blocks, PALPATE_LINK_CLIP, 0.008, 0.008)});
   for (int s = 0; s < 20; ++s) blocks.step();
   palpate_grasp grasp = face_grasp(upper_block(), -Vector3d::UnitZ(), {0, 0.002, 0}, 0.005);
   grasp.position[2] += 0.035;
   palpate_tool tool = palpate_default_tool();
-  tool.grasp = &grasp, tool.organ = 1;
+  tool.parts = &grasp.part, tool.organ = 1;
   const Vector3d from(grasp.position);
   for (int s = 0; s < quick_or_long(300, 5000); ++s) {
     const double part = std::min(1.0, s / 200.0);
@@ -191,8 +191,8 @@ TEST(StabilityLinkedOrgans, GraspsAndClipsAgainstABreath) {
       "it "
       "to an organ that stands: targets less what motions do grow, and the three contradict one another");
   const MovedBox box(false);
-  palpate_scene_def def = moved_def();
-  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_PATCH, def.grasps = 1;
+  SceneDef def = moved_def();
+  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_PATCH, def.grasps.grasps = 1;
   // Both organs stand on the bundle with motions: an organ without them takes none.
   for (const double friction : {double{INFINITY}, 0.3}) {
     const std::string with = std::isfinite(friction) ? ", jaws that slip" : ", jaws that hold";
@@ -210,7 +210,7 @@ TEST(StabilityLinkedOrgans, GraspsAndClipsAgainstABreath) {
     oppose(box, grasp, -Vector3d::UnitZ(), {0.05, 0.02, 0});
     grasp.closing = 0.003, grasp.friction = friction;
     palpate_tool tool = palpate_default_tool();
-    tool.grasp = &grasp, tool.organ = 0;
+    tool.parts = &grasp.part, tool.organ = 0;
     const auto breathe = [&](double q, bool held) {
       set_amounts(organs.scene(0), {q, 0, 0, 0});
       organs.step(held ? std::vector<palpate_tool>{tool} : std::vector<palpate_tool>{});
@@ -300,7 +300,7 @@ TEST(StabilityLinkedOrgans, ContradictingGripsOnOrgansThatTouch) {
   StabilityCase attack(
       "Grips contradict one another in one triangle of each of two organs that press and that clips join: the limit of "
       "a force in the joint system is that of one organ, and pairs and clips share its rows");
-  palpate_scene_def def = touching_def();
+  SceneDef def = touching_def();
   def.contact = PALPATE_CONTACT_POINT, def.max_tools = 2;
   LinkedOrgans blocks(two_blocks(0), def, 200);
   blocks.set({between(blocks, PALPATE_LINK_CLIP, 0, 0), between(blocks, PALPATE_LINK_CLIP, 0, 0.008)});

@@ -17,7 +17,7 @@ const TouchedBox& box() {
 // Two tools with discs and a grip, and their answers to a fixed set of moves.
 class Played {
  public:
-  explicit Played(const palpate_scene_def& def) : scene_(box().scene(def)), contacts_(scene_.get()) {}
+  explicit Played(const SceneDef& def) : scene_(box().scene(def)), contacts_(scene_.get()) {}
   palpate_step_flags touch(const Vector3d& first, const Vector3d& second, const Vector3d& pull, double dt) {
     const Vector3d points[2] = {first, second};
     const palpate_grip grip = grip_at_node(box().touchable[3], pull);
@@ -52,9 +52,9 @@ class Played {
   Contacts contacts_;
 };
 
-palpate_relaxation brain() {
-  palpate_relaxation relaxation = {};
-  relaxation.model = PALPATE_RELAXATION_PRONY, relaxation.terms = 2;
+palpate_relaxation_def brain() {
+  palpate_relaxation_def relaxation = palpate_default_relaxation_def();
+  relaxation.terms = 2;
   relaxation.share[0] = 0.45, relaxation.time[0] = 0.5;
   relaxation.share[1] = 0.365, relaxation.time[1] = 50;
   return relaxation;
@@ -74,7 +74,7 @@ TEST(StabilityLongRuns, RandomToolComesBackToTheSameForce) {
   const long touches = quick_or_long(100000L, 100000000L) / 8;
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
     for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
-      palpate_scene_def def = palpate_default_scene_def();
+      SceneDef def;
       def.law = law, def.collision = collision, def.force_limit = 5, def.force_slew = 1000;
       def.relaxation = brain();
       const std::vector<double> expected = Played(def).probe();
@@ -122,9 +122,9 @@ TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
       "A force held for days is a sum of ever smaller parts: steps of ten seconds must not overshoot, steps of a "
       "nanosecond "
       "must not lose what they add.");
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   const Vector3d d(-0.001, 0.0005, 0.0002);
-  const auto held = [&](const palpate_scene_def& with, double dt, long steps, double* rise) {
+  const auto held = [&](const SceneDef& with, double dt, long steps, double* rise) {
     const ScenePointer scene = box().scene(with);
     Contacts contacts(scene.get());
     const palpate_grip grip = grip_at_node(box().touchable[5], d);
@@ -163,7 +163,7 @@ TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
 TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
   StabilityCase attack(
       "A step so short, or a time so long, that their ratio underflows: the relaxation's increment is 0 / 0.");
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   const palpate_grip grip = grip_at_node(box().touchable[5], {-0.001, 0.0005, 0.0002});
   const palpate_tool tool = grip_tool(&grip, 1, 0, 1);
   const auto held = [&](double dt) {
@@ -187,7 +187,7 @@ TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
 TEST(StabilityLongRuns, AnyTimeStepUnderEveryLaw) {
   StabilityCase attack(
       "A loop that stalls for ten seconds, or calls twice in a nanosecond, must not allow a jump of the force.");
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.force_limit = 0.1, def.force_slew = 0.2, def.law = PALPATE_LAW_COULOMB, def.relaxation = brain();
   Played played(def);
   std::mt19937 random(3);

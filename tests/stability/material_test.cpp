@@ -55,7 +55,7 @@ class PushedCube {
     if (palpate_bundle_open(bytes.data(), bytes.size(), nullptr, &opened, &error) != PALPATE_OK)
       throw std::runtime_error(error.text);
     const BundlePointer bundle(opened);
-    palpate_scene_def def = unlimited_def();
+    SceneDef def = unlimited_def();
     palpate_scene* created = nullptr;
     if (palpate_scene_create(opened, &def, &created, &error) != PALPATE_OK) throw std::runtime_error(error.text);
     const ScenePointer scene(created);

@@ -41,17 +41,17 @@ struct Piercing {
     needle.friction = kFriction, needle.cutting_force = kCutting, needle.puncture_force = 2 * kCutting;
     for (double depth = -1e-3; depth < 0.05; depth += 5e-4) step({-1, 0, 0}, entry() - depth * Vector3d::UnitX());
   }
-  static palpate_scene_def def() {
-    palpate_scene_def made = unlimited_def();
+  static SceneDef def() {
+    SceneDef made = unlimited_def();
     made.torque_limit = made.torque_slew = INFINITY;
-    made.collision = PALPATE_COLLISION_OFF, made.contact = PALPATE_CONTACT_POINT, made.needles = 1;
+    made.collision = PALPATE_COLLISION_OFF, made.contact = PALPATE_CONTACT_POINT, made.needles.needles = 1;
     made.shape = PALPATE_SHAPE_VOLUME;
     return made;
   }
   void step(Vector3d direction, Vector3d tip) {
     Eigen::Map<Vector3d>(needle.tip) = tip, Eigen::Map<Vector3d>(needle.direction) = direction.normalized();
     palpate_tool tool = palpate_default_tool();
-    tool.id = 1, tool.needle = &needle, tool.has_torque = 1;
+    tool.id = 1, tool.parts = &needle.part, tool.has_torque = 1;
     flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     const palpate_tool_state& state = *palpate_contacts_tool(contacts, 0);
     force = Vector3d(state.force_raw).norm(), torque = Vector3d(state.torque_raw).norm();

@@ -58,16 +58,16 @@ struct Sent {
   palpate_tool tool = palpate_default_tool();
 };
 
-std::vector<palpate_scene_def> every_model() {
-  std::vector<palpate_scene_def> defs;
+std::vector<SceneDef> every_model() {
+  std::vector<SceneDef> defs;
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
     for (const auto contact :
          {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
       for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-        palpate_scene_def def = palpate_default_scene_def();
+        SceneDef def;
         def.collision = collision, def.contact = contact, def.law = law;
         def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
-        def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+        def.relaxation.terms = 1;
         def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1;
         defs.push_back(def);
       }
@@ -81,7 +81,7 @@ TEST(StabilityNumbers, InEveryFieldOfATool) {
   std::string broken;
   long steps = 0, unanswered = 0;
   double left = 0;
-  for (const palpate_scene_def& def : every_model()) {
+  for (const SceneDef& def : every_model()) {
     const ScenePointer scene = everything().scene(def);
     HeldPlay play(scene.get(), def, static_cast<std::int32_t>(everything().dofs() / 3));
     const std::size_t fields = Sent().numbers().size();
@@ -134,10 +134,10 @@ TEST(StabilityNumbers, InEveryFieldOfAScene) {
       "If a limit or a time constant is NaN, every comparison with it is false, so that there is no limit at all.");
   std::string broken, place;
   long scenes = 0, accepted = 0;
-  for (palpate_scene_def def : every_model())
+  for (SceneDef def : every_model())
     for (int field = 0; field < 4; ++field)
       for (const double odd : odd_numbers()) {
-        palpate_scene_def with = def;
+        SceneDef with = def;
         double* numbers[4] = {&with.force_limit, &with.force_slew, &with.relaxation.share[0], &with.relaxation.time[0]};
         *numbers[field] = odd;
         palpate_scene* created = nullptr;
@@ -190,9 +190,9 @@ TEST(StabilityNumbers, ForcesThatOverflow) {
   attack.hold("curves whose forces overflow, and that are opened", opened, 0, "y / x is at most 1,000");
   // The largest forces that are left: the steepest curve, the stiffest tissue that is opened, the largest displacement.
   const TouchedBox steep = box(900, 1e90);
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.force = PALPATE_FORCE_RESPONSE;
-  def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+  def.relaxation.terms = 1;
   def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1;
   const ScenePointer scene = steep.scene(def);
   HeldPlay play(scene.get(), def, static_cast<std::int32_t>(steep.dofs() / 3));
@@ -218,9 +218,9 @@ class HandedOn {
     const double* rest = palpate_bundle_nodes(everything().bundle());
     vertices_.assign(rest, rest + 3 * nodes), normals_.assign(vertices_.size(), 1.0f);
     mesh_ = render_mesh(vertices_.data(), normals_.data(), nodes);
-    def_ = palpate_default_scene_def();
+    def_ = SceneDef();
     def_.radial = corrected ? PALPATE_RADIAL_RESPONSE : PALPATE_RADIAL_OFF;
-    def_.render_mesh = &mesh_;
+    def_.render_mesh = mesh_;
     scene_ = everything().scene(def_);
     contacts_.emplace(scene_.get());
     field_.resize(vertices_.size()), drawn_.resize(vertices_.size()), drawn_normals_.resize(vertices_.size());
@@ -265,12 +265,12 @@ class HandedOn {
   const std::vector<float>& drawn() const { return drawn_; }
   std::vector<float>& vertices() { return vertices_; }
   std::vector<float>& normals() { return normals_; }
-  const palpate_scene_def& def() const { return def_; }
+  const SceneDef& def() const { return def_; }
 
  private:
   std::vector<float> vertices_, normals_, field_, drawn_, drawn_normals_;
   palpate_render_mesh mesh_ = palpate_default_render_mesh();
-  palpate_scene_def def_ = palpate_default_scene_def();
+  SceneDef def_;
   ScenePointer scene_;
   std::optional<Contacts> contacts_;
   palpate_shape_out shape_ = palpate_default_shape_out();
@@ -328,7 +328,7 @@ TEST(StabilityNumbers, MinusZeroIsZero) {
   StabilityCase attack(
       "-0 and 0 have different sign bits: a branch on the sign, or a hash of the bits, would give different answers.");
   long differing = 0;
-  for (const palpate_scene_def& def : every_model())
+  for (const SceneDef& def : every_model())
     for (std::size_t f = 0; f < Sent().numbers().size(); ++f) {
       std::vector<double> answer[2];
       for (int minus = 0; minus < 2; ++minus) {
@@ -352,10 +352,10 @@ TEST(StabilityNumbers, MinusZeroIsZero) {
 // A tool comes down, is dragged and leaves, while the motion of a grip fades away. Returns every force and every position of the
 // run.
 std::vector<double> walk(const TouchedBox& box, double smallest) {
-  palpate_scene_def def = unlimited_def();
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
   def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
-  def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+  def.relaxation.terms = 1;
   def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.01;
   const ScenePointer scene = box.scene(def);
   Contacts contacts(scene.get());

@@ -175,8 +175,8 @@ TEST(StabilityPressedOrgans, GraspsAgainstBreathing) {
       "The supports move an organ that jaws hold still, by 10 mm in each breath and 80 mm at once, and a second grasp "
       "contradicts the first one: targets less what motions do grow, and each slip moves the targets");
   const MovedBox box(false);
-  palpate_scene_def def = moved_def();
-  def.contact = PALPATE_CONTACT_PATCH, def.grasps = 1, def.max_tools = 2;
+  SceneDef def = moved_def();
+  def.contact = PALPATE_CONTACT_PATCH, def.grasps.grasps = 1, def.max_tools = 2;
   for (const double friction : {double{INFINITY}, 0.3}) {
     const std::string with = std::isfinite(friction) ? ", jaws that slip" : ", jaws that hold";
     const ScenePointer scene = box.scene(def);
@@ -188,7 +188,7 @@ TEST(StabilityPressedOrgans, GraspsAgainstBreathing) {
       grasps[t] = face_grasp(box, Vector3d::UnitZ(), above, 0.006);
       oppose(box, grasps[t], -Vector3d::UnitZ(), below);
       grasps[t].closing = 0.004, grasps[t].friction = friction;
-      tools[t].id = t, tools[t].grasp = grasps + t;
+      tools[t].id = t, tools[t].parts = &grasps[t].part;
     }
     double largest = 0, farthest = 0;
     palpate_step_flags flags = 0;

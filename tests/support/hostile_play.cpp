@@ -17,11 +17,11 @@ bool all_finite(const double* x, std::size_t count) {
   return true;
 }
 
-HeldPlay::HeldPlay(palpate_scene* scene, const palpate_scene_def& def, std::int32_t nodes)
+HeldPlay::HeldPlay(palpate_scene* scene, const SceneDef& def, std::int32_t nodes)
     : scene_(scene), def_(def), memory_(palpate_contacts_bytes(scene) / 8 + 1) {
   const std::size_t floats = def.shape == PALPATE_SHAPE_OFF ? 0 : 3 * static_cast<std::size_t>(nodes);
   displacements_.resize(floats), positions_.resize(floats);
-  if (def.render_mesh) skin_.resize(3 * static_cast<std::size_t>(def.render_mesh->vertex_count));
+  if (def.render_mesh.positions) skin_.resize(3 * static_cast<std::size_t>(def.render_mesh.vertex_count));
 }
 
 std::string HeldPlay::touch(const palpate_tool* tools, std::int32_t tool_count, double dt) {
@@ -68,7 +68,7 @@ std::string HeldPlay::shape(const palpate_contacts* of) {
   if (out.node_count < 0 || out.node_count > out.node_capacity) return "more nodes than there is room for";
   for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(out.node_count); ++i)
     if (!std::isfinite(displacements_[i]) || !std::isfinite(positions_[i])) return "a node that is not finite";
-  if (def_.inside != PALPATE_INSIDE_OFF)
+  if (def_.inside.inside != PALPATE_INSIDE_OFF)
     if (const std::string broken = look_inside(out); !broken.empty()) return broken;
   if (skin_.empty()) return "";
   palpate_skin_out skin = skin_out(skin_.data(), nullptr, static_cast<std::int32_t>(skin_.size() / 3));
@@ -104,7 +104,7 @@ std::string HeldPlay::look_inside(const palpate_shape_out& shape) {
   return "";
 }
 
-Played play_bytes(AlignedBytes& bytes, const palpate_scene_def& def, int steps) {
+Played play_bytes(AlignedBytes& bytes, const SceneDef& def, int steps) {
   Played played;
   palpate_error error = {};
   palpate_bundle* opened = nullptr;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/include/palpate/palpate_scene_def.hpp"
 #include "tests/support/open_bundle.h"
 #include "tests/support/tools.h"
 
@@ -23,7 +24,7 @@ bool all_finite(const double* x, std::size_t count);
 // Steps one scene and checks the promises after each step.
 class HeldPlay {
  public:
-  HeldPlay(palpate_scene* scene, const palpate_scene_def& def, std::int32_t nodes);
+  HeldPlay(palpate_scene* scene, const SceneDef& def, std::int32_t nodes);
 
   palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
   palpate_step_flags flags() const { return flags_; }  // of the last touch and shape
@@ -38,7 +39,7 @@ class HeldPlay {
   std::string look_inside(const palpate_shape_out& shape);
 
   palpate_scene* scene_;
-  palpate_scene_def def_;
+  SceneDef def_;
   std::vector<std::uint64_t> memory_;
   std::vector<float> displacements_, positions_, skin_, stresses_, principal_;
   std::map<std::int32_t, std::array<double, 3>> last_;  // N, of each tool by its id
@@ -55,6 +56,6 @@ struct Played {
 
 // Opens the bytes. If the runtime accepts them, plays one scene: a tool point presses each surface node in turn while a grip
 // holds another node.
-Played play_bytes(AlignedBytes& bytes, const palpate_scene_def& def, int steps);
+Played play_bytes(AlignedBytes& bytes, const SceneDef& def, int steps);
 
 }  // namespace palpate::tests

@@ -1,10 +1,16 @@
 // Tools as objects -> palpate_tool in the module's memory, with their points, grips, grasps and needles.
 import { fillGrasp } from "./links.js";
 import { fillNeedle } from "./needles.js";
-import { writer } from "./struct.js";
+import { reader, writer } from "./struct.js";
 /** @import { Runtime, Tool, Grip } from "./palpate.js" */
 
 const GRIP_NODE = 1, GRIP_SURFACE_POINT = 2;
+
+/** Puts a part in front of a tool's. @param {Runtime} runtime @param {number} tool @param {number} part */
+function addPart(runtime, tool, part) {
+  writer(runtime, "palpate_part", part).address("next", reader(runtime, "palpate_tool", tool).unsigned("parts"));
+  writer(runtime, "palpate_tool", tool).address("parts", part);
+}
 
 // Room for the tools of a scene or a world. Setting them allocates nothing.
 export class ToolMemory {
@@ -62,12 +68,12 @@ export class ToolMemory {
     if (tool.grasp) {
       const graspAt = this.#graspsAt + index * runtime.field("palpate_grasp");
       fillGrasp(runtime, graspAt, tool.grasp);
-      put.address("grasp", graspAt);
+      addPart(runtime, at, graspAt);
     }
     if (tool.needle) {
       const needleAt = this.#needlesAt + index * runtime.field("palpate_needle");
       fillNeedle(runtime, needleAt, tool.needle);
-      put.address("needle", needleAt);
+      addPart(runtime, at, needleAt);
     }
   }
 

@@ -93,7 +93,7 @@
 extern "C" {
 #endif
 
-#define PALPATE_API_VERSION 2
+#define PALPATE_API_VERSION 3
 #define PALPATE_VERSION_MAJOR 0
 #define PALPATE_VERSION_MINOR 1
 #define PALPATE_VERSION_PATCH 0
@@ -306,69 +306,21 @@ typedef enum palpate_preload_model {
   PALPATE_PRELOAD_ON   /* rest is the shape under the stored body force, such as gravity                           */
 } palpate_preload_model;
 
-/* Whether the scene answers queries about its surface (palpate_scene_cast_ray and others). */
-typedef enum palpate_query_model {
-  PALPATE_QUERIES_OFF, /* no queries, and no memory for them                                                       */
-  PALPATE_QUERIES_ON   /* rays, nearest points and distances, on the surface at rest and deformed                  */
-} palpate_query_model;
-
-/* Whether palpate_scene_report tells each contact of a step, and what began and ended in it. */
-typedef enum palpate_report_model {
-  PALPATE_REPORT_OFF,     /* no report, and neither time nor memory for it                                          */
-  PALPATE_REPORT_CONTACTS /* contacts and events                                                                   */
-} palpate_report_model;
-
-/* Whether palpate_scene_skin dents the render mesh below each disc, where the bundle's mesh is too coarse to show it. */
-typedef enum palpate_dent_model {
-  PALPATE_DENT_OFF, /* the render mesh follows the bundle's surface alone                                         */
-  PALPATE_DENT_DISCS /* it also meets the disc of each contact: the closed-form dent of a rigid punch less what the mesh shows
-                        of it (docs/method.md, section 18). Needs a render_mesh, contact PATCH and report CONTACTS; it changes
-                        what is drawn, and no force                                                                */
-} palpate_dent_model;
-
-/* Whether the scene tells strain and stress inside the organ (palpate_scene_inside) and carries meshes inside it
- * (palpate_scene_carry). */
-typedef enum palpate_inside_model {
-  PALPATE_INSIDE_OFF, /* neither, and neither memory nor time for them                                           */
-  PALPATE_INSIDE_ON   /* both. Needs shape VOLUME and a bundle of the elements p1 or p1-anp                      */
-} palpate_inside_model;
-
-/* How the organ deforms. */
-typedef enum palpate_deformation_model {
-  PALPATE_DEFORMATION_LINEAR, /* by superposition of the tensors: right for small displacements                    */
-  PALPATE_DEFORMATION_LARGE, /* as the hyperelastic body that its mesh and laws make: forces and shape are right at any depth,
-                                 and a step takes longer (docs/method.md, section 14). The bundle must have been made for it
-                                 (palpate-precompute --large-deformation). RESPONSE is refused beside it: it corrects a
-                                 linear answer                                                                            */
-  PALPATE_DEFORMATION_LARGE_BESIDE, /* the same body, solved by palpate_scene_deform in a thread of its own. The touch step takes
-                                 the newest solution and goes on from it by superposition, as fast as LINEAR: for bodies that
-                                 are too large to be solved in each step                                                  */
-  PALPATE_DEFORMATION_LARGE_RENEWED /* LARGE_BESIDE for slender parts and nearly incompressible tissue (Poisson's ratio above 0.495): while
-                                 it solves, palpate_scene_deform also makes a new metric of the solver from the body as it is, a 16th of it in
-                                 each call. Takes five times the memory of the factor, and more time in the third thread */
-} palpate_deformation_model;
-
-/* Whether a force decays while a displacement is held. */
-typedef enum palpate_relaxation_model {
-  PALPATE_RELAXATION_OFF,  /* forces depend on the present displacements alone                                     */
-  PALPATE_RELAXATION_PRONY /* forces decay by a sum of exponentials (a Prony series)                               */
-} palpate_relaxation_model;
-
-/* A force that decays while a displacement is held: R(t) = 1 - sum_i share[i] (1 - exp(-t / time[i])) times the instantaneous
- * force, which the bundle's moduli give. Exact for tissue that relaxes alike everywhere, under given displacements. Loading
- * that is slow against time[i] is softer, down to the factor 1 - sum share. It acts on each tool's force, after Q; the contact
- * nodes keep the instantaneous force. Relaxation never makes a tool without `hold` pull. A tool without contacts feels no
- * force, and its memory of earlier forces fades. */
-#define PALPATE_MAX_RELAXATION_TERMS 8
-typedef struct palpate_relaxation {
-  palpate_relaxation_model model;             /* default OFF                                    */
-  int32_t terms;                              /* 1 .. PALPATE_MAX_RELAXATION_TERMS              */
-  double share[PALPATE_MAX_RELAXATION_TERMS]; /* each 0 or more, together below 1               */
-  double time[PALPATE_MAX_RELAXATION_TERMS];  /* s, above 0                                     */
-} palpate_relaxation;
-
-typedef struct palpate_render_mesh palpate_render_mesh;   /* palpate_skin.h         */
-typedef struct palpate_fine_surface palpate_fine_surface; /* palpate_fine_surface.h */
+/* What an effect beside these adds to the definition of a scene, or to a tool: a struct of its header, which begins with a palpate_part. Headers of
+ * effects: palpate_relaxation.h, palpate_large.h, palpate_fine_surface.h, palpate_grasps.h, palpate_needles.h, palpate_motions.h,
+ * palpate_links.h, palpate_report.h, palpate_queries.h, palpate_skin.h, palpate_inside.h. A scene has the effects whose structs are in the
+ * chain of its definition, in any order. A host that links the static library links their code and that of no other effect. */
+typedef struct palpate_part {
+  uint32_t struct_bytes;           /* of the struct that begins with it                                           */
+  uint32_t reserved;               /* 0                                                                           */
+  const palpate_effect* effect;    /* whose struct it is: its palpate_init function sets it                       */
+  const struct palpate_part* next; /* default NULL; the next one of the chain                                     */
+} palpate_part;
+/* Puts a part in front of a chain: that of a palpate_scene_def or of a palpate_tool. A part is in one chain, once. */
+static inline void palpate_add_part(const palpate_part** chain, palpate_part* part) {
+  part->next = *chain;
+  *chain = part;
+}
 
 typedef struct palpate_scene_def {
   uint32_t struct_bytes;         /* sizeof(palpate_scene_def)                                                     */
@@ -379,62 +331,41 @@ typedef struct palpate_scene_def {
   palpate_shape_model shape;     /* default SURFACE                                                               */
   palpate_radial_model radial;   /* default OFF                                                                   */
   palpate_preload_model preload; /* default OFF                                                                   */
-  palpate_relaxation relaxation; /* default OFF                                                                   */
   int32_t max_tools;             /* default 4    [1 .. PALPATE_MAX_TOOLS]                                         */
   int32_t max_points;            /* default 64   [1 .. 100000] tool points and grips of all tools together        */
   int32_t max_contact_nodes;     /* default 0    [0 .. 3000] nodes under contact, a node under several contacts counted
                                     for each: 3 for each tool point or grip, 1 under NODE, under PATCH those below the
                                     disc, about a dozen on a coarse mesh. Where that is short, each disc and POINT acts
                                     on fewer nodes (DISCS_THINNED), and no contact is dropped as long as there is a node
-                                    for each. Refused: fewer than 1 for each of max_points (under TRIANGLE 3), each of
-                                    max_links and each tool that may grasp, unless it is 3000. 0: 8 for each of
-                                    max_points, but 192 .. 1024, and what links and grasps need; where max_points needs
-                                    more than that, creating the scene warns (palpate_log). The solver takes 72 bytes
-                                    times the square of this number or of S, the smaller (at 3000 648 MB), and 144
-                                    bytes times the square of the contacts, of which each point or grip makes 1 (under
-                                    TRIANGLE 3). palpate_scene_plan states it                                   */
+                                    for each. Refused: fewer than 1 for each of max_points (under TRIANGLE 3) and what
+                                    each effect needs, unless it is 3000. 0: 8 for each of max_points, but 192 .. 1024,
+                                    and what effects need; where max_points needs more than that, creating the scene
+                                    warns (palpate_log). The solver takes 72 bytes times the square of this number or of
+                                    S, the smaller (at 3000 648 MB), and 144 bytes times the square of the contacts, of
+                                    which each point or grip makes 1 (under TRIANGLE 3). palpate_scene_plan states it */
+  int32_t reserved;              /* 0                                                                             */
+  int64_t max_operations;        /* default 300000: counted operations of a touch step, about 0.3 ms where docs/speed.md
+                                    was measured (palpate_operations_in). Tests, moves of contacts and grips that
+                                    do not fit are put off to the next steps (WORK_DEFERRED), and forces are
+                                    solved less exactly (SOLVE_INEXACT). A contact that no step has room for,
+                                    because its rows and the others' are too many, waits and stays flagged: the
+                                    default has room for 190 with three rows each.
+                                    palpate_scene_most_operations() states what a step may count in all. Refused
+                                    where it is less than a step needs at least, some 40000 and 25 for each of
+                                    max_points. Counts do not depend on the machine, so the same input gives the
+                                    same bits                                                                     */
   double force_limit;            /* default 50   N, above 0: largest length of each tool's force                  */
   double force_slew;             /* default 1e4  N/s, above 0: largest change of each tool's force; INFINITY: none */
+  double torque_limit;           /* default 5    N m, above 0: largest length of each tool's torque; INFINITY: none */
+  double torque_slew;            /* default 1e3  N m/s, above 0: largest change of each tool's torque; INFINITY: none */
   double max_tool_speed;         /* default 10   m/s, above 0: a tool point that moves faster has lost its tracking;
-                                    INFINITY: none                                                              */
+                                    INFINITY: none                                                                */
   double release_distance;       /* default 0    m: a contact ends where the tool point is farther from its anchor,
                                     both from where it rests and from where the other contacts take it; 0: a fifth
-                                    of the diagonal of the organ's box; INFINITY: never                         */
-  const palpate_render_mesh* render_mesh; /* default NULL: none. palpate_scene_create reads it and does not keep it */
-  palpate_allocator allocator;            /* default NULL, NULL, NULL                                              */
-  palpate_query_model queries;            /* default OFF                                                           */
-  palpate_report_model report;            /* default OFF                                                           */
-  double torque_limit;    /* default 5    N m, above 0: largest length of each tool's torque; INFINITY: none          */
-  double torque_slew;     /* default 1e3  N m/s, above 0: largest change of each tool's torque; INFINITY: none        */
-  int64_t max_operations; /* default 300000: counted operations of a touch step, about 0.3 ms where docs/speed.md
-                                             was measured (palpate_operations_in). Tests, moves of contacts and grips that
-                                             do not fit are put off to the next steps (WORK_DEFERRED), and forces are
-                                             solved less exactly (SOLVE_INEXACT). A contact that no step has room for,
-                                             because its rows and the others' are too many, waits and stays flagged: the
-                                             default has room for 190 with three rows each.
-                                             palpate_scene_most_operations() states what a step may count in all. Refused
-                                             where it is less than a step needs at least, some 40000 and 25 for each of
-                                             max_points. Counts do not depend on the machine, so the same input gives the
-                                             same bits                                                                  */
-  const palpate_fine_surface*
-      fine_surface; /* default NULL: tools meet the bundle's triangles. palpate_scene_create reads it and
-                                               does not keep it. Needs collision or queries                     */
-  palpate_deformation_model deformation; /* default LINEAR                                                           */
-  int32_t
-      max_links; /* default 0    [0 .. 1000] links (palpate_scene_set_links); 0: none, and neither time nor memory for
-                                     them. Refused beside LARGE and LARGE_BESIDE                                      */
-  int32_t
-      grasps; /* default 0: no tool grasps, and there is no memory for it; 1: each tool may (palpate_grasp). Needs PATCH
-                                     and LINEAR                                                                       */
-  palpate_dent_model dent; /* default OFF                                                                            */
-  int32_t motions; /* default 0: supports stand, nothing presses, and it costs neither time nor memory; 1: the bundle's
-                       motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED, and LINEAR  */
-  palpate_inside_model inside; /* default OFF                                                                        */
-  int32_t needles; /* default 0: no tool has a needle, and it costs neither time nor memory; 1: each tool may
-                            (palpate_needle). Needs a bundle with a corridor, LINEAR, and displacements that are stored in
-                            f32 or as a compliance in blocks                                                        */
-  int32_t
-      needle_places; /* default 32, 2 .. 64: places of the tissue that each needle holds at most, where there are needles */
+                                    of the diagonal of the organ's box; INFINITY: never                           */
+  palpate_allocator allocator;   /* default NULL, NULL, NULL                                                      */
+  const palpate_part* parts;     /* default NULL: no effect beside those above. palpate_scene_create copies the structs
+                                    and reads the arrays that they name; it keeps neither                         */
 } palpate_scene_def;
 #define PALPATE_MAX_TOOLS 8
 
@@ -450,13 +381,6 @@ static inline palpate_scene_def palpate_default_scene_def(void) {
  * scene. error may be NULL. Returns PALPATE_OK, or the reason, in which case *scene is NULL. */
 PALPATE_API palpate_status palpate_scene_create(palpate_bundle* bundle, const palpate_scene_def* def,
                                                 palpate_scene** scene, palpate_error* error);
-/* Makes a scene as palpate_scene_create does, with the effects that the host lists. effects: [effect_count], such as
- * palpate_needles_effect() of palpate_needles.h, in any order; NULL where effect_count is 0. A definition that switches an effect on that
- * the list does not have is refused (PALPATE_ERROR_EFFECT). A host that links the static library and does not call palpate_scene_create
- * links the code of the listed effects and of no other effect. */
-PALPATE_API palpate_status palpate_scene_create_with(palpate_bundle* bundle, const palpate_scene_def* def,
-                                                     const palpate_effect* const* effects, int32_t effect_count,
-                                                     palpate_scene** scene, palpate_error* error);
 PALPATE_API void palpate_scene_destroy(palpate_scene* scene);
 
 /* ---- touch: the haptic half -------------------------------------------------------------------------------------- */
@@ -488,9 +412,6 @@ static inline palpate_grip palpate_default_grip(void) {
   return grip;
 }
 
-typedef struct palpate_grasp palpate_grasp;   /* palpate_grasps.h  */
-typedef struct palpate_needle palpate_needle; /* palpate_needles.h */
-
 /* One instrument. How a contact of a tool point begins and ends:
  * - It begins where the point crosses into the organ. That surface point becomes the anchor, and the contact imposes on it
  *   u* = (tool point - anchor at rest).
@@ -515,12 +436,12 @@ typedef struct palpate_tool {
   int32_t hold;        /* default 0: a contact ends when its tool point has come out again; 1: it stays, and pulls */
   int32_t has_torque;  /* default 0: no torque is computed; 1: the torque about `reference`. In a scene without
                           collision and with a contact other than PATCH, 1 is bad input                           */
+  int32_t organ;       /* default 0: in a world (palpate_world.h), the organ that grips and parts hold; a scene has one
+                          organ and does not read it                                                              */
+  int32_t reserved;    /* 0                                                                                       */
   double reference[3]; /* default 0 m, in the world: the point of the tool about which its torque is taken        */
-  const palpate_grasp* grasp; /* default NULL: none                                                             */
-  int32_t organ; /* default 0: in a world (palpate_world.h), the organ that grips and grasp hold; a scene has one organ
-                       and does not read it                                                                          */
-  int32_t reserved; /* 0                                                                                             */
-  const palpate_needle* needle; /* default NULL: none                                                           */
+  const palpate_part* parts; /* default NULL: none; what the tool has of effects, such as a palpate_grasp, where the
+                                scene has that effect                                                             */
 } palpate_tool;
 PALPATE_API void palpate_init_tool(palpate_tool* tool, size_t struct_bytes);
 static inline palpate_tool palpate_default_tool(void) {

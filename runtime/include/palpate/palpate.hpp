@@ -6,6 +6,7 @@
 #pragma once
 
 #include <palpate/palpate_complete.h>
+#include <palpate/palpate_scene_def.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -4,7 +4,7 @@
  *     surface.vertex_count = vertex_count, surface.positions = positions;
  *     surface.triangle_count = triangle_count, surface.triangles = triangles;
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.fine_surface = &surface;
+ *     palpate_add_part(&def.parts, &surface.part);
  *     palpate_scene_create(bundle, &def, &scene, &error);
  */
 #ifndef PALPATE_FINE_SURFACE_H
@@ -21,25 +21,22 @@ extern "C" {
  * the bundle: a contact acts on the nodes below its place. Give the surface that is drawn: its vertices move as those of the same
  * render mesh, apart from what the mesh stretches (docs/method.md, section 9). Grips and the shape stay on the bundle's triangles.
  * Creating the scene binds each vertex to the surface point that is nearest to it on the meshed shape. Refused: a surface that is
- * not closed, is inside out, has a vertex that is not finite or farther from the mesh than a mean edge of the mesh. */
-struct palpate_fine_surface {
-  uint32_t struct_bytes;  /* sizeof(palpate_fine_surface)                                                         */
-  int32_t vertex_count;   /* 4 .. 10 million                                                                      */
+ * not closed, is inside out, has a vertex that is not finite or farther from the mesh than a mean edge of the mesh. Needs collision or
+ * queries. Positions NULL: off. */
+typedef struct palpate_fine_surface {
+  palpate_part part;
   const float* positions; /* [vertex_count][3] m, in the bundle's frame, on the shape as it was meshed            */
   const int32_t*
       triangles;          /* [triangle_count][3] vertices, counter-clockwise from outside; each edge in two triangles */
+  int32_t vertex_count;   /* 4 .. 10 million                                                                      */
   int32_t triangle_count; /* 4 .. 20 million                                                                      */
-  int32_t reserved;       /* 0                                                                                    */
-};
+} palpate_fine_surface;
 PALPATE_API void palpate_init_fine_surface(palpate_fine_surface* surface, size_t struct_bytes);
 static inline palpate_fine_surface palpate_default_fine_surface(void) {
   palpate_fine_surface surface;
   palpate_init_fine_surface(&surface, sizeof surface);
   return surface;
 }
-
-/* The effect, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_fine_surface_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -1,13 +1,14 @@
 /* palpate_grasps.h - jaws that hold tissue.
  *
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.grasps = 1;
+ *     palpate_grasps_def grasps = palpate_default_grasps_def();
+ *     palpate_add_part(&def.parts, &grasps.part);
  *     palpate_scene_create(bundle, &def, &scene, &error);
  *     palpate_grasp jaws = palpate_default_grasp();
  *     jaws.triangle = 7, jaws.barycentric[0] = 1;
  *     jaws.radius = 0.003; // m
  *     palpate_tool forceps = palpate_default_tool();
- *     forceps.grasp = &jaws;
+ *     palpate_add_part(&forceps.parts, &jaws.part);
  *     palpate_scene_touch(scene, &forceps, 1, dt, contacts, contacts_bytes); // they close
  *     jaws.position[2] += 0.001;
  *     palpate_scene_touch(scene, &forceps, 1, dt, contacts, contacts_bytes); // they draw the tissue along
@@ -22,6 +23,19 @@
 extern "C" {
 #endif
 
+/* Each tool may grasp (palpate_grasp). Needs contact PATCH and an organ that is not under large deformation. */
+typedef struct palpate_grasps_def {
+  palpate_part part;
+  int32_t grasps;   /* default 1; 0: no tool grasps, and there is no memory for it */
+  int32_t reserved; /* 0                                                          */
+} palpate_grasps_def;
+PALPATE_API void palpate_init_grasps_def(palpate_grasps_def* def, size_t struct_bytes);
+static inline palpate_grasps_def palpate_default_grasps_def(void) {
+  palpate_grasps_def def;
+  palpate_init_grasps_def(&def, sizeof def);
+  return def;
+}
+
 /* Jaws that hold tissue: the surface below one disc, or below two discs that face each other across a fold, follows the rigid motion of the
  * tool since the jaws closed, in all six degrees of freedom. The tool gets the force and, with has_torque, the torque.
  * - The grasp closes in the first step that has it, and anew where the id changes: with no force of its own, wherever the tissue then is.
@@ -31,12 +45,13 @@ extern "C" {
  *   (the force along the jaws, between two discs from both sides). Once it has slipped by more than `radius` it lets go, until it closes anew.
  * - Its nodes count towards max_contact_nodes, each three times: at most 192 for each disc, and no more than 96 where
  *   max_contact_nodes leaves no room for more beside 8 for each of max_points and 192 for each of max_tools.
- * - A grasp needs grasps 1, contact PATCH and deformation LINEAR (else: bad input). */
-struct palpate_grasp {
-  uint32_t struct_bytes;          /* sizeof(palpate_grasp)                                                          */
+ * - A grasp needs a scene with a palpate_grasps_def (else: bad input). */
+typedef struct palpate_grasp {
+  palpate_part part;
   int32_t id;                     /* default 0: of this closing                                                     */
   int32_t triangle;               /* 0 .. F-1: where the first disc's middle is                                     */
   int32_t opposite_triangle;      /* default -1: one disc; 0 .. F-1: where the second one's middle is               */
+  int32_t reserved;               /* 0                                                                              */
   double barycentric[3];          /* weights of the triangle's vertices, 0 .. 1, that sum to 1                      */
   double opposite_barycentric[3]; /* the same of the opposite triangle                                              */
   double position[3];             /* m, of the tool in the world, within 1e6 m                                      */
@@ -46,7 +61,7 @@ struct palpate_grasp {
   double friction;    /* default INFINITY: it never slips; 0 or more                                    */
   double clamp_force; /* default INFINITY; N, 0 or more: what presses the jaws on the tissue of one disc. Two discs have
                          the force between them in its place                                                        */
-};
+} palpate_grasp;
 PALPATE_API void palpate_init_grasp(palpate_grasp* grasp, size_t struct_bytes);
 static inline palpate_grasp palpate_default_grasp(void) {
   palpate_grasp grasp;
@@ -75,9 +90,6 @@ typedef struct palpate_grasp_state {
 /* Of the tool with that id, inside the scene and valid until the next step; NULL where no tool has the id, or no tool may grasp. Call it
  * in the thread of palpate_scene_touch. */
 PALPATE_API const palpate_grasp_state* palpate_scene_grasp_state(const palpate_scene* scene, int32_t id);
-
-/* The effect, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_grasps_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -1,7 +1,9 @@
 /* palpate_inside.h - strain and stress inside the organ, and meshes that are carried along.
  *
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.inside = PALPATE_INSIDE_ON, def.shape = PALPATE_SHAPE_VOLUME;
+ *     palpate_inside_def inside = palpate_default_inside_def();
+ *     def.shape = PALPATE_SHAPE_VOLUME;
+ *     palpate_add_part(&def.parts, &inside.part);
  *     palpate_scene_create(bundle, &def, &scene, &error);
  *     palpate_inside_place place;
  *     palpate_scene_locate(scene, point, 1, 0.001, &place); // once
@@ -20,6 +22,24 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Whether the scene tells strain and stress inside the organ (palpate_scene_inside) and carries meshes inside it
+ * (palpate_scene_carry). */
+typedef enum palpate_inside_model {
+  PALPATE_INSIDE_OFF, /* neither, and neither memory nor time for them                                           */
+  PALPATE_INSIDE_ON   /* both. Needs shape VOLUME and a bundle of the elements p1 or p1-anp                      */
+} palpate_inside_model;
+typedef struct palpate_inside_def {
+  palpate_part part;
+  palpate_inside_model inside; /* default ON */
+  int32_t reserved;            /* 0          */
+} palpate_inside_def;
+PALPATE_API void palpate_init_inside_def(palpate_inside_def* def, size_t struct_bytes);
+static inline palpate_inside_def palpate_default_inside_def(void) {
+  palpate_inside_def def;
+  palpate_init_inside_def(&def, sizeof def);
+  return def;
+}
 
 /* What a scene with inside ON says about the tissue below the surface: the section of a viewer, the strain in a tumour, where a
  * vessel has gone. All of it follows from a shape, so that motions, preload and large deformation are in it as they are in the shape.
@@ -88,9 +108,6 @@ PALPATE_API palpate_step_flags palpate_scene_inside_at(palpate_scene* scene, con
  * palpate_scene_inside_at: the point of one outside of the mesh moves with the nearest tetrahedron. Cost: four rows read for each place. */
 PALPATE_API palpate_step_flags palpate_scene_carry(palpate_scene* scene, const palpate_shape_out* shape,
                                                    const palpate_inside_place* places, int32_t count, float* positions);
-
-/* The effect, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_inside_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -1,7 +1,9 @@
 /* palpate_links.h - sutures, ligaments, springs and clips between two places.
  *
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.max_links = 1;
+ *     palpate_links_def links = palpate_default_links_def();
+ *     links.max_links = 1;
+ *     palpate_add_part(&def.parts, &links.part);
  *     palpate_scene_create(bundle, &def, &scene, &error);
  *     palpate_link suture = palpate_default_link();
  *     suture.kind = PALPATE_LINK_THREAD;
@@ -21,6 +23,19 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Links of the organ (palpate_scene_set_links). Needs an organ that is not under large deformation. */
+typedef struct palpate_links_def {
+  palpate_part part;
+  int32_t max_links; /* default 0    [0 .. 1000] links; 0: none, and neither time nor memory for them */
+  int32_t reserved;  /* 0                                                                            */
+} palpate_links_def;
+PALPATE_API void palpate_init_links_def(palpate_links_def* def, size_t struct_bytes);
+static inline palpate_links_def palpate_default_links_def(void) {
+  palpate_links_def def;
+  palpate_init_links_def(&def, sizeof def);
+  return def;
+}
 
 /* How a link acts between its two ends. */
 typedef enum palpate_link_kind {
@@ -102,9 +117,6 @@ typedef struct palpate_link_state {
 /* The state of link 0 .. count - 1 of the list, inside the scene and valid until the next step; NULL behind the last one. Call it in
  * the thread of palpate_scene_touch. */
 PALPATE_API const palpate_link_state* palpate_scene_link_state(const palpate_scene* scene, int32_t link);
-
-/* The effect, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_links_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -1,7 +1,8 @@
 /* palpate_motions.h - supports that move, pressure on a piece of the surface, gravity.
  *
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.motions = 1;
+ *     palpate_motions_def motions = palpate_default_motions_def();
+ *     palpate_add_part(&def.parts, &motions.part);
  *     def.collision = PALPATE_COLLISION_DEFORMED;
  *     palpate_scene_create(bundle, &def, &scene, &error);
  *     palpate_motion_info breath; // names and units: of motion 0
@@ -22,6 +23,20 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* The bundle's motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED, and an organ that is not under large
+ * deformation. */
+typedef struct palpate_motions_def {
+  palpate_part part;
+  int32_t motions;  /* default 1; 0: supports stand, nothing presses, and it costs neither time nor memory */
+  int32_t reserved; /* 0                                                                                   */
+} palpate_motions_def;
+PALPATE_API void palpate_init_motions_def(palpate_motions_def* def, size_t struct_bytes);
+static inline palpate_motions_def palpate_default_motions_def(void) {
+  palpate_motions_def def;
+  palpate_init_motions_def(&def, sizeof def);
+  return def;
+}
 
 /* What a unit of a motion is. */
 typedef enum palpate_motion_kind {
@@ -72,9 +87,6 @@ typedef struct palpate_motion_state {
 /* Of motion 0 .. motion_count - 1, inside the scene and valid until the next step; NULL behind the last one, and for a scene without
  * motions. Call it in the thread of palpate_scene_touch. */
 PALPATE_API const palpate_motion_state* palpate_scene_motion_state(const palpate_scene* scene, int32_t motion);
-
-/* The effect, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_motions_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -1,14 +1,15 @@
 /* palpate_needles.h - straight, stiff needles that pierce the organ.
  *
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.needles = 1; // of a bundle with a corridor (docs/files.md)
+ *     palpate_needles_def needles = palpate_default_needles_def(); // of a bundle with a corridor (docs/files.md)
+ *     palpate_add_part(&def.parts, &needles.part);
  *     palpate_scene_create(bundle, &def, &scene, &error);
  *     palpate_needle needle = palpate_default_needle();
  *     needle.triangle = 7, needle.barycentric[0] = 1;
  *     needle.direction[2] = -1;
  *     needle.radius = 0.0005, needle.friction = 20, needle.cutting_force = 0.3, needle.puncture_force = 0.5;
  *     palpate_tool tool = palpate_default_tool();
- *     tool.needle = &needle;
+ *     palpate_add_part(&tool.parts, &needle.part);
  *     needle.tip[2] -= 0.0001; // in each step
  *     palpate_scene_touch(scene, &tool, 1, dt, contacts, contacts_bytes);
  *     double depth = palpate_scene_needle_state(scene, 0)->depth; // m
@@ -21,6 +22,20 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Each tool may have a needle (palpate_needle). Needs a bundle with a corridor, displacements that are stored in f32 or as a compliance in
+ * blocks, and an organ that is not under large deformation. */
+typedef struct palpate_needles_def {
+  palpate_part part;
+  int32_t needles;       /* default 1; 0: no tool has a needle, and it costs neither time nor memory      */
+  int32_t needle_places; /* default 32, 2 .. 64: places of the tissue that each needle holds at most */
+} palpate_needles_def;
+PALPATE_API void palpate_init_needles_def(palpate_needles_def* def, size_t struct_bytes);
+static inline palpate_needles_def palpate_default_needles_def(void) {
+  palpate_needles_def def;
+  palpate_init_needles_def(&def, sizeof def);
+  return def;
+}
 
 /* A straight, stiff needle that pierces the organ. The host moves it; the tissue around the shaft follows it.
  * - It enters at a place of the surface, in the first step of the tool with this id. While its tip is in front of that place as the step
@@ -35,11 +50,10 @@ extern "C" {
  * - The forces of all places are one system with all contacts of the organ. Each place gives way by what a thin shaft of its length does in
  *   tissue that the mesh does not resolve (docs/method.md, section 21).
  * The tool gets the force and, with has_torque, the torque. */
-struct palpate_needle {
-  uint32_t struct_bytes; /* sizeof(palpate_needle)                                                                   */
+typedef struct palpate_needle {
+  palpate_part part;
   int32_t id;            /* default 0: of this piercing                                                              */
   int32_t triangle;      /* 0 .. F-1: where it enters                                                                */
-  int32_t reserved;      /* 0                                                                                        */
   double barycentric[3]; /* weights of the triangle's vertices, 0 .. 1, that sum to 1                                */
   double tip[3];         /* m, in the world, within 1e6 m                                                            */
   double direction[3];   /* in the world, of length 1: from the handle to the tip                                    */
@@ -48,7 +62,7 @@ struct palpate_needle {
   double cutting_force;  /* default 0 N, 0 .. 1e6                                                                    */
   double puncture_force; /* default 0 N, 0 .. 1e6                                                                    */
   double spacing;        /* default 5e-3 m, 1e-4 .. 1: of the places that it holds                                   */
-};
+} palpate_needle;
 PALPATE_API void palpate_init_needle(palpate_needle* needle, size_t struct_bytes);
 static inline palpate_needle palpate_default_needle(void) {
   palpate_needle needle;
@@ -82,9 +96,6 @@ typedef struct palpate_needle_state {
 /* Of the tool with that id, inside the scene and valid until the next step; NULL where no tool has the id, or no tool may have a needle.
  * Call it in the thread of palpate_scene_touch. */
 PALPATE_API const palpate_needle_state* palpate_scene_needle_state(const palpate_scene* scene, int32_t id);
-
-/* The effect, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_needles_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -1,7 +1,8 @@
 /* palpate_queries.h - rays, nearest points and distances, on the surface at rest and deformed.
  *
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.queries = PALPATE_QUERIES_ON;
+ *     palpate_queries_def queries = palpate_default_queries_def();
+ *     palpate_add_part(&def.parts, &queries.part);
  *     palpate_scene_create(bundle, &def, &scene, &error);
  *     palpate_scene_touch(scene, tools, tool_count, dt, contacts, contacts_bytes);
  *     palpate_surface_hit hit = palpate_default_surface_hit();
@@ -16,6 +17,23 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Whether the scene answers queries about its surface (palpate_scene_cast_ray and others). */
+typedef enum palpate_query_model {
+  PALPATE_QUERIES_OFF, /* no queries, and no memory for them                                                       */
+  PALPATE_QUERIES_ON   /* rays, nearest points and distances, on the surface at rest and deformed                  */
+} palpate_query_model;
+typedef struct palpate_queries_def {
+  palpate_part part;
+  palpate_query_model queries; /* default ON */
+  int32_t reserved;            /* 0          */
+} palpate_queries_def;
+PALPATE_API void palpate_init_queries_def(palpate_queries_def* def, size_t struct_bytes);
+static inline palpate_queries_def palpate_default_queries_def(void) {
+  palpate_queries_def def;
+  palpate_init_queries_def(&def, sizeof def);
+  return def;
+}
 
 /* What a scene with queries ON says about its surface: for a mouse, for navigation, for a camera that must not enter the organ.
  *
@@ -64,9 +82,6 @@ PALPATE_API palpate_step_flags palpate_scene_closest_point(palpate_scene* scene,
  * around it, so a place where the deformed surface overlaps itself is inside. *distance is INFINITY where there is none. */
 PALPATE_API palpate_step_flags palpate_scene_signed_distance(palpate_scene* scene, const palpate_contacts* contacts,
                                                              const double* point, double* distance);
-
-/* The effect, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_queries_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -1,7 +1,8 @@
 /* palpate_report.h - each contact of a step, and what began and ended in it.
  *
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.report = PALPATE_REPORT_CONTACTS;
+ *     palpate_report_def of_contacts = palpate_default_report_def();
+ *     palpate_add_part(&def.parts, &of_contacts.part);
  *     palpate_scene_create(bundle, &def, &scene, &error);
  *     palpate_scene_touch(scene, tools, tool_count, dt, contacts, contacts_bytes);
  *     const palpate_contact_report* report = palpate_scene_report(scene);
@@ -18,6 +19,23 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Whether palpate_scene_report tells each contact of a step, and what began and ended in it. */
+typedef enum palpate_report_model {
+  PALPATE_REPORT_OFF,     /* no report, and neither time nor memory for it                                          */
+  PALPATE_REPORT_CONTACTS /* contacts and events                                                                   */
+} palpate_report_model;
+typedef struct palpate_report_def {
+  palpate_part part;
+  palpate_report_model report; /* default CONTACTS */
+  int32_t reserved;            /* 0                */
+} palpate_report_def;
+PALPATE_API void palpate_init_report_def(palpate_report_def* def, size_t struct_bytes);
+static inline palpate_report_def palpate_default_report_def(void) {
+  palpate_report_def def;
+  palpate_init_report_def(&def, sizeof def);
+  return def;
+}
 
 /* How a contact holds. */
 typedef enum palpate_contact_state {
@@ -113,9 +131,6 @@ static inline const palpate_contact_event* palpate_report_event(const palpate_co
   return (const palpate_contact_event*)(const void*)((const char*)report + report->events_offset +
                                                      (size_t)event * report->event_bytes);
 }
-
-/* The effect, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_report_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -3,7 +3,7 @@
  *     palpate_render_mesh mesh = palpate_default_render_mesh();
  *     mesh.vertex_count = vertex_count, mesh.positions = positions;
  *     palpate_scene_def def = palpate_default_scene_def();
- *     def.render_mesh = &mesh;
+ *     palpate_add_part(&def.parts, &mesh.part);
  *     palpate_scene_create(bundle, &def, &scene, &error);
  *     palpate_scene_shape(scene, contacts, &shape);
  *     palpate_skin_out skin = palpate_default_skin_out();
@@ -22,20 +22,41 @@ extern "C" {
 /* A finer mesh that follows the organ's surface, for a renderer (palpate_scene_skin). Creating the scene binds each vertex to
  * the surface point that is nearest to it on the meshed shape. In a step the vertex moves by the barycentric weights of that
  * point, and its offset from the surface turns and stretches with the surface. Vertices may repeat, as at the seam of a
- * texture, and need no triangles. A vertex that is not finite, or farther from the organ than the organ is large, is refused. */
-struct palpate_render_mesh {
-  uint32_t struct_bytes; /* sizeof(palpate_render_mesh)                                                         */
-  int32_t vertex_count;  /* 1 or more                                                                           */
+ * texture, and need no triangles. A vertex that is not finite, or farther from the organ than the organ is large, is refused.
+ * Needs a shape. Positions NULL: off. */
+typedef struct palpate_render_mesh {
+  palpate_part part;
   const float*
       positions; /* [vertex_count][3] m, in the bundle's frame, on the shape as it was meshed (without preload) */
   const float* normals; /* default NULL: palpate_scene_skin gives no normals; else [vertex_count][3] outward, of any
                            length                                                                               */
-};
+  int32_t vertex_count; /* 1 or more                                                                            */
+  int32_t reserved;     /* 0                                                                                    */
+} palpate_render_mesh;
 PALPATE_API void palpate_init_render_mesh(palpate_render_mesh* mesh, size_t struct_bytes);
 static inline palpate_render_mesh palpate_default_render_mesh(void) {
   palpate_render_mesh mesh;
   palpate_init_render_mesh(&mesh, sizeof mesh);
   return mesh;
+}
+
+/* Whether palpate_scene_skin dents the render mesh below each disc, where the bundle's mesh is too coarse to show it. */
+typedef enum palpate_dent_model {
+  PALPATE_DENT_OFF, /* the render mesh follows the bundle's surface alone                                         */
+  PALPATE_DENT_DISCS /* it also meets the disc of each contact: the closed-form dent of a rigid punch less what the mesh shows
+                        of it (docs/method.md, section 18). Needs a render_mesh, contact PATCH and report CONTACTS; it changes
+                        what is drawn, and no force                                                                */
+} palpate_dent_model;
+typedef struct palpate_dent_def {
+  palpate_part part;
+  palpate_dent_model dent; /* default DISCS */
+  int32_t reserved;        /* 0             */
+} palpate_dent_def;
+PALPATE_API void palpate_init_dent_def(palpate_dent_def* def, size_t struct_bytes);
+static inline palpate_dent_def palpate_default_dent_def(void) {
+  palpate_dent_def def;
+  palpate_init_dent_def(&def, sizeof def);
+  return def;
 }
 
 /* The caller's arrays; either may be NULL. */
@@ -69,10 +90,6 @@ static inline palpate_skin_out palpate_default_skin_out(void) {
  * surface's triangles and one over the vertices; with discs a second one over the vertices. */
 PALPATE_API palpate_step_flags palpate_scene_skin(palpate_scene* scene, const palpate_shape_out* shape,
                                                   palpate_skin_out* out);
-
-/* The effects of a render mesh and of its dents, for the list that a host gives to palpate_scene_create_with. */
-PALPATE_API const palpate_effect* palpate_skin_effect(void);
-PALPATE_API const palpate_effect* palpate_dent_effect(void);
 
 #ifdef __cplusplus
 } /* extern "C" */

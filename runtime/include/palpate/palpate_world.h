@@ -80,9 +80,6 @@ static inline palpate_world_def palpate_default_world_def(void) {
  * names the organ. Returns PALPATE_OK, or the reason, in which case *world is NULL. */
 PALPATE_API palpate_status palpate_world_create(const palpate_world_def* def, palpate_world** world,
                                                 palpate_error* error);
-/* Makes a world as palpate_world_create does, with the effects that the host lists for all organs (palpate_scene_create_with). */
-PALPATE_API palpate_status palpate_world_create_with(const palpate_world_def* def, const palpate_effect* const* effects,
-                                                     int32_t effect_count, palpate_world** world, palpate_error* error);
 /* Destroys the world and the scenes of its organs. NULL is allowed. */
 PALPATE_API void palpate_world_destroy(palpate_world* world);
 

@@ -1,6 +1,6 @@
 // palpate-run plays links and grasps: what it writes is what the C API says.
 #include <gmock/gmock.h>
-#include <palpate/palpate_complete.h>
+#include <palpate/palpate_scene_def.hpp>
 
 #include <cmath>
 #include <map>
@@ -44,8 +44,8 @@ TEST_F(HeldScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
   config.tools.emplace_back().grasp.emplace();
   config.tools[0].grasp->near = {0.06, 0.025, 0.02}, config.tools[0].grasp->radius = 0.012;
   HeldTissue held(config, bundle);
-  palpate_scene_def def = palpate_default_scene_def();
-  def.grasps = 1, def.max_tools = 1;
+  SceneDef def;
+  def.grasps.grasps = 1, def.max_tools = 1;
   palpate_scene* scene = nullptr;
   ASSERT_EQ(palpate_scene_create(bundle, &def, &scene, nullptr), PALPATE_OK);
   std::vector<double> memory(palpate_contacts_bytes(scene) / sizeof(double) + 1);
@@ -57,7 +57,7 @@ TEST_F(HeldScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
     grasp.position[0] = 0.06, grasp.position[1] = 0.025, grasp.position[2] = 0.02 + share * 0.004;
     grasp.orientation[0] = std::cos(half), grasp.orientation[1] = std::sin(half);
     palpate_tool tool = palpate_default_tool();
-    tool.grasp = &grasp, tool.has_torque = 1;
+    tool.parts = &grasp.part, tool.has_torque = 1;
     std::copy(grasp.position, grasp.position + 3, tool.reference);
     palpate_scene_touch(scene, &tool, 1, 1e-3, contacts, memory.size() * sizeof memory[0]);
     const palpate_tool_state& state = *palpate_contacts_tool(contacts, 0);

@@ -1,11 +1,11 @@
 // palpate-run on a tiny bundle: what it writes is what the C API says.
 #include <gmock/gmock.h>
-#include <palpate/palpate_complete.h>
 #include <vtkCellData.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridReader.h>
+#include <palpate/palpate_scene_def.hpp>
 
 #include <array>
 #include <cstdlib>
@@ -73,7 +73,7 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
 
   palpate_bundle* bundle = nullptr;
   ASSERT_EQ(palpate_bundle_open_file((folder_ / "box.h5").c_str(), nullptr, &bundle, nullptr), PALPATE_OK);
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.max_tools = 1;
   palpate_scene* scene = nullptr;
   ASSERT_EQ(palpate_scene_create(bundle, &def, &scene, nullptr), PALPATE_OK);

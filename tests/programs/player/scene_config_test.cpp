@@ -135,7 +135,7 @@ TEST_F(SceneFile, TakesANeedle) {
                                      "[tool.needle]\nentry = [1, 2, 3]\ndirection = [0, 0, -2]\nradius = 0.6\n"
                                      "friction = 20\npuncture_force = 0.5\ncutting_force = 0.2\nspacing = 2\n",
                                  "[limits]\nneedle_places = 12\n");
-  EXPECT_EQ(scene.def.needle_places, 12);
+  EXPECT_EQ(scene.def.needles.needle_places, 12);
   const SceneConfig::Needle& needle = *scene.tools.at(0).needle;
   EXPECT_DOUBLE_EQ((*needle.entry)[2], 0.003);
   EXPECT_THAT(*needle.direction, ElementsAre(0, 0, -2));

@@ -10,13 +10,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-palpate_scene_def beside_def(palpate_contact_model contact) {
-  palpate_scene_def def = large_def(contact);
-  def.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;
+SceneDef beside_def(palpate_contact_model contact) {
+  SceneDef def = large_def(contact);
+  def.large.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;
   return def;
 }
-palpate_scene_def pressed_def(palpate_contact_law law) {
-  palpate_scene_def def = beside_def(PALPATE_CONTACT_PATCH);
+SceneDef pressed_def(palpate_contact_law law) {
+  SceneDef def = beside_def(PALPATE_CONTACT_PATCH);
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = law;
   return def;
 }
@@ -25,10 +25,10 @@ Vector3d pressed(double depth) {
 }
 
 TEST(LargeBeside, WithoutASolutionTheOrganIsLinearAndTheFlagSaysSo) {
-  palpate_scene_def def = beside_def(PALPATE_CONTACT_PATCH);
+  SceneDef def = beside_def(PALPATE_CONTACT_PATCH);
   def.collision = PALPATE_COLLISION_REST;
   Play beside(def);
-  def.deformation = PALPATE_DEFORMATION_LINEAR;
+  def.large.deformation = PALPATE_DEFORMATION_LINEAR;
   Play linear(def);
   beside.most_solves = 0;
   for (int tick = 0; tick <= 50; ++tick) {
@@ -46,10 +46,10 @@ TEST(LargeBeside, ADeepPushThatIsSolvedIsTheConvergedSolution) {
   for (const bool nodal : {false, true})
     for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
       const TouchedBody box = large_body(nodal);
-      palpate_scene_def def = beside_def(contact);
+      SceneDef def = beside_def(contact);
       def.shape = PALPATE_SHAPE_VOLUME;
       Play beside(def, box);
-      def.deformation = PALPATE_DEFORMATION_LARGE;
+      def.large.deformation = PALPATE_DEFORMATION_LARGE;
       Play large(def, box);
       for (int tick = 1; tick <= 165; ++tick) {
         const Vector3d way = Vector3d(-1e-4, 0.2e-4, 0.3e-4) * std::min(tick, 160);  // the last steps wait
@@ -75,11 +75,11 @@ TEST(LargeBeside, BetweenSolutionsTheErrorStaysSmall) {
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_COULOMB}) {
     Play beside(pressed_def(law), box);
     beside.solve_every = 10;
-    palpate_scene_def def = pressed_def(law);
-    def.deformation = PALPATE_DEFORMATION_LARGE;
+    SceneDef def = pressed_def(law);
+    def.large.deformation = PALPATE_DEFORMATION_LARGE;
     Play large(def, box);
     double worst = 0, linear = 0;
-    def.deformation = PALPATE_DEFORMATION_LINEAR;
+    def.large.deformation = PALPATE_DEFORMATION_LINEAR;
     Play superposed(def, box);
     for (int tick = -1; tick <= 150; ++tick) {
       for (Play* play : {&beside, &large, &superposed}) play->move({pressed(1e-4 * tick)});
@@ -110,10 +110,10 @@ TEST(LargeBeside, AContactThatNoSolutionHasRaisesTheFlagUntilItIsSolved) {
 // Tissue that stiffens within a millimetre, and a solution every 40 ms at 0.1 m/s.
 TEST(LargeBeside, WhereTheTouchMissesItsSolutionsTheFlagSaysSo) {
   const TouchedBox box({}, with_large(false, 200));
-  palpate_scene_def def = pressed_def(PALPATE_LAW_STICKING);
+  SceneDef def = pressed_def(PALPATE_LAW_STICKING);
   Play beside(def, box);
   beside.solve_every = 40;
-  def.deformation = PALPATE_DEFORMATION_LARGE;
+  def.large.deformation = PALPATE_DEFORMATION_LARGE;
   Play large(def, box);
   double flagged = 0, trusted = 0;
   for (int tick = -1; tick <= 150; ++tick) {
@@ -165,11 +165,11 @@ const Way kWays[] = {
 TEST(LargeBeside, OnASlabThatBendsTheFlagSaysWhereForcesAreOff) {
   const TouchedBody slab = stiffening_slab();
   for (const Way& way : kWays) {
-    palpate_scene_def def = pressed_def(way.law);
+    SceneDef def = pressed_def(way.law);
     def.release_distance = 1;
     Play beside(def, slab);
     beside.solve_every = way.solve_every, beside.most_solves = 1;
-    def.deformation = PALPATE_DEFORMATION_LARGE;
+    def.large.deformation = PALPATE_DEFORMATION_LARGE;
     Play large(def, slab);
     double trusted = 0;
     int count = 0;
@@ -223,8 +223,8 @@ TEST(LargeBeside, AResetForgetsAlsoTheSolutionOnItsWay) {
 
 TEST(LargeBeside, ARestoredStateGoesOnWithTheSameBits) {
   for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-    palpate_scene_def def = pressed_def(law);
-    def.report = PALPATE_REPORT_CONTACTS;
+    SceneDef def = pressed_def(law);
+    def.report.report = PALPATE_REPORT_CONTACTS;
     Play play(def), other(def);
     const auto go = [](Play& one, int from, int to) {
       for (int tick = from; tick < to; ++tick) {

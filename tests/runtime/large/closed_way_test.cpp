@@ -34,7 +34,7 @@ struct Account {
 };
 
 // Each corner is gone to in a straight line, `step` metres in a step. solve_every: under LARGE_BESIDE, steps from one solution to the next.
-Account go(const palpate_scene_def& def, const Contact& contact, double friction, const std::vector<Vector3d>& corners,
+Account go(const SceneDef& def, const Contact& contact, double friction, const std::vector<Vector3d>& corners,
            int solve_every = 1, const TouchedBody& body = waved_block(), double step = 2e-4) {
   const ScenePointer scene = body.scene(def);
   Contacts contacts(scene.get());
@@ -85,10 +85,10 @@ const Law kLaws[] = {{PALPATE_LAW_SLIDING, 0},
 // 1 % of what is stored is what the account allows (body_energy.h); the rest is the sum over steps in place of the integral.
 constexpr double kMostGain = 0.02;
 
-palpate_scene_def def_of(const Contact& contact, palpate_contact_law law, palpate_deformation_model deformation,
-                         palpate_collision collision) {
-  palpate_scene_def def = unlimited_def();
-  def.deformation = deformation, def.law = law, def.contact = contact.model, def.collision = collision;
+SceneDef def_of(const Contact& contact, palpate_contact_law law, palpate_deformation_model deformation,
+                palpate_collision collision) {
+  SceneDef def = unlimited_def();
+  def.large.deformation = deformation, def.law = law, def.contact = contact.model, def.collision = collision;
   def.release_distance = 0.1, def.max_operations = 100'000'000;
   return def;
 }
@@ -146,10 +146,10 @@ TEST(LargeClosedWay, BesideTheTouchAWayThatIsBehindToItsEndGivesBackLittle) {
 TEST(LargeClosedWay, BesideTheTouchAPressThatWasFasterThanItsSolutionsEndsWithItsFullForce) {
   const TouchedBody stiff(waved_grid(kWidth, kHeight), with_large(false, 32));
   for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_COULOMB}) {
-    palpate_scene_def def = def_of(kContacts[1], law, PALPATE_DEFORMATION_LARGE_BESIDE, PALPATE_COLLISION_REST);
+    SceneDef def = def_of(kContacts[1], law, PALPATE_DEFORMATION_LARGE_BESIDE, PALPATE_COLLISION_REST);
     Play beside(def, stiff);
     beside.solve_every = 40, beside.most_solves = 1;
-    def.deformation = PALPATE_DEFORMATION_LARGE;
+    def.large.deformation = PALPATE_DEFORMATION_LARGE;
     Play large(def, stiff);
     palpate_step_flags flags = 0;
     for (int k = -2; k < 400; ++k)

@@ -19,8 +19,7 @@ const TouchedBox& box() {
 // Tool points at the far face x = 60 mm, whose outward normal is +x.
 class Probe {
  public:
-  Probe(const palpate_scene_def& def, double friction, double radius = 0.008)
-      : scene(box().scene(def)), contacts(scene.get()) {
+  Probe(const SceneDef& def, double friction, double radius = 0.008) : scene(box().scene(def)), contacts(scene.get()) {
     tool = palpate_default_tool();
     tool.disc_radius = radius, tool.friction = friction;
   }
@@ -48,8 +47,8 @@ class Probe {
   palpate_step_flags flags = 0;
 };
 
-palpate_scene_def law_def(palpate_contact_law law, palpate_contact_model contact = PALPATE_CONTACT_PATCH) {
-  palpate_scene_def def = large_def(contact);
+SceneDef law_def(palpate_contact_law law, palpate_contact_model contact = PALPATE_CONTACT_PATCH) {
+  SceneDef def = large_def(contact);
   def.law = law, def.collision = PALPATE_COLLISION_REST;
   return def;
 }
@@ -91,8 +90,8 @@ TEST(LargeLaws, ASmallPushAndDragIsTheLinearOne) {
       Vector3d force[2];
       std::int32_t slips[2];
       for (int large = 0; large < 2; ++large) {
-        palpate_scene_def def = law_def(law, contact);
-        def.deformation = static_cast<palpate_deformation_model>(large);
+        SceneDef def = law_def(law, contact);
+        def.large.deformation = static_cast<palpate_deformation_model>(large);
         Probe probe(def, 0.2);
         probe.move({kPlace + 1e-4 * kOut});
         for (int tick = 0; tick <= 20; ++tick)
@@ -117,8 +116,8 @@ TEST(LargeLaws, ASmallPushAndDragOfDiscsThatOverlapIsTheLinearOne) {
       const std::vector<Vector3d> start = {kPlace + 1e-4 * kOut, kPlace + aside + 1e-4 * kOut};
       for (int discs = 1; discs <= 2; ++discs)
         for (int form = 0; form < 3; ++form) {
-          palpate_scene_def def = law_def(law);
-          def.deformation = static_cast<palpate_deformation_model>(form);
+          SceneDef def = law_def(law);
+          def.large.deformation = static_cast<palpate_deformation_model>(form);
           Probe probe(def, 0.2, 0.003);
           probe.move({start.begin(), start.begin() + discs});
           for (int tick = 0; tick <= 20; ++tick) {
@@ -222,8 +221,8 @@ TEST(LargeLaws, WithoutFrictionADeepPushThatWaitsIsThatOfUnilateral) {
       Vector3d force[2];
       int flagged[2] = {};
       for (const auto law : {PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-        palpate_scene_def def = law_def(law);
-        def.deformation = deformation;
+        SceneDef def = law_def(law);
+        def.large.deformation = deformation;
         Probe probe(def, 0);
         const bool coulomb = law == PALPATE_LAW_COULOMB;
         probe.move({at + 1e-4 * kOut});
@@ -333,7 +332,7 @@ TEST(LargeLaws, AreSolvedThoughNoOperationsOfTheStepAreLeft) {
 }
 
 TEST(LargeLaws, ARestoredStateGoesOnWithTheSameBits) {
-  const palpate_scene_def def = law_def(PALPATE_LAW_COULOMB);
+  const SceneDef def = law_def(PALPATE_LAW_COULOMB);
   Probe probe(def, 0.2), other(def, 0.2);
   const auto play = [&](Probe& played, int from, int to) {
     for (int tick = from; tick < to; ++tick)

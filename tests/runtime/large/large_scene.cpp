@@ -9,9 +9,9 @@ std::function<void(BundleParts&)> with_large(bool nodal, double stiffening) {
   };
 }
 
-palpate_scene_def large_def(palpate_contact_model contact) {
-  palpate_scene_def def = unlimited_def();
-  def.deformation = PALPATE_DEFORMATION_LARGE, def.contact = contact, def.collision = PALPATE_COLLISION_OFF;
+SceneDef large_def(palpate_contact_model contact) {
+  SceneDef def = unlimited_def();
+  def.large.deformation = PALPATE_DEFORMATION_LARGE, def.contact = contact, def.collision = PALPATE_COLLISION_OFF;
   return def;
 }
 

@@ -1,6 +1,8 @@
 // Bodies and scenes for the tests of large deformation through the C API.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include "runtime/large/deforming_body.h"
 #include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/touched_box.h"
@@ -9,7 +11,7 @@ namespace palpate::tests {
 
 std::function<void(BundleParts&)> with_large(bool nodal, double stiffening = 0);
 
-palpate_scene_def large_def(palpate_contact_model contact);
+SceneDef large_def(palpate_contact_model contact);
 
 // A body of one region, seen as a HyperelasticBody.
 struct Seen {

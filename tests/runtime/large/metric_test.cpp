@@ -180,19 +180,19 @@ TEST(RenewedMetric, IsThatOfRestAgainWhereTheBodyIs) {
   EXPECT_EQ(solved.force, other.force);
 }
 
-palpate_scene_def renewed_def() {
-  palpate_scene_def def = large_def(PALPATE_CONTACT_PATCH);
-  def.deformation = PALPATE_DEFORMATION_LARGE_RENEWED, def.collision = PALPATE_COLLISION_DEFORMED;
+SceneDef renewed_def() {
+  SceneDef def = large_def(PALPATE_CONTACT_PATCH);
+  def.large.deformation = PALPATE_DEFORMATION_LARGE_RENEWED, def.collision = PALPATE_COLLISION_DEFORMED;
   return def;
 }
 
 TEST(RenewedMetric, ASceneWithItAnswersAsTheBodyThatIsSolvedInEachStep) {
   for (const bool nodal : {false, true}) {
     const TouchedBody box = large_body(nodal);
-    palpate_scene_def def = renewed_def();
+    SceneDef def = renewed_def();
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT;
     Play renewed(def, box);
-    def.deformation = PALPATE_DEFORMATION_LARGE;
+    def.large.deformation = PALPATE_DEFORMATION_LARGE;
     Play large(def, box);
     for (int tick = 1; tick <= 165; ++tick) {
       const Vector3d way = Vector3d(-1e-4, 0.2e-4, 0.3e-4) * std::min(tick, 160);  // the last steps wait
@@ -230,8 +230,8 @@ TEST(RenewedMetric, ARestoredStateGoesOnWithTheSameBits) {
 
 TEST(RenewedMetric, TakesMemoryInScenesThatAskForItAlone) {
   const auto bytes = [](palpate_deformation_model model) {
-    palpate_scene_def def = renewed_def();
-    def.deformation = model;
+    SceneDef def = renewed_def();
+    def.large.deformation = model;
     const auto scene = large_box().scene(def);
     std::uint64_t sum = 0;
     for (const palpate_plan_pass& pass : plan_of(scene.get())) sum += pass.memory_bytes;

@@ -54,9 +54,9 @@ struct TwoDiscs {
   }
 };
 
-palpate_scene_def pressed_def(palpate_deformation_model deformation) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.deformation = deformation, def.law = PALPATE_LAW_COULOMB, def.shape = PALPATE_SHAPE_VOLUME;
+SceneDef pressed_def(palpate_deformation_model deformation) {
+  SceneDef def;
+  def.large.deformation = deformation, def.law = PALPATE_LAW_COULOMB, def.shape = PALPATE_SHAPE_VOLUME;
   return def;
 }
 
@@ -78,7 +78,7 @@ double largest_displacement(const TouchedBody& body, palpate_scene* scene, Conta
 
 TEST(LargeOrgan, TwoDiscsWithFrictionPressALobeDeepAndItComesBackToRest) {
   for (const bool few : {false, true}) {
-    palpate_scene_def def = pressed_def(PALPATE_DEFORMATION_LARGE);
+    SceneDef def = pressed_def(PALPATE_DEFORMATION_LARGE);
     if (few) def.max_operations = 40'000;  // less than kFewestSteps
     const ScenePointer large = lobe().scene(def), linear = lobe().scene(pressed_def(PALPATE_DEFORMATION_LINEAR));
     Contacts contacts(large.get()), linear_contacts(linear.get());

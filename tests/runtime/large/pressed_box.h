@@ -1,6 +1,8 @@
 // Tools that press a box under large deformation, and the surface as it is drawn.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include "tests/runtime/large/large_scene.h"
 
 namespace palpate::tests {
@@ -11,7 +13,7 @@ const TouchedBox& large_box();
 // otherwise.
 class Play {
  public:
-  explicit Play(const palpate_scene_def& def, const TouchedBody& body = large_box())
+  explicit Play(const SceneDef& def, const TouchedBody& body = large_box())
       : scene(body.scene(def)), contacts(scene.get()), body_(body) {}
   palpate_step_flags move(const std::vector<Eigen::Vector3d>& to, double radius = 0.006);
   palpate_step_flags touch(const palpate_tool& tool) { return step(&tool, 1); }

@@ -3,6 +3,8 @@
 // fuzz_test plays some, large_fuzz as many as it is asked for.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <fmt/format.h>
 
 #include <memory>
@@ -46,8 +48,8 @@ class RandomLargeScenes {
     };
     const auto one_of = [&](int count) { return static_cast<int>(random() % static_cast<std::uint64_t>(count)); };
     const Body& body = body_of(random() % kBodies);
-    palpate_scene_def def = palpate_default_scene_def();
-    def.deformation = static_cast<palpate_deformation_model>(PALPATE_DEFORMATION_LARGE + one_of(3));
+    SceneDef def;
+    def.large.deformation = static_cast<palpate_deformation_model>(PALPATE_DEFORMATION_LARGE + one_of(3));
     def.law = static_cast<palpate_contact_law>(one_of(4)), def.contact = static_cast<palpate_contact_model>(one_of(4));
     def.collision = one_of(2) ? PALPATE_COLLISION_REST : PALPATE_COLLISION_DEFORMED;
     def.shape = PALPATE_SHAPE_VOLUME;
@@ -57,7 +59,7 @@ class RandomLargeScenes {
     const std::string scene_name = fmt::format(
         "seed {} ({} steps): deformation {}, law {}, contact {}, collision {}, {} operations, {} tools, a solve every "
         "{}: {}",
-        seed, steps, static_cast<int>(def.deformation), static_cast<int>(def.law), static_cast<int>(def.contact),
+        seed, steps, static_cast<int>(def.large.deformation), static_cast<int>(def.law), static_cast<int>(def.contact),
         static_cast<int>(def.collision), def.max_operations, tools, solve_every, body.name);
     std::vector<Path> paths;
     for (int t = 0; t < tools; ++t) {
@@ -146,13 +148,13 @@ class RandomLargeScenes {
   // A scene and what it is held against.
   class Watched {
    public:
-    Watched(const Body& body, const palpate_scene_def& def, int solve_every, const std::string& name)
+    Watched(const Body& body, const SceneDef& def, int solve_every, const std::string& name)
         : body_(body),
           name_(name),
           scene_(body.touched.scene(def)),
           contacts_(scene_.get()),
           solve_every_(solve_every) {
-      beside_ = def.deformation != PALPATE_DEFORMATION_LARGE;
+      beside_ = def.large.deformation != PALPATE_DEFORMATION_LARGE;
       count_ = static_cast<std::int32_t>(body.touched.body.mesh.nodes.size());
       const Eigen::VectorXd rest = Eigen::VectorXd::Zero(3 * count_);
       account_.add(0, rest, rest);

@@ -44,8 +44,8 @@ TEST(LargeScenes, NoLawAndNoModelGivesTheBodyEnergy) {
       const LargeReference reference(seen.body);
       for (int law = 0; law < 4; ++law)
         for (int contact = 0; contact < 4; ++contact) {
-          palpate_scene_def def = palpate_default_scene_def();
-          def.deformation = PALPATE_DEFORMATION_LARGE, def.shape = PALPATE_SHAPE_VOLUME;
+          SceneDef def;
+          def.large.deformation = PALPATE_DEFORMATION_LARGE, def.shape = PALPATE_SHAPE_VOLUME;
           def.law = static_cast<palpate_contact_law>(law), def.contact = static_cast<palpate_contact_model>(contact);
           def.max_operations = 60'000;  // as few steps of the method as there are
           const ScenePointer scene = box.scene(def);

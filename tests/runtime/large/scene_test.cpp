@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 using testing::HasSubstr;
 using testing::Not;
 
-std::string refusal(const TouchedBody& body, const palpate_scene_def& def) {
+std::string refusal(const TouchedBody& body, const SceneDef& def) {
   palpate_scene* scene = nullptr;
   palpate_error error = {};
   if (palpate_scene_create(body.bundle(), &def, &scene, &error) == PALPATE_OK) {
@@ -29,7 +29,7 @@ TEST(LargeScene, ASmallPushIsTheLinearOneForEachContactModel) {
   const TouchedBox box({}, with_large(false));
   for (const auto contact :
        {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
-    palpate_scene_def def = large_def(contact);
+    SceneDef def = large_def(contact);
     std::vector<palpate_grip> grips;
     const Vector3d way(-2e-6, 1e-6, 3e-6);
     if (contact == PALPATE_CONTACT_NODE)
@@ -41,7 +41,7 @@ TEST(LargeScene, ASmallPushIsTheLinearOneForEachContactModel) {
     Vector3d force[2];
     std::vector<float> field[2];
     for (int large = 0; large < 2; ++large) {
-      def.deformation = static_cast<palpate_deformation_model>(large);
+      def.large.deformation = static_cast<palpate_deformation_model>(large);
       const ScenePointer scene = box.scene(def);
       Contacts contacts(scene.get());
       palpate_step_flags flags = 0;
@@ -64,7 +64,7 @@ TEST(LargeScene, ADeepPushIsTheConvergedSolution) {
   for (const bool nodal : {false, true})
     for (const double stiffening : {0.0, 1.5}) {
       const TouchedBox box({}, with_large(nodal, stiffening));
-      palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+      SceneDef def = large_def(PALPATE_CONTACT_NODE);
       def.shape = PALPATE_SHAPE_VOLUME;
       const ScenePointer scene = box.scene(def);
       Contacts contacts(scene.get());
@@ -92,7 +92,7 @@ TEST(LargeScene, ADeepPushIsTheConvergedSolution) {
 
 TEST(LargeScene, AToolPointThatPressesTheSurfaceIsPushedBack) {
   const TouchedBox box({}, with_large(true));
-  palpate_scene_def def = large_def(PALPATE_CONTACT_PATCH);
+  SceneDef def = large_def(PALPATE_CONTACT_PATCH);
   def.collision = PALPATE_COLLISION_REST;
   const ScenePointer scene = box.scene(def);
   Contacts contacts(scene.get());
@@ -113,7 +113,7 @@ TEST(LargeScene, AToolPointThatPressesTheSurfaceIsPushedBack) {
 
 TEST(LargeScene, AJumpRaisesTheFlagUntilTheBodyHasFollowed) {
   const TouchedBox box({}, with_large(false));
-  palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+  SceneDef def = large_def(PALPATE_CONTACT_NODE);
   def.collision = PALPATE_COLLISION_OFF, def.max_points = 1;
   def.max_operations = StepWork::kOfPoint + 1;  // one step of the method a tick
   const ScenePointer scene = box.scene(def);
@@ -130,7 +130,7 @@ TEST(LargeScene, AJumpRaisesTheFlagUntilTheBodyHasFollowed) {
 
 TEST(LargeScene, ARestoredStateGoesOnWithTheSameBits) {
   const TouchedBox box({}, with_large(true));
-  const palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+  const SceneDef def = large_def(PALPATE_CONTACT_NODE);
   const ScenePointer scene = box.scene(def), other = box.scene(def);
   Contacts contacts(scene.get()), restored(other.get());
   std::vector<std::uint64_t> state;
@@ -204,8 +204,8 @@ TEST(LargeScene, ASmallPushOnASoftSupportIsThatOfLinearElasticity) {
   Eigen::Vector3d force[2];
   std::vector<float> field[2];
   for (const bool large : {false, true}) {
-    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
-    if (!large) def.deformation = PALPATE_DEFORMATION_LINEAR;
+    SceneDef def = large_def(PALPATE_CONTACT_NODE);
+    if (!large) def.large.deformation = PALPATE_DEFORMATION_LINEAR;
     const ScenePointer scene = box.scene(def);
     Contacts contacts(scene.get());
     EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 0.001, contacts.get(), contacts.bytes()), 0u);
@@ -248,8 +248,8 @@ TEST(LargeScene, ContactsOfTheOtherKindOfLargeDeformationAreBadInputToShapeAndQu
   };
   std::vector<ScenePointer> scenes;
   for (const auto kind : kinds) {
-    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
-    def.deformation = kind, def.shape = PALPATE_SHAPE_VOLUME, def.queries = PALPATE_QUERIES_ON;
+    SceneDef def = large_def(PALPATE_CONTACT_NODE);
+    def.large.deformation = kind, def.shape = PALPATE_SHAPE_VOLUME, def.queries.queries = PALPATE_QUERIES_ON;
     scenes.push_back(box.scene(def));
   }
   const palpate_grip grip = grip_at_node(box.touchable.back(), {-2e-3, 1e-3, 0});
@@ -279,8 +279,8 @@ TEST(LargeScene, WritesEveryByteOfItsContacts) {
   const TouchedBox box(form, with_large(false));
   ASSERT_EQ(box.body.mesh.nodes.size() % 2, 1u) << "the displacements of an odd number of nodes end within eight bytes";
   for (const auto kind : {PALPATE_DEFORMATION_LINEAR, PALPATE_DEFORMATION_LARGE, PALPATE_DEFORMATION_LARGE_BESIDE}) {
-    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
-    def.deformation = kind, def.shape = PALPATE_SHAPE_VOLUME;
+    SceneDef def = large_def(PALPATE_CONTACT_NODE);
+    def.large.deformation = kind, def.shape = PALPATE_SHAPE_VOLUME;
     const palpate_grip grip = grip_at_node(box.touchable.back(), {-2e-3, 1e-3, 0});
     const palpate_tool tools[2] = {grip_tool(&grip), palpate_default_tool()};
     std::vector<std::uint64_t> written[2];
@@ -311,7 +311,7 @@ TEST(LargeScene, TheLogSaysWhereMaxOperationsHaveNoRoomForTheStepsOfATouch) {
   ASSERT_EQ(palpate_bundle_open(bytes.data(), bytes.size(), &options, &opened, nullptr), PALPATE_OK);
   const BundlePointer bundle(opened);
   const auto note = HasSubstr("deformation LARGE takes up to 3 steps in a touch, ");
-  palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+  SceneDef def = large_def(PALPATE_CONTACT_NODE);
   for (const std::int64_t operations : {std::int64_t{100'000'000}, std::int64_t{2000}}) {
     notes.clear();
     def.max_operations = operations;
@@ -329,13 +329,12 @@ TEST(LargeScene, RefusesWhatItCannotDoInASentence) {
   const TouchedBox plain, box({}, with_large(false));
   EXPECT_THAT(refusal(plain, large_def(PALPATE_CONTACT_NODE)), HasSubstr("deformation LARGE"));
   const auto changed = [&](auto change) {
-    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
+    SceneDef def = large_def(PALPATE_CONTACT_NODE);
     change(def);
     return refusal(box, def);
   };
-  EXPECT_EQ(changed([](palpate_scene_def&) {}), "");
-  EXPECT_THAT(changed([](palpate_scene_def& def) { def.force = PALPATE_FORCE_RESPONSE; }),
-              HasSubstr("the measured response"));
+  EXPECT_EQ(changed([](SceneDef&) {}), "");
+  EXPECT_THAT(changed([](SceneDef& def) { def.force = PALPATE_FORCE_RESPONSE; }), HasSubstr("the measured response"));
 
   const auto damaged = [&](auto damage) {
     return refusal(TouchedBox({}, [&](BundleParts& parts) { add_large_deformation(parts), damage(parts); }),

@@ -20,10 +20,10 @@ class LargeSurface : public testing::TestWithParam<palpate_deformation_model> {}
 INSTANTIATE_TEST_SUITE_P(Both, LargeSurface,
                          testing::Values(PALPATE_DEFORMATION_LARGE, PALPATE_DEFORMATION_LARGE_BESIDE));
 
-palpate_scene_def deformed_def(palpate_deformation_model model, palpate_contact_law law = PALPATE_LAW_STICKING) {
-  palpate_scene_def def = large_def(PALPATE_CONTACT_PATCH);
-  def.deformation = model;
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = law, def.queries = PALPATE_QUERIES_ON;
+SceneDef deformed_def(palpate_deformation_model model, palpate_contact_law law = PALPATE_LAW_STICKING) {
+  SceneDef def = large_def(PALPATE_CONTACT_PATCH);
+  def.large.deformation = model;
+  def.collision = PALPATE_COLLISION_DEFORMED, def.law = law, def.queries.queries = PALPATE_QUERIES_ON;
   return def;
 }
 
@@ -104,7 +104,7 @@ TEST_P(LargeSurface, NeighboursHoldTogetherAndLeaveOneAfterTheOther) {
 
 TEST_P(LargeSurface, QueriesSeeTheDeformedSurface) {
   for (const auto shape : {PALPATE_SHAPE_OFF, PALPATE_SHAPE_SURFACE, PALPATE_SHAPE_VOLUME}) {
-    palpate_scene_def def = deformed_def(GetParam());
+    SceneDef def = deformed_def(GetParam());
     def.shape = shape;
     Play play(def), seen(deformed_def(GetParam()));
     const Vector3d at(0.06, 0.025, 0.02);
@@ -132,8 +132,8 @@ TEST_P(LargeSurface, QueriesSeeTheDeformedSurface) {
 }
 
 TEST_P(LargeSurface, TheReportTellsPlaceNormalAndVelocity) {
-  palpate_scene_def def = deformed_def(GetParam());
-  def.report = PALPATE_REPORT_CONTACTS, def.contact = PALPATE_CONTACT_POINT;
+  SceneDef def = deformed_def(GetParam());
+  def.report.report = PALPATE_REPORT_CONTACTS, def.contact = PALPATE_CONTACT_POINT;
   Play play(def);
   const Vector3d at(0.06, 0.023, 0.021);
   for (int tick = -1; tick <= 100; ++tick) {
@@ -155,10 +155,10 @@ TEST_P(LargeSurface, TheReportTellsPlaceNormalAndVelocity) {
 }
 
 TEST_P(LargeSurface, ForcesRelax) {
-  palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
-  def.deformation = GetParam();
+  SceneDef def = large_def(PALPATE_CONTACT_NODE);
+  def.large.deformation = GetParam();
   Play plain(def);
-  def.relaxation.model = PALPATE_RELAXATION_PRONY, def.relaxation.terms = 1;
+  def.relaxation.terms = 1;
   def.relaxation.share[0] = 0.4, def.relaxation.time[0] = 0.05;
   Play relaxing(def);
   Vector3d force[2];
@@ -192,8 +192,8 @@ TEST_P(LargeSurface, UnderAPreloadTheRestStateIsAnEquilibrium) {
       parts.set(formats::SectionId::preload_displacement, {static_cast<std::size_t>(load.size() / 3), 3},
                 std::vector<double>(linear.data(), linear.data() + linear.size()));
     });
-    palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
-    def.deformation = GetParam();
+    SceneDef def = large_def(PALPATE_CONTACT_NODE);
+    def.large.deformation = GetParam();
     def.preload = PALPATE_PRELOAD_ON, def.shape = PALPATE_SHAPE_VOLUME, def.collision = PALPATE_COLLISION_REST;
     Play play(def, body);
     play.move({});
@@ -248,8 +248,8 @@ TEST_P(LargeSurface, APreloadThatFlattensTheBodyIsRefused) {
     for (std::size_t i = 0; i < nodes.size(); i += 3) preload[i] = -8 * nodes[i];
     parts.set(formats::SectionId::preload_displacement, {nodes.size() / 3, 3}, preload);
   });
-  palpate_scene_def def = large_def(PALPATE_CONTACT_NODE);
-  def.deformation = GetParam();
+  SceneDef def = large_def(PALPATE_CONTACT_NODE);
+  def.large.deformation = GetParam();
   def.preload = PALPATE_PRELOAD_ON;
   palpate_scene* scene = nullptr;
   palpate_error error = {};

@@ -22,11 +22,11 @@ class Pair {
  public:
   Pair(bool motions, const palpate_pose& other, double friction, std::int32_t moving = 0)
       : motions_(motions), moving_(moving) {
-    palpate_scene_def def = moved_def();
+    SceneDef def = moved_def();
     def.law = PALPATE_LAW_UNILATERAL;
     def.max_tools = def.max_points = 1, def.max_contact_nodes = 3;  // room for one touch beside the pairs
-    palpate_scene_def still = def;
-    still.motions = 0;
+    SceneDef still = def;
+    still.motions.motions = 0;
     const palpate_pose start = palpate_default_pose();
     std::vector<palpate_world_organ> organs = {organ_of(box().bundle(), motions ? &def : &still, &start),
                                                organ_of(box().bundle(), &still, &other)};
@@ -147,7 +147,7 @@ TEST(MovedOrgans, AHeldVolumeIsHeldAgainstAnotherOrgan) {
 
 // What one pressure moves the other one feels.
 TEST(MovedOrgans, VolumesAreMetWhereTwoBoxesPressOneAnotherWithTheSurfacesThatHoldThem) {
-  palpate_scene_def def = moved_def();
+  SceneDef def = moved_def();
   def.law = PALPATE_LAW_UNILATERAL;
   const palpate_pose start = palpate_default_pose(),
                      opposite = pose_at({0.1215, 0.054, 0.003},
@@ -198,10 +198,10 @@ TEST(MovedOrgans, TheLastBitsOfAnAmountStayTheLastBitsOfTheForces) {
 
 // A grasp that slips moves its targets, and its step is solved again with them; a spring of no strength makes it a step of two organs.
 TEST(MovedOrgans, AGraspThatSlipsHasTheForceThatItHasInItsSceneAlone) {
-  palpate_scene_def def = moved_def();
-  def.contact = PALPATE_CONTACT_PATCH, def.collision = PALPATE_COLLISION_OFF, def.grasps = 1;
-  palpate_scene_def still = def;
-  still.motions = 0;
+  SceneDef def = moved_def();
+  def.contact = PALPATE_CONTACT_PATCH, def.collision = PALPATE_COLLISION_OFF, def.grasps.grasps = 1;
+  SceneDef still = def;
+  still.motions.motions = 0;
   const palpate_pose start = palpate_default_pose(), aside = pose_at({0.3, 0, 0});
   const palpate_world_organ organs[] = {organ_of(box().bundle(), &def, &start),
                                         organ_of(box().bundle(), &still, &aside)};
@@ -226,7 +226,7 @@ TEST(MovedOrgans, AGraspThatSlipsHasTheForceThatItHasInItsSceneAlone) {
   Eigen::Map<Vector3d>(grasp.barycentric) = Vector3d(.3, .3, .4);
   Eigen::Map<Vector3d>(grasp.position) = box().place(grasp.triangle, {.3, .3, .4});
   palpate_tool tool = palpate_default_tool();
-  tool.id = 3, tool.grasp = &grasp;
+  tool.id = 3, tool.parts = &grasp.part;
   int slips = 0;
   for (int s = 0; s < 120; ++s) {
     const double q = 0.002 * std::sin(0.2 * s);

@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "runtime/include/palpate/palpate_complete.h"
+#include <palpate/palpate_scene_def.hpp>
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -22,7 +22,7 @@ inline palpate_pose pose_at(const Eigen::Vector3d& position,
   return pose;
 }
 
-inline palpate_world_organ organ_of(palpate_bundle* bundle, const palpate_scene_def* def, const palpate_pose* pose) {
+inline palpate_world_organ organ_of(palpate_bundle* bundle, const SceneDef* def, const palpate_pose* pose) {
   palpate_world_organ organ = palpate_default_world_organ();
   organ.bundle = bundle, organ.def = def, organ.pose = pose;
   return organ;

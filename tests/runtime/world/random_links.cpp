@@ -56,7 +56,7 @@ void RandomLinks::place_organs() {
 }
 
 RandomLinks::Played RandomLinks::make() const {
-  palpate_scene_def scene = touch_ ? touching_def() : unlimited_def();
+  SceneDef scene = touch_ ? touching_def() : unlimited_def();
   if (!touch_) scene.collision = PALPATE_COLLISION_OFF;
   scene.contact = patch_ ? PALPATE_CONTACT_PATCH : PALPATE_CONTACT_POINT;
   std::vector<palpate_world_organ> organs;

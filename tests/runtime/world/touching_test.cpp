@@ -459,7 +459,7 @@ TEST(Touching, AToolPressesOneOrganOnTheOther) {
 }
 
 TEST(Touching, OrgansApartGiveTheBitsOfTheirScenes) {
-  const palpate_scene_def def = touching_def();
+  const SceneDef def = touching_def();
   const ScenePointer scene = upper_block().scene(def);
   const palpate_pose pose = pose_at({0, 0, 0.1});
   palpate_scene_set_pose(scene.get(), &pose, nullptr);
@@ -515,7 +515,7 @@ TEST(Touching, FewPairsAreTheNearestAndTheStepSaysSo) {
 }
 
 TEST(Touching, OrgansThatCannotTouchAreRefusedByASentence) {
-  palpate_scene_def def = touching_def();
+  SceneDef def = touching_def();
   def.collision = PALPATE_COLLISION_REST;
   const palpate_world_organ organs[2] = {organ_of(upper_block().bundle(), &def, nullptr),
                                          organ_of(lower_block().bundle(), &def, nullptr)};
@@ -525,7 +525,7 @@ TEST(Touching, OrgansThatCannotTouchAreRefusedByASentence) {
   palpate_error error = {};
   EXPECT_EQ(palpate_world_create(&world, &made, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_THAT(error.text, testing::AllOf(testing::StartsWith("organ 0: "), testing::HasSubstr("collision DEFORMED")));
-  def = touching_def(), def.deformation = PALPATE_DEFORMATION_LARGE;
+  def = touching_def(), def.large.deformation = PALPATE_DEFORMATION_LARGE;
   EXPECT_EQ(palpate_world_create(&world, &made, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_THAT(error.text, testing::HasSubstr("need deformation LINEAR"));
   world.max_pairs = -1;

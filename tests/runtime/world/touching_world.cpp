@@ -41,14 +41,14 @@ Eigen::MatrixXd compliance_of(const TouchedBody& body) {
   return c;
 }
 
-palpate_scene_def touching_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef touching_def() {
+  SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
   return def;
 }
 
 Touching::Touching(const std::vector<Stack>& stack, double friction, std::int32_t max_pairs) {
-  const palpate_scene_def scene = touching_def();
+  const SceneDef scene = touching_def();
   std::vector<palpate_pose> poses(stack.size());
   std::vector<palpate_world_organ> organs;
   for (std::size_t k = 0; k < stack.size(); ++k) {

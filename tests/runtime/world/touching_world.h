@@ -1,6 +1,8 @@
 // Blocks and domes in worlds whose organs touch one another.
 #pragma once
 
+#include <palpate/palpate_scene_def.hpp>
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -27,7 +29,7 @@ const TouchedBody& side_plate();
 // [3N][3N] m/N, zero on fixed dofs.
 Eigen::MatrixXd compliance_of(const TouchedBody& body);
 
-palpate_scene_def touching_def();
+SceneDef touching_def();
 
 struct Stack {
   const TouchedBody* body;

@@ -54,8 +54,8 @@ std::vector<Organ> two_organs() {
                            turned(0.4, {1, 2, 3}) * turned(std::numbers::pi, {0, 0.2, 1})))};
 }
 
-palpate_scene_def linked_def() {
-  palpate_scene_def def = unlimited_def();
+SceneDef linked_def() {
+  SceneDef def = unlimited_def();
   def.contact = PALPATE_CONTACT_POINT, def.collision = PALPATE_COLLISION_OFF;
   return def;
 }
@@ -82,7 +82,7 @@ palpate_world_link link_of(palpate_link_kind kind, std::int32_t a, palpate_link_
 
 class Linked {
  public:
-  explicit Linked(std::vector<Organ> given = two_organs(), const palpate_scene_def& scene_def = linked_def(),
+  explicit Linked(std::vector<Organ> given = two_organs(), const SceneDef& scene_def = linked_def(),
                   std::int32_t max_links = 16, std::int32_t max_pairs = 0)
       : organs(std::move(given)) {
     std::vector<palpate_world_organ> list;
@@ -321,8 +321,8 @@ TEST(WorldLinks, OnOneOrganOrToTheWorldPullLikeThoseOfAScene) {
   const Organ organ = box_at(pose_at({0.1, 0.2, -0.1}, turned(0.7, {1, -1, 2})));
   const Vector3d anchor =
       organ.to_world(organ.body->place(organ.body->far_triangle(9), kMiddle) + Vector3d(0.03, 0.01, 0));
-  palpate_scene_def def = linked_def();
-  def.max_links = 4;
+  SceneDef def = linked_def();
+  def.links.max_links = 4;
   Linked by_world({organ}, def), by_scene({organ}, def);
   by_world.set(
       {link_of(PALPATE_LINK_THREAD, 0, on_surface(by_world.far(0, 0)), 0, on_surface(by_world.far(0, 14)), 0.02),
@@ -345,8 +345,8 @@ TEST(WorldLinks, OnOneOrganOrToTheWorldPullLikeThoseOfAScene) {
 }
 
 TEST(WorldLinks, WithoutThemAWorldOfOneOrganHasTheBitsOfItsScene) {
-  palpate_scene_def def = linked_def();
-  def.max_links = 2;
+  SceneDef def = linked_def();
+  def.links.max_links = 2;
   const Organ organ = box_at(pose_at({0.1, 0, 0}, turned(0.3, {1, 0, 1})));
   Linked with_room({organ}, def, 8), without({organ}, def, 0);
   ScenePointer scene = organ.body->scene(def);
@@ -513,7 +513,7 @@ TEST(WorldLinks, HoldOrgansThatTouch) {
 // An organ that breathes and another one that hangs on it by a ligament and a clip.
 TEST(WorldLinks, AnOrganThatHangsOnABreathingOneFollowsIt) {
   static const MovedBox breathing(true);
-  palpate_scene_def moved = moved_def(), still = linked_def();
+  SceneDef moved = moved_def(), still = linked_def();
   moved.collision = PALPATE_COLLISION_OFF;
   const palpate_pose at[2] = {two_organs()[0].pose, two_organs()[1].pose};
   static const MatrixXd compliance = compliance_of(breathing);
@@ -606,14 +606,14 @@ TEST(WorldLinks, ThatCannotBeAreRefusedWithOneSentence) {
   EXPECT_THAT(refusal([](palpate_world_link& link) { link.struct_bytes = 8; }), HasSubstr("world_link"));
   linked.step();
   EXPECT_EQ(linked.state().tension, tension) << "the world keeps its links";
-  palpate_scene_def large = linked_def();
-  large.deformation = PALPATE_DEFORMATION_LARGE;
+  SceneDef large = linked_def();
+  large.large.deformation = PALPATE_DEFORMATION_LARGE;
   EXPECT_THROW(Linked(two_organs(), large), std::runtime_error);
 }
 
 // Discs of tissue on both organs, which the mesh does not resolve: both sides' local compliance is in the row.
 TEST(WorldLinks, TakeHoldOfDiscsOfBothOrgans) {
-  palpate_scene_def def = linked_def();
+  SceneDef def = linked_def();
   def.contact = PALPATE_CONTACT_PATCH;
   Linked wide(two_organs(), def), narrow(two_organs(), def);
   palpate_world_link link = wide.between(PALPATE_LINK_SPRING, 9, 8, 0, 500);

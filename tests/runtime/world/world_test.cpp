@@ -4,6 +4,7 @@
 #include "runtime/base/step_work.h"
 #include "tests/runtime/world/played_world.h"
 #include "tests/support/bundle_forms.h"
+#include "tests/support/relaxation.h"
 
 namespace palpate::tests {
 namespace {
@@ -17,16 +18,16 @@ const TouchedBox& box() {
   return shared;
 }
 
-palpate_scene_def def_with(palpate_collision collision, palpate_contact_law law) {
-  palpate_scene_def def = palpate_default_scene_def();
-  def.collision = collision, def.law = law, def.report = PALPATE_REPORT_CONTACTS;
-  def.relaxation = {PALPATE_RELAXATION_PRONY, 1, {0.5}, {0.02}};
+SceneDef def_with(palpate_collision collision, palpate_contact_law law) {
+  SceneDef def;
+  def.collision = collision, def.law = law, def.report.report = PALPATE_REPORT_CONTACTS;
+  def.relaxation = relaxation_of({{0.5, 0.02}});
   def.max_operations = 10'000'000;  // nothing is put off: no points of far tools are tested
   return def;
 }
 
-std::vector<palpate_scene_def> some_defs() {
-  std::vector<palpate_scene_def> defs;
+std::vector<SceneDef> some_defs() {
+  std::vector<SceneDef> defs;
   for (const auto collision : {PALPATE_COLLISION_OFF, PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
     for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_COULOMB})
       defs.push_back(def_with(collision, law));
@@ -81,7 +82,7 @@ void expect_same(const palpate_contacts& one, const palpate_contacts& other, con
 
 TEST(World, OfOneOrganGivesTheBitsOfItsScene) {
   const palpate_pose pose = pose_at({0.1, -0.2, 0.05}, Quaterniond(AngleAxisd(0.7, Vector3d(1, 2, 3).normalized())));
-  for (const palpate_scene_def& def : some_defs()) {
+  for (const SceneDef& def : some_defs()) {
     const ScenePointer scene = box().scene(def);
     ASSERT_EQ(palpate_scene_set_pose(scene.get(), &pose, nullptr), PALPATE_OK);
     const WorldPointer world = world_of({organ_of(box().bundle(), &def, &pose)});
@@ -115,7 +116,7 @@ TEST(World, OfOrgansApartGivesTheBitsOfTheirScenes) {
   const Vector3d places[2] = {{0, 0, 0}, {0.25, 0.02, -0.01}};
   const palpate_pose poses[2] = {pose_at(places[0]),
                                  pose_at(places[1], Quaterniond(AngleAxisd(0.05, Vector3d(0, 0, 1))))};
-  for (palpate_scene_def def : some_defs())
+  for (SceneDef def : some_defs())
     for (const double speed : {10.0, double(INFINITY)}) {
       def.max_tool_speed = speed;
       ScenePointer scenes[2] = {box().scene(def), box().scene(def)};
@@ -156,7 +157,7 @@ TEST(World, OfOrgansApartGivesTheBitsOfTheirScenes) {
 
 // The second organ stands 30 mm beside the tool, so near that its scene alone looks for its nearest triangle.
 TEST(World, AFarToolCostsABoxTest) {
-  const palpate_scene_def def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_UNILATERAL);
+  const SceneDef def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_UNILATERAL);
   const palpate_pose beside = pose_at({0, 0.06, 0});
   const WorldPointer world =
       world_of({organ_of(box().bundle(), &def, nullptr), organ_of(box().bundle(), &def, &beside)});
@@ -185,7 +186,7 @@ TEST(World, AFarToolCostsABoxTest) {
 
 // The world takes in points that no organ tests. More than the operations of a step allow are refused, as of a scene.
 TEST(World, CountsThePointsOfToolsThatAreFarFromAllOrgansAndRefusesMoreThanFit) {
-  palpate_scene_def def = palpate_default_scene_def();
+  SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT;
   def.max_tools = 1, def.max_points = 2'000, def.max_operations = 200'000;
   const palpate_pose beside = pose_at({0, 0.06, 0});
@@ -214,7 +215,7 @@ TEST(World, CountsThePointsOfToolsThatAreFarFromAllOrgansAndRefusesMoreThanFit) 
 
 TEST(World, SumsForcesAndTorquesOverOrgansThatAToolTouches) {
   // Two boxes side by side with a slit between them. A tool of two points presses on both.
-  const palpate_scene_def def = def_with(PALPATE_COLLISION_REST, PALPATE_LAW_STICKING);
+  const SceneDef def = def_with(PALPATE_COLLISION_REST, PALPATE_LAW_STICKING);
   const palpate_pose beside = pose_at({0, 0.055, 0});
   const WorldPointer world =
       world_of({organ_of(box().bundle(), &def, nullptr), organ_of(box().bundle(), &def, &beside)});
@@ -247,7 +248,7 @@ TEST(World, SumsForcesAndTorquesOverOrgansThatAToolTouches) {
 }
 
 TEST(World, LimitsTheForceOfAllOrgansTogether) {
-  const palpate_scene_def def = unlimited_def();
+  const SceneDef def = unlimited_def();
   const palpate_pose beside = pose_at({0, 0.055, 0});
   const palpate_world_organ organs[2] = {organ_of(box().bundle(), &def, nullptr),
                                          organ_of(box().bundle(), &def, &beside)};
@@ -273,7 +274,7 @@ TEST(World, LimitsTheForceOfAllOrgansTogether) {
 }
 
 TEST(World, GripsHoldTheOrganThatTheirToolNames) {
-  const palpate_scene_def def = unlimited_def();
+  const SceneDef def = unlimited_def();
   const palpate_pose apart = pose_at({0.5, 0, 0});
   const WorldPointer world =
       world_of({organ_of(box().bundle(), &def, nullptr), organ_of(box().bundle(), &def, &apart)});
@@ -291,7 +292,7 @@ TEST(World, GripsHoldTheOrganThatTheirToolNames) {
 }
 
 TEST(World, ARestoredStateGoesOnWithTheSameBits) {
-  const palpate_scene_def def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
+  const SceneDef def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
   const Vector3d places[2] = {{0, 0, 0}, {0.25, 0.02, -0.01}};
   const palpate_pose apart = pose_at(places[1]);
   const std::vector<palpate_world_organ> organs = {organ_of(box().bundle(), &def, nullptr),
@@ -334,7 +335,7 @@ TEST(World, ARestoredStateGoesOnWithTheSameBits) {
 }
 
 TEST(World, ResetMakesItNew) {
-  const palpate_scene_def def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
+  const SceneDef def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
   const palpate_pose apart = pose_at({0.25, 0.02, -0.01});
   const std::vector<palpate_world_organ> organs = {organ_of(box().bundle(), &def, nullptr),
                                                    organ_of(box().bundle(), &def, &apart)};
@@ -353,7 +354,7 @@ TEST(World, ResetMakesItNew) {
 
 // The shape of one organ beside the touch of all.
 TEST(World, ShapesRunInThreadsOfTheirOwn) {
-  const palpate_scene_def def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
+  const SceneDef def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
   const palpate_pose apart = pose_at({0.25, 0.02, -0.01});
   const WorldPointer world =
       world_of({organ_of(box().bundle(), &def, nullptr), organ_of(box().bundle(), &def, &apart)});
@@ -375,8 +376,8 @@ TEST(World, ShapesRunInThreadsOfTheirOwn) {
 }
 
 TEST(World, ItsPlanHasThePassesOfAllOrgans) {
-  const palpate_scene_def rest = def_with(PALPATE_COLLISION_REST, PALPATE_LAW_STICKING),
-                          deformed = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
+  const SceneDef rest = def_with(PALPATE_COLLISION_REST, PALPATE_LAW_STICKING),
+                 deformed = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
   const WorldPointer world =
       world_of({organ_of(box().bundle(), &rest, nullptr), organ_of(box().bundle(), &deformed, nullptr)});
   std::int32_t pass = 0, organ = -2;
@@ -399,7 +400,7 @@ TEST(World, ItsPlanHasThePassesOfAllOrgans) {
 
 // Each pass of a touch is told by its index in the world's plan, and has a prediction.
 TEST(World, WatchesAndPredictsThePassesOfItsPlan) {
-  const palpate_scene_def def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_UNILATERAL);
+  const SceneDef def = def_with(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_UNILATERAL);
   const palpate_pose beside = pose_at({0.2, 0, 0});
   const palpate_world_organ organs[2] = {organ_of(box().bundle(), &def, nullptr),
                                          organ_of(box().bundle(), &def, &beside)};
@@ -436,8 +437,8 @@ TEST(World, WatchesAndPredictsThePassesOfItsPlan) {
 }
 
 TEST(World, RefusesWithASentenceThatNamesTheOrgan) {
-  const palpate_scene_def def = palpate_default_scene_def();
-  palpate_scene_def other = def;
+  const SceneDef def;
+  SceneDef other = def;
   other.max_points = 65;
   palpate_error error = {};
   EXPECT_FALSE(world_of({organ_of(box().bundle(), &def, nullptr), organ_of(box().bundle(), &other, nullptr)}, &error));
@@ -457,7 +458,7 @@ TEST(World, RefusesWithASentenceThatNamesTheOrgan) {
 }
 
 TEST(World, StepsAndSavesItsScenesItself) {
-  const palpate_scene_def def = palpate_default_scene_def();
+  const SceneDef def;
   const WorldPointer world = world_of({organ_of(box().bundle(), &def, nullptr)});
   palpate_scene* scene = palpate_world_scene(world.get(), 0);
   ASSERT_TRUE(scene);
