@@ -56,8 +56,8 @@ class HeldScene {
         def_(effects.def),
         vertex_count_(effects.def.render_mesh.vertex_count),
         scene_(scene) {
-    def_.render_mesh.positions = nullptr;  // the caller may release its arrays now
-    def_.fine_surface.positions = nullptr;
+    def_.render_mesh = palpate_default_render_mesh();  // the caller may release its arrays now
+    def_.fine_surface = palpate_default_fine_surface();
   }
 
   std::shared_ptr<HeldContacts> make_contacts() const {

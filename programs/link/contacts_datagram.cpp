@@ -175,7 +175,7 @@ void check_deformation(const SceneConfig& scene) {
           scene.file.string(), tool.name));
   if (scene.def.large.deformation == PALPATE_DEFORMATION_LINEAR) return;
   throw InputError(fmt::format(
-      "{}: effects.large.deformation: expected \"linear\", since a datagram holds contacts and not the displacement "
+      "{}: effects.deformation: expected \"linear\", since a datagram holds contacts and not the displacement "
       "of every node, found \"{}\"; play the scene with palpate-run or palpate-igtl",
       scene.file.string(), word_of("deformation", scene.def)));
 }

@@ -3,7 +3,8 @@
 
 #include "runtime/base/host_struct.h"
 #include "runtime/base/vec3.h"
-#include "runtime/include/palpate/palpate_device.h"
+#include "runtime/include/palpate/palpate_passivity.h"
+#include "runtime/include/palpate/palpate_watchdog.h"
 
 namespace palpate {
 

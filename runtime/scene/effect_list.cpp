@@ -6,6 +6,16 @@
 #include "runtime/base/host_struct.h"
 
 namespace palpate {
+namespace {
+
+// An effect that is switched by an array of the host is off where nothing is set behind the struct's head: what else is wrong is told.
+bool is_off(const Effect& effect, const unsigned char* part) {
+  if (effect.keys[0].type != PALPATE_KEY_POINTER) return number_in(effect.keys[0], part) == 0;
+  return std::all_of(part + sizeof(palpate_part), part + effect.def.sizes.known,
+                     [](unsigned char b) { return b == 0; });
+}
+
+}  // namespace
 
 palpate_status EffectsOfScene::take(const palpate_part* chain, palpate_error* error) {
   count_ = 0;
@@ -31,7 +41,7 @@ palpate_status EffectsOfScene::insert(const palpate_part& from, palpate_error* e
   effect.def.init(copy, effect.def.sizes.known);
   if (const palpate_status status = read_host_struct(effect.def.name, &from, copy, effect.def.sizes, error))
     return status;
-  if (number_in(effect.keys[0], copy) == 0) return PALPATE_OK;
+  if (is_off(effect, copy)) return PALPATE_OK;
   std::int32_t at = 0;
   while (at < count_ && effects_[at]->order < effect.order) ++at;
   if (at < count_ && effects_[at] == &effect)

@@ -633,6 +633,20 @@ TEST(CApi, TouchesAWorldOfTwoOrgans) {
   palpate_world_destroy(nullptr);
 }
 
+// Each is on in the struct that a host begins with, but for those that need a number.
+TEST(CApi, PartsHaveDefaults) {
+  EXPECT_EQ(palpate_default_large_def().deformation, PALPATE_DEFORMATION_LARGE);
+  EXPECT_EQ(palpate_default_grasps_def().grasps, 1);
+  EXPECT_EQ(palpate_default_needles_def().needles, 1);
+  EXPECT_EQ(palpate_default_needles_def().needle_places, 32);
+  EXPECT_EQ(palpate_default_motions_def().motions, 1);
+  EXPECT_EQ(palpate_default_links_def().max_links, 0);
+  EXPECT_EQ(palpate_default_relaxation_def().terms, 0);
+  EXPECT_EQ(palpate_default_dent_def().dent, PALPATE_DENT_DISCS);
+  EXPECT_EQ(palpate_default_inside_def().inside, PALPATE_INSIDE_ON);
+  EXPECT_EQ(palpate_default_inside_def().part.struct_bytes, sizeof(palpate_inside_def));
+}
+
 // The parts of a definition may have any order, and each effect has one. Those by their names are the parts of palpate_add_all_parts.
 TEST(CApi, PartsOfADefinition) {
   const BundleOwner owner(bundle_path);
@@ -654,7 +668,7 @@ TEST(CApi, PartsOfADefinition) {
   palpate_queries_def again = palpate_default_queries_def();
   palpate_add_part(&def.parts, &again.part);
   refused("palpate_queries_def twice");
-  again.part.next = &again.part;  // a chain without an end
+  again.part.next = &again.part, again.queries = PALPATE_QUERIES_OFF;  // a chain without an end
   refused("add each part once");
   again.part.next = nullptr, again.part.effect = nullptr;
   refused("part 1 of the chain");

@@ -2,7 +2,8 @@
  * the virtual coupling; a passivity observer and a watchdog stand before the device. */
 #include <math.h>
 #include <palpate/palpate.h>
-#include <palpate/palpate_device.h>
+#include <palpate/palpate_passivity.h>
+#include <palpate/palpate_watchdog.h>
 #include <stdio.h>
 #include <stdlib.h>
 

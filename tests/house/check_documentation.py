@@ -223,7 +223,7 @@ def organs_there():
 
 
 def check_troubleshooting():
-    header = (root / "runtime/include/palpate/palpate.h").read_text()
+    header = "".join((root / "runtime/include/palpate" / name).read_text() for name in ("palpate.h", "palpate_bundle.h"))
     page = "docs/troubleshooting.md"
     for pattern, kind in ((r"\bPALPATE_STEP_[A-Z_]+\b", "step flag"), (r"\bPALPATE_ERROR_[A-Z_]+\b", "status")):
         there = set(re.findall(pattern + r"(?=\s*=)", header))

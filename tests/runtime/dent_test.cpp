@@ -394,7 +394,7 @@ TEST(Dent, ADamagedReportMakesNoDentAndSaysSo) {
 TEST(Dent, NeedsARenderMeshAReportAndDiscs) {
   const palpate_render_mesh mesh = drawn().view();
   const std::function<void(SceneDef&)> lacks[] = {
-      [](SceneDef& def) { def.render_mesh.positions = nullptr; },
+      [](SceneDef& def) { def.render_mesh = palpate_default_render_mesh(); },
       [](SceneDef& def) { def.report.report = PALPATE_REPORT_OFF; },
       [](SceneDef& def) { def.contact = PALPATE_CONTACT_POINT; },
       [](SceneDef& def) { def.dent.dent = static_cast<palpate_dent_model>(2); },

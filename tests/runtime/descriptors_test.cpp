@@ -138,8 +138,12 @@ TEST(Descriptors, DoNotReachBeyondTheHostsStruct) {
 TEST(Descriptors, AreWhatASceneIsCheckedBy) {
   const TouchedBox box;
   const auto refusal = [&](const SceneDef& def) { return refusal_of(box, def); };
-  const auto with = [](SceneDef def, const palpate_key& key, double value) {
-    EXPECT_EQ(palpate_set_key(&key, &def, value), 1) << key.name;
+  const float vertex[3] = {};
+  const auto with = [&](SceneDef def, const palpate_key& key, double value) {
+    if (key.type == PALPATE_KEY_POINTER)
+      def.render_mesh = value == 0 ? palpate_default_render_mesh() : render_mesh(vertex, nullptr, 1);
+    else
+      EXPECT_EQ(palpate_set_key(&key, &def, value), 1) << key.name;
     return def;
   };
   const auto key_of = [](const char* name) {

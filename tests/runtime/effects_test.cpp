@@ -217,7 +217,7 @@ TEST(Plan, HasAFineSurfaceOnlyWhereTheSceneHasOne) {
   EXPECT_EQ(with.erase(with.find(pass), pass.size()), without);
   EXPECT_GT(bytes_of(def, box()), bytes + 20000);
   // It leaves nothing behind.
-  def.fine_surface.positions = nullptr;
+  def.fine_surface = palpate_default_fine_surface();
   EXPECT_EQ(bytes_of(def, box()), bytes);
 }
 
@@ -234,7 +234,7 @@ void for_every_scene(Each each) {
               for (const int preload : {0, 1})
                 for (const int relaxation : {0, 1}) {
                   if ((radial && !shape) || (relaxation && !force)) continue;
-                  def.render_mesh.positions = nullptr;
+                  def.render_mesh = palpate_default_render_mesh();
                   def.collision = static_cast<palpate_collision>(collision);
                   def.contact = static_cast<palpate_contact_model>(contact);
                   def.law = static_cast<palpate_contact_law>(law);
@@ -242,7 +242,7 @@ void for_every_scene(Each each) {
                   def.shape = static_cast<palpate_shape_model>(shape);
                   def.radial = static_cast<palpate_radial_model>(radial);
                   def.preload = static_cast<palpate_preload_model>(preload);
-                  if (relaxation) def.relaxation = relaxation_of({{0.5, 1}});
+                  def.relaxation = relaxation ? relaxation_of({{0.5, 1}}) : palpate_default_relaxation_def();
                   each(def);
                   if (!shape || radial) continue;
                   def.render_mesh = vertices();

@@ -389,7 +389,7 @@ TEST(FineSurface, IsRefusedWhereItIsNotTheOrgansClosedSurface) {
   bad = good;
   for (std::size_t t = 0; t < bad.triangles.size(); t += 3) std::swap(bad.triangles[t], bad.triangles[t + 1]);
   EXPECT_THAT(refusal_of(bad), HasSubstr("counter-clockwise from outside"));
-  EXPECT_THAT(refusal_of({}), HasSubstr("4 vertices"));
+  EXPECT_THAT(refusal_of({}, [](auto& def) { def.fine_surface.vertex_count = 3; }), HasSubstr("4 vertices"));
   EXPECT_THAT(
       refusal_of(good,
                  [](auto& def) { def.collision = PALPATE_COLLISION_OFF, def.queries.queries = PALPATE_QUERIES_OFF; }),

@@ -5,7 +5,8 @@
 #include <Eigen/Dense>
 #include <deque>
 
-#include "runtime/include/palpate/palpate_device.h"
+#include "runtime/include/palpate/palpate_passivity.h"
+#include "runtime/include/palpate/palpate_watchdog.h"
 
 namespace palpate::tests {
 

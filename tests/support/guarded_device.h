@@ -1,7 +1,8 @@
 // Coupling, watchdog and passivity controller in a row, as palpate_device.h shows, for tests that feed them steps of a scene.
 #pragma once
 
-#include "runtime/include/palpate/palpate_device.h"
+#include "runtime/include/palpate/palpate_passivity.h"
+#include "runtime/include/palpate/palpate_watchdog.h"
 
 namespace palpate::tests {
 

@@ -1,4 +1,5 @@
-/* palpate_device.h - between a force-feedback device and a scene: a virtual coupling, a passivity observer, a watchdog.
+/* palpate_device.h - between a force-feedback device and a scene: a virtual coupling; beside it a passivity observer (palpate_passivity.h) and
+ * a watchdog (palpate_watchdog.h).
  *
  * A device is sampled: it holds each force for a tick and gets the next one late. A stiff organ then returns more energy than
  * it got, and the device buzzes or kicks. The force of a spring of stiffness K, sent as it is, generates no energy as long as
@@ -134,84 +135,6 @@ PALPATE_API palpate_device_flags palpate_coupling_step(palpate_coupling* couplin
 
 /* The tool is where the device is in the next step, at rest. For a device that was moved by other means. */
 PALPATE_API void palpate_coupling_reset(palpate_coupling* coupling);
-
-/* ---- passivity observer and controller --------------------------------------------------------------------------- */
-
-/* Keeps the account of the energy that the device gets: the sum over the ticks of applied force times motion, which is exact
- * for a force that is held over a tick (Stramigioli et al. 2005), less what the device's own damping takes. An organ that is at
- * rest has no energy to give, so the account begins anew after the force was at rest for 5 ticks. */
-typedef struct palpate_passivity_def {
-  uint32_t struct_bytes; /* sizeof(palpate_passivity_def) */
-  int32_t reserved;      /* 0 */
-  double rest_force;     /* default 0.01 N: a force that is not longer is at rest */
-  double tolerance;      /* default 1e-4 J: more than this on the account raises ACTIVE */
-  double controller;     /* default 0: observe alone. Above 0, N s/m: damp the device, by at most this much, until the
-                            account is balanced (Hannaford and Ryu 2002). At most mass / (2 tick (1 + delay_ticks)) */
-} palpate_passivity_def;
-PALPATE_API void palpate_init_passivity_def(palpate_passivity_def* def, size_t struct_bytes);
-static inline palpate_passivity_def palpate_default_passivity_def(void) {
-  palpate_passivity_def def;
-  palpate_init_passivity_def(&def, sizeof def);
-  return def;
-}
-
-/* An observer. A host may read the fields; the functions alone write them. */
-typedef struct palpate_passivity {
-  double energy;    /* J: the account since the force was last at rest; above 0: generated */
-  double generated; /* J: of all accounts together, above 0 alone */
-  double injected;  /* N s/m: the damping of the last step */
-  double rest_force, tolerance, controller, tick, device_damping, force_limit; /* as initialised */
-  double device_position[3], held_force[4][3], stored_energy;                  /* the library's own */
-  int32_t delay_ticks, has_position, ticks_at_rest, reserved_number;
-  double reserved[8];
-} palpate_passivity;
-
-PALPATE_API palpate_status palpate_passivity_init(palpate_passivity* passivity, const palpate_device* device,
-                                                  const palpate_passivity_def* def, palpate_error* error);
-
-/* One tick. force: about to be sent. stored_energy: coupling.energy, or 0 without a coupling. Writes the force to send, which
- * is `force` unless the controller damps; both may be one array. */
-PALPATE_API palpate_device_flags palpate_passivity_step(palpate_passivity* passivity, const double device_position[3],
-                                                        const double force[3], double stored_energy,
-                                                        double device_force[3]);
-
-/* ---- watchdog ---------------------------------------------------------------------------------------------------- */
-
-/* Lets the force go where the contacts come no more: a touch thread that hangs, a link that is lost. It belongs into the thread
- * that sends forces to the device, which must not be the one that it watches. */
-typedef struct palpate_watchdog_def {
-  uint32_t struct_bytes; /* sizeof(palpate_watchdog_def) */
-  int32_t reserved;      /* 0 */
-  double timeout;        /* default 0.02 s: input that is older is silent */
-  double fade;           /* default 0.1 s: from then on the force goes to zero in a straight line */
-  double slew;           /* default 20 N/s: how fast the force comes back once input comes again */
-} palpate_watchdog_def;
-PALPATE_API void palpate_init_watchdog_def(palpate_watchdog_def* def, size_t struct_bytes);
-static inline palpate_watchdog_def palpate_default_watchdog_def(void) {
-  palpate_watchdog_def def;
-  palpate_init_watchdog_def(&def, sizeof def);
-  return def;
-}
-
-/* A watchdog. A host may read the fields; the functions alone write them. */
-typedef struct palpate_watchdog {
-  double age;                           /* s since the newest input */
-  double device_force[3];               /* N, last sent */
-  double timeout, fade, slew;           /* as initialised */
-  double newest_force[3], silent_force; /* the library's own */
-  uint64_t sequence;
-  int32_t is_resuming, reserved_number;
-  double reserved[8];
-} palpate_watchdog;
-
-PALPATE_API palpate_status palpate_watchdog_init(palpate_watchdog* watchdog, const palpate_watchdog_def* def,
-                                                 palpate_error* error);
-
-/* One tick of the device's thread. sequence: that of the newest input, such as palpate_contacts.step; input is new where the
- * sequence changes, and there is none yet while it is 0. force: of that input. dt: s since the last call, above 0. Writes the
- * force to send; both may be one array. While input comes, that is `force` to the bit. A force that is not finite is no input. */
-PALPATE_API palpate_device_flags palpate_watchdog_step(palpate_watchdog* watchdog, uint64_t sequence,
-                                                       const double force[3], double dt, double device_force[3]);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -22,7 +22,7 @@ extern "C" {
  * render mesh, apart from what the mesh stretches (docs/method.md, section 9). Grips and the shape stay on the bundle's triangles.
  * Creating the scene binds each vertex to the surface point that is nearest to it on the meshed shape. Refused: a surface that is
  * not closed, is inside out, has a vertex that is not finite or farther from the mesh than a mean edge of the mesh. Needs collision or
- * queries. Positions NULL: off. */
+ * queries. A struct in which nothing is set is off. */
 typedef struct palpate_fine_surface {
   palpate_part part;
   const float* positions; /* [vertex_count][3] m, in the bundle's frame, on the shape as it was meshed            */

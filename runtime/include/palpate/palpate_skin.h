@@ -23,15 +23,15 @@ extern "C" {
  * the surface point that is nearest to it on the meshed shape. In a step the vertex moves by the barycentric weights of that
  * point, and its offset from the surface turns and stretches with the surface. Vertices may repeat, as at the seam of a
  * texture, and need no triangles. A vertex that is not finite, or farther from the organ than the organ is large, is refused.
- * Needs a shape. Positions NULL: off. */
+ * Needs a shape. A struct in which nothing is set is off. */
 typedef struct palpate_render_mesh {
   palpate_part part;
   const float*
       positions; /* [vertex_count][3] m, in the bundle's frame, on the shape as it was meshed (without preload) */
-  const float* normals; /* default NULL: palpate_scene_skin gives no normals; else [vertex_count][3] outward, of any
-                           length                                                                               */
   int32_t vertex_count; /* 1 or more                                                                            */
   int32_t reserved;     /* 0                                                                                    */
+  const float* normals; /* default NULL: palpate_scene_skin gives no normals; else [vertex_count][3] outward, of any
+                           length                                                                               */
 } palpate_render_mesh;
 PALPATE_API void palpate_init_render_mesh(palpate_render_mesh* mesh, size_t struct_bytes);
 static inline palpate_render_mesh palpate_default_render_mesh(void) {

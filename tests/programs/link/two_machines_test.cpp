@@ -164,8 +164,8 @@ TEST_F(TwoMachines, RefuseBadUsageInOneSentence) {
   refused(PALPATE_FEEL, {file("scene.toml"), "--to", "127.0.0.1:70000"}, "--to: expected PORT");
   refused(PALPATE_FEEL, {file("large.toml"), "--to", "9"}, "found 2000");
   scene("deformed", "[effects]\ndeformation = \"large\"\n");
-  refused(PALPATE_FEEL, {file("deformed.toml"), "--to", "9"}, "effects.large.deformation: expected \"linear\"");
-  refused(PALPATE_DRAW, {file("deformed.toml"), "--from", "0"}, "effects.large.deformation: expected \"linear\"");
+  refused(PALPATE_FEEL, {file("deformed.toml"), "--to", "9"}, "effects.deformation: expected \"linear\"");
+  refused(PALPATE_DRAW, {file("deformed.toml"), "--from", "0"}, "effects.deformation: expected \"linear\"");
   refused(PALPATE_DRAW, {file("shapeless.toml"), "--from", "0"}, "expected surface or volume");
   refused(PALPATE_DRAW, {file("scene.toml"), "--from", "192.0.2.1:0"}, "--from: 192.0.2.1:0");
   refused(PALPATE_DRAW, {file("absent.toml"), "--from", "0"}, "absent.toml");
