@@ -239,7 +239,7 @@ unit = "mm"
 @effects.force@
 @effects.shape@
 @effects.radial@
-@effects.large.deformation@
+@effects.deformation@
 @effects.dent@
 @effects.preload@
 @effects.inside@
