@@ -37,7 +37,7 @@ class Offset {
   double* amounts() { return now_; }
 
   // For the same module. which: [count] 1 where the amount follows the forces from the next solve on; v: [count][count], of which V is a part;
-  // factor: [count][count], gets L of V = L L^T. False where V is not positive definite: follow() is not called with such. Then
+  // factor: [count][count], gets L of V = L L^T. False where V is not positive definite by more than rounding: follow() is not called with such. Then
   // start_from(): q, with g for what is left to the `whole` amounts [count].
   bool factorise(const std::int32_t* which, const double* v, double* factor) const;
   void follow(const std::int32_t* which, const double* v);

@@ -5,6 +5,12 @@
 #include "runtime/contact/offset.h"
 
 namespace palpate {
+namespace {
+
+// A pivot of V below this share of its diagonal is rounding: B is stored in single precision, so that the square of its error is 4e-15 of V.
+constexpr double kLeastPivot = 1e-10;
+
+}  // namespace
 
 bool Offset::factorise(const std::int32_t* which, const double* v, double* factor) const {
   std::int32_t at[kMostOffsetRows], n = 0;
@@ -16,7 +22,7 @@ bool Offset::factorise(const std::int32_t* which, const double* v, double* facto
     for (std::int32_t j = 0; j <= i; ++j) {
       double sum = 0.5 * (entry(i, j) + entry(j, i));
       for (std::int32_t k = 0; k < j; ++k) sum -= l(i, k) * l(j, k);
-      if (i == j && !(sum > 0)) return false;
+      if (i == j && !(sum > kLeastPivot * entry(i, i))) return false;
       l(i, j) = i == j ? std::sqrt(sum) : sum / l(j, j);
     }
   return true;
