@@ -352,6 +352,61 @@ TEST(Touching, BallsOfSixtyMillimetresPressedByFifteenStayOutOfOneAnother) {
   }
 }
 
+// Unit, at the place of a pair on its second organ, in that organ's frame: between the normals of the triangle's corners, each the mean of its
+// triangles' by their areas.
+Vector3d normal_between_corners(const DeformedTruth& organ, const TouchedBody& body, const palpate_world_pair& pair) {
+  Vector3d sum = Vector3d::Zero();
+  for (int v = 0; v < 3; ++v) {
+    const std::int32_t corner = body.body.triangles[static_cast<std::size_t>(pair.triangle)][v];
+    Vector3d of_corner = Vector3d::Zero();
+    for (std::size_t t = 0; t < body.body.triangles.size(); ++t) {
+      const auto& own = body.body.triangles[t];
+      if (std::find(own.begin(), own.end(), corner) == own.end()) continue;
+      const Vector3d first = organ.corner(t, 0);
+      of_corner += (organ.corner(t, 1) - first).cross(organ.corner(t, 2) - first);
+    }
+    sum += pair.barycentric[v] * of_corner.normalized();
+  }
+  return sum.normalized();
+}
+
+double degrees_between(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
+}
+
+// Two balls of 60 mm that come together by 50 mm/s: the normal of each pair that presses is that of the surface as the last step has left it.
+TEST(Touching, NormalsOfPairsLagByLessThanADegreeBehindTheSurface) {
+  constexpr double radius = 0.03, pressed = 0.015, way = 5e-5;
+  const TouchedBody ball(dense_ball(radius, 6));
+  const DeformedTruth rest(ball.body);
+  for (const double friction : {0.0, 0.5}) {
+    Touching both({{&ball, {0, 0, 0}}, {&ball, {0, 0, 2.1 * radius}}}, friction, 400);
+    std::vector<DeformedTruth> truth(2, rest);
+    palpate_pose pose[] = {pose_at({0, 0, 0}), pose_at({0, 0, 0})};
+    double lag = 0, turned = 0;
+    for (double at = 2 * radius; at > 2 * radius - pressed; at -= way) {
+      // No vertex stands on a vertex.
+      pose[1] =
+          pose_at({0.0021, 0.0013, at}, Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX())));
+      ASSERT_EQ(palpate_scene_set_pose(palpate_world_scene(both.world.get(), 1), &pose[1], nullptr), PALPATE_OK);
+      both.step();
+      for (std::int32_t i = 0; i < both.contacts->get()->pair_count; ++i) {
+        const palpate_world_pair& pair = both.pair(i);
+        if (Vector3d(pair.force).norm() == 0) continue;
+        const auto second = static_cast<std::size_t>(pair.organ[1]);
+        Vector3d normal;
+        palpate_vector_to_organ(pose[second].orientation, pair.normal, normal.data());
+        const Vector3d expected = normal_between_corners(truth[second], ball, pair);
+        lag = std::max(lag, degrees_between(normal, expected));
+        turned = std::max(turned, degrees_between(normal_between_corners(rest, ball, pair), expected));
+      }
+      for (std::int32_t k = 0; k < 2; ++k) truth[static_cast<std::size_t>(k)].move(both.shape(k, ball));
+    }
+    EXPECT_LT(lag, 1) << friction;  // as docs/method.md, section 17, states
+    EXPECT_GT(turned, 15) << friction;
+  }
+}
+
 // A stiff die of 16 x 16 x 12 mm, pressed into a soft slab of 25 mm and dragged by 22 mm. Nothing depends on where the die is, so as long as the slab
 // passes beneath, the force across is that of friction. Pressed deep, tissue in front of the die is carried along, and the force grows with the way.
 TEST(Touching, ADraggedDieHasTheForceOfItsFrictionOrTellsThatItJams) {
