@@ -10,9 +10,9 @@ namespace {
 // In mean edges of the second organ: within which a vertex counts as near; by how much it must go farther to count as far again; within
 // which a vertex is looked for; after which motion a pair is looked at again; by how much its place lags behind the vertex.
 constexpr double kMargin = 0.25, kStays = 1.5, kReach = 2, kAgain = 0.02, kLag = 0.02, kLagWhereItSticks = 1;
-// In mean edges of the second organ: a vertex that is farther inside, and that no pair holds, is told. With the motion after which it is looked at
-// again that is a tenth of an edge.
-constexpr double kDeep = 0.08;
+// In mean edges of the second organ: a vertex that is farther inside, and that no pair holds, is told. Near that it is looked at before it can get
+// there.
+constexpr double kDeep = 0.1;
 // A place that goes to and fro follows its vertex by a share of the way. Where organs or supports move, that share is at least the first number, and
 // grows to so many times itself in each step in which the place goes on: the place keeps up with the organs.
 constexpr double kLeastFollow = 1.0 / 32, kOnward = 1.1;
@@ -415,7 +415,9 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   Vec3 place = anchor_under(group, under, at, facing, &found);
   if (dot(found.normal, facing) > kFaces) {
     if (!held || !keeps_place(group, *pair, p, nearest.outside)) {
-      group.look[vertex].deep = near < -kDeep * edge - group.inside_at_rest[vertex];
+      const double deeper = -near - kDeep * edge - group.inside_at_rest[vertex];
+      group.look[vertex].deep = deeper > 0;
+      group.look[vertex].room = std::min(kAgain * edge, std::fabs(deeper));
       return false;
     }
     pair->near = near;
@@ -425,7 +427,10 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   const double gap = dot(found.normal, at - place) - found.bulge;
   // Between two supports there is nothing to solve: a pair only says that they are in one another, by more than the meshes show.
   const bool none_moves = a.column_of_node[vertex] < 0 && moving_share(b, found) == 0;
-  if (none_moves && gap > -group.overlap[vertex] - kDeep * edge) return false;
+  if (const double left = gap + group.overlap[vertex] + kDeep * edge; none_moves && left > 0) {
+    group.look[vertex].room = std::min(kAgain * edge, left);
+    return false;
+  }
   bool turned = true;
   if (held) {
     const SurfacePoint before = surface_point_of(pair->triangle, pair->barycentric);

@@ -53,6 +53,17 @@ bool RandomPushes::leaves_nothing() {
   return nothing && organs_->pressed(0).norm() == 0;
 }
 
+double RandomPushes::deepest_seen() const {
+  double deepest = 0;
+  for (std::size_t a = 0; a < bodies_.size(); ++a)
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      for (std::int32_t n = 0; a != b && n < bodies_[a]->body.surface_nodes; ++n) {
+        const Eigen::Vector3d p = in_organ(b, pose_, in_world(a, pose_, before_[a].place(n)));
+        deepest = std::max({deepest, -before_[b].signed_distance(p) / edges_[b], given_way(a, n, b) / edges_[b]});
+      }
+  return deepest;
+}
+
 void RandomPushes::look(std::uint64_t seed, int s, bool told, PushCounts* counts,
                         const std::function<void(const PassedThrough&)>& tell) {
   for (std::size_t a = 0; a < bodies_.size(); ++a)
@@ -187,6 +198,8 @@ void play_pushes(std::uint64_t seed, int steps, int every, PushCounts* counts,
     const palpate_step_flags flags = pushes.step(s);
     const bool told = flags == PALPATE_STEP_NOT_TOUCHABLE, flagged = flags != 0 && !told;
     ++counts->steps, counts->pressed += pushes.presses(), counts->flagged += flagged, counts->told += told;
+    // Shapes are in single precision.
+    counts->told_in_vain += told && pushes.deepest_seen() < 0.999 * kUntold;
     if (!flagged && s % every == 0) pushes.look(seed, s, told, counts, tell);
   }
   if (!pushes.leaves_nothing()) {

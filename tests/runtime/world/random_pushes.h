@@ -35,6 +35,7 @@ struct PushCounts {
   long steps = 0, pressed = 0;  // pressed: steps in which organs press one another
   long flagged = 0;             // steps with a flag other than NOT_TOUCHABLE, which are not looked at
   long told = 0;                // steps with that flag alone
+  long told_in_vain = 0;        // those of them in which no vertex is as deep as that, and no pair gives way as much
   long looked = 0, inside = 0;  // vertices; those that are inside the other organ at all
   long past_sides = 0;          // those that are as deep as one that has passed through, and came in past a side
   double deepest = 0;           // mean edges, beyond the motion of the step
@@ -49,6 +50,10 @@ class RandomPushes {
   palpate_step_flags step(int s);
   // Far away again, nothing is pressed and nothing is displaced.
   bool leaves_nothing();
+
+  // In mean edges: the depth of the deepest vertex where the last step has left both organs, at this step's poses: where the step has looked for
+  // its pair; or the most by which a pair gives way, where that is more.
+  double deepest_seen() const;
 
   bool presses() const { return organs_->pressed(0).norm() > 1e-3; }
   // told: the step raised NOT_TOUCHABLE.

@@ -301,6 +301,8 @@ TEST(Touching, NothingPassesThroughUnderRandomPushes) {
     play_pushes(seed, 500, 7, &all, [](const PassedThrough& found) { ADD_FAILURE() << sentence_of(found); });
   EXPECT_GT(all.pressed, 500);
   EXPECT_GT(all.looked, 10000);
+  EXPECT_GT(all.told, 100);
+  EXPECT_EQ(all.told_in_vain, 0);
   RecordProperty("deepest_edges", std::to_string(all.deepest));
 }
 
