@@ -14,6 +14,7 @@
 #include "tests/support/file_bytes.h"
 #include "tests/support/host_faults.h"
 #include "tests/support/hostile_play.h"
+#include "tests/support/test_files.h"
 
 namespace palpate::tests {
 namespace {
@@ -21,10 +22,6 @@ namespace {
 const BundleForm& form(int which) {
   static const std::vector<BundleForm> all = bundle_forms(testing::TempDir());
   return all[static_cast<std::size_t>(which)];
-}
-
-std::filesystem::path scratch(const std::string& name) {
-  return std::filesystem::path(testing::TempDir()) / ("file_hostile." + std::to_string(::getpid()) + "." + name);
 }
 
 void write_file(const std::filesystem::path& file, const std::string& bytes) {

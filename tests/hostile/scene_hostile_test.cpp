@@ -5,6 +5,7 @@
 #include "tests/support/bundle_forms.h"
 #include "tests/support/hostile_play.h"
 #include "tests/support/sealed_index.h"
+#include "tests/support/test_files.h"
 
 namespace palpate::tests {
 namespace {
@@ -279,7 +280,7 @@ TEST(HostileScene, ShowsNoDisplacementWhereTheBundleHasNoNumberAndSaysSo) {
   const std::size_t nodes = shape[2];
   rows[3 * (nodes - 1) + 1] = NAN;  // y of the last node for x of the first column
   parts.set(SectionId::displacement_surface, shape, rows);
-  const auto file = std::filesystem::path(testing::TempDir()) / "no_number.h5";
+  const auto file = scratch("no_number.h5");
   write_bundle(file, parts);
   palpate_bundle* opened = nullptr;
   ASSERT_EQ(palpate_bundle_open_file(file.c_str(), nullptr, &opened, nullptr), PALPATE_OK);

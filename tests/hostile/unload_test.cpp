@@ -6,6 +6,7 @@
 
 #include "tests/support/bundle_forms.h"
 #include "tests/support/host_faults.h"
+#include "tests/support/test_files.h"
 
 namespace palpate::tests {
 namespace {
@@ -50,8 +51,7 @@ class Unloading : public testing::Test {
     sigaction(SIGBUS, &before_, nullptr);
     std::filesystem::remove(file_);
   }
-  const std::string file_ = testing::TempDir() + "unload." + std::to_string(getpid()) + ".h5";
-  const std::string theirs_ = file_ + ".theirs";
+  const std::string file_ = scratch("h5"), theirs_ = scratch("theirs");
 
  private:
   struct sigaction before_ = {};

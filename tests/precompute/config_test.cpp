@@ -2,7 +2,6 @@
 // line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <numeric>
@@ -11,6 +10,7 @@
 #include "formats/organ_config.h"
 #include "formats/program.h"
 #include "studies/bodies/box_mesh.h"
+#include "tests/support/test_files.h"
 #include "tests/support/texts.h"
 
 namespace palpate::tests {
@@ -19,10 +19,8 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-const std::filesystem::path& file() {
-  static const auto path =
-      std::filesystem::temp_directory_path() / ("palpate_config_" + std::to_string(::getpid()) + ".toml");
-  return path;
+std::filesystem::path file() {
+  return scratch("config.toml");
 }
 
 template <class Read>

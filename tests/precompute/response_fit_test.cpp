@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -12,6 +11,7 @@
 
 #include "formats/errors.h"
 #include "tests/precompute/support.h"
+#include "tests/support/test_files.h"
 #include "tests/support/texts.h"
 
 namespace palpate::tests {
@@ -106,28 +106,20 @@ TEST(ResponseFit, RefusesThreePoints) {
   EXPECT_THROW(fit_response({1, 2, 3}, {1, 2, 3}, 4, "curve"), InputError);
 }
 
-class CurveFile {
- public:
-  explicit CurveFile(const std::string& text)
-      : path_(std::filesystem::temp_directory_path() / ("palpate_curve_" + std::to_string(::getpid()) + ".csv")) {
-    std::ofstream(path_) << text;
-  }
-  ~CurveFile() { std::filesystem::remove(path_); }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+std::filesystem::path curve_file(const std::string& text) {
+  const auto file = scratch("curve.csv");
+  std::ofstream(file) << text;
+  return file;
+}
 
 std::string curve_refusal(const std::string& text) {
-  const CurveFile file(text);
-  return input_error([&] { read_measured_curve(file.path()); });
+  return input_error([&] { read_measured_curve(curve_file(text)); });
 }
 
 TEST(MeasuredCurve, IsReadInMetresWithoutItsOrigin) {
-  const CurveFile file(
-      "\xef\xbb\xbf# source\ndisplacement_mm,force_N,radial_mm\n0,0,0\n1, 2,0.5\r\n\n2,3,1.25\n");  // a byte order mark first
-  const auto curve = read_measured_curve(file.path());
+  const auto file = curve_file(  // a byte order mark first
+      "\xef\xbb\xbf# source\ndisplacement_mm,force_N,radial_mm\n0,0,0\n1, 2,0.5\r\n\n2,3,1.25\n");
+  const auto curve = read_measured_curve(file);
   EXPECT_THAT(curve.displacement, ::testing::ElementsAre(1e-3, 2e-3));
   EXPECT_THAT(curve.force, ::testing::ElementsAre(2, 3));
   EXPECT_THAT(curve.radial, ::testing::ElementsAre(0.5e-3, 1.25e-3));
@@ -157,8 +149,7 @@ TEST(ResponseFit, TakesTheLinearModelsRadialMotionAndForceAsArguments) {
     text +=
         fmt::format("{:.17g},{:.17g},{:.17g}\n", 0.2 * i, 3 * linear_force, 1e3 * 0.5 * poisson * radius * x / height);
   }
-  const CurveFile file(text);
-  const auto fit = fit_responses({file.path(), "test", height, radius, young, poisson, 5});
+  const auto fit = fit_responses({curve_file(text), "test", height, radius, young, poisson, 5});
   const double last = 4e-3;
   EXPECT_NEAR(fit.force.range, std::numbers::pi * radius * radius * young * last / height, 1e-14);
   EXPECT_NEAR(fit.radial.range, poisson * radius * last / height, 1e-16);

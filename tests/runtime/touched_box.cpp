@@ -2,14 +2,14 @@
 
 #include <unistd.h>
 
+#include "tests/support/test_files.h"
+
 namespace palpate::tests {
 
 std::filesystem::path scratch_file(const std::string& name) {
-  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  std::string file = test ? std::string(test->test_suite_name()) + "." + test->name() + "." + name
-                          : std::to_string(::getpid()) + "." + name;  // of a program, which may run twice at a time
-  std::replace(file.begin(), file.end(), '/', '_');
-  return std::filesystem::path(testing::TempDir()) / file;
+  if (testing::UnitTest::GetInstance()->current_test_info()) return scratch(name);
+  // Of a program, which may run twice at a time.
+  return std::filesystem::path(testing::TempDir()) / (std::to_string(::getpid()) + "." + name);
 }
 
 std::string bundle_bytes(const BundleParts& parts) {

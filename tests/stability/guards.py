@@ -96,7 +96,8 @@ class Copy:
         self.folder, self.build_folder = folder, folder / "build"
         copy_sources(source, folder)
         # The compiler cache then knows a file wherever it lies.
-        self.environment = dict(os.environ, CCACHE_BASEDIR=str(folder))
+        # Cases that fail leave files, all in one folder.
+        self.environment = dict(os.environ, CCACHE_BASEDIR=str(folder), TEST_TMPDIR=str(self.build_folder / "tests/files"))
         self.run_or_stop(["cmake", "--preset", "release", "-S", str(folder), "-B", str(self.build_folder),
                           "-DPALPATE_BUILD_PYTHON=OFF", *options])
 

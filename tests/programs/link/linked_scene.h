@@ -11,6 +11,7 @@
 
 #include "programs/link/contacts_datagram.h"
 #include "programs/player/bundle_fields.h"
+#include "tests/support/test_files.h"
 #include "tests/support/tiny_bundle.h"
 #include "tests/support/tools.h"
 
@@ -31,13 +32,9 @@ inline std::string read_bytes(const fs::path& file) {
 class LinkedScene : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(testing::TempDir()) /
-              ("link_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
+    folder_ = fresh_folder();
     write_bundle(folder_ / "box.h5", tiny_bundle());
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   // Writes and reads NAME.toml.
   SceneConfig scene(const std::string& name = "scene", const std::string& head = "",

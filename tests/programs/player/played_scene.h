@@ -9,6 +9,7 @@
 #include <iterator>
 #include <string>
 
+#include "tests/support/test_files.h"
 #include "tests/support/tiny_bundle.h"
 
 namespace palpate::tests {
@@ -30,13 +31,9 @@ inline const std::string kProbe =
 class PlayedScene : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              ("play_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+    folder_ = fresh_folder();
     write_bundle(folder_ / "box.h5", tiny_bundle());
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   void write_scene(const std::string& tools, const std::string& head = "") {
     std::ofstream(folder_ / "scene.toml") << "name = \"test\"\nbundle = \"box.h5\"\nunit = \"mm\"\n" << head << tools;

@@ -6,6 +6,7 @@
 
 #include "formats/errors.h"
 #include "formats/scene_holds.h"
+#include "tests/support/test_files.h"
 #include "tests/support/texts.h"
 
 namespace palpate {
@@ -17,12 +18,7 @@ using testing::HasSubstr;
 
 class SceneFile : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              ("scene_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void SetUp() override { folder_ = tests::fresh_folder(); }
 
   std::filesystem::path write(const std::string& name, const std::string& text) {
     std::ofstream(folder_ / name) << text;

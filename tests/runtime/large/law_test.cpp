@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <fmt/os.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include "studies/bodies/bodies.h"
 #include "studies/hyperelastic/large_body.h"
 #include "studies/hyperelastic/large_reference.h"
+#include "tests/support/test_files.h"
 
 namespace palpate::tests {
 namespace {
@@ -176,8 +176,7 @@ TEST(LargeLaw, OneTetrahedronBalancesTheForceThatCalculixPutsOnIt) {
   const LargeBody body(elastic, true);
   const TissueLaw law = body.get().laws[0];
   for (const Eigen::Vector3d& force : {Eigen::Vector3d(0.1, -0.05, 0.2), Eigen::Vector3d(0.05, 0.02, -0.25)}) {
-    const auto folder = std::filesystem::path(testing::TempDir()) / fmt::format("large_ccx_{}", ::getpid());
-    std::filesystem::create_directories(folder);
+    const auto folder = fresh_folder();
     {
       auto out = fmt::output_file((folder / "one.inp").string());
       accuracy::write_calculix_model(out, elastic, accuracy::linear_model(elastic, [&](const Material&) {
@@ -197,7 +196,6 @@ TEST(LargeLaw, OneTetrahedronBalancesTheForceThatCalculixPutsOnIt) {
       Eigen::Vector3d v;
       if (cells >> n >> v[0] >> v[1] >> v[2] && n >= 1 && n <= 4) u.segment<3>(3 * n - 3) = v;
     }
-    std::filesystem::remove_all(folder);
     VectorXd inner;
     const LargeReference reference(body.get());
     ASSERT_TRUE(std::isfinite(reference.energy(u, &inner)));
