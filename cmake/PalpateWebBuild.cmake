@@ -24,4 +24,12 @@ foreach(variant IN ITEMS simd baseline)
   list(APPEND PALPATE_WEB_MODULES ${folder}/palpate.wasm)
 endforeach()
 file(MAKE_DIRECTORY ${PALPATE_WEB_FOLDER})
+# web/core/palpate.wasm: the core alone, built to be small.
+set(folder ${PALPATE_WEB_FOLDER}/core)
+add_custom_target(web_core
+  COMMAND ${PALPATE_EMCMAKE} ${CMAKE_COMMAND} -S ${PROJECT_SOURCE_DIR} -B ${folder} -G Ninja --log-level=WARNING
+          -DCMAKE_BUILD_TYPE=MinSizeRel -DPALPATE_BUILD_OFFLINE=OFF -DPALPATE_BUILD_TESTS=OFF -DPALPATE_WEB_CORE=ON
+          -DPALPATE_WARNINGS_AS_ERRORS=${PALPATE_WARNINGS_AS_ERRORS} > ${PALPATE_WEB_FOLDER}/configure_core.log
+  COMMAND ${CMAKE_COMMAND} --build ${folder} --parallel 2 --target palpate_web
+  COMMENT "Building the runtime's core for browsers" VERBATIM)
 add_custom_target(web_runtime ALL ${build_commands} COMMENT "Building the runtime for browsers" VERBATIM)

@@ -15,11 +15,15 @@
 namespace palpate {
 
 EffectList all_effects() {
+#ifdef PALPATE_CORE_ALONE
+  return {};
+#else
   static constexpr const Effect* kAll[] = {&large_effect,   &fine_surface_effect, &grasps_effect,     &needles_effect,
                                            &motions_effect, &links_effect,        &relaxation_effect, &report_effect,
                                            &queries_effect, &skin_effect,         &dent_effect,       &inside_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
+#endif
 }
 
 }  // namespace palpate

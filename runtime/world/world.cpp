@@ -102,13 +102,16 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
   palpate_scene_def wanted = def;
   if (organ.def && read_host_struct("scene_def", organ.def, &wanted, &found) != PALPATE_OK)
     return of_organ(k, found, error);
+  EffectsOfScene effects;
+  if (effects.take(wanted.parts, &found) != PALPATE_OK) return of_organ(k, found, error);
+  wanted.parts = effects.chain();
+  if (world.def.max_pairs > 0)
+    if (const palpate_status status = check_touching_organ(wanted, k, error)) return status;
+  if (world.def.max_links > 0)
+    if (const palpate_status status = check_linked_organ(wanted, k, error)) return status;
   if (create_scene(organ.bundle, &wanted, reserved_rows(world.def, wanted), &scene, &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;
-  if (world.def.max_pairs > 0)
-    if (const palpate_status status = check_touching_organ(scene->def, k, error)) return status;
-  if (world.def.max_links > 0)
-    if (const palpate_status status = check_linked_organ(scene->def, k, error)) return status;
   scene->not_alone = "the scene is an organ of a world; save and restore the world (palpate_world_save)";
   const palpate_scene_def& first = world.organ[0]->def;
   if (scene->def.max_tools != first.max_tools || scene->def.max_points != first.max_points)

@@ -1,7 +1,7 @@
 // The runtime in a browser, a worker or Node: the C API of runtime/include/palpate/palpate.h and palpate_world.h, compiled to WebAssembly.
 // Units, costs and the meaning of every field are those of these headers. Arrays named "view" lie in the module's own memory and
 // are not copied. Opening a bundle or creating a scene may move them, so ask for them again afterwards; a step never moves them.
-import { Heap, HeapBytes, PalpateError, readFields } from "./heap.js";
+import { ARGUMENT, Heap, HeapBytes, PalpateError, readFields } from "./heap.js";
 import { Scene } from "./scene.js";
 import { readKeys, SceneDef } from "./scene_def.js";
 import { reader } from "./struct.js";
@@ -93,11 +93,20 @@ export async function loadRuntime(wasm) {
   return new Runtime((await WebAssembly.instantiate(bytes, imports)).instance);
 }
 
+// What stands for each function that a module does not have: web/core/palpate.wasm has the core alone.
+const ABSENT = new Proxy({}, {
+  get(_, name) {
+    return () => {
+      throw new PalpateError(ARGUMENT, `this palpate.wasm does not have ${String(name)}: load the module with all effects`);
+    };
+  },
+});
+
 export class Runtime {
   /** @param {WebAssembly.Instance} instance */
   constructor(instance) {
     /** @type {any} the functions of palpate.h, and malloc and free; pointers are numbers */
-    this.api = instance.exports;
+    this.api = Object.create(ABSENT, Object.getOwnPropertyDescriptors(instance.exports));
     this.api._initialize();
     this.heap = new Heap(this.api);
     this.fields = readFields(this.api, this.heap);

@@ -86,7 +86,7 @@ export class Scene extends ToolStates {
     const put = (/** @type {number} */ at, /** @type {string} */ name, /** @type {number} */ value) =>
       heap.data.setUint32(at + runtime.field(name), value, true);
     api.palpate_init_shape_out(this.#shapeAt, runtime.field("palpate_shape_out"));
-    api.palpate_init_skin_out(this.#skinAt, runtime.field("palpate_skin_out"));
+    if (this.vertexCount) api.palpate_init_skin_out(this.#skinAt, runtime.field("palpate_skin_out"));
     put(this.#shapeAt, "palpate_shape_out.displacements", this.nodeCount ? this.#displacementsAt : 0);
     put(this.#shapeAt, "palpate_shape_out.positions", this.nodeCount ? this.#positionsAt : 0);
     put(this.#shapeAt, "palpate_shape_out.node_capacity", this.nodeCount);

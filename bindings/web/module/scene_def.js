@@ -39,9 +39,10 @@ export class SceneDef {
     }
   }
 
-  /** A whole number of the definition, defaults included. @param {string} name in JavaScript @returns {number} */
+  /** A whole number of the definition, defaults included; 0 where the module does not have its effect. @param {string} name in JavaScript
+   *  @returns {number} */
   integer(name) {
-    return this.runtime.api.palpate_key_number(this.#key(name).at, this.at);
+    return this.runtime.keys.has(name) ? this.runtime.api.palpate_key_number(this.#key(name).at, this.at) : 0;
   }
 
   release() {
@@ -71,6 +72,8 @@ export class SceneDef {
 
   /** @param {Effects} effects */
   #fill(effects) {
+    const absent = Object.keys(effects).find((name) => !this.runtime.keys.has(name === "relaxation" ? "relaxation.terms" : name));
+    if (absent) throw new PalpateError(ARGUMENT, `effects: this palpate.wasm has none of the name ${absent}`);
     for (const [name, { at, type, words }] of this.runtime.keys) {
       const value = /** @type {Record<string, any>} */ (effects)[name];
       if (value === undefined || type === POINTER) continue;
