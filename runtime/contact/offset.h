@@ -29,8 +29,8 @@ class Offset {
   const OffsetRows& rows() const { return rows_; }
 
   // For the module that writes the amounts q. A step: end_last_step(), then the new amounts, then begin_step(), then
-  // ContactField::begin_moved() where the field has the offset; is_first: nothing was anywhere before. Amounts that never change need this
-  // once, in prepare(). create() marks the amounts for saved states; they are zero behind it and behind forget(), which nobody else calls.
+  // ContactField::begin_moved() where the field has the offset; is_first: nothing was anywhere before. Amounts that never change are
+  // written once, in prepare(): amounts(), then end_last_step() and begin_step(false), so that no later step finds that the organ has moved. create() marks the amounts for saved states; they are zero behind it and behind forget(), which nobody else calls.
   void end_last_step();
   void begin_step(bool is_first);
   void forget();

@@ -61,7 +61,7 @@ struct TouchState {
   ContactRows rows;
   std::int32_t most_constraints = 0;  // that a step can have, reserved ones included
   // What asks for rows, in the order of their constraints.
-  static constexpr std::int32_t kMostSources = 4;
+  static constexpr std::int32_t kMostSources = kMostEffects + 1;  // tools, and each effect once
   RowSource* sources[kMostSources] = {};
   std::int32_t source_count = 0;
   void ask(RowSource* source) { sources[source_count++] = source, add(source); }
