@@ -40,6 +40,8 @@ TEST(Descriptors, HaveNamesAndFieldsOfTheirOwn) {
     for (const EffectKey& key : effect->keys) EXPECT_EQ(key.effect, effect) << key.name;
     owners[effect].resize(effect->def.sizes.known);
   }
+  std::set<std::string> names_of_keys;  // a host gives them without the effect's name
+  for_each_key([&](const palpate_key& key) { EXPECT_TRUE(names_of_keys.insert(key.name).second) << key.name; });
   std::size_t keys = core_keys().size();
   for (const Effect* effect : all_effects()) keys += effect->keys.size();
   for_each_key([&](const palpate_key& key) {
