@@ -11,25 +11,20 @@ if(NOT PALPATE_BUILD_WEB)
   return()
 endif()
 
-set(PALPATE_WEB_MODULES)
 set(PALPATE_WEB_FOLDER ${PROJECT_BINARY_DIR}/web)
-foreach(variant IN ITEMS simd baseline)
-  string(COMPARE EQUAL ${variant} simd simd)
-  set(folder ${PALPATE_WEB_FOLDER}/${variant})
-  list(APPEND build_commands
-       COMMAND ${PALPATE_EMCMAKE} ${CMAKE_COMMAND} -S ${PROJECT_SOURCE_DIR} -B ${folder} -G Ninja --log-level=WARNING
-               -DCMAKE_BUILD_TYPE=Release -DPALPATE_BUILD_OFFLINE=OFF -DPALPATE_BUILD_TESTS=OFF -DPALPATE_WEB_SIMD=${simd}
-               -DPALPATE_WARNINGS_AS_ERRORS=${PALPATE_WARNINGS_AS_ERRORS} > ${PALPATE_WEB_FOLDER}/configure.log
-       COMMAND ${CMAKE_COMMAND} --build ${folder} --parallel 2 --target palpate_web)
-  list(APPEND PALPATE_WEB_MODULES ${folder}/palpate.wasm)
-endforeach()
 file(MAKE_DIRECTORY ${PALPATE_WEB_FOLDER})
-# web/core/palpate.wasm: the core alone, built to be small.
-set(folder ${PALPATE_WEB_FOLDER}/core)
-add_custom_target(web_core
-  COMMAND ${PALPATE_EMCMAKE} ${CMAKE_COMMAND} -S ${PROJECT_SOURCE_DIR} -B ${folder} -G Ninja --log-level=WARNING
-          -DCMAKE_BUILD_TYPE=MinSizeRel -DPALPATE_BUILD_OFFLINE=OFF -DPALPATE_BUILD_TESTS=OFF -DPALPATE_WEB_CORE=ON
-          -DPALPATE_WARNINGS_AS_ERRORS=${PALPATE_WARNINGS_AS_ERRORS} > ${PALPATE_WEB_FOLDER}/configure_core.log
-  COMMAND ${CMAKE_COMMAND} --build ${folder} --parallel 2 --target palpate_web
-  COMMENT "Building the runtime's core for browsers" VERBATIM)
-add_custom_target(web_runtime ALL ${build_commands} COMMENT "Building the runtime for browsers" VERBATIM)
+# palpate_web_commands(COMMANDS VARIANT OPTIONS...): appends to COMMANDS what makes web/VARIANT/palpate.wasm.
+macro(palpate_web_commands commands variant)
+  list(APPEND ${commands}
+       COMMAND ${PALPATE_EMCMAKE} ${CMAKE_COMMAND} -S ${PROJECT_SOURCE_DIR} -B ${PALPATE_WEB_FOLDER}/${variant} -G Ninja --log-level=WARNING
+               -DPALPATE_BUILD_OFFLINE=OFF -DPALPATE_BUILD_TESTS=OFF -DPALPATE_WARNINGS_AS_ERRORS=${PALPATE_WARNINGS_AS_ERRORS} ${ARGN}
+               > ${PALPATE_WEB_FOLDER}/configure_${variant}.log
+       COMMAND ${CMAKE_COMMAND} --build ${PALPATE_WEB_FOLDER}/${variant} --parallel 2 --target palpate_web)
+endmacro()
+palpate_web_commands(of_runtime simd -DCMAKE_BUILD_TYPE=Release -DPALPATE_WEB_SIMD=1)
+palpate_web_commands(of_runtime baseline -DCMAKE_BUILD_TYPE=Release -DPALPATE_WEB_SIMD=0)
+set(PALPATE_WEB_MODULES ${PALPATE_WEB_FOLDER}/simd/palpate.wasm ${PALPATE_WEB_FOLDER}/baseline/palpate.wasm)
+add_custom_target(web_runtime ALL ${of_runtime} COMMENT "Building the runtime for browsers" VERBATIM)
+# The core alone, built to be small.
+palpate_web_commands(of_core core -DCMAKE_BUILD_TYPE=MinSizeRel -DPALPATE_WEB_CORE=ON)
+add_custom_target(web_core ${of_core} COMMENT "Building the runtime's core for browsers" VERBATIM)

@@ -51,7 +51,8 @@ def program_of(name, text):
         program += AROUND
     if name.startswith("palpate_world"):
         program += OF_WORLD_CONTACTS + ("" if name == "palpate_world_contacts.h" else OF_WORLD)
-    if "organs" in example and "organs[2] =" not in example:
+    code = re.sub(r"//.*", "", example)
+    if "organs" in code and "organs[2] =" not in code:
         program += OF_PAIR
     if name == "palpate_tool_shape.h":
         program += OF_SHAPE

@@ -1,7 +1,7 @@
 /* palpate_world_contacts.h - what the touch step of a world found out.
  *
- *     const double* force = palpate_world_contacts_tool(world_contacts, 0)->force; // N, of all together
- *     const palpate_contacts* liver_contacts = palpate_world_contacts_organ(world_contacts, 0); // of the first one
+ *     const double* force = palpate_world_contacts_tool(world_contacts, 0)->force; // N, on tool 0, of all organs together
+ *     const palpate_contacts* liver_contacts = palpate_world_contacts_organ(world_contacts, 0); // of organ 0
  *
  * palpate_world.h includes this header.
  */
