@@ -15,7 +15,7 @@
 namespace palpate {
 
 EffectList all_effects() {
-#ifdef PALPATE_CORE_ALONE
+#ifdef PALPATE_CORE_ALONE  // the module of the core for browsers (bindings/web)
   return {};
 #else
   static constexpr const Effect* kAll[] = {&large_effect,   &fine_surface_effect, &grasps_effect,     &needles_effect,
@@ -38,7 +38,7 @@ const palpate_key* palpate_scene_key(int32_t key) {
   return at < keys.size() ? &keys[at] : nullptr;
 }
 
-// The structs lie behind one another, each with as much room as the largest may take.
+// One struct behind the other, each in kMostPartBytes.
 size_t palpate_all_parts_bytes(void) {
   return palpate::all_effects().size() * palpate::kMostPartBytes;
 }

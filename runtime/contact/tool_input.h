@@ -86,10 +86,11 @@ struct ToolValues {
 
 // A tool keeps its place among the tools of the scene from step to step for as long as the host sends its id.
 struct Tool : ToolValues {
-  Vec3* points = nullptr;                    // [point_count]
-  palpate_grip* grips = nullptr;             // [grip_count]
-  palpate_part* part[kMostToolParts] = {};   // the copies; nullptr: the scene's tools may not have it
-  unsigned char* kept[kMostToolParts] = {};  // of each what stands behind its head: a saved state holds no addresses
+  Vec3* points = nullptr;                   // [point_count]
+  palpate_grip* grips = nullptr;            // [grip_count]
+  palpate_part* part[kMostToolParts] = {};  // the copies; nullptr: the scene's tools may not have it
+  // Of each copy what stands behind its palpate_part: a saved state holds this, and no addresses.
+  unsigned char* kept[kMostToolParts] = {};
 };
 
 class ToolInput {

@@ -66,13 +66,14 @@ constexpr EffectStruct effect_struct(const char* name) {
 
 // The effect's struct in the chain of a definition; nullptr where there is none.
 const palpate_part* find_part(const palpate_scene_def& def, const palpate_effect& effect);
-// The same of a scene that has the effect: with all fields of this library.
+// The same where the scene has the effect: its copy, which has all fields of this library.
 template <class T>
 const T& part_of(const palpate_scene_def& def, const palpate_effect& effect) {
   return *reinterpret_cast<const T*>(find_part(def, effect));
 }
 
-// What an effect needs of another field, an enum or a flag: of palpate_scene_def, or of another effect, whose first one is 0 where it is absent.
+// What an effect needs of an enum or a flag: a field of palpate_scene_def, or the field that switches another effect. The latter counts as 0
+// where the scene does not have that effect.
 constexpr std::uint32_t kAbsent = 1u << 0;
 struct EffectNeed {
   const char* key;       // its name

@@ -8,7 +8,8 @@
 namespace palpate {
 namespace {
 
-// An effect that is switched by an array of the host is off where nothing is set behind the struct's head: what else is wrong is told.
+// An effect whose switch is an array of the host is off where all bytes behind its palpate_part are zero. So a host that sets other fields and
+// forgets the array is told.
 bool is_off(const Effect& effect, const unsigned char* part) {
   if (effect.keys[0].type != PALPATE_KEY_POINTER) return number_in(effect.keys[0], part) == 0;
   return std::all_of(part + sizeof(palpate_part), part + effect.def.sizes.known,

@@ -50,7 +50,7 @@ std::span<const EffectKey> core_keys() {
 }
 
 const palpate_part* find_part(const palpate_scene_def& def, const palpate_effect& effect) {
-  // A chain that a host has made by hand may be closed.
+  // The chain that a host has made may be a ring.
   std::int32_t left = kMostEffects;
   for (const palpate_part* part = def.parts; part && left > 0; part = part->next, --left)
     if (part->effect == &effect) return part;
