@@ -295,7 +295,7 @@ std::vector<std::string> displacement_warnings(const NamedOrgan& of, const Bundl
 
 void LostDeformation::add(double time, const palpate_contacts& contacts) {
   ++touches_;
-  if (!(contacts.flags & PALPATE_STEP_DEFORMATION_BEHIND) || !(contacts.deformation_residual > kUndone)) return;
+  if (!(contacts.flags & PALPATE_STEP_DEFORMATION_BEHIND) || !(contacts.body_residual > kUndone)) return;
   if (undone_++ == 0) first_ = time;
 }
 

@@ -48,7 +48,7 @@ std::vector<std::string> displacement_warnings(const NamedOrgan& of, const Bundl
 // Where large deformation lost its tools: steps that were undone.
 class LostDeformation {
  public:
-  // deformation_residual of palpate_contacts is above this in such a step.
+  // body_residual of palpate_contacts is above this in such a step.
   static constexpr double kUndone = 0.5;
   void add(double time, const palpate_contacts& contacts);
   std::vector<std::string> warnings() const;  // one sentence, or none

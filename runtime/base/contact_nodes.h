@@ -40,8 +40,8 @@ inline void lay_out_contacts(palpate_contacts& contacts, std::int32_t tools, std
   contacts.tool_count = tools, contacts.node_count = nodes;
   contacts.field_nodes = field_nodes, contacts.field_adds = field.adds;
   contacts.field_offset = field_nodes > 0 ? static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, 0, 0)) : 0;
-  contacts.motion_count = amounts;
-  contacts.motions_offset =
+  contacts.amount_count = amounts;
+  contacts.amounts_offset =
       amounts > 0 ? static_cast<std::uint32_t>(bytes_of_contacts(tools, nodes, field_nodes, 0)) : 0;
 }
 
@@ -58,7 +58,7 @@ inline bool has_layout(const palpate_contacts& contacts, std::int32_t most_nodes
          contacts.tool_state_bytes == expected.tool_state_bytes && contacts.nodes_offset == expected.nodes_offset &&
          contacts.node_bytes == expected.node_bytes && contacts.field_nodes == expected.field_nodes &&
          contacts.field_adds == expected.field_adds && contacts.field_offset == expected.field_offset &&
-         contacts.motion_count == expected.motion_count && contacts.motions_offset == expected.motions_offset;
+         contacts.amount_count == expected.amount_count && contacts.amounts_offset == expected.amounts_offset;
 }
 
 // The contacts must be laid out. [tool_count] and [node_count].
@@ -85,7 +85,7 @@ inline void clear_behind_field(palpate_contacts& contacts) {
 }
 
 inline double* amounts_behind(palpate_contacts& contacts) {
-  return const_cast<double*>(palpate_contacts_motions(&contacts));
+  return const_cast<double*>(palpate_contacts_amounts(&contacts));
 }
 
 }  // namespace palpate

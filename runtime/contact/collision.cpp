@@ -27,7 +27,7 @@ bool may_have_reached(const Clearance& clear, Vec3 p, double path, double sunk) 
 
 }  // namespace
 
-void Collision::create(SceneMemory& memory, DeformedSurface* surface, SurfaceIndex* rest, ContactField* field,
+void Collision::create(SceneMemory& memory, DeformedSurface* surface, SurfaceIndex* rest, SurfaceField* field,
                        StepWork* work) {
   memory.keep(turns_);
   surface_ = surface, rest_ = rest, field_ = field, work_ = work;
@@ -42,10 +42,10 @@ double Collision::reach(double moved) const {
 // m, an estimate of how far other contacts may have moved the place where this point's disc meets the surface: while the disc moves by its
 // radius, that place moves by no more than the longest way on which another contact holds the surface.
 double Collision::may_have_sunk(const PointState& state, Vec3 p, const ContactId& contact) const {
-  if (state.radius == 0 || (!surface_->may_sink(contact) && is_zero(state.sunk))) return 0;
+  if (state.disc.radius == 0 || (!surface_->may_sink(contact) && is_zero(state.disc.sunk))) return 0;
   const double deepest = surface_->deepest_but(contact);
-  return std::min(deepest + length(state.sunk), surface_->sum_of_changes() - state.clear.changes +
-                                                    length(p - state.clear.at) / state.radius * deepest);
+  return std::min(deepest + length(state.disc.sunk), surface_->sum_of_changes() - state.clear.changes +
+                                                         length(p - state.clear.at) / state.disc.radius * deepest);
 }
 
 void Collision::begin() {
@@ -124,15 +124,15 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   // this step. `sunk` is computed twice, at the place nearest to the point and then at the place nearest to the disc. It does not begin with
   // the `sunk` of an earlier step, so that forces do not depend on whether the last step tested the point.
   // Not beyond the box around the surface: such a tool may be far (TouchStep::far), and its points are not looked at.
-  NearestPoint nearest = surface_->nearest({}, p, reach(moved + length(state.sunk)));
+  NearestPoint nearest = surface_->nearest({}, p, reach(moved + length(state.disc.sunk)));
   Vec3 sunk;
   bool lacks_nodes = false;
-  const bool sinks = state.radius > 0 && surface_->may_sink({}) && surface_->may_hold(p, p);
+  const bool sinks = state.disc.radius > 0 && surface_->may_sink({}) && surface_->may_hold(p, p);
   for (int turn = 0; sinks && turn < 2 && nearest.surface_point.triangle >= 0; ++turn) {
-    sunk = surface_->below_disc({}, nearest.surface_point, state.radius, &lacks_nodes);
-    nearest = surface_->nearest({}, p - sunk, reach(moved + length(sunk - state.sunk)));
+    sunk = surface_->below_disc({}, nearest.surface_point, state.disc.radius, &lacks_nodes);
+    nearest = surface_->nearest({}, p - sunk, reach(moved + length(sunk - state.disc.sunk)));
   }
-  moved += length(sunk - state.sunk);
+  moved += length(sunk - state.disc.sunk);
   const Vec3 at = p - sunk, from = state.last - sunk;
   const bool over_held = lacks_nodes && length(sunk) > 0, in_surface = over_held && surface_->is_inside({}, p);
   if (!surface_->finished()) return Test::unfinished;
@@ -141,7 +141,8 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   // The nearest surface is farther away than it and the point together have moved: the side is as before. A contact that has ended
   // tells the side of the surface that was predicted without it.
   if (nearest.distance > moved && !state.has_ended) {
-    state.clear = clear, state.sunk = sunk, state.over_held = over_held, state.in_surface = in_surface && !state.inside;
+    state.clear = clear, state.disc.sunk = sunk, state.disc.over_held = over_held,
+    state.disc.in_surface = in_surface && !state.inside;
     return Test::done;
   }
   SurfaceCrossing crossing[DeformedSurface::kMaxCrossings];
@@ -153,7 +154,8 @@ Collision::Test Collision::test_free(PointState& state, Vec3 p) {
   if (surface_->finished() && !(knows_all && now_inside == (state.inside != (found % 2 == 1))))
     now_inside = surface_->is_inside({}, at);
   if (!surface_->finished()) return Test::unfinished;
-  state.clear = clear, state.sunk = sunk, state.over_held = over_held, state.in_surface = in_surface && !now_inside;
+  state.clear = clear, state.disc.sunk = sunk, state.disc.over_held = over_held,
+  state.disc.in_surface = in_surface && !now_inside;
   state.has_ended = false;
   bool followed = true;
   if (!state.inside)
@@ -190,15 +192,16 @@ bool Collision::look_for_contact(PointState& state, const SurfaceCrossing* cross
 
 void Collision::begin_contact(PointState& state, const SurfacePoint& surface_point, bool through) {
   state.contact = true;
-  state.through = through, state.doubted = state.has_no_rows = state.predicted = state.in_surface = false;
+  state.through = through, state.doubted = state.has_no_rows = state.predicted = state.disc.in_surface = false;
   state.anchor = surface_point;
   state.anchor_at_rest = surface_->tree().at_rest(surface_point);
   state.outward = surface_->tree().outward_at_rest(surface_point.triangle);
   state.tangent = Vec3{};
   state.clear = {};
-  state.drift = state.unseen = state.slack = state.lift = state.push = 0;
-  state.way = state.turn = {};
-  state.rides = false, state.begins = true, state.lean = Vec3{}, state.ridden = state.last;
+  state.drift = state.unseen = 0;
+  state.rides = false, state.begins = true;
+  state.slide = {};
+  state.slide.at = state.last;
 }
 
 void Collision::end_contact(PointState& state, const ContactId& contact) {
@@ -239,7 +242,7 @@ bool Collision::move_in_contact(PointState& state, Vec3 p, const ContactId& cont
 bool Collision::ask_pulled(const PointState& state, Vec3 p, const ContactId& contact, Vec3* at) {
   work_->add(surface_->take_work());
   surface_->limit_work(room_to_change(0) - overshoot_);
-  *at = p - state.sunk - surface_->displacement({AskedSurface::kWithout, contact}, state.anchor);
+  *at = p - state.disc.sunk - surface_->displacement({AskedSurface::kWithout, contact}, state.anchor);
   const bool finished = surface_->finished();
   work_->add(surface_->take_work());
   if (!finished) work_->defer();
@@ -253,12 +256,12 @@ bool Collision::ask_pulled(const PointState& state, Vec3 p, const ContactId& con
 // contacts at their own targets decides; a contact that pulls asks for no other one.
 Collision::Test Collision::test_contact(PointState& state, Vec3 p, const ContactId& contact, bool hold, double moved,
                                         bool pulls) {
-  const bool sinks = state.radius > 0 && surface_->may_sink(contact);
+  const bool sinks = state.disc.radius > 0 && surface_->may_sink(contact);
   Vec3 at, sunk;
   bool lacks_nodes = false;
   // The anchor's place is a surface point, so the nearest one is not farther away. The margin is for rounding.
   const auto nearest_of = [&](const AskedSurface& asked) {
-    sunk = sinks ? surface_->below_disc(asked, state.anchor, state.radius, &lacks_nodes) : Vec3{};
+    sunk = sinks ? surface_->below_disc(asked, state.anchor, state.disc.radius, &lacks_nodes) : Vec3{};
     at = p - sunk;
     const Vec3 to_anchor = at - surface_->displacement(asked, state.anchor) - state.anchor_at_rest;
     return surface_->nearest(asked, at, std::min(reach(moved), 1.000001 * length(to_anchor) + 1e-12));
@@ -287,7 +290,7 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, const Contact
   if (!predicts) {
     nearest = nearest_of(without);
     // Where the surface is farther away than it and the point have moved, the side is as before, if that was the side of this surface.
-    const bool stays = nearest.distance > moved + length(sunk - state.sunk) && !state.predicted;
+    const bool stays = nearest.distance > moved + length(sunk - state.disc.sunk) && !state.predicted;
     now_inside = stays ? state.inside : agrees(without, !nearest.outside);
     doubted = !now_inside && !asks_at_once && surface_->finished();
     predicts = doubted && predict();
@@ -303,7 +306,7 @@ Collision::Test Collision::test_contact(PointState& state, Vec3 p, const Contact
     return Test::unfinished;
   }
   state.doubted = false;
-  state.clear = clear, state.sunk = sunk, state.over_held = lacks_nodes && length(sunk) > 0;
+  state.clear = clear, state.disc.sunk = sunk, state.disc.over_held = lacks_nodes && length(sunk) > 0;
   if (now_inside)
     state.through = false;
   else if (state.inside)  // the point has come out in this step: note on which side
@@ -330,12 +333,13 @@ void Collision::follow(PointState& state, Vec3 p, const ContactId& contact) {
   // that much less far; a full step would overshoot and swing.
   const double asked = length(p - state.anchor_at_rest - surface_->moved(state.anchor)), own = length(moved - others);
   const double share = own > 0 ? asked / (asked + own) : 1;
-  const Vec3 at = state.begins ? p - state.sunk : p;
+  const Vec3 at = state.begins ? p - state.disc.sunk : p;
   slide(state, state.anchor_at_rest + share * (at - moved - state.anchor_at_rest));
 }
 
 void Collision::ride(PointState& state, Vec3 p) {
-  const Vec3 off = p - state.ridden, along = state.way.take(off - dot(off, state.axis) * state.axis);
+  const Vec3 off = p - state.slide.at,
+             along = state.slide.way.take(off - dot(off, state.slide.axis) * state.slide.axis);
   if (length(along) > kStill) slide(state, state.anchor_at_rest + along);
 }
 

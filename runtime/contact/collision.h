@@ -19,7 +19,27 @@ struct Clearance {
   double distance = 0;  // m, between it and the surface; 0: unknown
   double per_path = 0;  // m / sqrt(J), as in NearestPoint
   double path = 0;      // sqrt(J), of the surface's changes, then
-  double changes = 0;   // m, of the contacts' ways, then (ContactField)
+  double changes = 0;   // m, of the contacts' ways, then (SurfaceField)
+};
+
+// The disc that a tool point presses, where it meets the surface.
+struct PointDisc {
+  double radius = 0;  // m; 0: the point has none
+  Vec3 sunk;          // m, how far the disc meets the surface from where its points are (DeformedSurface::below_disc)
+  bool over_held = false;   // nodes below it are held, and others are displaced
+  bool in_surface = false;  // free, over held nodes: the point is inside, and the disc does not touch yet
+  bool unused[6] = {};      // in the place of padding, which a saved state would hold
+};
+
+// What a contact that slides leaves to the next step.
+struct PointSlide {
+  Vec3 at;           // m, the disc's mean place; before, where the tool was before the contact
+  Vec3 axis;         // unit, of its law
+  Vec3 lean;         // how its normal turned there (DiscSlide)
+  double push = 0;   // N, the same
+  Easing way, turn;  // of its anchor, m, and of its axis
+  double slack = 0;  // m, by which the contact gives way along the normal (slide_energy.h)
+  double lift = 0;   // m, outward, of the disc's mean place from its anchor where the contact began
 };
 
 // One tool point from step to step.
@@ -34,15 +54,11 @@ struct PointState {
   bool has_no_rows = false;  // in contact: the contact has held nodes alone, so that it has no force
   bool has_ended = false;    // its contact has ended since the point was last tested
   bool predicted = false;    // in contact: `inside` is of the predicted surface
-  bool rides = false;        // in contact: the next four are known, of a disc that slides almost freely
+  bool rides = false;        // in contact: `slide` is known to its push, of a disc that slides almost freely
   bool begins = false;       // the contact has had no rows yet
-  bool over_held = false;    // of its disc: nodes below it are held, and others are displaced
-  bool in_surface = false;   // free, of a disc over held nodes: the point is inside, and the disc does not touch yet
-  bool unused[6] = {};       // in the place of padding, which a saved state would hold
   std::int32_t waited = 0;   // free: steps since `last`, which is then where the point was last tested
   Vec3 last;                 // m, where the point was in the last step that followed it
-  double radius = 0;         // m, of its disc; 0: it has none
-  Vec3 sunk;  // m, how far the disc meets the surface from where its points are (DeformedSurface::below_disc)
+  PointDisc disc;
   Clearance clear;
   double drift = 0;  // sqrt(J), in contact: sum of the changes of the surface without this contact's part
   // m: how far the surface (in contact, point and surface) may have moved in steps that put the test off.
@@ -50,14 +66,8 @@ struct PointState {
   SurfacePoint anchor;  // the surface point that the tool point holds
   Vec3 anchor_at_rest;  // m
   Vec3 outward;         // unit normal of the anchor's triangle at rest
-  Vec3 ridden;       // m, where the last step left the disc's mean place; before, where the tool was before the contact
-  Vec3 axis;         // unit, of its law
-  Vec3 lean;         // how its normal turned there (DiscSlide)
-  double push = 0;   // N, the same
-  Easing way, turn;  // of its anchor, m, and of its axis
-  double slack = 0;  // m, by which the contact gives way along the normal (slide_energy.h)
-  double lift = 0;   // m, outward, of the disc's mean place from its anchor where the contact began
-  Vec3 tangent;      // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
+  PointSlide slide;
+  Vec3 tangent;  // of the contact's frame; turns with the surface as the anchor moves; zero: none yet
 };
 
 // The limits beyond which a tool point is no longer followed.
@@ -70,7 +80,7 @@ class Collision {
  public:
   // surface: answers the queries of a step. rest: the same surface, in buckets, over which anchors slide. field: nullptr where
   // the surface is at rest. work: of the step. All are borrowed.
-  void create(SceneMemory& memory, DeformedSurface* surface, SurfaceIndex* rest, ContactField* field, StepWork* work);
+  void create(SceneMemory& memory, DeformedSurface* surface, SurfaceIndex* rest, SurfaceField* field, StepWork* work);
 
   // Moves one tool point to p (m) and updates its state. hold: a contact does not end by coming out. Returns false where the
   // point was not followed: it moved too far in one step, through the organ, or away from its contact.
@@ -121,7 +131,7 @@ class Collision {
 
   DeformedSurface* surface_ = nullptr;
   SurfaceIndex* rest_ = nullptr;
-  ContactField* field_ = nullptr;
+  SurfaceField* field_ = nullptr;
   StepWork* work_ = nullptr;
   Turns turns_;  // of the tests
   ContactAdmission::Cost next_;

@@ -11,17 +11,6 @@ namespace {
 constexpr Operations kMostMeasuring = 30'000;
 // Of one 3 x 3 entry of the tensors.
 constexpr Operations kEntry = 15;
-// Of a node's displacement by that many contact nodes: three distant reads for each.
-Operations operations_at_node(std::int32_t contact_nodes) {
-  return 10 + Operations{3} * contact_nodes;
-}
-// The same of a node among all nodes, which are evaluated at once.
-Operations operations_in_run(std::int32_t contact_nodes) {
-  return 5 + Operations{contact_nodes};
-}
-// Nodes that are evaluated at a time.
-constexpr std::int32_t kRun = 64;
-
 // m, along x, y and z.
 Vec3 way_of(const ContactConstraints& set, std::int32_t p) {
   const ContactConstraint& constraint = set.constraints[p];
@@ -40,130 +29,79 @@ double rounding_of(const Tensors& tensors) {
 
 }  // namespace
 
-bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t contacts) const {
+bool ContactField::create_layer(SceneMemory& memory, Layer& layer, std::int32_t contacts,
+                                std::int32_t surface_nodes) const {
   layer.contacts = memory.array<Contact>(static_cast<std::size_t>(contacts));
-  if (!create_known(memory, layer.known)) return false;
+  if (!layer.known.create(memory, surface_nodes)) return false;
   memory.keep(layer.contact_count);
   memory.keep(layer.adds);
+  memory.keep(layer.norm), memory.keep(layer.linear_norm);
   memory.keep_array(layer.contacts, static_cast<std::size_t>(contacts), layer.contact_count);
-  // What is known costs a step less work, which is counted.
-  memory.keep(layer.known.now);
-  memory.keep(layer.known.count);
-  memory.keep(layer.known.few);
-  memory.keep_array(layer.known.at, static_cast<std::size_t>(surface_nodes_));
-  memory.keep_array(layer.known.stamp, static_cast<std::size_t>(surface_nodes_));
-  return !memory.failed();
-}
-
-bool ContactField::create_known(SceneMemory& memory, Known& known) const {
-  known.at = memory.array<Vec3>(static_cast<std::size_t>(surface_nodes_));
-  known.stamp = memory.array<std::uint32_t>(static_cast<std::size_t>(surface_nodes_));
+  layer.known.keep_state(memory);
   return !memory.failed();
 }
 
 bool ContactField::create(SceneMemory& memory, const DisplacementField* field, std::int32_t node_capacity,
                           std::int32_t contact_capacity, std::int32_t surface_nodes) {
   field_ = field, surface_nodes_ = surface_nodes;
-  predicted_ = memory.array<Vec3>(static_cast<std::size_t>(node_capacity));
+  predicted_.force = memory.array<Vec3>(static_cast<std::size_t>(node_capacity));
   norms_ = memory.array<ConstraintNorms>(static_cast<std::size_t>(contact_capacity));
-  if (!predicted_loads_.create(memory, node_capacity) || !create_known(memory, known_without_) ||
-      !create_known(memory, known_predicted_) || !create_layer(memory, layer_[0], contact_capacity) ||
-      !create_layer(memory, layer_[1], contact_capacity))
+  if (!predicted_.loads.create(memory, node_capacity) || !without_.known.create(memory, surface_nodes) ||
+      !predicted_.known.create(memory, surface_nodes) ||
+      !create_layer(memory, layer_[0], contact_capacity, surface_nodes) ||
+      !create_layer(memory, layer_[1], contact_capacity, surface_nodes))
     return false;
-  for (double* norm : {&norm_, &norm_before_, &linear_norm_, &linear_norm_before_, &path_, &path_set_, &path_before_})
-    memory.keep(*norm);
-  memory.keep(deepest_), memory.keep(second_deepest_), memory.keep(sum_of_changes_);
+  memory.keep(path_), memory.keep(ways_);
   forget();
   return true;
 }
 
 void ContactField::restored(const Tensors& tensors, ContactSolver* solver) {
-  if (body_) return;
   tensors_ = &tensors, is_set_ = true;
-  without_id_ = {};
+  without_.id = {};
   solver_ = count() > 0 ? solver : nullptr;  // the last step has left either contacts or a surface at rest
 }
 
 void ContactField::forget() {
-  if (body_) return;  // which forgets its own
   for (Layer& layer : layer_) {
     layer.contact_count = layer.adds = 0;
-    forget_nodes(layer.known);
-    expect(layer.known, 0, false);
+    layer.norm = layer.linear_norm = 0;
+    layer.known.forget();
+    layer.known.expect(0, false);
   }
-  without_id_ = {};
+  without_.id = {};
   solver_ = nullptr;
-  norm_ = norm_before_ = linear_norm_ = linear_norm_before_ = path_ = path_set_ = path_before_ = 0;
-  deepest_ = {}, second_deepest_ = sum_of_changes_ = 0;
+  path_ = {}, ways_ = {};
 }
 
-void ContactField::forget_nodes(Known& known) const {
-  known.count = 0;
-  if (++known.now != 0) return;
-  std::fill(known.stamp, known.stamp + surface_nodes_, 0u);
-  known.now = 1;
-}
-
-// many: all nodes are likely to be asked for.
-void ContactField::expect(Known& known, std::int32_t contact_nodes, bool many) const {
-  const Operations most = kMostOneByOne / operations_at_node(contact_nodes);
-  known.few = static_cast<std::int32_t>(std::min<Operations>(surface_nodes_ / (many ? kFewAgain : kFew), most));
-}
-
-Vec3 ContactField::keep(Known& known, std::int32_t node, Vec3 u) {
-  known.stamp[node] = known.now;
-  return known.at[node] = is_finite(u) ? u : Vec3{};
-}
-
-// A node that was not evaluated costs its loads; where it is one too many, all nodes are evaluated, if that fits.
 template <class Added>
-Vec3 ContactField::recall(Known& known, std::int32_t node, const LoadField& loads, QueryWork* work, Added added) const {
-  if (is_known(known, node)) return known.at[node];
-  if (are_many(known) && !tensors_->compliance &&
-      work->fits(surface_nodes_ * (operations_in_run(loads.acting()) + operations_moved())))
-    return evaluate_all(known, loads, work, added) ? known.at[node] : Vec3{};
-  if (!work->take(operations_at_node(loads.acting()) + operations_moved())) return {};
-  ++known.count;
-  return keep(known, node, loads.at_node(node) + added(node));
-}
-
-// Those that are known stay. False where the query ends.
-template <class Added>
-bool ContactField::evaluate_all(Known& known, const LoadField& loads, QueryWork* work, Added added) const {
-  if (!work->take(surface_nodes_ * (operations_in_run(loads.acting()) + operations_moved()))) return false;
-  known.count = surface_nodes_ + 1;
-  double run[3 * kRun];
-  for (std::int32_t first = 0; first < surface_nodes_; first += kRun) {
-    const std::int32_t nodes = std::min(kRun, surface_nodes_ - first);
-    loads.at_run(first, nodes, run);
-    for (std::int32_t n = 0; n < nodes; ++n)
-      if (!is_known(known, first + n)) keep(known, first + n, load3(run + 3 * n) + added(first + n));
-  }
-  return true;
+Vec3 ContactField::recall(KnownNodes& known, std::int32_t node, const LoadField& loads, QueryWork* work,
+                          Added added) const {
+  return known.recall(node, loads, !tensors_->compliance, operations_moved(), work, added);
 }
 
 void ContactField::swap_layers() {
   is_set_ = true;
   std::swap(layer_[0], layer_[1]);
-  norm_before_ = norm_, linear_norm_before_ = linear_norm_, path_before_ = path_set_;
+  path_.before = path_.set;
   now_->contact_count = now_->adds = 0;
-  forget_nodes(now_->known);
-  without_id_ = {};
+  now_->known.forget();
+  without_.id = {};
 }
 
 void ContactField::begin_moved() {
   is_set_ = false;
   if (offset_->stepped() == 0) return;
-  path_ += offset_->stepped() / moved_reach_;
-  forget_nodes(now_->known);
-  without_id_ = {};
+  path_.now += offset_->stepped() / moved_reach_;
+  now_->known.forget();
+  without_.id = {};
 }
 
 void ContactField::set_rest() {
   swap_layers();
   solver_ = nullptr;
-  norm_ = linear_norm_ = 0, path_ += norm_before_;
-  path_set_ = path_;
+  now_->norm = now_->linear_norm = 0, path_.now += before_->norm;
+  path_.set = path_.now;
   measure_ways();
 }
 
@@ -174,22 +112,22 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   solver_ = solver;
   Layer& now = *now_;
   nodes_ = set.nodes, force_ = force;
-  expect(now.known, field_->loads().acting(), are_all(before_->known));
+  now.known.expect(field_->loads().acting(), before_->known.are_all());
   const bool measured = solver->operations_to_measure() <= most;
   const ReactionNorms norms = measured ? solver->measure_norms(set, norms_) : solver->bound_norms(set, norms_);
   *work += norms.operations;
-  norm_ = linear_norm_ = norms.whole;
+  now.norm = now.linear_norm = norms.whole;
   gather_contacts(set, norms_, measured);
   measure_ways();
   if (added_ && count() > 0) share_added_field();
   if (measured) remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
-  double change = std::min(measure_contacts(norms.change_of_kept, most - *work, work), norm_before_ + norm_);
+  double change = std::min(measure_contacts(norms.change_of_kept, most - *work, work), before_->norm + now.norm);
   if (change > norms.change_of_kept || !measured) change = std::min(change, measure_whole_change(most - *work, work));
   if (now.adds && before_->adds) change += added_->change() / reach_;
-  if (now.adds != before_->adds) change = norm_before_ + norm_;
-  path_ += change;
-  path_set_ = path_;
+  if (now.adds != before_->adds) change = before_->norm + now.norm;
+  path_.now += change;
+  path_.set = path_.now;
 }
 
 // Sums the norms of the constraints of each contact. The constraints of a contact are neighbours in the list.
@@ -215,24 +153,24 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
   // |f - g|^2 = |f|^2 - 2 f C g + |g|^2 in the norm of energy.
   for (std::int32_t c = 0; c < now.contact_count; ++c) {
     Contact& contact = now.contacts[c];
-    const double squared = norm_ * norm_ - 2 * contact.work + contact.own * contact.own;
+    const double squared = now.norm * now.norm - 2 * contact.work + contact.own * contact.own;
     contact.without = now.contact_count == 1 ? 0
-                      : measured ? std::min(norm_ + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * norm_)
-                                 : norm_ + contact.own;
+                      : measured ? std::min(now.norm + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * now.norm)
+                                 : now.norm + contact.own;
   }
 }
 
 // As a disc moves over the surface by its radius, what it does to others changes by as much as it does.
 void ContactField::measure_ways() {
-  deepest_ = {}, second_deepest_ = 0;
+  ways_.deepest = ways_.second = 0, ways_.deepest_id = {};
   double change = 0;
   for (std::int32_t c = 0; c < now_->contact_count; ++c) {
     const Contact& now = now_->contacts[c];
     const double way = length(now.way);
-    if (way > deepest_.way)
-      second_deepest_ = deepest_.way, deepest_ = {way, now.id};
+    if (way > ways_.deepest)
+      ways_.second = ways_.deepest, ways_.deepest = way, ways_.deepest_id = now.id;
     else
-      second_deepest_ = std::max(second_deepest_, way);
+      ways_.second = std::max(ways_.second, way);
     const Contact* const before = find(*before_, now.id);
     double own = before ? length(now.way - before->way) : way;
     if (before && now.radius > 0) own += way * std::min(1.0, length(now.place - before->place) / now.radius);
@@ -241,7 +179,7 @@ void ContactField::measure_ways() {
   for (std::int32_t c = 0; c < before_->contact_count; ++c)
     if (const Contact& before = before_->contacts[c]; !find(*now_, before.id))
       change = std::max(change, length(before.way));
-  sum_of_changes_ += change;
+  ways_.sum_of_changes += change;
 }
 
 // What each contact makes of the added field, and what that adds to the norms.
@@ -251,7 +189,7 @@ void ContactField::share_added_field() {
   Layer& now = *now_;
   now.adds = 1;
   const double longest = added_->longest() / reach_;
-  norm_ += longest;
+  now.norm += longest;
   for (std::int32_t c = 0; c < now.contact_count; ++c) {
     Contact& contact = now.contacts[c];
     double beside = 0;  // J, of the contact's forces
@@ -271,9 +209,9 @@ void ContactField::remember_held_nodes(const ContactConstraints& set, const Cons
     const ContactNode& held = set.nodes[constraint.first_node];
     if (constraint.node_count != 1 || held.weight != 1 || constraint.axes != all_axes) continue;
     const Vec3 along = each[p].displacement;
-    if (is_known(now_->known, held.node)) continue;
-    keep(now_->known, held.node,
-         (constraint.framed ? transposed_times(constraint.frame, along) : along) + added_at(*now_, held.node));
+    if (now_->known.has(held.node)) continue;
+    now_->known.keep(held.node, (constraint.framed ? transposed_times(constraint.frame, along) : along) +
+                                    added_at(*now_, held.node));
   }
 }
 
@@ -319,7 +257,7 @@ double ContactField::change_of(const Contact& before, const Contact& now) const 
 
 // m, of any node that a contact holds, by the contacts of the layer before alone. Nodes inside are not remembered.
 Vec3 ContactField::held_before(std::int32_t node, QueryWork* work) {
-  if (is_on_surface(node)) return before_at_node(node, work) - added_at(*before_, node);
+  if (node < surface_nodes_) return before_at_node(node, work) - added_at(*before_, node);
   const LoadField& loads = field_->loads_before();
   if (!work->take(kEntry * loads.count())) return {};
   const Vec3 u = loads.at_node(node);
@@ -332,10 +270,10 @@ double ContactField::measure_whole_change(Operations most, Operations* work) {
   Operations cost = 0;
   const LoadField& before = field_->loads_before();
   for (std::int32_t e = 0; e < count(); ++e)
-    if (!is_on_surface(nodes_[e].node))
+    if (nodes_[e].node >= surface_nodes_)
       cost += kEntry * before.count();
-    else if (!is_known(before_->known, nodes_[e].node))
-      cost += operations_at_node(before.acting());
+    else if (!before_->known.has(nodes_[e].node))
+      cost += KnownNodes::alone(before.acting());
   most = std::min(kMostMeasuring, most);
   if (cost > most) return INFINITY;
   double between = 0;
@@ -344,7 +282,7 @@ double ContactField::measure_whole_change(Operations most, Operations* work) {
   for (std::int32_t e = 0; e < count(); ++e) between += dot(force_[e], held_before(nodes_[e].node, &queries));
   *work += queries.done();
   if (queries.ended()) return INFINITY;
-  return norm_of_difference(linear_norm_, linear_norm_before_, between);
+  return norm_of_difference(now_->linear_norm, before_->linear_norm, between);
 }
 
 const ContactField::Contact* ContactField::find(const Layer& layer, const ContactId& id) {
@@ -354,36 +292,31 @@ const ContactField::Contact* ContactField::find(const Layer& layer, const Contac
 }
 
 double ContactField::own_norm(const ContactId& id) const {
-  if (body_) return body_->own_norm(id);
   const Contact* contact = find(*now_, id);
   if (contact && now_->adds && now_->contact_count == 1)
-    return norm_;  // what `adds` comes from a body that has no offset
+    return now_->norm;  // what `adds` comes from a body that has no offset
   return contact ? contact->ratio * contact->own : 0;
 }
 
 double ContactField::norm_without(const ContactId& id) const {
-  if (body_) return body_->norm_without(id);
   const Contact* contact = find(*now_, id);
-  return (contact ? contact->without : norm_) + moved_norm();
+  return (contact ? contact->without : now_->norm) + moved_norm();
 }
 
 double ContactField::last_change_without(const ContactId& id) const {
-  if (body_) return body_->last_change_without(id);
   const Contact *now = find(*now_, id), *before = find(*before_, id);
   const double own = now ? now->ratio * now->own_change + now->ratio_change : before ? before->ratio * before->own : 0;
   return std::min(last_change() + own,
-                  (now ? now->without : norm_) + (before ? before->without : norm_before_) + moved_change());
+                  (now ? now->without : now_->norm) + (before ? before->without : before_->norm) + moved_change());
 }
 
 bool ContactField::pulls_among_others(const ContactId& id, Vec3 outward) const {
-  if (body_) return body_->pulls_among_others(id, outward);
   const Contact* own = find(*now_, id);
   if (!own || now_->contact_count == 1) return false;
   return dot(own->force, outward) > 0;
 }
 
 void ContactField::end(const ContactId& id) {
-  if (body_) return body_->end(id);
   Contact* const own = const_cast<Contact*>(find(*now_, id));
   if (!own || own->ended) return;
   own->ended = true;
@@ -391,38 +324,37 @@ void ContactField::end(const ContactId& id) {
 }
 
 Operations ContactField::operations_to_predict(const ContactId& id) const {
-  return body_ || !solver_ ? 0 : solver_->operations_to_predict(id);
+  return !solver_ ? 0 : solver_->operations_to_predict(id);
 }
 
 bool ContactField::predict_without(const ContactId& id, Operations most, Operations* work) {
-  if (body_) return body_->predict_without(id, work);
-  forget_nodes(known_predicted_);
-  if (!solver_ || !solver_->predict_without(id, most, predicted_, &predicted_norm_, &predicted_apart_, work))
+  predicted_.known.forget();
+  if (!solver_ || !solver_->predict_without(id, most, predicted_.force, &predicted_.norm, &predicted_.apart, work))
     return false;
   const LoadField& loads = field_->loads();
-  predicted_loads_.begin(*tensors_);
+  predicted_.loads.begin(*tensors_);
   for (std::int32_t e = 0; e < loads.count(); ++e)
-    predicted_loads_.add(loads.column(e), solver_->modified(e, predicted_[e]));
+    predicted_.loads.add(loads.column(e), solver_->modified(e, predicted_.force[e]));
   if (has_given()) {
-    std::fill_n(predicted_given_, offset_->count(), 0.0);
+    std::fill_n(predicted_.given, offset_->count(), 0.0);
     for (std::int32_t e = 0; e < loads.count(); ++e)
-      offset_->subtract_force(solver_->matrix().held().nodes[e].node, predicted_[e], predicted_given_);
-    offset_->solve(predicted_given_);
+      offset_->subtract_force(solver_->matrix().held().nodes[e].node, predicted_.force[e], predicted_.given);
+    offset_->solve(predicted_.given);
   }
-  expect(known_predicted_, predicted_loads_.acting(), are_all(now_->known));
-  predicted_own_ = find(*now_, id);
+  predicted_.known.expect(predicted_.loads.acting(), now_->known.are_all());
+  predicted_.own = find(*now_, id);
   if (!now_->adds) return true;
   std::int32_t gone = 0;
   for_gone([&](const Contact&) { ++gone; });
-  predicts_rest_ = gone == now_->contact_count;
-  if (predicts_rest_) {
-    predicted_norm_ = 0, predicted_apart_ = norm_;
+  predicted_.is_rest = gone == now_->contact_count;
+  if (predicted_.is_rest) {
+    predicted_.norm = 0, predicted_.apart = now_->norm;
     return true;
   }
-  predicted_norm_ += added_->longest() / reach_;
+  predicted_.norm += added_->longest() / reach_;
   for_gone([&](const Contact& contact) {
     const double beside = std::fabs(contact.ratio - 1) * contact.own;
-    predicted_norm_ += beside, predicted_apart_ += beside;
+    predicted_.norm += beside, predicted_.apart += beside;
   });
   return true;
 }
@@ -431,15 +363,14 @@ bool ContactField::predict_without(const ContactId& id, Operations most, Operati
 template <class Visit>
 void ContactField::for_gone(Visit visit) const {
   for (const Contact* c = now_->contacts; c != now_->contacts + now_->contact_count; ++c)
-    if (c->ended || c == predicted_own_) visit(*c);
+    if (c->ended || c == predicted_.own) visit(*c);
 }
 
 Vec3 ContactField::predicted_at_node(std::int32_t node, QueryWork* work) {
-  if (body_) return body_->predicted_at_node(node, work);
-  if (now_->adds && predicts_rest_) return {};
-  return recall(known_predicted_, node, predicted_loads_, work, [&](std::int32_t n) {
+  if (now_->adds && predicted_.is_rest) return {};
+  return recall(predicted_.known, node, predicted_.loads, work, [&](std::int32_t n) {
     if (!now_->adds)
-      return has_given() ? moved_at(*now_, n) + offset_->given_by(predicted_given_, n) : moved_at(*now_, n);
+      return has_given() ? moved_at(*now_, n) + offset_->given_by(predicted_.given, n) : moved_at(*now_, n);
     Vec3 added = added_->now(n);
     for_gone([&](const Contact& gone) {
       added = added - (gone.ratio - 1) * field_->loads().at_node(n, gone.first, gone.last);
@@ -455,36 +386,34 @@ Vec3 ContactField::known_at(Layer& layer, std::int32_t node, QueryWork* work) co
   });
 }
 
-Vec3 ContactField::evaluate_at_node(std::int32_t node, QueryWork* work) {
-  return body_ ? body_->at_node(node, work) : known_at(*now_, node, work);
-}
-
 Vec3 ContactField::before_at_node(std::int32_t node, QueryWork* work) {
-  if (body_) return body_->before_at_node(node, work);
-  const Known& before = before_->known;
-  const bool costs_much = surface_nodes_ * operations_in_run(field_->loads_before().acting()) > kMostOneByOne;
-  if (costs_much && !is_known(before, node) && are_many(before) && are_all(now_->known)) work->end();
+  const KnownNodes& before = before_->known;
+  if (before.all_cost_much(field_->loads_before().acting()) && !before.has(node) && before.are_many() &&
+      now_->known.are_all())
+    work->end();
   return known_at(*before_, node, work);
 }
 
 Vec3 ContactField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {
-  if (body_) return body_->at_node_without(node, id, work);
-  if (id != without_id_) {
-    without_id_ = id;
-    without_ = find(*now_, id);
-    forget_nodes(known_without_);
-    if (without_ && has_given())
-      solver_->matrix().find_given(*offset_, solver_->system().reactions(), id, without_given_);
+  Without& asked = without_;
+  if (id != asked.id) {
+    asked.id = id;
+    asked.contact = find(*now_, id);
+    asked.known.forget();
+    if (asked.contact && has_given())
+      solver_->matrix().find_given(*offset_, solver_->system().reactions(), id, asked.given);
   }
-  if (!without_) return at_node(node, work);
+  if (!asked.contact) return at_node(node, work);
   if (now_->contact_count == 1) return moved_at(*now_, node);
-  if (is_known(known_without_, node)) return known_without_.at[node];
+  if (asked.known.has(node)) return asked.known.at(node);
   const Vec3 all = at_node(node, work);
   const LoadField& loads = field_->loads();
-  if (!work->take(operations_at_node(loads.acting(without_->first, without_->last)))) return {};
-  Vec3 linear = loads.at_node(node, without_->first, without_->last);
-  if (has_given()) linear += offset_->given_by(without_given_, node);
-  return keep(known_without_, node, all - (without_->ratio == 1 ? linear : without_->ratio * linear));
+  const std::int32_t first = asked.contact->first, last = asked.contact->last;
+  if (!work->take(KnownNodes::alone(loads.acting(first, last)))) return {};
+  Vec3 linear = loads.at_node(node, first, last);
+  if (has_given()) linear += offset_->given_by(asked.given, node);
+  const double ratio = asked.contact->ratio;
+  return asked.known.keep(node, all - (ratio == 1 ? linear : ratio * linear));
 }
 
 }  // namespace palpate

@@ -1,8 +1,7 @@
-// What collision asks of the displacement field (displacement_field.h): it remembers the nodes that were evaluated, predicts the field
-// without a contact, and has bounds on how far the field moves any node.
+// The displacement of the linear organ's surface as collision asks for it (surface_field.h): displacement_field.h, of which it remembers
+// the nodes that were evaluated, with predictions and bounds.
 #pragma once
 
-#include <cassert>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
@@ -10,37 +9,30 @@
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/contact_solver.h"
 #include "runtime/contact/displacement_field.h"
+#include "runtime/contact/known_nodes.h"
 #include "runtime/contact/offset.h"
 #include "runtime/contact/surface_field.h"
 #include "runtime/surface/surface_tree.h"
 
 namespace palpate {
 
-class ContactField {
+class ContactField final : public SurfaceField {
  public:
-  // Share of the nodes that is evaluated one by one before all others are at once; where the field before was evaluated at all nodes,
-  // the smaller one. For many contact nodes fewer: so many operations at most. Where the query has no room for all at once, one by one.
-  static constexpr std::int32_t kFew = 3, kFewAgain = 32;
-  static constexpr Operations kMostOneByOne = 60'000;
-
   // field: of the same contacts, set before this one. borrowed.
   bool create(SceneMemory& memory, const DisplacementField* field, std::int32_t node_capacity,
               std::int32_t contact_capacity, std::int32_t surface_nodes);
-  // In place of create(): the field of a body that has its own answers all that is asked. borrowed.
-  void follow(SurfaceField* body) { body_ = body; }
-  // Beside create(): what `added` has adds to the contacts' field, while there are contacts. A contact that is alone makes all of it. Of
-  // several, each makes as many times its own linear part as its nodes move, along its forces, farther than the linear field moves
-  // them. reach: m / sqrt(J), the same for all nodes. borrowed.
+  // What `added` has adds to the contacts' field, while there are contacts. A contact that is alone makes all of it. Of several, each makes
+  // as many times its own linear part as its nodes move, along its forces, farther than the linear field moves them.
+  // reach: m / sqrt(J), the same for all nodes. borrowed.
   void add(const AddedField* added, double reach) { added_ = added, reach_ = reach; }
-  // Beside create(): the offset adds to the contacts' field, with contacts and without. It belongs to no contact.
+  // The offset adds to the contacts' field, with contacts and without. It belongs to no contact.
   // reach: m / sqrt(J), in which its length is stated as a norm (set_reaches of the scene). borrowed.
   void move(const Offset* offset, double reach) { offset_ = offset, moved_reach_ = reach; }
-  bool has_offset() const { return offset_ != nullptr; }
-  // m, of a surface node: the offset alone.
-  Vec3 moved_at_node(std::int32_t node) const { return offset_ ? offset_->now(node) : Vec3{}; }
+  bool has_offset() const override { return offset_ != nullptr; }
+  Vec3 moved_at_node(std::int32_t node) const override { return offset_ ? offset_->now(node) : Vec3{}; }
   // The offset has begun a step: until set() the field is that of the last step's contacts, moved by the offset.
   void begin_moved();
-  bool exists() const { return body_ || field_; }
+  bool exists() const { return field_ != nullptr; }
   void forget();
   // Completes a restored state (scene_memory.h) by what follows from it.
   void restored(const Tensors& tensors, ContactSolver* solver);
@@ -53,55 +45,38 @@ class ContactField {
            Operations most, Operations* work);
   // A step without a solution: the surface is at rest.
   void set_rest();
-  bool empty() const { return body_ ? body_->empty() : count() == 0 && !offset_; }
 
-  // The contact ends. The field stays as it is until the next set(); predictions are of the others alone.
-  void end(const ContactId& id);
-
-  // Displacement of a surface node, m. The field remembers it until the next set(). Where many have been asked for, it evaluates
-  // all others at once.
-  Vec3 at_node(std::int32_t node, QueryWork* work) {
-    return !body_ && is_known(now_->known, node) ? now_->known.at[node] : evaluate_at_node(node, work);
+  bool empty() const override { return count() == 0 && !offset_; }
+  void end(const ContactId& id) override;
+  // Of a node of the surface. The field remembers it until the next set(). Where many have been asked for, it evaluates all others at once.
+  Vec3 at_node(std::int32_t node, QueryWork* work) override {
+    return now_->known.has(node) ? now_->known.at(node) : known_at(*now_, node, work);
   }
-  // The same of the field before the last set(). A step does not evaluate both fields at all nodes where that costs much: the query
-  // ends, and in the next step this field is the one before.
-  Vec3 before_at_node(std::int32_t node, QueryWork* work);
-  // The same without the part of the contact.
-  Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work);
+  Vec3 before_at_node(std::int32_t node, QueryWork* work) override;
+  Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) override;
 
-  // Predicts the field as if the contact ended and all others kept their targets and laws; predicted_at_node()
-  // then reads it. False where the prediction takes more than `most`.
-  bool predict_without(const ContactId& id, Operations most, Operations* work);
-  // The fewest operations that it takes; zero where it is not possible.
-  Operations operations_to_predict(const ContactId& id) const;
-  Vec3 predicted_at_node(std::int32_t node, QueryWork* work);
-  // Whether the contact pulls at the organ along `outward`, with other contacts beside it.
-  bool pulls_among_others(const ContactId& id, Vec3 outward) const;
-  // sqrt(J): of the predicted field; of its difference from the field.
-  double predicted_norm() const { return body_ ? body_->predicted_norm() : predicted_norm_ + moved_norm(); }
-  double predicted_apart() const { return body_ ? body_->predicted_apart() : predicted_apart_; }
+  bool predict_without(const ContactId& id, Operations most, Operations* work) override;
+  Operations operations_to_predict(const ContactId& id) const override;
+  Vec3 predicted_at_node(std::int32_t node, QueryWork* work) override;
+  bool pulls_among_others(const ContactId& id, Vec3 outward) const override;
+  double predicted_norm() const override { return predicted_.norm + moved_norm(); }
+  double predicted_apart() const override { return predicted_.apart; }
 
-  // m: as ContactSolver::beyond_mesh(), of the contacts of this field.
-  Vec3 beyond_mesh(const ContactDisc& disc, const ContactId& id, bool predicted) const {
-    return solver_ && !body_ ? solver_->beyond_mesh(disc, id, predicted) : Vec3{};
+  double norm() const override { return now_->norm + moved_norm(); }
+  double path() const override { return path_.now; }
+  double last_change() const override { return path_.now - path_.before; }
+  double own_norm(const ContactId& id) const override;
+  double norm_without(const ContactId& id) const override;
+  double last_change_without(const ContactId& id) const override;
+
+  Vec3 beyond_mesh(const ContactDisc& disc, const ContactId& id, bool predicted) const override {
+    return solver_ ? solver_->beyond_mesh(disc, id, predicted) : Vec3{};
   }
-  std::int32_t discs() const { return solver_ && !body_ ? solver_->matrix().held().discs : 0; }
-  // m: the longest way on which a contact holds its place, without that of `id`. No contact moves another place farther.
-  double deepest_but(const ContactId& id) const {
-    return body_ ? 0 : deepest_.id == id ? second_deepest_ : deepest_.way;
+  std::int32_t discs() const override { return solver_ ? solver_->matrix().held().discs : 0; }
+  double deepest_but(const ContactId& id) const override {
+    return ways_.deepest_id == id ? ways_.second : ways_.deepest;
   }
-  // m: the sum over the steps of the largest change of such a way.
-  double sum_of_changes() const { return body_ ? 0 : sum_of_changes_; }
-
-  // sqrt(J), as surface_tree.h explains: of the field; the sum of the norms of its changes; of the changes since the last set()
-  // but one.
-  double norm() const { return body_ ? body_->norm() : norm_ + moved_norm(); }
-  double path() const { return body_ ? body_->path() : path_; }
-  double last_change() const { return body_ ? body_->last_change() : path_ - path_before_; }
-  // Of the part of one contact; of all others together; of the change of all others by the last set(). Upper bounds.
-  double own_norm(const ContactId& id) const;
-  double norm_without(const ContactId& id) const;
-  double last_change_without(const ContactId& id) const;
+  double sum_of_changes() const override { return ways_.sum_of_changes; }
 
  private:
   struct Contact {
@@ -119,43 +94,46 @@ class ContactField {
     Vec3 place;     // m, of its disc at rest
     double radius;  // m, of its disc; 0: it has none
   };
-  // Displacements that were evaluated since the last forget().
-  struct Known {
-    Vec3* at;              // [surface_nodes] m
-    std::uint32_t* stamp;  // [surface_nodes] of the evaluation
-    std::uint32_t now;
-    std::int32_t count;  // nodes that were evaluated one by one; surface_nodes + 1: all were, at once
-    std::int32_t few;    // of these, before all others are
-  };
   // One field: its contacts, and what was evaluated. A surface at rest has no contacts.
   struct Layer {
     Contact* contacts;  // ascending
     std::int32_t contact_count;
     std::int32_t adds;  // the added field counts: its step's in the layer of now, the one before in the other
-    Known known;
+    KnownNodes known;
+    double norm, linear_norm;  // sqrt(J), of the contacts' field with and without the added one
   };
-  bool create_known(SceneMemory& memory, Known& known) const;
-  bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t contacts) const;
+  // A field without some contact, at least. given: g (offset.h) of its forces.
+  struct Prediction {
+    Vec3* force = nullptr;  // [node_capacity] N
+    LoadField loads;
+    KnownNodes known;
+    double given[kMostOffsetRows] = {};
+    const Contact* own = nullptr;  // the contact that predict_without() takes away
+    bool is_rest = false;          // with an added field: no contact is left
+    double norm = 0, apart = 0;    // sqrt(J)
+  };
+  struct Without {
+    KnownNodes known;
+    double given[kMostOffsetRows] = {};  // g of the contact's forces
+    ContactId id;
+    const Contact* contact = nullptr;
+  };
+  struct Path {
+    double now = 0, set = 0, before = 0;  // sqrt(J); after the last set(); after the one before
+  };
+  // m, on which contacts hold their places.
+  struct Ways {
+    double deepest = 0, second = 0, sum_of_changes = 0;
+    ContactId deepest_id;
+    std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
+  };
+
+  bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t contacts, std::int32_t surface_nodes) const;
   const LoadField& loads(const Layer& layer) const { return &layer == now_ ? field_->loads() : field_->loads_before(); }
   std::int32_t count() const { return field_->loads().count(); }
   void swap_layers();
-  void forget_nodes(Known& known) const;
-  static Vec3 keep(Known& known, std::int32_t node, Vec3 u);
-  // added(node): m, beside the loads.
   template <class Added>
-  Vec3 recall(Known& known, std::int32_t node, const LoadField& loads, QueryWork* work, Added added) const;
-  // Contacts hold nodes of the surface; other constraints may hold nodes inside: Known has no entry for these.
-  bool is_on_surface(std::int32_t node) const { return node < surface_nodes_; }
-  bool is_known(const Known& known, std::int32_t node) const {
-    assert(is_on_surface(node));
-    return known.stamp[node] == known.now;
-  }
-  Vec3 evaluate_at_node(std::int32_t node, QueryWork* work);
-  static bool are_many(const Known& known) { return known.count > known.few; }
-  bool are_all(const Known& known) const { return known.count > surface_nodes_; }
-  void expect(Known& known, std::int32_t contact_nodes, bool many) const;
-  template <class Added>
-  bool evaluate_all(Known& known, const LoadField& loads, QueryWork* work, Added added) const;
+  Vec3 recall(KnownNodes& known, std::int32_t node, const LoadField& loads, QueryWork* work, Added added) const;
   // Of what the contacts do not make.
   Vec3 added_at(const Layer& layer, std::int32_t node) const {
     Vec3 sum = moved_at(layer, node);
@@ -188,7 +166,6 @@ class ContactField {
   double change_of(const Contact& before, const Contact& now) const;
   Vec3 known_at(Layer& layer, std::int32_t node, QueryWork* work) const;
 
-  SurfaceField* body_ = nullptr;
   const DisplacementField* field_ = nullptr;
   const AddedField* added_ = nullptr;
   double reach_ = 1;
@@ -201,29 +178,13 @@ class ContactField {
   const Vec3* force_ = nullptr;
   Layer layer_[2] = {};
   Layer *const now_ = layer_, *const before_ = layer_ + 1;
-  Vec3* predicted_ = nullptr;  // [node_capacity] N
-  LoadField predicted_loads_;
-  // Of the field without one contact, and of the predicted one.
-  Known known_without_ = {}, known_predicted_ = {};
-  // g (offset.h): of the predicted forces; of those of the contact without which the field is asked.
-  double predicted_given_[kMostOffsetRows] = {}, without_given_[kMostOffsetRows] = {};
-  ContactId without_id_;
-  const Contact* without_ = nullptr;
-  const Contact* predicted_own_ = nullptr;  // the contact that predict_without() takes away
-  bool predicts_rest_ = false;              // with an added field: no contact is left
-  ConstraintNorms* norms_ = nullptr;        // [contact_capacity]
-  ContactSolver* solver_ = nullptr;         // of the contacts; nullptr where the surface is at rest
+  Prediction predicted_;
+  Without without_;
+  ConstraintNorms* norms_ = nullptr;  // [contact_capacity]
+  ContactSolver* solver_ = nullptr;   // of the contacts; nullptr where the surface is at rest
   std::int32_t surface_nodes_ = 0;
-  double norm_ = 0, norm_before_ = 0, predicted_norm_ = 0, predicted_apart_ = 0;
-  double linear_norm_ = 0, linear_norm_before_ = 0;   // of the contacts' field, without the added one
-  double path_ = 0, path_set_ = 0, path_before_ = 0;  // now; after the last set(); after the one before
-  struct Deepest {
-    double way = 0;  // m
-    ContactId id;
-    std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
-  };
-  Deepest deepest_;
-  double second_deepest_ = 0, sum_of_changes_ = 0;  // m
+  Path path_;
+  Ways ways_;
 };
 
 }  // namespace palpate

@@ -29,7 +29,7 @@ int resting_crossing(Vec3 from, Vec3 to, const Vec3 corner[3], MovingCrossing* f
 
 }  // namespace
 
-bool DeformedSurface::create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const BoundSurface* bound) {
+bool DeformedSurface::create(SceneMemory& memory, SurfaceTree* tree, SurfaceField* field, const BoundSurface* bound) {
   tree_ = tree, field_ = field, bound_ = bound;
   if (!bound || !field) return true;
   for (Known* known : {&known_now_, &known_asked_}) {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "runtime/contact/contact_field.h"
+#include "runtime/contact/surface_field.h"
 #include "runtime/contact/touchable_disc.h"
 #include "runtime/surface/bound_surface.h"
 #include "runtime/surface/surface_tree.h"
@@ -18,7 +18,7 @@ struct SurfaceCrossing {
 };
 
 // Which surface is asked about: as it is now; now without what the contact itself does; as
-// ContactField::predict_without() has predicted it.
+// SurfaceField::predict_without() has predicted it.
 struct AskedSurface {
   enum Kind { kNow, kWithout, kPredicted } kind = kNow;
   ContactId contact;
@@ -32,7 +32,7 @@ class DeformedSurface {
 
   // field: nullptr for the surface at rest. bound: the surface of the tree, where that is not the mesh's, else nullptr. All are
   // borrowed. False where there is no memory.
-  bool create(SceneMemory& memory, SurfaceTree* tree, ContactField* field, const BoundSurface* bound);
+  bool create(SceneMemory& memory, SurfaceTree* tree, SurfaceField* field, const BoundSurface* bound);
   // Beside create(), where tools have discs.
   void meet_discs(const DiscSource& source) { discs_ = source; }
 
@@ -70,7 +70,7 @@ class DeformedSurface {
   Vec3 below_disc(const AskedSurface& asked, const SurfacePoint& surface_point, double radius, bool* lacks_nodes);
   // Whether it may be other than zero, for the disc of a contact.
   bool may_sink(const ContactId& id) const { return discs_.patch && deepest_but(id) > 0; }
-  // m, its bound, and a bound for its changes as long as the disc stays (ContactField).
+  // m, its bound, and a bound for its changes as long as the disc stays (SurfaceField).
   double deepest_but(const ContactId& id) const { return field_ ? field_->deepest_but(id) : 0; }
   double sum_of_changes() const { return field_ ? field_->sum_of_changes() : 0; }
   // m, where the corners of a triangle are now.
@@ -114,7 +114,7 @@ class DeformedSurface {
   void meet(const AskedSurface& asked, Vec3 low, Vec3 high, const FieldBound& bound, Visit visit);
 
   SurfaceTree* tree_ = nullptr;
-  ContactField* field_ = nullptr;
+  SurfaceField* field_ = nullptr;
   const BoundSurface* bound_ = nullptr;
   DiscSource discs_ = {};
   Known known_now_, known_asked_;  // of the surface as it is now; of another one that is asked about

@@ -18,7 +18,7 @@ class DisplacementField {
  public:
   bool create(SceneMemory& memory, std::int32_t node_capacity);
   // In place of create(): the field of a body that has its own answers. borrowed.
-  void follow(const SurfaceField* body) { body_ = body; }
+  void follow(SurfaceField* body) { body_ = body; }
   // The sources of the offset; nullptr: none. borrowed.
   void offset_by(const Offset* offset, const AddedField* added) { offset_ = offset, added_ = added; }
 
@@ -44,7 +44,7 @@ class DisplacementField {
   const LoadField& loads_before() const { return before_; }
 
  private:
-  const SurfaceField* body_ = nullptr;
+  SurfaceField* body_ = nullptr;
   const Offset* offset_ = nullptr;
   const AddedField* added_ = nullptr;
   LoadField now_, before_;

@@ -27,7 +27,7 @@ class Contacts {
   explicit Contacts(TouchStep& step) : step_(step), context_(*step.context), state_(*step.state) {}
 
   void collide() {
-    state_.collision.begin();
+    state_.points.collision.begin();
     for (std::int32_t t = 0; t < state_.input.count(); ++t)
       if (!step_.far[t]) collide(t);
     // A point that was not sent this step starts afresh when it comes back.
@@ -39,32 +39,32 @@ class Contacts {
     Tool& tool = state_.input.tool(t);
     const bool follows = anchors_follow_tools(context_.def);
     const std::int64_t deferred = state_.work.deferred();
-    const TrackingLimits limits = {context_.def.max_tool_speed * state_.input.dt(), state_.release_distance};
+    const TrackingLimits limits = {context_.def.max_tool_speed * state_.input.dt(), state_.points.release_distance};
     state_.admission.expect_disc(tool.disc_radius > 0);
     expect_change();
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
-      PointState& state = state_.points[t][i];
+      PointState& state = state_.points.of_tool[t][i];
       const Vec3 p = step_.point(tool, i);
       const bool was_in_contact = state.contact;
       state.paid = state.owed, state.owed = false;
-      state.radius = tool.disc_radius;
-      if (!state_.collision.move(state, p, point_of(t, i), tool.hold, limits))
+      state.disc.radius = tool.disc_radius;
+      if (!state_.points.collision.move(state, p, point_of(t, i), tool.hold, limits))
         step_.raise(t, PALPATE_STEP_TRACKING_LOST);
       if (state.contact != was_in_contact) change_contact(state, state.contact);
-      if (!state.contact && (state.in_surface || (was_in_contact && state.over_held)))
+      if (!state.contact && (state.disc.in_surface || (was_in_contact && state.disc.over_held)))
         step_.raise(t, PALPATE_STEP_NOT_TOUCHABLE);
       // Where the last step left the disc, as the offset has moved it since then.
-      if (state.contact && !meets_bound_surface(state_)) state.ridden += moved(state.anchor, &Offset::step_of);
+      if (state.contact && !meets_bound_surface(state_)) state.slide.at += moved(state.anchor, &Offset::step_of);
       if (!state.contact || !follows || !may_slide(t, i)) continue;
       const SurfacePoint anchor = state.anchor;
       // A node contact moves the nearest vertex, not the anchor. The anchor's displacement then does not measure how far the
       // tool has slid past it, so the tool's own position decides.
       if (state.rides)
-        state_.collision.ride(state, p);
+        state_.points.collision.ride(state, p);
       else if (context_.def.contact == PALPATE_CONTACT_NODE)
-        state_.collision.slide_pulled(state, p, point_of(t, i));
+        state_.points.collision.slide_pulled(state, p, point_of(t, i));
       else
-        state_.collision.follow(state, p, point_of(t, i));
+        state_.points.collision.follow(state, p, point_of(t, i));
       if (differ(anchor, state.anchor)) change_contact(state, false);
     }
     if (state_.work.deferred() > deferred) step_.raise(t, PALPATE_STEP_WORK_DEFERRED);
@@ -72,7 +72,7 @@ class Contacts {
 
   // Whether an anchor may move in this step. One that may not stays where it is, and its contact keeps its rows.
   bool may_slide(std::int32_t t, std::int32_t i) {
-    const bool slides = state_.slides.take(t, i, state_.collision.may_change());
+    const bool slides = state_.points.slides.take(t, i, state_.points.collision.may_change());
     if (!slides) state_.work.defer();
     return slides;
   }
@@ -81,31 +81,31 @@ class Contacts {
     state.paid = state_.admission.change(begins) && state.contact;
     expect_change();
   }
-  void expect_change() { state_.collision.expect(state_.admission.next()); }
+  void expect_change() { state_.points.collision.expect(state_.admission.next()); }
 
   void request_point_contacts(std::int32_t t) {
     Tool& tool = state_.input.tool(t);
     const ContactLaw law = static_cast<ContactLaw>(context_.def.law);
     for (std::int32_t i = 0; i < tool.point_count; ++i) {
-      PointState& state = state_.points[t][i];
+      PointState& state = state_.points.of_tool[t][i];
       if (!state.contact) continue;
       ContactWish wish;
       wish.contact = point_of(t, i);
       wish.displacement = step_.point(tool, i) - state.anchor_at_rest;
       wish.disc_radius = tool.disc_radius, wish.law = law, wish.friction = tool.friction;
-      wish.slack = state.slack + state.lift;
+      wish.slack = state.slide.slack + state.slide.lift;
       DiscSlide slide = {state.anchor_at_rest,
-                         state.lean,
-                         state.push,
-                         state.axis,
-                         state.rides && law != ContactLaw::coulomb ? &state.turn : nullptr,
+                         state.slide.lean,
+                         state.slide.push,
+                         state.slide.axis,
+                         state.rides && law != ContactLaw::coulomb ? &state.slide.turn : nullptr,
                          state.begins};
       if (slides_almost_freely(tool)) wish.slide = &slide;
       if (meets_bound_surface(state_)) {
-        request_bound_contact(wish, state, state_.bound_contacts[t][i]);
+        request_bound_contact(wish, state, state_.points.bound_of_tool[t][i]);
       } else {
         set_frame(wish, state.anchor, &state.tangent);
-        if (wish.slide && state.begins) slide.lean = state.lean = first_lean(wish, state.anchor);
+        if (wish.slide && state.begins) slide.lean = state.slide.lean = first_lean(wish, state.anchor);
         state.has_no_rows = !request_contact(wish, state.anchor, state.paid);
         if (state.begins && !state.has_no_rows) begin_slide(wish, state);
       }
@@ -120,11 +120,11 @@ class Contacts {
     if (!state_.deformed.may_sink(wish.contact) || !work.take(ContactPatch::kToPress)) return sum;
     Vec3 slope[ContactPatch::kMaxNodes];
     DiscPlace place;
-    ContactPatch& patch = state_.patch;
+    ContactPatch& patch = state_.surface.patch;
     patch.press(anchor, wish.outward, wish.tangent, wish.disc_radius);
     patch.measure_slopes(anchor, wish.outward, wish.tangent, wish.disc_radius, slope, &place);
     for (int e = 0; e < patch.count(); ++e)
-      sum += dot(state_.field.at_node(patch.nodes()[e], &work), wish.outward) * slope[e];
+      sum += dot(state_.field->at_node(patch.nodes()[e], &work), wish.outward) * slope[e];
     state_.work.add(work.done());
     return work.ended() ? Vec3{} : sum;
   }
@@ -134,7 +134,7 @@ class Contacts {
     const ContactConstraints& set = state_.rows.set();
     const std::int32_t p = set.constraint_count - 1;
     if (!wish.slide || p < 0 || set.constraints[p].id.contact != wish.contact || !set.place[p].known) return;
-    state.lift = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
+    state.slide.lift = dot(load3(set.constraints[p].frame.m[0]), wish.slide->anchor - set.place[p].at);
   }
   bool discs_slide() const { return kHasEffects && state_.rows.discs_slide(); }
   bool slides_almost_freely(const Tool& tool) const {
@@ -147,8 +147,8 @@ class Contacts {
     if (differ(bound.anchor, state.anchor) || bound.radius != wish.disc_radius) {
       Operations work = 0;
       bound.anchor = state.anchor, bound.radius = wish.disc_radius;
-      bound.beneath = state_.bound->beneath(state.anchor);
-      bound.outward = state_.bound->outward(state.anchor, wish.disc_radius, state_.tree, &work);
+      bound.beneath = state_.surface.bound->beneath(state.anchor);
+      bound.outward = state_.surface.bound->outward(state.anchor, wish.disc_radius, state_.tree, &work);
       wish.moved = true;
       state_.work.add(work);
     }
@@ -226,8 +226,8 @@ class Contacts {
     Vec3 sum;
     for (int v = 0; v < 3 && state_.offset.exists(); ++v)
       sum += surface_point.barycentric[v] *
-             (state_.offset.*
-              by)(state_.triangles[3 * static_cast<std::size_t>(surface_point.triangle) + static_cast<std::size_t>(v)]);
+             (state_.offset.*by)(state_.surface.triangles[3 * static_cast<std::size_t>(surface_point.triangle) +
+                                                          static_cast<std::size_t>(v)]);
     return sum;
   }
 
@@ -238,18 +238,18 @@ class Contacts {
     for (std::int32_t p = 0; p < set.constraint_count; ++p) {
       const ContactConstraint& constraint = set.constraints[p];
       if (!state_.slide_energy.sliding()[p].slack) continue;
-      PointState& state = state_.points[constraint.id.contact.index][constraint.id.contact.point];
+      PointState& state = state_.points.of_tool[constraint.id.contact.index][constraint.id.contact.point];
       const Operations cost = 9 * Operations{constraint.node_count} * set.node_count / kDense;
       state.rides = solved && set.place[p].known && cost <= state_.work.left();
       if (!state.rides) continue;
       state_.work.add(cost);
       const DiscPlace& place = set.place[p];
-      state.ridden = place.at, state.lean = Vec3{}, state.push = step_.reaction(p).x;
-      state.axis = load3(constraint.frame.m[0]);
+      state.slide.at = place.at, state.slide.lean = Vec3{}, state.slide.push = step_.reaction(p).x;
+      state.slide.axis = load3(constraint.frame.m[0]);
       for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
         const Vec3 u = state_.solver.matrix().displacement(set, state_.force, e) +
                        state_.displacement.moved_at_node(set.nodes[e].node);
-        state.ridden += set.nodes[e].weight * u, state.lean += dot(u, place.outward) * set.slope[e];
+        state.slide.at += set.nodes[e].weight * u, state.slide.lean += dot(u, place.outward) * set.slope[e];
       }
     }
   }
@@ -267,14 +267,14 @@ class Contacts {
       for (; end < set.constraint_count && set.constraints[end].id.contact == contact; ++end)
         sticks = !gives_way(end) || sticks;
       if (first.law != ContactLaw::coulomb || sticks) continue;
-      if (!state_.slides.take(contact.index, contact.point, may_owe(first))) {
+      if (!state_.points.slides.take(contact.index, contact.point, may_owe(first))) {
         step_.raise(contact.index, PALPATE_STEP_WORK_DEFERRED);
         continue;
       }
-      PointState& state = state_.points[contact.index][contact.point];
+      PointState& state = state_.points.of_tool[contact.index][contact.point];
       Vec3 along;
       for (std::int32_t part = p; part < end; ++part) along += left_behind(part);
-      state_.collision.slide(state, state.anchor_at_rest + along);
+      state_.points.collision.slide(state, state.anchor_at_rest + along);
       owe_change(first, state);
     }
   }
@@ -319,10 +319,10 @@ class Contacts {
 }  // namespace
 
 void forget_points(const palpate_scene_def& def, TouchState& state, std::int32_t t, std::int32_t first) {
-  if (!state.points[t]) return;
-  for (std::int32_t i = first; i < def.max_points && state.points[t][i].known; ++i) {
-    state.points[t][i] = PointState{};
-    if (meets_bound_surface(state)) state.bound_contacts[t][i] = BoundContact{};
+  if (!state.points.of_tool[t]) return;
+  for (std::int32_t i = first; i < def.max_points && state.points.of_tool[t][i].known; ++i) {
+    state.points.of_tool[t][i] = PointState{};
+    if (meets_bound_surface(state)) state.points.bound_of_tool[t][i] = BoundContact{};
   }
 }
 
@@ -334,7 +334,8 @@ std::int32_t ToolContacts::begin(TouchStep& step) {
   for (std::int32_t t = 0; t < state.input.count(); ++t) {
     const Tool& tool = state.input.tool(t);
     count += tool.grip_count;
-    for (std::int32_t i = 0; collides && !step.far[t] && i < tool.point_count; ++i) count += state.points[t][i].contact;
+    for (std::int32_t i = 0; collides && !step.far[t] && i < tool.point_count; ++i)
+      count += state.points.of_tool[t][i].contact;
   }
   return count;
 }
@@ -357,10 +358,10 @@ bool ToolContacts::note_sliding(const TouchStep& step, const ContactConstraints&
   if (source != ContactSource::tool || !contacts_may_slide(step.context->def)) return false;
   const Tool& tool = step.state->input.tool(t);
   if (point >= tool.point_count) return false;
-  PointState& state = step.state->points[t][point];
+  PointState& state = step.state->points.of_tool[t][point];
   const Vec3 by_offset = step.moved(set, constraint);
-  sliding->slack = &state.slack, sliding->at = step.point(tool, point) - by_offset;
-  sliding->from = state.ridden - by_offset;
+  sliding->slack = &state.slide.slack, sliding->at = step.point(tool, point) - by_offset;
+  sliding->from = state.slide.at - by_offset;
   return true;
 }
 

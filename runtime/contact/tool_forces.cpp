@@ -56,13 +56,13 @@ void write_tool(TouchStep& step, std::int32_t t) {
   out.id = tool.id;
   const Vec3 raw = state.organ.vector_to_world(result.raw);
   store3(raw, out.force_raw);
-  store3(safe(step, t, raw, def.force_limit, def.force_slew, state.last_force[t]), out.force);
+  store3(safe(step, t, raw, def.force_limit, def.force_slew, state.sent[t].force), out.force);
   if (tool.has_torque) {
     const Vec3 torque = state.organ.vector_to_world(result.raw_torque);
     store3(torque, out.torque_raw);
-    store3(safe(step, t, torque, def.torque_limit, def.torque_slew, state.last_torque[t]), out.torque);
+    store3(safe(step, t, torque, def.torque_limit, def.torque_slew, state.sent[t].torque), out.torque);
   } else {
-    state.last_torque[t] = Vec3{};
+    state.sent[t].torque = Vec3{};
   }
   store3(result.direction.share * result.direction.unit, out.direction);
   out.contact_count = result.sum.contacts;
@@ -111,7 +111,7 @@ void correct_forces(TouchStep& step) {
     result.raw = -1 * corrected(step, t, result.sum.resultant);
     result.raw_torque = -1 * corrected_moment(step, result);
   }
-  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->correct_forces(step);
+  for (StepPart* part : state.parts.all()) part->correct_forces(step);
 }
 
 void write_tools(TouchStep& step) {

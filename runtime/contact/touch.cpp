@@ -14,16 +14,16 @@ namespace {
 // Forgets what the steps so far have left about the tool in place t: the state before its first step.
 void forget_tool(const palpate_scene_def& def, TouchState& state, std::int32_t t) {
   forget_points(def, state, t, 0);
-  state.last_force[t] = state.last_torque[t] = Vec3{};
-  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_tool(t);
+  state.sent[t] = {};
+  for (StepPart* part : state.parts.all()) part->forget_tool(t);
 }
 
 // ---- input -----------------------------------------------------------------------------------------------------------
 
 void take_input(TouchStep& step, const palpate_tool* tools, std::int32_t tool_count, double dt) {
   TouchState& state = *step.state;
-  for (std::int32_t p = 0; p < state.part_count; ++p)
-    if (state.parts[p]->take_input(step, tools, tool_count, dt)) return;
+  for (StepPart* part : state.parts.all())
+    if (part->take_input(step, tools, tool_count, dt)) return;
   step.flags = state.input.take(tools, tool_count, dt);
   state.organ.begin_step(state.input.dt());
 }
@@ -53,7 +53,7 @@ void begin_tools(TouchStep& step, const palpate_tool* tools, std::int32_t tool_c
 void request_rows(TouchStep& step) {
   TouchState& state = *step.state;
   const auto for_sources = [&](const auto& each) {
-    for (std::int32_t s = 0; s < state.source_count; ++s) each(*state.sources[s]);
+    for (RowSource* source : state.parts.sources()) each(*source);
   };
   std::int32_t contacts = 0;
   for_sources([&](RowSource& source) { contacts += source.begin(step); });
@@ -92,8 +92,8 @@ void write_contacts(TouchStep& step) {
   lay_out_contacts(out, state.input.sent(), state.rows.set().node_count, state.held, state.offset.count());
   clear_behind_field(out);
   for (std::int32_t m = 0; m < state.offset.count(); ++m) amounts_behind(out)[m] = state.offset.whole_amount(m);
-  out.deformation_steps = step.deformed.steps;
-  out.deformation_residual = step.deformed.residual, out.least_volume = step.deformed.least_volume;
+  out.body_steps = step.deformed.steps;
+  out.body_residual = step.deformed.residual, out.least_volume = step.deformed.least_volume;
   state.body->write(step);
   write_nodes(step);
   out.bundle = step.context->bundle.index.header.index_checksum;
@@ -114,10 +114,10 @@ void write_contacts(TouchStep& step) {
 void begin_touch(TouchStep& step, const StepContext& context, TouchState& state, const palpate_tool* tools,
                  std::int32_t tool_count, double dt, palpate_contacts& out) {
   step.begin(context, state, out);
-  state.slides.begin();
+  state.points.slides.begin();
   begin_tools(step, tools, tool_count, dt);
   context.watch.ended(Pass::input);
-  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->begin_step(step);
+  for (StepPart* part : state.parts.all()) part->begin_step(step);
   state.admission.begin();
   request_rows(step);
 }
@@ -132,7 +132,7 @@ std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint)
   write_contacts(step);
   write_tools(step);
   context.watch.ended(Pass::output);
-  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->end_step(step);
+  for (StepPart* part : state.parts.all()) part->end_step(step);
   if (context.bundle.is_lost()) step.flags |= PALPATE_STEP_BUNDLE_LOST;
   step.out->flags = step.flags;
   step.out->step = ++state.step;
@@ -151,16 +151,16 @@ std::uint32_t touch_step(const StepContext& context, TouchState& state, const pa
 void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.input.forget();
   state.displacement.forget();
-  if (state.field.exists()) state.field.forget();
+  if (state.linear_field.exists()) state.linear_field.forget();
   state.tree.forget();
-  state.collision.forget();
-  state.slides.forget();
+  state.points.collision.forget();
+  state.points.slides.forget();
   if (state.slide_energy.exists()) state.slide_energy.forget();
   state.work.forget();
   state.solver.forget();
   state.body->forget();
   state.rows.forget();
-  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->forget_rest();
+  for (StepPart* part : state.parts.all()) part->forget_rest();
   state.step = 0;
   for (std::int32_t t = 0; t < def.max_tools; ++t) forget_tool(def, state, t);
 }
@@ -169,7 +169,7 @@ void touch_restored(const StepContext& context, TouchState& state) {
   state.solver.restored(context.tensors);
   state.body->restored();
   state.displacement.restored(context.tensors);
-  if (state.field.exists()) state.field.restored(context.tensors, &state.solver);
+  if (state.linear_field.exists()) state.linear_field.restored(context.tensors, &state.solver);
 }
 
 void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id) {
@@ -177,7 +177,7 @@ void reset_tool(const palpate_scene_def& def, TouchState& state, std::int32_t id
   if (t < 0) return;
   state.input.forget_input(t);
   forget_tool(def, state, t);
-  for (std::int32_t p = 0; p < state.part_count; ++p) state.parts[p]->reset_tool(t);
+  for (StepPart* part : state.parts.all()) part->reset_tool(t);
 }
 
 }  // namespace palpate

@@ -1,7 +1,6 @@
 // The touch half of a step: tools -> collision -> contact constraints -> forces -> palpate_contacts.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -10,6 +9,7 @@
 #include "runtime/contact/body.h"
 #include "runtime/contact/collision.h"
 #include "runtime/contact/contact_admission.h"
+#include "runtime/contact/contact_field.h"
 #include "runtime/contact/contact_patch.h"
 #include "runtime/contact/contact_rows.h"
 #include "runtime/contact/contact_solver.h"
@@ -17,6 +17,7 @@
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/offset.h"
 #include "runtime/contact/slide_energy.h"
+#include "runtime/contact/step_parts.h"
 #include "runtime/contact/tool_contacts.h"
 #include "runtime/contact/tool_input.h"
 #include "runtime/pose/pose.h"
@@ -35,65 +36,64 @@ struct BoundContact {
   Vec3 outward;          // unit, the bound surface's mean below the disc
 };
 
-// What the touch half alone reads and writes. Arrays belong to the scene; nullptr where no effect needs them.
-struct TouchState {
+// The organ's surface at rest. Arrays belong to the scene; nullptr where no effect needs them.
+struct TouchedSurface {
   const std::int32_t* triangles = nullptr;  // [F][3] copied from the bundle and checked
   const double* rest = nullptr;             // [Ns][3] m, positions without contacts, preload included
   std::int32_t* column_of_node = nullptr;   // [Ns] tensor column of each surface node; -1: none
+  SurfaceIndex index;
+  SurfaceMeasure measure;         // where contacts have frames (needs_contact_frames)
+  ContactPatch patch;             // of one disc after the other
+  BoundSurface* bound = nullptr;  // that tools meet; nullptr: they meet the mesh's
+  double* node_reach = nullptr;   // [Ns] m / sqrt(J), as surface_tree.h explains, where someone asks for it
+
+  DiscSource discs() { return {rest, column_of_node, &index, &measure, &patch}; }
+};
+
+// The points of tools, where there is collision: which are in contact, and with what.
+struct TouchPoints {
+  Collision collision;
+  PointState* of_tool[PALPATE_MAX_TOOLS] = {};          // [max_points] for each tool
+  BoundContact* bound_of_tool[PALPATE_MAX_TOOLS] = {};  // the same; nullptr: tools meet the mesh's surface
+  Turns slides;                                         // of anchors that follow their tools
+  double release_distance = 0;                          // m
+};
+
+// What each tool was sent in the last step, in the world.
+struct SentForce {
+  Vec3 force, torque;  // N, N m
+};
+
+// What the touch half alone reads and writes.
+struct TouchState {
   StepWork work;
   ToolInput input;
   OrganPose organ;  // tool points and the forces on tools are in the world, all else in the organ's frame
-  SurfaceIndex surface;
-  SurfaceMeasure measure;          // where contacts have frames (needs_contact_frames)
-  BoundSurface* bound = nullptr;   // that tools meet; nullptr: they meet the mesh's
+  TouchedSurface surface;
   SurfaceTree tree;                // of the surface that tools meet, where there is collision
   DisplacementField displacement;  // where someone asks for it
-  ContactField field;              // where collision follows the deformed surface
+  ContactField linear_field;
+  // The body's or the linear one, where collision follows the deformed surface.
+  SurfaceField* field = nullptr;
   DeformedSurface deformed;
-  Collision collision;
-  Turns slides;                                // of anchors that follow their tools
-  double release_distance = 0;                 // m
-  PointState* points[PALPATE_MAX_TOOLS] = {};  // [max_points] for each tool
-  BoundContact* bound_contacts[PALPATE_MAX_TOOLS] =
-      {};  // [max_points] for each tool; nullptr: tools meet the mesh's surface
-  ContactPatch patch;
+  TouchPoints points;
   Offset offset;  // where something moves the organ from outside
   ContactRows rows;
   std::int32_t most_constraints = 0;  // that a step can have, reserved ones included
-  // What asks for rows, in the order of their constraints.
-  static constexpr std::int32_t kMostSources = kMostEffects + 1;  // tools, and each effect once
-  RowSource* sources[kMostSources] = {};
-  std::int32_t source_count = 0;
-  void ask(RowSource* source) { sources[source_count++] = source, add(source); }
-  // What else acts in a step, and those sources, in the order in which they act.
-  static constexpr std::int32_t kMostParts = kMostEffects + 2;
-  StepPart* parts[kMostParts] = {};
-  std::int32_t part_count = 0;
-  void add(StepPart* part) { parts[part_count++] = part; }
-  void add_first(StepPart* part) {
-    add(part);
-    std::rotate(parts, parts + part_count - 1, parts + part_count);
-  }
+  StepParts parts;
   ToolContacts tools;
   ContactSolver solver;
   ContactAdmission admission;
   SlideEnergy slide_energy;  // where the body responds linearly and rows come to places of another stiffness
-  LinearOrgan linear_organ;
+  static inline LinearOrgan linear_organ;  // has no state
   Body* body = &linear_organ;
-  double* node_reach = nullptr;  // [surface nodes] m / sqrt(J), as surface_tree.h explains, where someone asks for it
   HeldField held;  // the displacements that a step writes: those that do not follow from the contact nodes alone
   ResponseCurve response;
-  Vec3* force = nullptr;                // [max_contact_nodes] N, f of each contact node
-  Vec3* modified = nullptr;             // [max_contact_nodes] m, u~ of each contact node
-  Vec3 last_force[PALPATE_MAX_TOOLS];   // N, in the world, what each tool was sent in the last step
-  Vec3 last_torque[PALPATE_MAX_TOOLS];  // N m, the same
+  Vec3* force = nullptr;     // [max_contact_nodes] N, f of each contact node
+  Vec3* modified = nullptr;  // [max_contact_nodes] m, u~ of each contact node
+  SentForce sent[PALPATE_MAX_TOOLS];
   std::uint64_t step = 0;
 };
-
-// Where discs are looked for.
-inline DiscSource discs_of(TouchState& touch) {
-  return {touch.rest, touch.column_of_node, &touch.surface, &touch.measure, &touch.patch};
-}
 
 struct TouchStep;
 

@@ -10,7 +10,7 @@ namespace palpate {
 
 bool sources_ask_again(TouchStep& step) {
   bool again = false;
-  for (std::int32_t s = 0; s < step.state->source_count; ++s) again = step.state->sources[s]->asks_again(step) || again;
+  for (RowSource* source : step.state->parts.sources()) again = source->asks_again(step) || again;
   return again;
 }
 
@@ -18,8 +18,8 @@ bool note_sliding(TouchStep& step, const ContactConstraints& set, SlideEnergy::S
   bool any = false;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     of[p] = {};
-    for (std::int32_t i = 0; i < step.state->source_count; ++i)
-      any = step.state->sources[i]->note_sliding(step, set, set.constraints[p], &of[p]) || any;
+    for (RowSource* source : step.state->parts.sources())
+      any = source->note_sliding(step, set, set.constraints[p], &of[p]) || any;
   }
   return any;
 }
@@ -78,12 +78,13 @@ void Body::move_surface(TouchStep& step, const ContactConstraints& set) {
   const StepContext& context = *step.context;
   TouchState& state = *step.state;
   if (state.displacement.exists()) state.displacement.set(context.tensors, set, state.modified, step.is_solved);
-  if (!state.field.exists()) return;
+  ContactField& field = state.linear_field;
+  if (!field.exists()) return;
   Operations work = 0;
   if (step.is_solved)
-    state.field.set(context.tensors, set, state.force, &state.solver, state.work.debts_left(), &work);
+    field.set(context.tensors, set, state.force, &state.solver, state.work.debts_left(), &work);
   else
-    state.field.set_rest();
+    field.set_rest();
   state.work.owe(work);
 }
 
@@ -130,9 +131,9 @@ void solve_contacts(TouchStep& step, const ContactSolver::Outcome* joint) {
   step.is_solved = outcome != ContactSolver::Outcome::unsolved;
   step.follows = step.is_solved && !step.deformed.lags;
   step.context->watch.ended(Pass::contact);
-  for (std::int32_t p = 0; p < state.part_count; ++p) {
-    state.parts[p]->take_reactions(step, step.is_solved);
-    step.context->watch.ended(state.parts[p]->pass());
+  for (StepPart* part : state.parts.all()) {
+    part->take_reactions(step, step.is_solved);
+    step.context->watch.ended(part->pass());
   }
   std::uint32_t flag = 0;
   if (outcome == ContactSolver::Outcome::regularised) flag = PALPATE_STEP_REGULARISED;
@@ -145,9 +146,9 @@ void solve_contacts(TouchStep& step, const ContactSolver::Outcome* joint) {
     if (doubt.conflict) step.raise(tool_of(set.constraints[p].id.contact), PALPATE_STEP_REGULARISED);
   }
   body.move_surface(step, set);
-  for (std::int32_t s = 0; s < state.source_count; ++s) {
-    state.sources[s]->end(step);
-    step.context->watch.ended(state.sources[s]->pass());
+  for (RowSource* source : state.parts.sources()) {
+    source->end(step);
+    step.context->watch.ended(source->pass());
   }
 }
 

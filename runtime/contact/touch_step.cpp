@@ -20,12 +20,14 @@ void TouchStep::begin(const StepContext& of_scene, TouchState& of_steps, palpate
 Vec3 TouchStep::holder(const Tool& tool, std::int32_t point) const {
   if (point < tool.point_count) return this->point(tool, point);
   const palpate_grip& grip = tool.grips[point - tool.point_count];
-  const auto at_rest = [&](std::int32_t node) { return load3(state->rest + 3 * static_cast<std::size_t>(node)); };
+  const auto at_rest = [&](std::int32_t node) {
+    return load3(state->surface.rest + 3 * static_cast<std::size_t>(node));
+  };
   if (grip.kind == PALPATE_GRIP_NODE) return at_rest(grip.node) + load3(grip.displacement);
   Vec3 sum = load3(grip.displacement);
   for (int v = 0; v < 3; ++v)
     sum += grip.barycentric[v] *
-           at_rest(state->triangles[3 * static_cast<std::size_t>(grip.triangle) + static_cast<std::size_t>(v)]);
+           at_rest(state->surface.triangles[3 * static_cast<std::size_t>(grip.triangle) + static_cast<std::size_t>(v)]);
   return sum;
 }
 

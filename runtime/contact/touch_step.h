@@ -80,12 +80,12 @@ struct TouchStep {
 };
 
 inline bool meets_bound_surface(const TouchState& state) {
-  return kHasEffects && state.bound_contacts[0];
+  return kHasEffects && state.points.bound_of_tool[0];
 }
 // Unit, of the surface at rest; zero where its triangle has no area.
 inline Vec3 outward_at(const TouchState& state, const SurfacePoint& surface_point) {
-  const Vec3 outward = state.measure.outward(surface_point);
-  return length(outward) == 0 ? state.surface.outward(surface_point.triangle) : outward;
+  const Vec3 outward = state.surface.measure.outward(surface_point);
+  return length(outward) == 0 ? state.surface.index.outward(surface_point.triangle) : outward;
 }
 // Whether a tool's contact is one of its points or grips: those of its parts come after them.
 inline bool is_of_point(const TouchStep& step, const ContactId& contact) {

@@ -22,7 +22,7 @@ void add_sections(const palpate_scene_def& def, SectionList& sections) {
 
 palpate_status bind(const SectionReader& reader, const palpate_scene_def& def, SceneMemory& scratch,
                     TouchState& touch) {
-  FineSurface::Mesh mesh = {nullptr, nullptr, touch.triangles, reader.surface_nodes(), reader.triangles()};
+  FineSurface::Mesh mesh = {nullptr, nullptr, touch.surface.triangles, reader.surface_nodes(), reader.triangles()};
   const double* position = nullptr;
   if (const palpate_status status = reader.map(formats::SectionId::nodes, &position)) return status;
   if (const palpate_status status = reader.map_preload(def, &mesh.preload)) return status;
@@ -31,9 +31,9 @@ palpate_status bind(const SectionReader& reader, const palpate_scene_def& def, S
     return status;
   auto* const fine = reader.memory().make<FineSurface>();
   if (!fine) return reader.no_memory("fine surface");
-  touch.bound = fine;
-  return fine->bind(reader.memory(), scratch, part_of<palpate_fine_surface>(def, fine_surface_effect), mesh, touch.rest,
-                    reader.error());
+  touch.surface.bound = fine;
+  return fine->bind(reader.memory(), scratch, part_of<palpate_fine_surface>(def, fine_surface_effect), mesh,
+                    touch.surface.rest, reader.error());
 }
 
 palpate_status prepare(EffectBuild& build) {

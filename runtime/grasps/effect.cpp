@@ -61,9 +61,9 @@ palpate_status build(EffectBuild& build) {
   auto* const grasps = memory.make<Grasps>();
   if (!grasps) return build.reader.no_memory("grasps");
   build.state = grasps;
-  scene.touch.ask(grasps);
+  scene.touch.parts.ask(grasps);
   const bool made = scene.touch.input.read_part(memory, kGrasp) &&
-                    grasps->create(memory, discs_of(scene.touch), scene.def.max_tools, most_nodes(scene.def),
+                    grasps->create(memory, scene.touch.surface.discs(), scene.def.max_tools, most_nodes(scene.def),
                                    &scene.touch.displacement, build.pass);
   return made ? PALPATE_OK : build.reader.no_memory("grasps");
 }

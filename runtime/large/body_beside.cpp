@@ -62,12 +62,11 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& 
   if (!make_mailbox(memory, job, &jobs_) || !make_mailbox(memory, solution, &solutions_) ||
       !added_.create(memory, limits.field_nodes, limits.surface_nodes))
     return false;
-  for (double* number : {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.spring,
-                         &missed_at_rest_, &missed_share_})
+  for (double* number : {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.spring})
     memory.keep(*number);
-  for (Miss* miss : {&missed_, &grown_}) memory.keep(*miss);
+  memory.keep(miss_);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
-                               &behind_, &knows_miss_, &goes_on_, &settled_, &published_})
+                               &behind_, &goes_on_, &settled_, &published_})
     memory.keep(*number);
   memory.keep(begun_), memory.keep(begun_beside_);
   return !memory.failed();
@@ -99,17 +98,17 @@ void BodyBeside::give(const ContactConstraints& set) {
 }
 
 void BodyBeside::forget_miss() {
-  missed_ = grown_ = {}, missed_at_rest_ = missed_share_ = 0, knows_miss_ = 0;
+  miss_ = {};
 }
 
 // What a contact at this target misses, `along` of the way on which it is known.
 void BodyBeside::expect(const Solved& solved, Vec3 target, Vec3 along, Miss* miss) const {
   const Vec3 aside = target - solved.target - along;
   const double way = length(along);
-  miss->displacement = std::max(miss->displacement,
-                                (missed_.displacement + grown_.displacement) * way + missed_at_rest_ * length(aside));
-  miss->force =
-      std::max(miss->force, (missed_.force + grown_.force) * way + missed_share_ * length(solved.stiffness * aside));
+  miss->displacement = std::max(
+      miss->displacement, (miss_.missed.displacement + miss_.grown.displacement) * way + miss_.at_rest * length(aside));
+  miss->force = std::max(
+      miss->force, (miss_.missed.force + miss_.grown.force) * way + miss_.share * length(solved.stiffness * aside));
 }
 
 // A contact that the solution does not have, or that has ended since, is as far from it as its whole target. Both lists ascend.
@@ -138,7 +137,7 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
   for (; solved != end; ++solved) unknown = std::max(unknown, length(solved->target));
   const double own = told_.residual + told_.off;
   if (unknown > kBehindUnknown || own > kBehind) return true;
-  if (!knows_miss_) return way > kBehindUnknown;
+  if (!miss_.is_known) return way > kBehindUnknown;
   return miss.displacement > kLeastMiss && (miss.displacement + told_.residual * largest > kBehind * largest ||
                                             miss.force + own * force > kBehind * force);
 }
@@ -249,15 +248,15 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
   const Miss& now = goes_on ? going_on : at_rest;
   const auto learn = [&](double miss, double* rate, double* grown) {
     constexpr double forgets = 0.7;  // from one solution to the next
-    *grown = knows_miss_ ? std::max(0.0, miss / way - *rate) : 0;
+    *grown = miss_.is_known ? std::max(0.0, miss / way - *rate) : 0;
     *rate = std::max(miss / way, forgets * *rate);
   };
   double ignored = 0;
-  learn(now.displacement, &missed_.displacement, &grown_.displacement);
-  learn(now.force, &missed_.force, &grown_.force);
-  learn(at_rest.displacement, &missed_at_rest_, &ignored);
-  missed_share_ = linear > 0 ? at_rest.force / linear : 0;
-  knows_miss_ = 1;
+  learn(now.displacement, &miss_.missed.displacement, &miss_.grown.displacement);
+  learn(now.force, &miss_.missed.force, &miss_.grown.force);
+  learn(at_rest.displacement, &miss_.at_rest, &ignored);
+  miss_.share = linear > 0 ? at_rest.force / linear : 0;
+  miss_.is_known = 1;
 }
 
 const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* fresh) {

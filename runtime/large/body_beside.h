@@ -99,6 +99,14 @@ class BodyBeside {
   struct Miss {
     double displacement = 0, force = 0;  // m, N
   };
+  // What solutions have told of the miss.
+  struct KnownMiss {
+    // When solutions came, for each metre on the way from one to the next: with o going on or not, as it does; what of that the newest one
+    // had more than the one before; with o as it was.
+    Miss missed, grown;
+    double at_rest = 0, share = 0;  // the last one's force, of the linear organ's force on the way
+    std::int32_t is_known = 0, unused = 0;
+  };
   struct Solution {
     std::uint64_t begun;
     Told told;
@@ -147,11 +155,7 @@ class BodyBeside {
   std::int32_t solved_count_[2] = {}, newest_ = 0;
   ContactConstraints acting_;
   Told told_;
-  // When solutions came, for each metre on the way from one to the next: with o going on or not, as it does; what of that the newest one
-  // had more than the one before; with o as it was.
-  Miss missed_, grown_;
-  double missed_at_rest_ = 0, missed_share_ = 0;  // the last one's force, of the linear organ's force on the way
-  std::int32_t knows_miss_ = 0;
+  KnownMiss miss_;
   std::int32_t goes_on_ = 0;  // o does, between solutions
   std::int32_t behind_ = 0;
   std::int32_t settled_ =

@@ -129,12 +129,12 @@ void BodyField::end(const ContactId& id) {
   if (auto* const own = const_cast<Contact*>(find(id))) own->ended = 1;
 }
 
-Vec3 BodyField::at_node(std::int32_t node, QueryWork* work) const {
+Vec3 BodyField::at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
   return read(now_, node);
 }
 
-Vec3 BodyField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) const {
+Vec3 BodyField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {
   const Contact* const contact = find(id);
   if (!contact) return at_node(node, work);
   if (alone()) return {};
@@ -143,7 +143,7 @@ Vec3 BodyField::at_node_without(std::int32_t node, const ContactId& id, QueryWor
 
 // The own parts of the contact and of those that have ended are taken away, and the rows of the others that hold stay where they are: with x the linear response,
 // C x = 0 on these rows.
-bool BodyField::predict_without(const ContactId& id, Operations* work) {
+bool BodyField::predict_without(const ContactId& id, Operations /*most*/, Operations* work) {
   const Contact* const contact = find(id);
   if (!contact) return false;
   const LargeSolver& solver = body_->solver();
@@ -198,7 +198,7 @@ bool BodyField::predict_without(const ContactId& id, Operations* work) {
   return true;
 }
 
-Vec3 BodyField::predicted_at_node(std::int32_t node, QueryWork* work) const {
+Vec3 BodyField::predicted_at_node(std::int32_t node, QueryWork* work) {
   if (predicts_rest_) return {};
   return at_node(node, work) - response_at(predicted_, 0, contacts_[contact_count_ - 1].end, node, work);
 }

@@ -28,14 +28,14 @@ class BodyField final : public SurfaceField {
 
   bool empty() const override { return !moves_ && contact_count_ == 0; }
   void end(const ContactId& id) override;
-  Vec3 at_node(std::int32_t node, QueryWork* work) const override;
-  Vec3 before_at_node(std::int32_t node, QueryWork* work) const override {
+  Vec3 at_node(std::int32_t node, QueryWork* work) override;
+  Vec3 before_at_node(std::int32_t node, QueryWork* work) override {
     work->add(3);
     return read(before_, node);
   }
-  Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) const override;
-  bool predict_without(const ContactId& id, Operations* work) override;
-  Vec3 predicted_at_node(std::int32_t node, QueryWork* work) const override;
+  Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) override;
+  bool predict_without(const ContactId& id, Operations most, Operations* work) override;
+  Vec3 predicted_at_node(std::int32_t node, QueryWork* work) override;
   bool pulls_among_others(const ContactId& id, Vec3 outward) const override;
   double predicted_norm() const override { return norm_ + predicted_apart_; }
   double predicted_apart() const override { return predicted_apart_; }

@@ -29,12 +29,12 @@ LargeSolver::Created DeformingBody::create(SceneMemory& memory, const Hyperelast
   constraint_capacity_ = limits.constraints, of_laws_ = limits.of_laws;
   const auto constraints = static_cast<std::size_t>(limits.constraints), rows = 3 * constraints,
              nodes = static_cast<std::size_t>(limits.nodes);
-  rows_ = memory.array<LargeRow>(rows), rows_of_ = memory.array<RowsOfConstraint>(constraints);
+  rows_.list = memory.array<LargeRow>(rows), rows_of_ = memory.array<RowsOfConstraint>(constraints);
   frames_ = memory.array<Mat3>(constraints), reaction_ = memory.array<Vec3>(constraints);
   kept_ = memory.array<Kept>(constraints), now_ = memory.array<Kept>(constraints);
-  nodes_ = memory.array<std::int32_t>(nodes), weights_ = memory.array<double>(nodes);
+  rows_.nodes = memory.array<std::int32_t>(nodes), rows_.weights = memory.array<double>(nodes);
   force_ = memory.array<double>(rows), start_ = memory.array<double>(rows);
-  beside_ = memory.array<double>(rows * rows);
+  rows_.beside = memory.array<double>(rows * rows);
   if (limits.gives_way) {
     for (double** array : {&place_, &free_, &ahead_}) *array = memory.array<double>(rows);
     holds_ = memory.array<std::uint8_t>(rows), slips_ = memory.array<std::uint8_t>(rows);
@@ -114,7 +114,7 @@ std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t
     if (constraint.axes >> axis & 1u) axis_of[imposed++] = axis;
   }
   for (int i = 0; i < imposed; ++i, ++count) {
-    LargeRow& row = rows_[count];
+    LargeRow& row = rows_.list[count];
     row = LargeRow{};
     row.first = constraint.first_node, row.count = constraint.node_count;
     row.group = group, row.target = target[axis_of[i]];
@@ -140,7 +140,7 @@ bool DeformingBody::fill_beside(const ContactConstraints& set, StepWork* work) {
           if (rows_of_[p].at[i] < 0 || rows_of_[q].at[j] < 0) continue;
           const auto row = static_cast<std::size_t>(rows_of_[p].at[i]),
                      column = static_cast<std::size_t>(rows_of_[q].at[j]);
-          beside_[row * stride + column] = beside_[column * stride + row] = between.m[i][j];
+          rows_.beside[row * stride + column] = rows_.beside[column * stride + row] = between.m[i][j];
         }
     }
   return true;
@@ -168,9 +168,9 @@ void DeformingBody::keep(const ContactConstraints& set) {
 // that has become softer than at rest would go too far under it, and back again by more in the next step. Held, it goes too little, and
 // the next step brings the rest.
 void DeformingBody::decide(const ContactConstraints& set, const double* reaction) {
-  std::fill(holds_, holds_ + row_count_, std::uint8_t{1});
-  std::fill(slips_, slips_ + row_count_, std::uint8_t{0});
-  for (std::int32_t r = 0; r < row_count_; ++r) place_[r] = rows_[r].target;
+  std::fill(holds_, holds_ + rows_.count, std::uint8_t{1});
+  std::fill(slips_, slips_ + rows_.count, std::uint8_t{0});
+  for (std::int32_t r = 0; r < rows_.count; ++r) place_[r] = rows_.list[r].target;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     if (!may_release(constraint)) continue;
@@ -186,7 +186,7 @@ void DeformingBody::decide(const ContactConstraints& set, const double* reaction
       if (!holds_[r]) continue;
       const double* const c = solver_.compliance().row(r);
       place_[r] = free_[r];
-      for (std::int32_t k = 0; k < row_count_; ++k) place_[r] += c[k] * reaction[k];
+      for (std::int32_t k = 0; k < rows_.count; ++k) place_[r] += c[k] * reaction[k];
     }
   }
 }
@@ -194,8 +194,8 @@ void DeformingBody::decide(const ContactConstraints& set, const double* reaction
 // Begins a solution of the laws at the state now, from the forces `carried`. Returns by how much these miss the laws, m.
 double DeformingBody::begin_laws(const ContactConstraints& set, const double* carried) {
   solver_.find_free(free_);
-  for (std::int32_t r = 0; r < row_count_; ++r) laws_.targets()[r] = rows_[r].target - free_[r];
-  std::copy(carried, carried + row_count_, laws_.reactions());
+  for (std::int32_t r = 0; r < rows_.count; ++r) laws_.targets()[r] = rows_.list[r].target - free_[r];
+  std::copy(carried, carried + rows_.count, laws_.reactions());
   const ConstraintRows rows = {set.constraints, rows_of_, set.constraint_count};
   laws_.begin(rows);
   const ContactSystem system = laws_.system(rows);
@@ -214,7 +214,7 @@ void DeformingBody::drop_held_rows(const ContactConstraints& set) {
 bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work,
                                Outcome* outcome) {
   double largest = 0;
-  for (std::int32_t r = 0; r < row_count_; ++r) largest = std::max(largest, std::fabs(rows_[r].target));
+  for (std::int32_t r = 0; r < rows_.count; ++r) largest = std::max(largest, std::fabs(rows_.list[r].target));
   drop_held_rows(set);
   UnknownNodes nodes;
   // Contacts that move in every step may have taken all of `work`. Without operations of their own the laws would never give such a contact a force.
@@ -254,22 +254,22 @@ void DeformingBody::obey(const ContactConstraint& constraint, std::int32_t p) {
 
 DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepWork* work, Vec3* force) {
   for (std::int32_t e = 0; e < set.node_count; ++e)
-    nodes_[e] = set.nodes[e].node, weights_[e] = set.nodes[e].weight, force[e] = Vec3{};
-  row_count_ = 0, effort_ = {};
+    rows_.nodes[e] = set.nodes[e].node, rows_.weights[e] = set.nodes[e].weight, force[e] = Vec3{};
+  rows_.count = 0, effort_ = {};
   find_known(set);
   bool may_give_way = false;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    row_count_ = add_rows(set, p, row_count_);
+    rows_.count = add_rows(set, p, rows_.count);
     may_give_way = may_give_way || may_release(set.constraints[p]);
   }
   take_start(set);
-  has_beside_ = fill_beside(set, work);
-  const LargeContacts contacts = {rows_,
-                                  nodes_,
-                                  weights_,
-                                  row_count_,
+  rows_.has_beside = fill_beside(set, work);
+  const LargeContacts contacts = {rows_.list,
+                                  rows_.nodes,
+                                  rows_.weights,
+                                  rows_.count,
                                   start_,
-                                  has_beside_ ? beside_ : nullptr,
+                                  rows_.has_beside ? rows_.beside : nullptr,
                                   3 * static_cast<std::size_t>(constraint_capacity_)};
   const Operations fit = work->left() / std::max<Operations>(operations_, 1);
   const auto most =
@@ -283,7 +283,7 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
     static_cast<LargeOutcome&>(outcome) = solver_.step(contacts, most, force_);
   }
   // The forces of a state that is far from its solution say little: no row gets more than it had.
-  for (std::int32_t r = 0; outcome.lost && r < row_count_; ++r)
+  for (std::int32_t r = 0; outcome.lost && r < rows_.count; ++r)
     force_[r] = std::clamp(force_[r], -std::fabs(start_[r]), std::fabs(start_[r]));
   work->add(operations_ * outcome.evaluations + solve_operations_ * solver_.take_response_solves());
   if (outcome.failed)
@@ -298,7 +298,7 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
     obey(constraint, p);
     const Vec3 sum = transposed_times(frames_[p], reaction_[p]);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
-      force[e] += weights_[e] * sum;
+      force[e] += rows_.weights[e] * sum;
   }
   return outcome;
 }
@@ -335,12 +335,12 @@ Vec3 DeformingBody::missed(std::int32_t p) const {
   for (int i = 0; i < 3; ++i) {
     const std::int32_t r = rows_of_[p].at[i];
     if (r < 0) continue;
-    missed[i] = solver_.on_row(r) - rows_[r].target;
-    for (std::int32_t k = 0; k < 3 && rows_[r].group + k < row_count_; ++k)
-      missed[i] += rows_[r].compliance[k] * force_[rows_[r].group + k];
+    missed[i] = solver_.on_row(r) - rows_.list[r].target;
+    for (std::int32_t k = 0; k < 3 && rows_.list[r].group + k < rows_.count; ++k)
+      missed[i] += rows_.list[r].compliance[k] * force_[rows_.list[r].group + k];
     const double* const beside =
-        beside_ + static_cast<std::size_t>(r) * 3 * static_cast<std::size_t>(constraint_capacity_);
-    for (std::int32_t k = 0; has_beside_ && k < row_count_; ++k) missed[i] += beside[k] * force_[k];
+        rows_.beside + static_cast<std::size_t>(r) * 3 * static_cast<std::size_t>(constraint_capacity_);
+    for (std::int32_t k = 0; rows_.has_beside && k < rows_.count; ++k) missed[i] += beside[k] * force_[k];
   }
   return missed;
 }

@@ -65,15 +65,15 @@ class DeformingBody {
   const double* row_forces() const { return force_; }
   // Of the last solve(), for measuring: its rows, their nodes and weights; the place, m, at which a row is held that holds.
   LargeContacts last_rows() const {
-    return {rows_,
-            nodes_,
-            weights_,
-            row_count_,
+    return {rows_.list,
+            rows_.nodes,
+            rows_.weights,
+            rows_.count,
             nullptr,
-            has_beside_ ? beside_ : nullptr,
+            rows_.has_beside ? rows_.beside : nullptr,
             3 * static_cast<std::size_t>(constraint_capacity_)};
   }
-  double place(std::int32_t row) const { return laws_decided_ ? place_[row] : rows_[row].target; }
+  double place(std::int32_t row) const { return laws_decided_ ? place_[row] : rows_.list[row].target; }
 
   // Displacements of nodes 0 .. count - 1, [count][3] m.
   void write_field(std::int32_t count, float* out) const {
@@ -131,18 +131,20 @@ class DeformingBody {
   TurnedSurface turned_;
   SystemSolver laws_;  // where contacts give way
   LawEffort effort_;
-  std::int32_t constraint_capacity_ = 0, row_count_ = 0, kept_count_ = 0;
-  LargeRow* rows_ = nullptr;                    // [3 constraint_capacity]
+  struct Rows {
+    LargeRow* list = nullptr;       // [3 constraint_capacity]
+    std::int32_t* nodes = nullptr;  // [node_capacity]
+    double* weights = nullptr;      // [node_capacity]
+    double* beside = nullptr;       // [3 constraint_capacity]^2 m/N, between the discs of two constraints
+    std::int32_t count = 0;
+    bool has_beside = false;
+  } rows_;
+  std::int32_t constraint_capacity_ = 0, kept_count_ = 0;
   RowsOfConstraint* rows_of_ = nullptr;         // [constraint_capacity]
   Mat3* frames_ = nullptr;                      // [constraint_capacity]
   Vec3* reaction_ = nullptr;                    // [constraint_capacity] N
   Kept *kept_ = nullptr, *now_ = nullptr;       // [constraint_capacity] of the last step; of this one
-  std::int32_t* nodes_ = nullptr;               // [node_capacity]
-  double* weights_ = nullptr;                   // [node_capacity]
   double *force_ = nullptr, *start_ = nullptr;  // [3 constraint_capacity] N
-  double* beside_ =
-      nullptr;  // [3 constraint_capacity][3 constraint_capacity] m/N, between the discs of two constraints
-  bool has_beside_ = false;
   // Where contacts give way:
   double* place_ = nullptr;                           // [3 constraint_capacity] m, where each row is held
   double *free_ = nullptr, *ahead_ = nullptr;         // [3 constraint_capacity] m

@@ -196,8 +196,8 @@ bool place_in_thread(const SectionReader& reader, const palpate_scene& scene, Bo
   limits.field_nodes = std::max(reader.surface_nodes(), touch.held.nodes);
   return body.beside().create(reader.memory(), &body.deforming(), limits) &&
          (def.law == PALPATE_LAW_STICKING ||
-          body.beside().follow_normals(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles,
-                                       reader.triangles()));
+          body.beside().follow_normals(reader.memory(), touch.surface.rest, reader.surface_nodes(),
+                                       touch.surface.triangles, reader.triangles()));
 }
 
 void log_fewest_steps(const palpate_scene& scene) {
@@ -221,8 +221,8 @@ palpate_status build(EffectBuild& build) {
   touch.held = scene.shape.held = {field_nodes_of(reader, scene), !is_in_touch(def)};
   const bool made = (!contacts_may_slide(def) || body.watch_energy(reader.memory(), touch.most_constraints)) &&
                     (def.law == PALPATE_LAW_STICKING ||
-                     body.deforming().follow_normals(reader.memory(), touch.rest, reader.surface_nodes(),
-                                                     touch.triangles, reader.triangles())) &&
+                     body.deforming().follow_normals(reader.memory(), touch.surface.rest, reader.surface_nodes(),
+                                                     touch.surface.triangles, reader.triangles())) &&
                     (is_in_touch(def) ? place_in_touch(reader, scene, static_cast<BodyInTouch&>(body))
                                       : place_in_thread(reader, scene, static_cast<BodyInThread&>(body)));
   if (made) log_fewest_steps(scene);

@@ -132,8 +132,8 @@ bool Tangent::list_sites(SceneMemory& memory, const HyperelasticBody& body) {
 
 bool Tangent::list_supports(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place) {
   const auto ends = 2 * static_cast<std::size_t>(body.support_count);
-  support_first_ = memory.array<std::int64_t>(static_cast<std::size_t>(rows_) + 1);
-  support_row_ = memory.array<std::int32_t>(ends), support_ = memory.array<double>(9 * ends);
+  supports_.first = memory.array<std::int64_t>(static_cast<std::size_t>(rows_) + 1);
+  supports_.row = memory.array<std::int32_t>(ends), supports_.stiffness = memory.array<double>(9 * ends);
   if (memory.failed()) return false;
   // Each pair of different nodes stands in both columns; that of one node once.
   for (int pass = 0; pass < 2; ++pass) {
@@ -143,19 +143,19 @@ bool Tangent::list_supports(SceneMemory& memory, const HyperelasticBody& body, c
       for (int turned = 0; turned < (a == b ? 1 : 2); ++turned) {
         const std::int32_t column = turned ? a : b, row = turned ? b : a;
         if (pass == 0) {
-          ++support_first_[column + 1];
+          ++supports_.first[column + 1];
           continue;
         }
-        const std::int64_t at = support_first_[column]++;
-        support_row_[at] = row;
+        const std::int64_t at = supports_.first[column]++;
+        supports_.row[at] = row;
         const double* const k = body.support_stiffness + 9 * static_cast<std::int64_t>(p);
         for (int r = 0; r < 3; ++r)
-          for (int c = 0; c < 3; ++c) support_[9 * at + 3 * r + c] = turned ? k[3 * c + r] : k[3 * r + c];
+          for (int c = 0; c < 3; ++c) supports_.stiffness[9 * at + 3 * r + c] = turned ? k[3 * c + r] : k[3 * r + c];
       }
     }
-    if (pass == 0) begin_lists(support_first_, rows_);
+    if (pass == 0) begin_lists(supports_.first, rows_);
   }
-  end_lists(support_first_, rows_);
+  end_lists(supports_.first, rows_);
   return true;
 }
 

@@ -52,9 +52,9 @@ class Tangent {
             for (int c = 0; c < 3; ++c)
               add_free(row, r, c, factor * volume_change_[3 * other + r] * volume_change_[3 * own + c]);
     }
-    for (std::int64_t at = support_first_[column]; at < support_first_[column + 1]; ++at)
+    for (std::int64_t at = supports_.first[column]; at < supports_.first[column + 1]; ++at)
       for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) add_free(support_row_[at], r, c, support_[9 * at + 3 * r + c]);
+        for (int c = 0; c < 3; ++c) add_free(supports_.row[at], r, c, supports_.stiffness[9 * at + 3 * r + c]);
     for (int c = 0; c < 3; ++c)
       if (!free(column, c)) add(column, c, c, of_held_);
   }
@@ -87,9 +87,11 @@ class Tangent {
   std::int32_t* entry_of_corner_ = nullptr;    // [tetrahedra][4 sites][4 nodes], -1: the node is held
   std::int64_t* site_first_of_row_ = nullptr;  // [rows + 1] into site_entries_
   std::int64_t* site_entries_ = nullptr;
-  std::int64_t* support_first_ = nullptr;  // [rows + 1]
-  std::int32_t* support_row_ = nullptr;
-  double* support_ = nullptr;  // [9] N/m, component r of support_row_ by component c of the column
+  struct Supports {
+    std::int64_t* first = nullptr;  // [rows + 1]
+    std::int32_t* row = nullptr;
+    double* stiffness = nullptr;  // [9] N/m, component r of `row` by component c of the column
+  } supports_;
 };
 
 }  // namespace palpate

@@ -47,7 +47,7 @@ palpate_status build(EffectBuild& build) {
   build.state = links;
   const Links::Source source = {link_surface_of(scene.def, scene.touch, build.reader.triangles()),
                                 scene.tensors.stiffness, &scene.touch.displacement, &scene.touch.offset, build.pass};
-  scene.touch.ask(links);
+  scene.touch.parts.ask(links);
   return links->create(memory, source, most_links(scene.def)) ? PALPATE_OK : build.reader.no_memory("links");
 }
 

@@ -24,7 +24,7 @@ Operations to_move(const LinkEnd& end, std::int32_t contact_nodes) {
 }  // namespace
 
 LinkSurface link_surface_of(const palpate_scene_def& def, TouchState& state, std::int32_t triangles) {
-  LinkSurface surface = {discs_of(state), state.triangles, triangles};
+  LinkSurface surface = {state.surface.discs(), state.surface.triangles, triangles};
   if (def.contact != PALPATE_CONTACT_PATCH) surface.disc.measure = nullptr, surface.disc.patch = nullptr;
   return surface;
 }

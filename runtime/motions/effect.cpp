@@ -80,7 +80,7 @@ palpate_status prepare(EffectBuild& build) {
   if (!scene.touch.offset.create(reader.memory(), rows, scene.touch.most_constraints) ||
       !motions->create(reader.memory(), source))
     return reader.no_memory("motions");
-  scene.touch.add(motions);
+  scene.touch.parts.add(motions);
   scene.shape.moved_surface = scene.touch.offset.rows();
   if (!has_interior_shape(scene)) return PALPATE_OK;
   return read_rows(reader, SectionId::motion_interior, inside, &scene.shape.moved_interior);

@@ -143,7 +143,7 @@ std::uint32_t Motions::take(double most) {
 void Motions::begin_step(TouchStep& step) {
   TouchState& state = *step.state;
   step.flags |= take(step.context->def.max_tool_speed * state.input.dt());
-  if (state.field.has_offset()) state.field.begin_moved();
+  if (state.linear_field.has_offset()) state.linear_field.begin_moved();
   step.context->watch.ended(source_.pass);
 }
 

@@ -100,7 +100,8 @@ palpate_status create(const SectionReader& reader, palpate_scene& scene, Pass pa
   if (status == PALPATE_OK) status = reader.read_rest(def, reader.counts().nodes, &source.geometry.nodes);
   if (status != PALPATE_OK) return status;
   source.geometry.tetrahedra = body.tetrahedra, source.geometry.tetrahedron_count = body.tetrahedron_count;
-  source.region = body.region, source.triangles = touch.triangles, source.column_of_node = touch.column_of_node;
+  source.region = body.region, source.triangles = touch.surface.triangles,
+  source.column_of_node = touch.surface.column_of_node;
   source.tensors = &scene.tensors, source.field = &touch.displacement;
   source.most_places = places_of(def), source.max_tools = def.max_tools;
   source.pass = pass;
@@ -123,7 +124,7 @@ palpate_status build(EffectBuild& build) {
   auto* const needles = memory.make<Needles>();
   if (!needles) return build.reader.no_memory("needles");
   build.state = needles;
-  build.scene.touch.ask(needles);
+  build.scene.touch.parts.ask(needles);
   if (!build.scene.touch.input.read_part(memory, kNeedle)) return build.reader.no_memory("needles");
   SceneMemory scratch = memory.of_same_host();
   const palpate_status status = create(build.reader, build.scene, build.pass, scratch, *needles);

@@ -23,7 +23,7 @@ palpate_status build(EffectBuild& build) {
   auto* const query = memory.make<SurfaceQuery>();
   if (!query) return reader.no_memory("queries");
   build.state = query;
-  const BoundSurface* const fine = scene.touch.bound;
+  const BoundSurface* const fine = scene.touch.surface.bound;
   const OffsetRows& motions = scene.touch.offset.rows();
   double reach = 1;
   const bool made =

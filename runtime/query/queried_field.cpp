@@ -56,7 +56,7 @@ std::uint32_t QueriedField::set(const Tensors& tensors, const palpate_contacts* 
   if (large_) return copy_field(contacts ? palpate_contacts_field(contacts) : nullptr, tensors.surface_nodes);
   std::uint32_t flags = 0;
   bool changed = added_ && take_added(contacts ? palpate_contacts_field(contacts) : nullptr, &flags);
-  if (amounts_ && take_amounts(contacts ? palpate_contacts_motions(contacts) : nullptr, &flags)) changed = true;
+  if (amounts_ && take_amounts(contacts ? palpate_contacts_amounts(contacts) : nullptr, &flags)) changed = true;
   if (!take_loads(tensors, contacts, &flags) && !changed) return flags;
   // However much changed, the field went from one norm to the other.
   path_ += norm_;

@@ -75,7 +75,7 @@ palpate_status build(EffectBuild& build) {
   auto* const relaxation = memory.make<Relaxation>();
   if (!relaxation || !relaxation->create(memory, build.scene.def, build.pass))
     return build.reader.no_memory("relaxation");
-  build.scene.touch.add(relaxation);
+  build.scene.touch.parts.add(relaxation);
   return PALPATE_OK;
 }
 

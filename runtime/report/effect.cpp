@@ -18,7 +18,7 @@ void add_sections(const palpate_scene_def&, SectionList& sections) {
 palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load& load) {
   return {0, 0,
           static_cast<double>(
-              ContactReport::operations(load.points, load.contacts, load.nodes, scene.touch.bound != nullptr))};
+              ContactReport::operations(load.points, load.contacts, load.nodes, scene.touch.surface.bound != nullptr))};
 }
 
 palpate_status build(EffectBuild& build) {
@@ -27,9 +27,9 @@ palpate_status build(EffectBuild& build) {
   auto* const report = memory.make<StepReport>();
   if (!report) return build.reader.no_memory("report");
   build.state = report;
-  touch.add(report);
-  return report->create(memory, build.scene.def, touch.rest, touch.triangles, touch.bound, &touch.displacement,
-                        build.pass)
+  touch.parts.add(report);
+  return report->create(memory, build.scene.def, touch.surface.rest, touch.surface.triangles, touch.surface.bound,
+                        &touch.displacement, build.pass)
              ? PALPATE_OK
              : build.reader.no_memory("report");
 }

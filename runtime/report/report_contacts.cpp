@@ -51,9 +51,9 @@ class ContactsOfStep {
     contact.tool = t, contact.point = point;
     contact.state = state_of(first, end);
     if (point < tool.point_count) {
-      contact.surface_point = state_.points[t][point].anchor;
+      contact.surface_point = state_.points.of_tool[t][point].anchor;
       if (meets_bound_surface(state_)) {
-        const BoundContact& fine = state_.bound_contacts[t][point];
+        const BoundContact& fine = state_.points.bound_of_tool[t][point];
         contact.fine = fine.anchor, contact.surface_point = fine.beneath;
       }
     } else if (const palpate_grip& grip = tool.grips[point - tool.point_count]; grip.kind == PALPATE_GRIP_NODE) {
@@ -76,10 +76,10 @@ class ContactsOfStep {
   // The disc below a contact, and how deep its own force on the organ, N, would press it into a half-space.
   void describe_disc(const ContactConstraint& constraint, Vec3 force, ReportedContact* contact) const {
     const BoundContact* fine =
-        contact->fine.triangle >= 0 ? &state_.bound_contacts[contact->tool][contact->point] : nullptr;
+        contact->fine.triangle >= 0 ? &state_.points.bound_of_tool[contact->tool][contact->point] : nullptr;
     const Vec3 outward = fine ? fine->outward : outward_at(state_, constraint.surface_point);
     const double pressed =
-        -dot(force, outward) * state_.measure.tissue(constraint.surface_point).normal / constraint.disc_radius;
+        -dot(force, outward) * state_.surface.measure.tissue(constraint.surface_point).normal / constraint.disc_radius;
     if (!std::isfinite(pressed) || length(outward) == 0) return;
     contact->disc_radius = constraint.disc_radius, contact->disc_normal = outward, contact->indentation = pressed;
   }
@@ -117,14 +117,14 @@ void StepReport::begin_step(TouchStep& step) {
   const TouchState& state = *step.state;
   for (std::int32_t t = 0; step.finds_far && t < state.input.count(); ++t) {
     const Tool& tool = state.input.tool(t);
-    for (std::int32_t i = 0; tool.index >= 0 && !step.far[t] && state.points[t] && i < tool.point_count; ++i)
-      if (state.points[t][i].known) report_.note_last(t, i, state.points[t][i].last);
+    for (std::int32_t i = 0; tool.index >= 0 && !step.far[t] && state.points.of_tool[t] && i < tool.point_count; ++i)
+      if (state.points.of_tool[t][i].known) report_.note_last(t, i, state.points.of_tool[t][i].last);
   }
 }
 
 void StepReport::end_step(TouchStep& step) {
   ContactsOfStep(step).tell(report_);
-  for (std::int32_t s = 0; s < step.state->source_count; ++s) step.state->sources[s]->tell(step, report_);
+  for (RowSource* source : step.state->parts.sources()) source->tell(step, report_);
   report_.end();
   step.context->watch.ended(pass_);
 }

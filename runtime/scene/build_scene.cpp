@@ -107,19 +107,20 @@ palpate_status read_curve(const SectionReader& reader, const char* effect, Secti
 
 // The search structure over the rest positions and, where contacts have frames, normals, spacing and curvature.
 palpate_status build_surface(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  if (!touch.surface.build(reader.memory(), touch.rest, touch.triangles, reader.triangles()))
+  if (!touch.surface.index.build(reader.memory(), touch.surface.rest, touch.surface.triangles, reader.triangles()))
     return reader.no_memory("surface");
   if (!needs_contact_frames(def)) return PALPATE_OK;
-  const bool measured =
-      touch.measure.build(reader.memory(), touch.rest, reader.surface_nodes(), touch.triangles, reader.triangles());
+  const bool measured = touch.surface.measure.build(reader.memory(), touch.surface.rest, reader.surface_nodes(),
+                                                    touch.surface.triangles, reader.triangles());
   return measured ? PALPATE_OK : reader.no_memory("surface");
 }
 
 palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
-  if (const palpate_status status = read_tissue(reader.bundle(), reader.memory(), touch.measure, reader.error()))
+  if (const palpate_status status =
+          read_tissue(reader.bundle(), reader.memory(), touch.surface.measure, reader.error()))
     return status;
-  const bool made =
-      touch.patch.create(reader.memory(), &touch.surface, &touch.measure, touch.triangles, reader.surface_nodes());
+  const bool made = touch.surface.patch.create(reader.memory(), &touch.surface.index, &touch.surface.measure,
+                                               touch.surface.triangles, reader.surface_nodes());
   return made ? PALPATE_OK : reader.no_memory("patches");
 }
 
@@ -132,7 +133,7 @@ palpate_status build_displacement(const SectionReader& reader, const palpate_sce
                                   TouchState& touch) {
   DisplacementField& field = touch.displacement;
   field.offset_by(&touch.offset, touch.body->added());
-  if (const SurfaceField* const own = touch.body->surface_field()) field.follow(own);
+  if (SurfaceField* const own = touch.body->surface_field()) field.follow(own);
   const bool asked =
       !touch.body->surface_field() && (follows_deformed_surface(def) || (uses & kUsesDisplacements) != 0);
   return !asked || field.create(reader.memory(), def.max_contact_nodes) ? PALPATE_OK : reader.no_memory("displacement");
@@ -148,35 +149,36 @@ palpate_status build_collision(const SectionReader& reader, palpate_scene& scene
   if (!build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), touch.tree))
     return reader.no_memory("collision");
   const auto create_field = [&] {
-    SurfaceField* const own = touch.body->surface_field();
-    if (!own)
-      return touch.field.create(reader.memory(), &touch.displacement, def.max_contact_nodes, touch.most_constraints,
-                                reader.surface_nodes());
-    touch.field.follow(own);
-    return true;
+    touch.field = touch.body->surface_field();
+    if (touch.field) return true;
+    touch.field = &touch.linear_field;
+    return touch.linear_field.create(reader.memory(), &touch.displacement, def.max_contact_nodes,
+                                     touch.most_constraints, reader.surface_nodes());
   };
   if ((scene.uses & kUsesNodeReach) != 0)
-    touch.node_reach = reader.memory().array<double>(static_cast<std::size_t>(reader.surface_nodes()));
+    touch.surface.node_reach = reader.memory().array<double>(static_cast<std::size_t>(reader.surface_nodes()));
   double reach = 1;
-  if (deformed && (!create_field() || !set_reaches(reader, *touch.body, scene.tensors, scene.touchable, touch.bound,
-                                                   touch.offset.rows(), touch.tree, &reach, touch.node_reach)))
+  if (deformed &&
+      (!create_field() || !set_reaches(reader, *touch.body, scene.tensors, scene.touchable, touch.surface.bound,
+                                       touch.offset.rows(), touch.tree, &reach, touch.surface.node_reach)))
     return reader.no_memory("collision");
-  if (deformed && touch.body->added()) touch.field.add(touch.body->added(), reach);
-  if (deformed && touch.offset.exists()) touch.field.move(&touch.offset, reach);
-  if (!touch.deformed.create(reader.memory(), &touch.tree, deformed ? &touch.field : nullptr, touch.bound))
+  if (deformed && touch.body->added()) touch.linear_field.add(touch.body->added(), reach);
+  if (deformed && touch.offset.exists()) touch.linear_field.move(&touch.offset, reach);
+  if (!touch.deformed.create(reader.memory(), &touch.tree, touch.field, touch.surface.bound))
     return reader.no_memory("collision");
   if (deformed) touch.tree.keep_seen(reader.memory());
-  touch.collision.create(reader.memory(), &touch.deformed, touch.bound ? &touch.bound->index() : &touch.surface,
-                         deformed ? &touch.field : nullptr, &touch.work);
-  touch.release_distance =
+  touch.points.collision.create(reader.memory(), &touch.deformed,
+                                touch.surface.bound ? &touch.surface.bound->index() : &touch.surface.index, touch.field,
+                                &touch.work);
+  touch.points.release_distance =
       def.release_distance > 0 ? def.release_distance : kReleaseShare * length(touch.tree.high() - touch.tree.low());
   for (std::int32_t t = 0; t < def.max_tools; ++t) {
     const std::size_t points = static_cast<std::size_t>(def.max_points);
-    touch.points[t] = reader.memory().array<PointState>(points);
-    reader.memory().keep_array(touch.points[t], points);
-    if (!touch.bound) continue;
-    touch.bound_contacts[t] = reader.memory().array<BoundContact>(points);
-    reader.memory().keep_array(touch.bound_contacts[t], points);
+    touch.points.of_tool[t] = reader.memory().array<PointState>(points);
+    reader.memory().keep_array(touch.points.of_tool[t], points);
+    if (!touch.surface.bound) continue;
+    touch.points.bound_of_tool[t] = reader.memory().array<BoundContact>(points);
+    reader.memory().keep_array(touch.points.bound_of_tool[t], points);
   }
   return reader.memory().failed() ? reader.no_memory("collision") : PALPATE_OK;
 }
@@ -197,30 +199,29 @@ palpate_status build_contacts(const SectionReader& reader, palpate_scene& scene)
   InputLimits limits;
   limits.surface_nodes = reader.surface_nodes(), limits.triangles = reader.triangles();
   limits.max_tools = def.max_tools, limits.max_points = def.max_points;
-  limits.has_triangles = touch.triangles != nullptr;
+  limits.has_triangles = touch.surface.triangles != nullptr;
   memory.keep(touch.step);
-  memory.keep(touch.last_force);
-  memory.keep(touch.last_torque);
+  memory.keep(touch.sent);
   memory.keep(touch.organ);
-  limits.has_positions = touch.rest != nullptr;
-  touch.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
+  limits.has_positions = touch.surface.rest != nullptr;
+  touch.surface.column_of_node = memory.array<std::int32_t>(reader.counts().surface_nodes);
   const std::int32_t constraints = touch.most_constraints;
   touch.force = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   touch.modified = memory.array<Vec3>(static_cast<std::size_t>(def.max_contact_nodes));
   const ContactRows::Source source = {def.contact,
-                                      touch.column_of_node,
-                                      touch.triangles,
-                                      touch.rest,
-                                      def.contact == PALPATE_CONTACT_PATCH ? &touch.patch : nullptr,
+                                      touch.surface.column_of_node,
+                                      touch.surface.triangles,
+                                      touch.surface.rest,
+                                      def.contact == PALPATE_CONTACT_PATCH ? &touch.surface.patch : nullptr,
                                       touch.body->responds_linearly() && contacts_may_slide(def) &&
-                                          def.contact == PALPATE_CONTACT_PATCH && !touch.bound};
+                                          def.contact == PALPATE_CONTACT_PATCH && !touch.surface.bound};
   ContactSolver::Limits solver;
   solver.of.nodes = def.max_contact_nodes, solver.of.constraints = constraints;
   solver.of.columns = scene.tensors.all_columns(), solver.of.columns_of_surface = scene.tensors.columns;
   solver.of.offset = &touch.offset;
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
-  memory.keep(touch.slides);
+  memory.keep(touch.points.slides);
   solver.of.predicts = def.collision == PALPATE_COLLISION_DEFORMED, solver.operations = def.max_operations;
   if (!touch.input.create(memory, limits) || !touch.rows.create(memory, source, def.max_contact_nodes, constraints) ||
       !touch.solver.create(memory, solver))
@@ -229,11 +230,11 @@ palpate_status build_contacts(const SectionReader& reader, palpate_scene& scene)
   if (touch.body->responds_linearly() && (contacts_may_slide(def) || (scene.uses & kUsesSlideEnergy) != 0) &&
       !touch.slide_energy.create(memory, constraints))
     return reader.no_memory("contacts");
-  if (def.contact == PALPATE_CONTACT_PATCH) touch.deformed.meet_discs(discs_of(touch));
+  if (def.contact == PALPATE_CONTACT_PATCH) touch.deformed.meet_discs(touch.surface.discs());
   touch.admission.create(&touch.solver, &touch.rows, &touch.work, point_contact_of(def),
                          touch.body->added() != nullptr);
-  std::fill(touch.column_of_node, touch.column_of_node + reader.counts().surface_nodes, -1);
-  for (std::int32_t k = 0; k < reader.columns(); ++k) touch.column_of_node[scene.touchable[k]] = k;
+  std::fill(touch.surface.column_of_node, touch.surface.column_of_node + reader.counts().surface_nodes, -1);
+  for (std::int32_t k = 0; k < reader.columns(); ++k) touch.surface.column_of_node[scene.touchable[k]] = k;
   return PALPATE_OK;
 }
 
@@ -442,16 +443,16 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
     }
   };
   prepare(true);
-  step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, &touch.triangles); });
+  step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, &touch.surface.triangles); });
   step(needs_rest(def, scene.uses), use.surface,
-       [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.rest); });
+       [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.surface.rest); });
   step(needs_surface(def, scene.uses), use.surface, [&] { return build_surface(reader, def, touch); });
   prepare(false);
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
   step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision, [&] { return build_collision(reader, scene); });
   step(true, use.contacts, [&] { return build_contacts(reader, scene); });
-  touch.ask(&touch.tools);
+  touch.parts.ask(&touch.tools);
   step(def.force == PALPATE_FORCE_RESPONSE, unused,
        [&] { return read_curve(reader, "force RESPONSE", SectionId::response_force, 1, &touch.response); });
   step(def.shape != PALPATE_SHAPE_OFF, use.shape, [&] { return build_shape(reader, scene); });

@@ -75,88 +75,111 @@ const char* text_of(const SectionList& list, Plan& plan) {
   return text;
 }
 
-}  // namespace
+class PlanWriter {
+ public:
+  PlanWriter(palpate_scene& scene, const MemoryUse& memory)
+      : scene_(scene), def_(scene.def), memory_(memory), sections_(scene.def, scene.context.bundle) {}
 
-void make_plan(palpate_scene& scene, const MemoryUse& memory) {
-  const palpate_scene_def& def = scene.def;
-  const palpate_bundle& bundle = scene.context.bundle;
-  Plan& plan = scene.plan;
-  const CoreSections sections(def, bundle);
-  const auto add = [&](const char* name, const char* half, const SectionList& maps, std::uint64_t bytes) {
-    plan.pass[plan.count++] = {name, half, text_of(maps, plan), maps.bytes(), bytes, 0};
-  };
-  const auto create = [&](const char* name, const SectionList& maps, std::uint64_t bytes) {
-    add(name, "create", maps, bytes);
-  };
-  const auto add_step = [&](Pass id, const char* name, const char* half, const SectionList& maps,
-                            std::uint64_t bytes = 0) {
-    scene.watch.index_in_plan[static_cast<std::int32_t>(id)] = plan.count;
-    add(name, half, maps, bytes);
-  };
-  const auto sections_of = [&](const Effect& effect) {
-    SectionList list = sections.none();
-    if (effect.sections) effect.sections(def, list);
+  void add_creation() {
+    if (needs_surface(def_, scene_.uses)) create("rest surface in buckets", sections_.rest(true), memory_.surface);
+    if (def_.contact == PALPATE_CONTACT_PATCH) create("tissue under a patch", sections_.tissue(), memory_.tissue);
+    for (std::int32_t e = 0; e < scene_.effect_count; ++e)
+      if (const EffectInScene& on = scene_.effects[e]; on.effect->creates)
+        create(on.effect->creates, sections_of(*on.effect), on.bytes);
+  }
+
+  void add_touch() {
+    step(true, Pass::input, "input", "touch", none_);
+    const bool deformed = def_.collision == PALPATE_COLLISION_DEFORMED;
+    step(def_.collision != PALPATE_COLLISION_OFF, Pass::collision, deformed ? "collision: deformed" : "collision: rest",
+         "touch", deformed ? sections_.surface() : none_, memory_.collision);
+    static const char* const models[] = {"contact: node", "contact: triangle", "contact: point", "contact: patch"};
+    const bool maps_triangles =
+        needs_triangles(def_, scene_.uses) && !needs_rest(def_, scene_.uses);  // for grips in triangles alone
+    step(true, Pass::rows, models[def_.contact], "touch", maps_triangles ? sections_.triangles() : none_,
+         needs_surface(def_, scene_.uses) ? 0 : memory_.surface);
+    add_solution();
+    const bool responds = def_.force == PALPATE_FORCE_RESPONSE;
+    step(def_.force != PALPATE_FORCE_OFF, Pass::force, responds ? "force: response" : "force: linear", "touch",
+         responds ? sections_.response(SectionId::response_force) : none_);
+    step(true, Pass::output, "output", "touch", none_);
+  }
+
+  void add_deform() {
+    if (body_ && !has_own_field_)
+      step(true, Pass::deform, body_->effect->body->pass(def_), "deform", sections_of(*body_->effect), body_->bytes);
+  }
+
+  void add_shape() {
+    const bool has_shape = def_.shape != PALPATE_SHAPE_OFF;
+    const char* const superposition =
+        def_.shape == PALPATE_SHAPE_VOLUME ? "superposition: volume" : "superposition: surface";
+    const auto superposed = [&] {
+      if (has_own_field_) return none_;
+      return has_interior_shape(scene_) ? sections_.volume() : sections_.surface();
+    };
+    step(has_shape, Pass::superposition, has_own_field_ ? "displacements of the touch" : superposition, "shape",
+         superposed(), memory_.shape);
+    step(def_.radial != PALPATE_RADIAL_OFF, Pass::radial, "radial: response", "shape",
+         sections_.response(SectionId::response_radial));
+    step(has_shape, Pass::positions, "positions", "shape", sections_.rest(false));
+  }
+
+ private:
+  void add_solution() {
+    static const char* const laws[] = {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"};
+    if (has_own_field_)
+      step(true, Pass::contact, body_->effect->body->pass(def_), "touch", sections_of(*body_->effect),
+           memory_.contacts + body_->bytes);
+    else
+      step(true, Pass::contact, laws[def_.law], "touch", sections_.contacts(), memory_.contacts);
+  }
+  SectionList sections_of(const Effect& effect) const {
+    SectionList list = sections_.none();
+    if (effect.sections) effect.sections(def_, list);
     return list;
-  };
+  }
+  void add(const char* name, const char* half, const SectionList& maps, std::uint64_t bytes) {
+    Plan& plan = scene_.plan;
+    plan.pass[plan.count++] = {name, half, text_of(maps, plan), maps.bytes(), bytes, 0};
+  }
+  void create(const char* name, const SectionList& maps, std::uint64_t bytes) { add(name, "create", maps, bytes); }
+  void add_step(Pass id, const char* name, const char* half, const SectionList& maps, std::uint64_t bytes = 0) {
+    scene_.watch.index_in_plan[static_cast<std::int32_t>(id)] = scene_.plan.count;
+    add(name, half, maps, bytes);
+  }
   // A pass of the core, and behind it those of effects.
-  const auto step = [&](bool is_on, Pass id, const char* name, const char* half, const SectionList& maps,
-                        std::uint64_t bytes = 0) {
+  void step(bool is_on, Pass id, const char* name, const char* half, const SectionList& maps, std::uint64_t bytes = 0) {
     if (is_on) add_step(id, name, half, maps, bytes);
-    for (std::int32_t e = 0; e < scene.effect_count; ++e) {
-      const EffectInScene& on = scene.effects[e];
+    for (std::int32_t e = 0; e < scene_.effect_count; ++e) {
+      const EffectInScene& on = scene_.effects[e];
       const EffectPass& pass = on.effect->pass;
       if (!pass.name || pass.behind != id) continue;
       const char* const of_half = pass.half == Half::touch ? "touch" : "shape";
       if (on.effect->creates)
-        add_step(pass_of_effect(e), pass.name, of_half, sections.none());
+        add_step(pass_of_effect(e), pass.name, of_half, none_);
       else
         add_step(pass_of_effect(e), pass.name, of_half, sections_of(*on.effect), on.bytes);
     }
-  };
-  const bool has_shape = def.shape != PALPATE_SHAPE_OFF;
+  }
 
-  if (needs_surface(def, scene.uses)) create("rest surface in buckets", sections.rest(true), memory.surface);
-  if (def.contact == PALPATE_CONTACT_PATCH) create("tissue under a patch", sections.tissue(), memory.tissue);
-  for (std::int32_t e = 0; e < scene.effect_count; ++e)
-    if (const EffectInScene& on = scene.effects[e]; on.effect->creates)
-      create(on.effect->creates, sections_of(*on.effect), on.bytes);
+  palpate_scene& scene_;
+  const palpate_scene_def& def_;
+  const MemoryUse& memory_;
+  const CoreSections sections_;
+  const SectionList none_ = sections_.none();
+  const EffectInScene* const body_ = scene_.body();
+  const bool has_own_field_ = scene_.touch.body->surface_field() != nullptr;
+};
 
-  const SectionList none = sections.none();
-  step(true, Pass::input, "input", "touch", none);
-  const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
-  step(def.collision != PALPATE_COLLISION_OFF, Pass::collision, deformed ? "collision: deformed" : "collision: rest",
-       "touch", deformed ? sections.surface() : none, memory.collision);
-  static const char* const models[] = {"contact: node", "contact: triangle", "contact: point", "contact: patch"};
-  static const char* const laws[] = {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"};
-  const bool maps_triangles =
-      needs_triangles(def, scene.uses) && !needs_rest(def, scene.uses);  // for grips in triangles alone
-  step(true, Pass::rows, models[def.contact], "touch", maps_triangles ? sections.triangles() : none,
-       needs_surface(def, scene.uses) ? 0 : memory.surface);
-  const EffectInScene* const body = scene.body();
-  const SectionList of_body = body ? sections_of(*body->effect) : none;
-  const bool has_own_field = scene.touch.body->surface_field() != nullptr;
-  if (has_own_field)
-    step(true, Pass::contact, body->effect->body->pass(def), "touch", of_body, memory.contacts + body->bytes);
-  else
-    step(true, Pass::contact, laws[def.law], "touch", sections.contacts(), memory.contacts);
-  const bool responds = def.force == PALPATE_FORCE_RESPONSE;
-  step(def.force != PALPATE_FORCE_OFF, Pass::force, responds ? "force: response" : "force: linear", "touch",
-       responds ? sections.response(SectionId::response_force) : none);
-  step(true, Pass::output, "output", "touch", none);
+}  // namespace
 
-  if (body && !has_own_field) step(true, Pass::deform, body->effect->body->pass(def), "deform", of_body, body->bytes);
-
-  const char* const superposition =
-      def.shape == PALPATE_SHAPE_VOLUME ? "superposition: volume" : "superposition: surface";
-  const auto superposed = [&] {
-    if (has_own_field) return none;
-    return has_interior_shape(scene) ? sections.volume() : sections.surface();
-  };
-  step(has_shape, Pass::superposition, has_own_field ? "displacements of the touch" : superposition, "shape",
-       superposed(), memory.shape);
-  step(def.radial != PALPATE_RADIAL_OFF, Pass::radial, "radial: response", "shape",
-       sections.response(SectionId::response_radial));
-  step(has_shape, Pass::positions, "positions", "shape", sections.rest(false));
+void make_plan(palpate_scene& scene, const MemoryUse& memory) {
+  PlanWriter plan(scene, memory);
+  plan.add_creation();
+  plan.add_touch();
+  plan.add_deform();
+  plan.add_shape();
 }
 
 }  // namespace palpate

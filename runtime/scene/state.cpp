@@ -104,7 +104,7 @@ std::uint64_t definition_of(const palpate_scene& scene) {
   palpate_version(version);
   digest.add(version);
   add_fields(core_keys(), &def, digest);
-  digest.add(scene.touch.bound ? scene.touch.bound->identity() : std::uint64_t{0});
+  digest.add(scene.touch.surface.bound ? scene.touch.surface.bound->identity() : std::uint64_t{0});
   for (std::int32_t e = 0; e < scene.effect_count; ++e) {
     const Effect& effect = *scene.effects[e].effect;
     if (effect.pass.half == Half::touch) add_fields(effect.keys, find_part(def, effect), digest);

@@ -63,9 +63,9 @@ bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors
 
 bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
                 SurfaceTree& tree) {
-  const BoundSurface* const bound = touch.bound;
+  const BoundSurface* const bound = touch.surface.bound;
   return bound ? tree.build(memory, bound->rest(), bound->vertex_count(), bound->triangles(), bound->triangle_count())
-               : tree.build(memory, touch.rest, nodes, touch.triangles, triangles);
+               : tree.build(memory, touch.surface.rest, nodes, touch.surface.triangles, triangles);
 }
 
 }  // namespace palpate

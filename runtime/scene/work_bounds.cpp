@@ -21,7 +21,7 @@ class WorkBounds {
         def_(scene.def),
         touch_(scene.touch),
         in_touch_(scene.touch.body->surface_field() ? scene.body()->effect->body : nullptr),
-        bound_(scene.touch.bound ? scene.touch.bound->triangle_count() : 0) {}
+        bound_(scene.touch.surface.bound ? scene.touch.surface.bound->triangle_count() : 0) {}
 
   // Of tests and changes. The rest is kept for the solution.
   double collision() const { return most() - std::floor(most() / 8); }
@@ -44,7 +44,7 @@ class WorkBounds {
   double least() const {
     constexpr double tests = 24, linear = 10'000;
     const double test =
-        def_.collision == PALPATE_COLLISION_OFF ? 0 : tests * static_cast<double>(touch_.collision.overshoot());
+        def_.collision == PALPATE_COLLISION_OFF ? 0 : tests * static_cast<double>(touch_.points.collision.overshoot());
     return std::max(in_touch_ ? 1 : linear, test) + points();
   }
 

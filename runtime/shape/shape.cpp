@@ -93,7 +93,7 @@ class Shape {
     }
     gather(contacts);
     added_ = contacts && holds_displacements() ? palpate_contacts_field(contacts) : nullptr;
-    amounts_ = contacts && shape_state_.moved_surface.count > 0 ? palpate_contacts_motions(contacts) : nullptr;
+    amounts_ = contacts && shape_state_.moved_surface.count > 0 ? palpate_contacts_amounts(contacts) : nullptr;
     if (amounts_ && !are_sound_amounts()) {
       flags_ |= PALPATE_STEP_BAD_INPUT;
       amounts_ = nullptr;

@@ -37,7 +37,7 @@ palpate_pass_work predict_skin(const palpate_scene& scene, const palpate_step_lo
 // scratch: memory that the binding alone needs.
 palpate_status bind(const SectionReader& reader, const palpate_scene& scene, SceneMemory& scratch, Skin& skin) {
   const palpate_scene_def& def = scene.def;
-  const std::int32_t* triangles = scene.touch.triangles;
+  const std::int32_t* triangles = scene.touch.surface.triangles;
   if (!triangles)
     if (const palpate_status status = reader.copy_indices(SectionId::triangles, 3 * reader.counts().triangles,
                                                           &formats::IndexedSections::triangles, &triangles))
@@ -88,7 +88,8 @@ palpate_pass_work predict_dent(const palpate_scene& scene, const palpate_step_lo
 
 palpate_status build_dent(EffectBuild& build) {
   const bool made =
-      skin_of(&build.scene)->draw_dents(build.reader.memory(), &build.scene.touch.measure, build.scene.def.max_points);
+      skin_of(&build.scene)
+          ->draw_dents(build.reader.memory(), &build.scene.touch.surface.measure, build.scene.def.max_points);
   return made ? PALPATE_OK : build.reader.no_memory("dent");
 }
 

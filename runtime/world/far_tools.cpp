@@ -65,7 +65,7 @@ bool may_meet(const ToolInWorld& tool, const DeformedSurface& surface, const Org
 void OrganInput::create(palpate_scene& organ, const ToolsInWorld* tools) {
   tools_ = tools;
   organ.memory.keep(last_);
-  organ.touch.add_first(this);
+  organ.touch.parts.add_first(this);
 }
 
 // The pose of the step comes first, because it decides which tools are far.
@@ -93,7 +93,7 @@ bool OrganInput::is_far(const TouchStep& step, std::int32_t i, const palpate_too
   if (tool.grip_count > 0 || tool.parts) return false;
   const std::int32_t t = state.input.place_of(tool.id);
   for (std::int32_t p = 0; t >= 0 && p < state.input.tool(t).point_count; ++p)
-    if (state.points[t][p].contact) return false;
+    if (state.points.of_tool[t][p].contact) return false;
   return !may_meet(tools_->tool[i], state.deformed, state.organ, last_.is_posed ? &last_.pose : nullptr,
                    step.context->def.max_tool_speed * dt);
 }
@@ -102,7 +102,7 @@ void OrganInput::come_near(TouchStep& step, std::int32_t t, const ToolInWorld& t
   TouchState& state = *step.state;
   const std::int32_t known = std::min(tool.before_count, state.input.tool(t).point_count);
   for (std::int32_t i = 0; i < known; ++i) {
-    PointState& point = state.points[t][i];
+    PointState& point = state.points.of_tool[t][i];
     point = PointState{};
     point.known = true, point.last = before_in_organ(tool.before[i]);
   }

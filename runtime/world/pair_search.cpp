@@ -93,7 +93,7 @@ bool turn(const OrganGroup& group, Vec3 before, OrganPair* pair) {
 }
 
 bool has_stepped(const TouchState& organ) {
-  return organ.field.has_offset() && organ.offset.stepped() > 0;
+  return organ.field->has_offset() && organ.offset.stepped() > 0;
 }
 
 bool same_pose(const Pose& a, const Pose& b) {
@@ -109,7 +109,7 @@ double moving_share(const TouchState& second, const OrganPair& pair) {
   const std::int32_t* const corner = second.tree.corners(pair.triangle);
   double moves = 0;
   for (int v = 0; v < 3; ++v)
-    if (second.column_of_node[corner[v]] >= 0) moves += pair.barycentric[v];
+    if (second.surface.column_of_node[corner[v]] >= 0) moves += pair.barycentric[v];
   return moves;
 }
 
@@ -200,7 +200,7 @@ void PairSearch::look_after(OrganGroup& group, std::int32_t vertex, double room,
 bool PairSearch::is_due(const OrganGroup& group, std::int32_t vertex) const {
   const OrganGroup::Look& look = group.look[vertex];
   const OrganGroup::Motion& now = *group.motion;
-  return !(look.room > touch(group.a).node_reach[vertex] * (now.path_a - look.path_a) +
+  return !(look.room > touch(group.a).surface.node_reach[vertex] * (now.path_a - look.path_a) +
                            look.per_path * (now.path_b - look.path_b) + (now.way - look.way));
 }
 
@@ -240,9 +240,9 @@ Vec3 PairSearch::target(const OrganPair& pair) const {
 Vec3 PairSearch::moved_apart(const OrganPair& pair) const {
   const OrganGroup& g = group(pair);
   const TouchState &a = touch(g.a), &b = touch(g.b);
-  if (!a.field.has_offset() && !b.field.has_offset()) return {};
-  const Vec3 apart = turned_to_second(g, a.field.moved_at_node(pair.vertex)) -
-                     mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.field.moved_at_node(n); });
+  if (!a.field->has_offset() && !b.field->has_offset()) return {};
+  const Vec3 apart = turned_to_second(g, a.field->moved_at_node(pair.vertex)) -
+                     mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.field->moved_at_node(n); });
   return {dot(pair.normal, apart), dot(pair.tangent, apart), dot(cross(pair.normal, pair.tangent), apart)};
 }
 
@@ -378,7 +378,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   OrganGroup& group = groups_[g];
   TouchState &a = touch(group.a), &b = touch(group.b);
   const double edge = b.tree.mean_edge();
-  const Vec3 u = a.field.empty() ? Vec3{} : a.field.at_node(vertex, &work_);
+  const Vec3 u = a.field->empty() ? Vec3{} : a.field->at_node(vertex, &work_);
   const Vec3 p = to_second(group, a.tree.at_rest(vertex) + u);
   // The bound on the pair's motion was used up, as a rule without as much motion. A pair that slips has no room and is looked for in every step,
   // but where nothing moves the organs: there it would creep.
@@ -426,7 +426,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   }
   const double gap = dot(found.normal, at - place) - found.bulge;
   // Between two supports there is nothing to solve: a pair only says that they are in one another, by more than the meshes show.
-  const bool none_moves = a.column_of_node[vertex] < 0 && moving_share(b, found) == 0;
+  const bool none_moves = a.surface.column_of_node[vertex] < 0 && moving_share(b, found) == 0;
   if (const double left = gap + group.overlap[vertex] + kDeep * edge; none_moves && left > 0) {
     group.look[vertex].room = std::min(kAgain * edge, left);
     return false;

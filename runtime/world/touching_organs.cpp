@@ -80,13 +80,13 @@ std::int32_t TouchingOrgans::request_side(const OrganPair& pair, int side) {
   const OrganGroup& group = search_.group(pair);
   const std::int32_t organ = side == 0 ? group.a : group.b, other = side == 0 ? group.b : group.a;
   TouchState &own = touch(organ), &second = touch(group.b);
-  std::int32_t node[3] = {pair.vertex}, count = side == 0 && own.column_of_node[pair.vertex] >= 0;
+  std::int32_t node[3] = {pair.vertex}, count = side == 0 && own.surface.column_of_node[pair.vertex] >= 0;
   double weight[3] = {1};
   if (side == 1) {
     // A vertex without a column stands still: its weight is the support's.
     const std::int32_t* const corner = second.tree.corners(pair.triangle);
     for (int v = 0; v < 3; ++v)
-      if (second.column_of_node[corner[v]] >= 0 && pair.barycentric[v] > 0)
+      if (second.surface.column_of_node[corner[v]] >= 0 && pair.barycentric[v] > 0)
         node[count] = corner[v], weight[count++] = pair.barycentric[v];
   }
   if (count == 0) return -1;

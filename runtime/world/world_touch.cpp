@@ -130,8 +130,8 @@ class WorldTouch {
       force += f;
       if (nodes[e].source == PALPATE_SOURCE_NEEDLE)
         torque += cross(needles->at_rest(nodes[e].node), f);
-      else if (scene.touch.rest)
-        torque += cross(load3(scene.touch.rest + 3 * static_cast<std::size_t>(nodes[e].node)), f);
+      else if (scene.touch.surface.rest)
+        torque += cross(load3(scene.touch.surface.rest + 3 * static_cast<std::size_t>(nodes[e].node)), f);
     }
     store3(scene.touch.organ.vector_to_world(force), state.force);
     store3(scene.touch.organ.vector_to_world(torque), state.torque);

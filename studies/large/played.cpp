@@ -67,7 +67,7 @@ void Player::look(Reached* reached, StepTimes* times) {
   reached->force.resize(3 * contacts_->tool_count);
   for (std::int32_t t = 0; t < contacts_->tool_count; ++t)
     for (int i = 0; i < 3; ++i) reached->force[3 * t + i] = -contacts_.tool(t).force_raw[i];
-  reached->residual = contacts_->deformation_residual, reached->least_volume = contacts_->least_volume;
+  reached->residual = contacts_->body_residual, reached->least_volume = contacts_->least_volume;
 }
 
 std::vector<Reached> Player::play(const Move& move, const Pace& pace, StepTimes* times) {

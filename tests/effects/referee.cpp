@@ -157,7 +157,7 @@ void Referee::read(Organ& organ, int k) {
 // As they were sent; of a volume that is held the pressure that the step tells.
 Eigen::Vector4d Referee::amounts_of(const Organ& organ) {
   Eigen::Vector4d amounts = stage_.amounts();
-  const double* const told = palpate_contacts_motions(organ.contacts);
+  const double* const told = palpate_contacts_amounts(organ.contacts);
   if (!std::isnan(stage_.held_volume())) amounts[kFilling] = told[kFilling];
   for (int m = 0; m < kMotions; ++m) miss("amounts of motions", std::fabs(told[m] - amounts[m]), 1);
   return amounts;

@@ -463,7 +463,7 @@ TEST(CApi, MovesByMotions) {
   EXPECT_EQ(palpate_scene_set_motions(made.scene, amounts, 4, nullptr), PALPATE_OK);
   made.touch(nullptr, 0);
   EXPECT_EQ(palpate_scene_motion_state(made.scene, 0)->amount, 0.001);
-  EXPECT_EQ(palpate_contacts_motions(made.contacts())[0], 0.001);
+  EXPECT_EQ(palpate_contacts_amounts(made.contacts())[0], 0.001);
   EXPECT_EQ(palpate_contacts_field(made.contacts()), nullptr);
   EXPECT_EQ(palpate_scene_hold_volume(made.scene, 0, 1, 1e-7, nullptr), PALPATE_ERROR_ARGUMENT);
   EXPECT_EQ(palpate_scene_hold_volume(made.scene, 2, 1, 1e-7, nullptr), PALPATE_OK);

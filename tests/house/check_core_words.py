@@ -25,9 +25,6 @@ tool shape: tool_shape \bhull\b
 """
 # File, what stands there, why.
 EXCEPTIONS = r"""
-base/contact_nodes.h | \.motions?_(count|offset)|palpate_contacts_motions | fields of palpate_contacts
-shape/shape.cpp | palpate_contacts_motions | reads fields of palpate_contacts
-contact/touch.cpp | out\.deformation_(steps|residual) | fields of palpate_contacts
 bundle/bundle.cpp | motion_count|counts\.motions|SectionId::large_(order|stiffening) | fields of palpate_bundle_info
 bundle/file_map_windows.cpp | LARGE_INTEGER | a type of Windows
 """

@@ -558,11 +558,11 @@ TEST(Motions, ContactsWithOtherAmountsThanAScenesAreBadInput) {
   EXPECT_EQ(flags, 0u);
   EXPECT_FLOAT_EQ(u[0], 0.003f);
   Contacts changed = played.contacts;
-  const_cast<double*>(palpate_contacts_motions(changed.get()))[0] = NAN;
+  const_cast<double*>(palpate_contacts_amounts(changed.get()))[0] = NAN;
   displacements(played.scene.get(), changed, on_one().body.surface_nodes, &flags);
   EXPECT_EQ(flags, palpate_step_flags{PALPATE_STEP_BAD_INPUT});
   changed = played.contacts;
-  changed->motion_count = 3;
+  changed->amount_count = 3;
   displacements(played.scene.get(), changed, on_one().body.surface_nodes, &flags);
   EXPECT_EQ(flags, palpate_step_flags{PALPATE_STEP_BAD_INPUT});
 }

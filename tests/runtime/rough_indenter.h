@@ -37,10 +37,10 @@ struct RoughIndenter {
     const double depth = kDepth * std::min(1.0, s / 100.0) - 2e-4, along = kDrag * std::max(0, s - 100) / 200;
     for (int i = 0; i < kPoints; ++i)
       points[i] = place + Eigen::Vector3d(rough(random) - depth, 0.0024 * (i % 6) + along, 0.0024 * (i / 6));  // NOLINT
-    const std::vector<PointState> before(scene->touch.points[0], scene->touch.points[0] + kPoints);
+    const std::vector<PointState> before(scene->touch.points.of_tool[0], scene->touch.points.of_tool[0] + kPoints);
     const auto flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
     for (int i = 0; i < kPoints; ++i) {
-      const PointState &old = before[static_cast<std::size_t>(i)], &now = scene->touch.points[0][i];
+      const PointState &old = before[static_cast<std::size_t>(i)], &now = scene->touch.points.of_tool[0][i];
       if (!old.contact || !now.contact || old.outward.x < 1) continue;
       const Vec3 way = now.anchor_at_rest - old.anchor_at_rest;
       const double ahead = std::hypot(points[i].y() - old.anchor_at_rest.y, points[i].z() - old.anchor_at_rest.z);

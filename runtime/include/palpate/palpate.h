@@ -354,20 +354,18 @@ typedef struct palpate_contacts {
   int32_t operations;           /* that the step counted (max_operations)                                          */
   double organ_position[3];     /* m, of the organ's frame in the world in this step (palpate_pose)               */
   double organ_orientation[4];  /* w x y z                                                                        */
-  uint32_t field_offset;        /* LARGE: of the displacements, LARGE_BESIDE: of those that add to the superposition of
-                                   the contact nodes; from the begin of the head; else 0                          */
-  int32_t field_nodes;          /* nodes that have such a displacement: those of the scene's shape; else 0        */
-  int32_t deformation_steps;    /* LARGE: quasi-Newton steps that this step took; else 0. LARGE_BESIDE: this and the
-                                   next two are those of the newest solution                                      */
-  int32_t field_adds;          /* 1: the displacements behind field_offset add to the superposition of the contact nodes
-                                   (LARGE_BESIDE and LARGE_RENEWED); 0: they are all of it (LARGE), or there are none.
-                                   A scene whose deformation is of the other kind refuses them as bad input       */
-  double deformation_residual; /* LARGE: square root of the share of its energy that the body had still to lose before
-                                   the last of them, as the method estimates it. 0.5 stands for 0.5 and more; above it
-                                   the step was undone, and the body and its forces are those of the step before   */
-  double least_volume;         /* LARGE: smallest volume of a tetrahedron, over its volume at rest; else 1       */
-  uint32_t motions_offset;     /* of the amounts of the motions in this step, from the begin of the head; 0: none */
-  int32_t motion_count;        /* amounts: all motions of the bundle where the scene has motions, else 0         */
+  /* Of the displacements that the body itself writes (palpate_large.h), from the begin of the head; 0: none. They are those of
+   * field_nodes nodes, which are those of the scene's shape. field_adds: 1: they add to the superposition of the contact nodes; 0:
+   * they are all of it, or there are none. A scene whose body is of the other kind refuses them as bad input. */
+  uint32_t field_offset;
+  int32_t field_nodes;
+  int32_t body_steps; /* that the body took in this step or for its newest solution; linear: 0           */
+  int32_t field_adds;
+  double body_residual; /* how far that was from its solution, as palpate_large.h says; linear: 0          */
+  double least_volume;  /* smallest volume of a tetrahedron, over its volume at rest; linear: 1            */
+  /* Of the amounts of the organ's own displacement in this step (palpate_motions.h), from the begin of the head; 0: none. */
+  uint32_t amounts_offset;
+  int32_t amount_count; /* one for each motion of the bundle where the scene has motions; else 0           */
 } palpate_contacts;
 
 /* Bytes of a palpate_contacts with room for PALPATE_MAX_TOOLS tools and the scene's max_contact_nodes, and under LARGE for the
@@ -384,14 +382,14 @@ static inline const palpate_contact_node* palpate_contacts_node(const palpate_co
                                                     (size_t)node * contacts->node_bytes);
 }
 
-/* [field_nodes][3] m, the displacements of the step under LARGE, inside *contacts; NULL where there are none. */
+/* [field_nodes][3] m, the displacements that the body wrote, inside *contacts; NULL where there are none. */
 static inline const float* palpate_contacts_field(const palpate_contacts* contacts) {
   return contacts->field_offset ? (const float*)(const void*)((const char*)contacts + contacts->field_offset) : NULL;
 }
 
-/* [motion_count] amounts of the motions in the step, inside *contacts; NULL where there are none. */
-static inline const double* palpate_contacts_motions(const palpate_contacts* contacts) {
-  return contacts->motions_offset ? (const double*)(const void*)((const char*)contacts + contacts->motions_offset)
+/* [amount_count] amounts of the organ's own displacement, inside *contacts; NULL where there are none. */
+static inline const double* palpate_contacts_amounts(const palpate_contacts* contacts) {
+  return contacts->amounts_offset ? (const double*)(const void*)((const char*)contacts + contacts->amounts_offset)
                                   : NULL;
 }
 
@@ -427,7 +425,7 @@ enum {
                                              than 95 % of it, or a POINT on fewer than its three. Its force is then too small, by
                                              up to a half on a single node. A disc with 95 % has its force within about 5 %      */
   PALPATE_STEP_DEFORMATION_BEHIND = 1 << 13, /* LARGE: the body has not followed its tools to the end: the steps of max_operations
-                                             ended far from the solution (deformation_residual above 0.035); the move to the targets
+                                             ended far from the solution (body_residual above 0.035); the move to the targets
                                              was cut, where it would have turned a tetrahedron inside out or taken far more energy
                                              than the linear response expects; or the step was undone (above 0.5). The next steps go
                                              on from there. LARGE_BESIDE: the newest solution was cut, ended above 0.02, or has

@@ -10,6 +10,11 @@
  *       if (palpate_scene_deform(scene) == 0) sleep_a_millisecond();
  *
  * Under PALPATE_DEFORMATION_LARGE the touch step solves the body itself, and a host calls nothing of this header.
+ *
+ * What palpate_contacts tells of the body (BESIDE and RENEWED: of its newest solution): body_steps, the quasi-Newton steps; body_residual,
+ * square root of the share of its energy that it had still to lose before the last of them, as the method estimates it, where 0.5 stands
+ * for 0.5 and more: above it the step was undone, and the body and its forces are those of the step before; least_volume. The displacements
+ * behind field_offset are all of the surface's under LARGE; under the others they add to the superposition of the contact nodes.
  */
 #ifndef PALPATE_LARGE_H
 #define PALPATE_LARGE_H

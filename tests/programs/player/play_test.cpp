@@ -782,7 +782,7 @@ TEST(LostDeformation, SaysWhenLargeDeformationDivergedAndInHowManyTouches) {
   LostDeformation lost;
   palpate_contacts contacts = {};
   const auto touch = [&](double time, palpate_step_flags flags, double residual) {
-    contacts.flags = flags, contacts.deformation_residual = residual;
+    contacts.flags = flags, contacts.body_residual = residual;
     lost.add(time, contacts);
   };
   touch(0.1, 0, 0.01);
