@@ -46,8 +46,8 @@ void LoadField::find_rows(std::int32_t e) {
 Vec3 LoadField::at_node(std::int32_t node, std::int32_t first, std::int32_t last) const {
   if (first == last) return {};
   if (!tensors_->compliance && node < tensors_->surface_nodes) {
-    const std::int32_t from = rows_before_[first];
-    return tensors_->surface.sum_at_node(row_ + from, coefficient_ + from, rows_before_[last] - from, node);
+    if (tensors_->has_rows_of_two_types()) return sum_of_types(node, first, last);
+    return sum_at_node(tensors_->surface, node, first, last);
   }
   Vec3 sum;
   for (std::int32_t e = first; e < last; ++e)
@@ -55,7 +55,28 @@ Vec3 LoadField::at_node(std::int32_t node, std::int32_t first, std::int32_t last
   return sum;
 }
 
+Vec3 LoadField::sum_at_node(const DisplacementRows& rows, std::int32_t node, std::int32_t first,
+                            std::int32_t last) const {
+  const std::int32_t from = rows_before_[first];
+  return rows.sum_at_node(row_ + from, coefficient_ + from, rows_before_[last] - from, node);
+}
+
+// Neighbours of one stored type at a time.
+Vec3 LoadField::sum_of_types(std::int32_t node, std::int32_t first, std::int32_t last) const {
+  Vec3 sum;
+  for (std::int32_t e = first, next = first; e < last; e = next) {
+    const bool of_surface = tensors_->is_of_surface(loads_[e].column);
+    while (next < last && tensors_->is_of_surface(loads_[next].column) == of_surface) ++next;
+    sum += sum_at_node(of_surface ? tensors_->surface : tensors_->corridor->surface, node, e, next);
+  }
+  return sum;
+}
+
 void LoadField::at_run(std::int32_t first, std::int32_t count, double* out) const {
+  if (tensors_->has_rows_of_two_types()) {
+    for (std::int32_t n = 0; n < count; ++n) store3(sum_of_types(first + n, 0, count_), out + 3 * n);
+    return;
+  }
   tensors_->surface.sum_at_run(row_, coefficient_, 3 * acting(), first, count, out);
 }
 

@@ -44,6 +44,8 @@ class LoadField {
     Vec3 modified;                // m
   };
   void find_rows(std::int32_t e);
+  Vec3 sum_at_node(const DisplacementRows& rows, std::int32_t node, std::int32_t first, std::int32_t last) const;
+  Vec3 sum_of_types(std::int32_t node, std::int32_t first, std::int32_t last) const;
 
   const Tensors* tensors_ = nullptr;
   Load* loads_ = nullptr;  // [capacity]

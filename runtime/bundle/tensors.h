@@ -135,6 +135,10 @@ struct Tensors {
   const void* surface_row(std::int32_t column, int j) const {
     return column < columns ? surface.row(column, j) : corridor->surface.row(column - columns, j);
   }
+  formats::ElementType row_type(std::int32_t column) const {
+    return column < columns ? surface.type : corridor->surface.type;
+  }
+  bool has_rows_of_two_types() const { return corridor && !compliance && corridor->surface.type != surface.type; }
   float row_scale(std::int32_t column, int j) const { return column < columns ? surface.row_scale(column, j) : 1.0f; }
   Mat3 stiffness_of(std::int32_t column) const {
     Mat3 f;

@@ -53,7 +53,11 @@ class ElementLanes {
   PALPATE_INLINE void displacement_gradient(const Group& group, const Number* u, Deformation<Real>& d) const;
   PALPATE_INLINE void average_dilatations(Energy* sum) const;
   PALPATE_INLINE Real mean_pressure(const Group& group) const;
+  PALPATE_INLINE void keep_forces(const Group& group, const Real stress[3][3], Real* out) const;
   PALPATE_INLINE void add_forces(Number* f) const;
+  bool create_arrays(SceneMemory& memory, std::size_t tetrahedra);
+  void fill_groups(const HyperelasticBody& body, const DilatationSites& sites, const std::int32_t* place,
+                   std::int32_t* lane_of);
 
   Group* groups_ = nullptr;
   std::int32_t group_count_ = 0, rows_ = 0, site_count_ = 0;
@@ -94,6 +98,56 @@ void ElementLanes<Real>::fill(const HyperelasticBody& body, const DilatationSite
   if (law.stiffening > 0) put(group.stiffening, law.stiffening);
 }
 
+// Lists of the tetrahedra's corners c, of counts and then of entries, in the order of the tetrahedra: entry(c) in list of(c).
+template <class Of, class Entry>
+void list_corners(std::size_t tetrahedra, std::int32_t* first, std::int32_t lists, std::int32_t* entries, const Of& of,
+                  const Entry& entry) {
+  for (std::size_t c = 0; c < 4 * tetrahedra; ++c)
+    if (of(c) < lists) ++first[of(c) + 1];
+  for (std::int32_t i = 0; i < lists; ++i) first[i + 1] += first[i];
+  for (std::size_t c = 4 * tetrahedra; c-- > 0;)
+    if (of(c) < lists) entries[--first[of(c) + 1]] = entry(c);
+  for (std::int32_t i = 0; i < lists; ++i) first[i] = first[i + 1];
+  first[lists] = 0;
+  for (std::size_t c = 0; c < 4 * tetrahedra; ++c) first[lists] += of(c) < lists;
+}
+
+template <class Real>
+bool ElementLanes<Real>::create_arrays(SceneMemory& memory, std::size_t tetrahedra) {
+  const auto groups = static_cast<std::size_t>(group_count_), sites = static_cast<std::size_t>(site_count_);
+  groups_ = memory.array<Group>(groups);
+  forces_ = memory.array<Real>(12 * groups);
+  first_ = memory.array<std::int32_t>(static_cast<std::size_t>(rows_) + 1);
+  slots_ = memory.array<std::int32_t>(4 * tetrahedra);
+  if (nodal_) {
+    kept_ = memory.array<Deformation<Real>>(groups);
+    site_first_ = memory.array<std::int32_t>(sites + 1);
+    site_lanes_ = memory.array<std::int32_t>(4 * tetrahedra);
+    changes_ = memory.array<Real>(groups);
+    for (Number** of_sites : {&site_volume_, &site_bulk_, &pressures_}) *of_sites = memory.array<Number>(sites);
+  }
+  return !memory.failed();
+}
+
+// One law after the other. lane_of: [tetrahedra] group times kLanes, plus lane.
+template <class Real>
+void ElementLanes<Real>::fill_groups(const HyperelasticBody& body, const DilatationSites& sites,
+                                     const std::int32_t* place, std::int32_t* lane_of) {
+  std::int32_t next = 0;
+  for (int l = 0; l < 3; ++l) {
+    std::int32_t placed = 0;
+    for (std::int32_t e = 0; e < body.tetrahedron_count; ++e) {
+      if (static_cast<int>(law_of(body, e)) != l) continue;
+      Group& group = groups_[next + placed / kLanes];
+      group.law = static_cast<Law>(l);
+      if (placed % kLanes == 0) group.stiffening = group.stiffening + 1;  // a lane without a tetrahedron divides by it
+      fill(body, sites, place, e, group, placed % kLanes);
+      lane_of[e] = kLanes * next + placed++;
+    }
+    next += (placed + kLanes - 1) / kLanes;
+  }
+}
+
 template <class Real>
 bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place,
                                 std::int32_t rows) {
@@ -101,7 +155,6 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
   SceneMemory scratch = memory.of_same_host();
   DilatationSites sites;
   const auto count = static_cast<std::size_t>(body.tetrahedron_count);
-  // [tetrahedra] group times kLanes, plus lane
   std::int32_t* const lane_of = scratch.array<std::int32_t>(count);
   if (!lane_of || (nodal_ && !find_dilatation_sites(scratch, body, &sites))) {
     scratch.release_all();
@@ -111,61 +164,23 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
   std::int32_t of_law[3] = {};
   for (std::int32_t e = 0; e < body.tetrahedron_count; ++e) ++of_law[static_cast<int>(law_of(body, e))];
   for (const std::int32_t n : of_law) group_count_ += (n + kLanes - 1) / kLanes;
-  const auto groups = static_cast<std::size_t>(group_count_);
-  groups_ = memory.array<Group>(groups);
-  forces_ = memory.array<Real>(12 * groups);
-  first_ = memory.array<std::int32_t>(static_cast<std::size_t>(rows) + 1);
-  slots_ = memory.array<std::int32_t>(4 * count);
-  if (nodal_) {
-    kept_ = memory.array<Deformation<Real>>(groups);
-    site_first_ = memory.array<std::int32_t>(static_cast<std::size_t>(site_count_) + 1);
-    site_lanes_ = memory.array<std::int32_t>(4 * count);
-    changes_ = memory.array<Real>(groups);
-    site_volume_ = memory.array<Number>(static_cast<std::size_t>(site_count_));
-    site_bulk_ = memory.array<Number>(static_cast<std::size_t>(site_count_));
-    pressures_ = memory.array<Number>(static_cast<std::size_t>(site_count_));
-  }
-  const bool made = !memory.failed();
+  const bool made = create_arrays(memory, count);
   if (made) {
-    std::int32_t next = 0;
-    for (int l = 0; l < 3; ++l) {
-      std::int32_t placed = 0;
-      for (std::int32_t e = 0; e < body.tetrahedron_count; ++e) {
-        if (static_cast<int>(law_of(body, e)) != l) continue;
-        Group& group = groups_[next + placed / kLanes];
-        group.law = static_cast<Law>(l);
-        if (placed % kLanes == 0)
-          group.stiffening = group.stiffening + 1;  // a lane without a tetrahedron divides by it
-        fill(body, sites, place, e, group, placed % kLanes);
-        lane_of[e] = kLanes * next + placed++;
-      }
-      next += (placed + kLanes - 1) / kLanes;
-    }
-    // Lists by node and by site, of counts and then of entries, in the order of the tetrahedra.
-    const auto list = [&](std::int32_t* first, std::int32_t lists, std::int32_t* entries, const auto& of,
-                          const auto& entry) {
-      for (std::size_t c = 0; c < 4 * count; ++c)
-        if (of(c) < lists) ++first[of(c) + 1];
-      for (std::int32_t i = 0; i < lists; ++i) first[i + 1] += first[i];
-      for (std::size_t c = 4 * count; c-- > 0;)
-        if (of(c) < lists) entries[--first[of(c) + 1]] = entry(c);
-      for (std::int32_t i = 0; i < lists; ++i) first[i] = first[i + 1];
-      first[lists] = 0;
-      for (std::size_t c = 0; c < 4 * count; ++c) first[lists] += of(c) < lists;
-    };
-    const auto node_of = [&](std::size_t c) { return place[body.tetrahedra[c]]; };
-    list(first_, rows_, slots_, node_of, [&](std::size_t c) {
-      const std::int32_t lane = lane_of[c / 4];
-      return (lane / kLanes * 12 + 3 * static_cast<std::int32_t>(c % 4)) * kLanes + lane % kLanes;
-    });
-    if (nodal_) {
-      list(
-          site_first_, site_count_, site_lanes_, [&](std::size_t c) { return sites.of_corner[c]; },
-          [&](std::size_t c) { return lane_of[c / 4]; });
-      for (std::int32_t s = 0; s < site_count_; ++s) {
-        site_volume_[s] = static_cast<Number>(sites.volume[s]);
-        site_bulk_[s] = static_cast<Number>(body.laws[sites.region[s]].bulk);
-      }
+    fill_groups(body, sites, place, lane_of);
+    list_corners(
+        count, first_, rows_, slots_, [&](std::size_t c) { return place[body.tetrahedra[c]]; },
+        [&](std::size_t c) {
+          const std::int32_t lane = lane_of[c / 4];
+          return (lane / kLanes * 12 + 3 * static_cast<std::int32_t>(c % 4)) * kLanes + lane % kLanes;
+        });
+  }
+  if (made && nodal_) {
+    list_corners(
+        count, site_first_, site_count_, site_lanes_, [&](std::size_t c) { return sites.of_corner[c]; },
+        [&](std::size_t c) { return lane_of[c / 4]; });
+    for (std::int32_t s = 0; s < site_count_; ++s) {
+      site_volume_[s] = static_cast<Number>(sites.volume[s]);
+      site_bulk_[s] = static_cast<Number>(body.laws[sites.region[s]].bulk);
     }
   }
   scratch.release_all();
@@ -223,6 +238,21 @@ PALPATE_INLINE void ElementLanes<Real>::add_forces(Number* f) const {
   }
 }
 
+// out: [4][3] N, of each corner.
+template <class Real>
+PALPATE_INLINE void ElementLanes<Real>::keep_forces(const Group& group, const Real stress[3][3], Real* out) const {
+  for (int i = 0; i < 3; ++i) {
+    Real others = Real{};
+    for (int a = 0; a < 3; ++a) {
+      const Real force = group.volume * (stress[i][0] * group.gradient[a][0] + stress[i][1] * group.gradient[a][1] +
+                                         stress[i][2] * group.gradient[a][2]);
+      out[3 * (a + 1) + i] = force;
+      others = others + force;
+    }
+    out[i] = -others;
+  }
+}
+
 template <class Real>
 PALPATE_INLINE typename ElementLanes<Real>::Energy ElementLanes<Real>::evaluate(const Number* u, Number* f) const {
   Energy sum;
@@ -269,17 +299,7 @@ PALPATE_INLINE typename ElementLanes<Real>::Energy ElementLanes<Real>::evaluate(
     for (int k = 0; k < kLanes; ++k) energy[k] += static_cast<double>(part[k]);
     Real stress[3][3];
     stress_of(d, law, pressure, stress);
-    Real* const out = forces_ + 12 * static_cast<std::size_t>(b);
-    for (int i = 0; i < 3; ++i) {
-      Real others = Real{};
-      for (int a = 0; a < 3; ++a) {
-        const Real force = group.volume * (stress[i][0] * group.gradient[a][0] + stress[i][1] * group.gradient[a][1] +
-                                           stress[i][2] * group.gradient[a][2]);
-        out[3 * (a + 1) + i] = force;
-        others = others + force;
-      }
-      out[i] = -others;
-    }
+    keep_forces(group, stress, forces_ + 12 * static_cast<std::size_t>(b));
   }
   for (int k = 0; k < kLanes; ++k) sum.energy += energy[k];
   Number lanes[kLanes];

@@ -18,32 +18,12 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
-#include "runtime/contact/row_matrix.h"
-#include "runtime/large/block_factor.h"
-#include "runtime/large/element_lanes.h"
-#include "runtime/large/tangent.h"
+#include "runtime/large/body_metric.h"
+#include "runtime/large/hyperelastic_energy.h"
+#include "runtime/large/large_rows.h"
+#include "runtime/large/secant_pairs.h"
 
 namespace palpate {
-
-// One row of W: the weighted mean displacement of some nodes along a direction.
-struct LargeRow {
-  std::int32_t first, count;  // of its nodes and weights
-  double direction[3];
-  double target;         // m
-  std::int32_t group;    // first row of those that have the same nodes and weights: three at most, one after the other
-  std::int32_t unused;   // in the place of padding, which a saved state would hold
-  double compliance[3];  // m/N, of L between this row and rows group, group + 1, group + 2
-};
-struct LargeContacts {
-  const LargeRow* rows = nullptr;
-  const std::int32_t* nodes = nullptr;  // of the body
-  const double* weights = nullptr;
-  std::int32_t row_count = 0;
-  const double* start = nullptr;  // [row_count] N, the force of each row in the last step; nullptr: not known
-  // [row_count][beside_stride] m/N, L between rows of different groups, symmetric; nullptr: there is none
-  const double* beside = nullptr;
-  std::size_t beside_stride = 0;
-};
 
 // What a step says about itself.
 struct LargeOutcome {
@@ -62,7 +42,6 @@ struct LargeOutcome {
 class LargeSolver {
  public:
   enum class Created { made, no_memory, not_definite, no_equilibrium };
-  static constexpr int kPairs = 8;
   // Fewer steps than kFewestSteps do not bring a body back that a contact has disturbed: the next step disturbs it again.
   static constexpr int kMostSteps = 8, kFewestSteps = 3;
   // A state is solved where its residual (LargeOutcome) is below this; where targets stand still, below kStillTolerance.
@@ -88,8 +67,7 @@ class LargeSolver {
                  std::int64_t fewest_for_rough = BlockFactor::kFewestForRough);
   // m, displacement of a node by the preload; zero without one.
   void rest_displacement(std::int32_t node, float out[3]) const {
-    for (int i = 0; i < 3; ++i)
-      out[i] = base_ ? base_[3 * static_cast<std::size_t>(place_[node]) + static_cast<std::size_t>(i)] : 0.0f;
+    for (int i = 0; i < 3; ++i) out[i] = energy_.base() ? energy_.base()[at(node) + static_cast<std::size_t>(i)] : 0.0f;
   }
 
   // force: [row_count] N, of each row on the body, all of which hold. most_steps: 1 .. ; where targets and rows are those of the
@@ -103,51 +81,48 @@ class LargeSolver {
   // free: [row_count] m, where each row would be without the forces of all rows, in the linear response to the last state.
   // With forces r the rows are at free + C r, the part of L included.
   void find_free(double* free) const;
-  const RowMatrix& compliance() const { return compliance_; }  // [row_count][row_count] m/N, C
+  const RowMatrix& compliance() const { return rows_.compliance(); }  // [row_count][row_count] m/N, C
   // holds: [row_count] whether the row is held, at place[row] (m); nullptr: all are, at their targets. Else it has no force, and
   // before it had start[row]. False as take().
   bool hold(const std::uint8_t* holds, const double* place, const double* start, LargeOutcome* outcome);
   // Takes steps until the body is in equilibrium, at most most_steps.
   void improve(std::int32_t most_steps, LargeOutcome* outcome);
-  const double* carried() const { return multiplier_; }  // [row_count] N, the force of each row after improve()
+  const double* carried() const { return of_rows_.multiplier; }  // [row_count] N, the force of each row after improve()
   // [row_count] N. Completes the outcome. Numbers that are not finite put the body to rest, without forces.
   void forces(bool sound, double* force, LargeOutcome* outcome);
-  double on_row(std::int32_t row) const { return on_row(row, u_); }  // m, W u
+  double on_row(std::int32_t row) const { return rows_.on_row(row, u_); }  // m, W u
 
   // What forces of the rows first .. end - 1 do in the linear response. force: [row_count] N. At a node, m; an upper bound of its
   // length over all nodes, m; on all rows, m, without L.
-  void response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node, double out[3]) const;
-  double response_bound(const double* force, std::int32_t first, std::int32_t end) const;
-  void response_on_rows(const double* force, double* out) const;
+  void response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node, double out[3]) const {
+    rows_.response_at(force, first, end, node, out);
+  }
+  double response_bound(const double* force, std::int32_t first, std::int32_t end) const {
+    return rows_.response_bound(force, first, end);
+  }
+  void response_on_rows(const double* force, double* out) const { rows_.response_on_rows(force, out); }
   // The bound for one force ([3] N) on all nodes of a row.
   double spot_response_bound(std::int32_t row, const double* force) const {
-    const double* const largest = largest_response_ + 3 * static_cast<std::size_t>(spot_of(row).slot);
-    return std::abs(force[0]) * largest[0] + std::abs(force[1]) * largest[1] + std::abs(force[2]) * largest[2];
+    return rows_.spot_response_bound(row, force);
   }
-  const double* direction(std::int32_t row) const { return row_[row].direction; }
+  const double* direction(std::int32_t row) const { return rows_.row(row).direction; }
   // x <- C^-1 x, of the rows that hold; zero for the others.
-  void solve_held(double* x) const { solve_contacts(x); }
-  bool holds(std::int32_t row) const { return holds_[row] != 0; }
+  void solve_held(double* x) const { rows_.solve(x); }
+  bool holds(std::int32_t row) const { return rows_.holds(row); }
   // Changes where the row's nodes or weights do.
-  std::int64_t response_id(std::int32_t row) const {
-    const std::int32_t slot = spot_of(row).slot;
-    return (static_cast<std::int64_t>(slot) << 32) + generation_[slot];
-  }
+  std::int64_t response_id(std::int32_t row) const { return rows_.response_id(row); }
 
   // Solves since the last call that new nodes or weights took, three for each.
-  std::int32_t take_response_solves() {
-    const std::int32_t solves = response_solves_;
-    return response_solves_ = 0, solves;
-  }
+  std::int32_t take_response_solves() { return rows_.take_solves(); }
 
   // Goes on with a new metric, between steps: the first of kSlices calls begins with the state as it is, the last one replaces the metric
   // and drops the pairs. Where the tangent is not definite, the metric stays, and the next call begins anew. A call counts, not the time,
   // so that the same steps and calls have the same bits. At rest it does nothing. Cost: a slice of the factorisation; the last one
   // a pass over the factor and three solves for each row's nodes.
-  static constexpr std::int32_t kSlices = 16;
+  static constexpr std::int32_t kSlices = BodyMetric::kSlices;
   void renew();
   // Of the metric now: 0 K at rest, else the K(u) of how many renewals since rest.
-  std::int32_t renewals() const { return renewal_.count; }
+  std::int32_t renewals() const { return metric_.renewals(); }
 
   void forget();  // back to rest
   // Completes a restored state (scene_memory.h) by what follows from it. Cost: three solves for each row's nodes; with a renewed metric,
@@ -156,169 +131,74 @@ class LargeSolver {
 
   // m, displacement of a node.
   void displacement(std::int32_t node, float out[3]) const {
-    for (int i = 0; i < 3; ++i) out[i] = u_[3 * static_cast<std::size_t>(place_[node]) + static_cast<std::size_t>(i)];
+    for (int i = 0; i < 3; ++i) out[i] = u_[at(node) + static_cast<std::size_t>(i)];
   }
   // out: [count][3] m, the displacements of nodes 0 .. count - 1 less the linear response to the forces of the rows, u - Y force.
   // force: [row_count] N. Cost: three numbers a node for each row.
   void write_beyond_linear(const double* force, std::int32_t count, float* out);
   double energy() const { return now_.energy; }
   // J, of an energy, by rounding and by what a step leaves of it.
-  double energy_noise(double energy) const { return noise_ + kTolerance * kTolerance * std::abs(energy); }
-  const BlockFactor& factor() const { return factor_; }
+  double energy_noise(double energy) const { return energy_.noise() + kTolerance * kTolerance * std::abs(energy); }
+  const BlockFactor& factor() const { return metric_.rest(); }
 
   // For measuring.
-  double evaluate_once() { return evaluate(u_, f_).energy; }
+  double evaluate_once() { return energy_.evaluate(u_, f_).energy; }
   void solve_once(bool roughly) {
     if (roughly)
-      metric().solve_roughly(trial_f_);
+      metric_.now().solve_roughly(trial_f_);
     else
-      metric().solve(trial_f_);
+      metric_.now().solve(trial_f_);
   }
 
  private:
-  using Elements = ElementLanes<EightFloats>;
-  // The nodes and weights that the rows of a group share, and where their responses are.
-  struct Spot {
-    std::int32_t first, count;  // of its nodes and weights
-    std::int32_t row, rows;     // its rows
-    std::int32_t slot;          // of its three columns of Y
-  };
-  // A renewal, from call to call.
-  struct Renewal {
-    std::int32_t count = 0;   // as renewals()
-    std::int32_t slices = 0;  // done of the next metric
-    std::int32_t active = 0;  // the metric is a renewed one
-    std::int32_t pairs = 0;   // kept since it began
-  };
-  bool prepare_renewals(SceneMemory& memory, const HyperelasticBody& body, double of_held);
-  bool make_slice(std::int32_t slice);
-  void take_metric();
-  void take_rest_metric();
-  void copy_state(float* to) const;
-  void find_all_responses();
-  const BlockFactor& metric() const { return renewal_.active ? renewed_ : factor_; }
-  Elements::Energy evaluate(const float* u, float* f);
-  bool take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness, const double* preload);
-  bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
-  double add_supports(const float* u, float* f) const;
+  std::size_t at(std::int32_t node) const { return 3 * static_cast<std::size_t>(energy_.place(node)); }
+  bool create_vectors(SceneMemory& memory);
   bool settle(double load_share);
   bool find_rest();
   void keep(SceneMemory& memory);
-  void take_spots(const LargeContacts& contacts);
-  bool same_spot(const LargeContacts& contacts, std::int32_t row, const Spot& before) const;
-  void take_rows(const LargeContacts& contacts);
-  void take_beside(const LargeContacts& contacts);
-  void find_responses(const Spot& spot);
-  void forget_local_moves();
-  void measure_spots();
-  bool fill_compliance();
-  bool factor_contacts();
-  void solve_contacts(double* x) const;
-  void on_spot(const Spot& spot, const float* field, double sum[3]) const;
-  double on_row(std::int32_t row, const float* field) const;
-  void add_rows(const double* force, float* field) const;
-  void add_responses(const double* force, double factor, float* field) const;
-  void add_rest_responses(const double* force, double factor, float* field) const;
-  template <class Column>
-  void add_columns_of(const double* force, double factor, float* field, Column column) const;
-  void responses_times(const float* force, double* out) const;
-  double times_compliance(const double* a, const double* b) const;
-  double beside(std::int32_t i, std::int32_t j) const {
-    return beside_[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(j)];
-  }
-  void compliance_times(const double* a, double* out) const;
+  bool set_held(const std::uint8_t* holds, const double* start);
+  double find_move(const double* place);
+  bool move(LargeOutcome* outcome);
   void project(float* p, double* local);
   void find_multipliers();
   double descend();
+  void measure_scale(int pair);
   bool search(double slope, LargeOutcome* outcome);
   void begin_step();
   void give_up();
-  void keep_pair(double share);
-  void drop_pairs() { now_.pair_count = now_.pair_first = now_.pairs_since_scale = 0, now_.scale = 1; }
   void come_to_rest();
   bool nothing_acts() const;
-  int pair(int age) const { return (now_.pair_first + now_.pair_count - 1 - age) % kPairs; }  // 0: the newest
-  float* response(const Spot& spot, int axis) const {
-    return responses_ + static_cast<std::size_t>(3 * spot.slot + axis) * length_;
-  }
-  float* rest_response(const Spot& spot, int axis) const {
-    return rest_responses_ ? rest_responses_ + static_cast<std::size_t>(3 * spot.slot + axis) * length_
-                           : response(spot, axis);
-  }
-  const Spot& spot_of(std::int32_t row) const { return spots_[row_spot_[row]]; }
 
-  Elements elements_;
-  BlockFactor factor_;
-  // Where the metric is renewed:
-  BlockFactor renewed_;
-  BlockFactor::Work work_on_metric_;
-  Tangent tangent_;
-  Renewal renewal_;
-  std::int32_t next_supernode_ = 0;
-  float *of_metric_ = nullptr, *of_next_ = nullptr;  // [3 nodes] m, the states of the metric and of the next one
-  float* rest_responses_ = nullptr;                  // as responses_, of K at rest
-  std::int32_t nodes_ = 0, rows_ = 0;                // nodes of the body; those that can move
-  std::size_t length_ = 0;                           // of vectors over the dofs of rows_, padded with zeros
-  std::int32_t* place_ = nullptr;                    // [nodes]
-  std::int32_t* held_ = nullptr;                     // single held dofs, as indices of vectors
-  std::int32_t held_count_ = 0;
-  std::int32_t* support_place_ = nullptr;  // [support_count][2]
-  double* support_stiffness_ = nullptr;    // [support_count][9] N/m
-  std::int32_t support_count_ = 0;
+  HyperelasticEnergy energy_;
+  BodyMetric metric_;
+  LargeRows rows_;
+  SecantPairs pairs_;
   float *u_ = nullptr, *trial_ = nullptr;    // [3 nodes] m
   float *f_ = nullptr, *trial_f_ = nullptr;  // [length] N, dE/du
-  // Under a preload: where the body rests and the place of a state, [3 nodes] m; the load there, [length] N.
-  float *base_ = nullptr, *absolute_ = nullptr, *load_ = nullptr;
-  double base_energy_ = 0;  // J
-  double noise_ = 0;        // J, of an energy, by the rounding of the preload's
-  double load_share_ = 1, tolerance_ = kTolerance;
-  float *g_ = nullptr, *p_ = nullptr;  // [length] projected gradient, N; direction, m
-  float* moves_[kPairs] = {};          // [length] s of each pair
-  float* changes_[kPairs] = {};        // [length] z
-  double* local_moves_[kPairs] = {};   // [max_rows] the part of s and of z in the rows' own compliance
-  // What a step leaves to the next one, beside vectors and rows.
+  float *g_ = nullptr, *p_ = nullptr;        // [length] projected gradient, N; direction, m
+  // [most rows] N: s of each row, in a trial and before this step; the multipliers; the parts of g and p; sums.
+  struct RowVectors {
+    double *local, *other_local, *trial_local, *local_before, *multiplier, *g, *p, *work, *work2;
+  } of_rows_ = {};
+  // What a step leaves to the next one, beside vectors, rows and pairs.
   struct Kept {
-    double curvature[kPairs];  // s . z of each pair
-    double scale;              // gamma
     double energy, peak_energy, least_volume, residual;
-    std::int32_t pair_first, pair_count, pairs_since_scale, row_count, spot_count, pairs_of_other_contacts;
     double reach;  // the part of the way to the targets that a step tries
+    std::int32_t pairs_of_other_contacts;
     std::int32_t at_rest;
     std::int32_t solved;        // 1: to kTolerance; 2: to kStillTolerance
     std::int32_t alone, still;  // steps without contacts; steps of the method at targets that stand still
-    std::int32_t has_beside, unused;
+    std::int32_t unused;
   };
   Kept now_ = {};
   // Where this step began, to which give_up() returns.
   Kept before_ = {};
   float *u_before_ = nullptr, *f_before_ = nullptr;  // as u_ and f_
-  double* local_before_ = nullptr;                   // [max_rows]
-  bool still_ = false;                               // the targets are those of the last step
-  bool shortened_ = false;                           // the move to the targets, beyond now_.reach
-  bool stuck_ = false;                               // no direction led on
-
-  std::int32_t max_rows_ = 0, max_nodes_ = 0, max_spots_ = 0;
-  std::size_t stride_ = 0;                         // numbers from one row of the matrices to the next
-  LargeRow *row_ = nullptr, *next_row_ = nullptr;  // [max_rows] of the last step, with places in place of nodes
-  Spot *spots_ = nullptr, *next_spots_ = nullptr;  // [max_spots]
-  std::int32_t *row_place_ = nullptr, *next_place_ = nullptr;  // [max_nodes]
-  double *row_weight_ = nullptr, *next_weight_ = nullptr;      // [max_nodes]
-  std::int32_t* row_spot_ = nullptr;                           // [max_rows]
-  bool* slot_used_ = nullptr;                                  // [max_spots]
-  float* responses_ = nullptr;                                 // [max_spots][3][length] columns of Y, along x, y and z
-  std::int32_t* generation_ = nullptr;                         // [max_spots] counts what was in the slot
-  double* largest_response_ = nullptr;                         // [max_spots][3] m/N, the longest displacement of a node
-  double* between_spots_ = nullptr;                            // [max_rows][stride] W Y along x, y and z of the spots
-  RowMatrix compliance_;                                       // [max_rows][max_rows] C
-  double* beside_ = nullptr;                                   // [max_rows][stride] L between rows of different groups
-  double* contact_ = nullptr;                        // [max_rows][stride] Cholesky factor of C, of the rows that hold
-  std::uint8_t* holds_ = nullptr;                    // [max_rows]
-  double* applied_ = nullptr;                        // [max_rows] N, of rows that do not hold
-  double *local_ = nullptr, *next_local_ = nullptr;  // [max_rows] N, s of each row
-  double *multiplier_ = nullptr, *local_g_ = nullptr, *local_p_ = nullptr, *trial_local_ = nullptr, *work_ = nullptr,
-         *work2_ = nullptr;  // [max_rows]
-  bool spots_changed_ = false, rows_changed_ = false;
-  std::int32_t response_solves_ = 0;
+  double tolerance_ = kTolerance;
+  bool rows_changed_ = false;
+  bool still_ = false;      // the targets are those of the last step
+  bool shortened_ = false;  // the move to the targets, beyond now_.reach
+  bool stuck_ = false;      // no direction led on
 };
 
 }  // namespace palpate

@@ -59,12 +59,6 @@ palpate_status read_corridor(const SectionReader& reader, const std::int32_t* to
     return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
                 "needles need a corridor (section corridor/nodes), which this bundle does not have; add a [[corridor]] "
                 "to the boundary file and precompute the bundle again, or leave needles off");
-  if (const formats::ElementType type = tensors->surface.type;
-      !tensors->compliance && type != formats::ElementType::f32)
-    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                "needles: expected displacements in f32 or a compliance in blocks, found rows in %s; pack the bundle "
-                "with --type f32 or --low-rank",
-                type == formats::ElementType::f16 ? "f16" : "f64");
   const std::uint64_t count = reader.counts().corridor;
   palpate_status status = reader.copy_indices(SectionId::corridor_nodes, count,
                                               &formats::IndexedSections::corridor_nodes, &corridor->nodes);

@@ -296,28 +296,31 @@ class Shape {
 
   // A group's field on the surface from stored rows, at nodes first .. first + count - 1.
   void superpose_surface(int g, std::int32_t first, std::int32_t count, float* out) const {
-    const Group& group = groups_[g];
-    superpose(context_.tensors.surface.type, shape_state_.surface_column + group.first,
-              shape_state_.coefficient + group.first, group.count, 3 * static_cast<std::size_t>(first),
-              3 * static_cast<std::size_t>(count), out);
+    superpose_by_type(
+        g, [&](int c) { return context_.tensors.row_type(shape_state_.column_of_sums[c / 3]); },
+        shape_state_.surface_column, shape_state_.coefficient, first, count, out);
   }
 
-  // The same inside, at the first .. first + count - 1 of the interior nodes: neighbours of one stored type at a time.
+  // The same inside, at the first .. first + count - 1 of the interior nodes.
   void superpose_interior(int g, std::int32_t first, std::int32_t count, float* out) const {
-    const auto type_of = [&](int c) {
-      return is_of_corridor(c) ? shape_state_.corridor_interior.type : shape_state_.interior.type;
-    };
+    superpose_by_type(
+        g, [&](int c) { return is_of_corridor(c) ? shape_state_.corridor_interior.type : shape_state_.interior.type; },
+        shape_state_.interior_column, shape_state_.interior_coefficient, first, count, out);
+  }
+
+  // Neighbours of one stored type at a time. type_of(c): of entry c of columns and coefficients.
+  template <class TypeOf>
+  void superpose_by_type(int g, TypeOf type_of, const void* const* columns, const float* coefficients,
+                         std::int32_t first, std::int32_t count, float* out) const {
     const std::size_t at = 3 * static_cast<std::size_t>(first), numbers = 3 * static_cast<std::size_t>(count);
     const int begin = groups_[g].first, end = begin + groups_[g].count;
     for (int c = begin, next = begin; c < end; c = next) {
       const formats::ElementType type = type_of(c);
       while (next < end && type_of(next) == type) next += 3;
-      const void* const* const columns = shape_state_.interior_column + c;
-      const float* const coefficients = shape_state_.interior_coefficient + c;
       if (c == begin)
-        superpose(type, columns, coefficients, next - c, at, numbers, out);
+        superpose(type, columns + c, coefficients + c, next - c, at, numbers, out);
       else
-        superpose_onto(type, columns, coefficients, next - c, at, numbers, out);
+        superpose_onto(type, columns + c, coefficients + c, next - c, at, numbers, out);
     }
   }
 

@@ -36,10 +36,6 @@ const std::vector<Refusal>& refusals() {
        {"grasps", "needles", "links", "motions", "volumes held", "organs that touch", "links between organs"},
        large,
        "next: these hold or move a linear organ alone so far."},
-      {"o",
-       {"needles"},
-       {"rows f16"},
-       "open: a corridor is stored in single precision, and a sum of columns reads one precision."},
       {"p", {"organs that touch"}, {"fine surface"}, "open: pairs are looked for between the bundles' own triangles."},
   };
   return list;

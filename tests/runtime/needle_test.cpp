@@ -185,8 +185,8 @@ TEST(Needle, MovedSidewaysAndTiltedItHoldsTheTissueAsADenseSolveDoes) {
   }
 }
 
-// The rows of the corridor are stored in single precision beside an interior of any type.
-TEST(Needle, MovesTheInteriorInAnyTypeAsInSinglePrecision) {
+// The rows of the corridor are stored in single precision beside a surface and an interior of any type.
+TEST(Needle, MovesSurfaceAndInteriorInAnyTypeAsInSinglePrecision) {
   const auto field_of = [](const TouchedBody& body) {
     Piercing piercing(piercing_def(), body);
     piercing.drive(needle_at(kEntry), 0.03);
@@ -198,13 +198,19 @@ TEST(Needle, MovesTheInteriorInAnyTypeAsInSinglePrecision) {
   const std::vector<float> expected = field_of(box());
   const float largest = *std::max_element(expected.begin(), expected.end());
   ASSERT_GT(largest, 5e-4f);
-  const TouchedBody halves(pierced_body(), [&](BundleParts& parts) {
-    add_whole_corridor(parts, pierced_body());
-    store_interior_as_f16(parts), store_in_blocks(parts, {formats::ElementType::f32, {}});
-  });
-  const std::vector<float> found = field_of(halves);
-  // Half a unit in the last of the 11 bits of f16, of the columns of some surface nodes about the entry.
-  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-3 * largest) << i;
+  for (const auto store : std::initializer_list<void (*)(BundleParts&)>{
+           [](BundleParts& parts) {
+             store_interior_as_f16(parts), store_in_blocks(parts, {formats::ElementType::f32, {}});
+           },
+           store_as_f16}) {
+    const TouchedBody halves(pierced_body(), [&](BundleParts& parts) {
+      add_whole_corridor(parts, pierced_body());
+      store(parts);
+    });
+    const std::vector<float> found = field_of(halves);
+    // Half a unit in the last of the 11 bits of f16, of the columns of some surface nodes about the entry.
+    for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-3 * largest) << i;
+  }
 }
 
 // ---- the laws --------------------------------------------------------------------------------------------------------

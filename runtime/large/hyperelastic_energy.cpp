@@ -1,0 +1,153 @@
+#include "runtime/large/hyperelastic_energy.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/large/vector_loops.h"
+
+namespace palpate {
+namespace {
+
+// Rounding of a preload's energy, from which all others are counted, as a share.
+constexpr double kEnergyNoise = 2e-7;
+
+void evaluate_plainly(const HyperelasticEnergy::Elements& elements, const float* u, float* f,
+                      HyperelasticEnergy::Energy* energy) {
+  *energy = elements.evaluate(u, f);
+}
+#ifdef PALPATE_DISPATCHES
+__attribute__((target(PALPATE_AVX2))) void evaluate_with_avx2(const HyperelasticEnergy::Elements& elements,
+                                                              const float* u, float* f,
+                                                              HyperelasticEnergy::Energy* energy) {
+  *energy = elements.evaluate(u, f);
+}
+#endif
+
+}  // namespace
+
+bool HyperelasticEnergy::place_nodes(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
+                                     std::int32_t order_count) {
+  nodes_ = body.node_count, rows_ = order_count;
+  const auto nodes = static_cast<std::size_t>(nodes_), rows = static_cast<std::size_t>(rows_);
+  length_ = (3 * rows + kVectorStep - 1) / kVectorStep * kVectorStep;
+  padded_ = std::max(3 * nodes, length_);
+  place_ = memory.array<std::int32_t>(nodes);
+  if (memory.failed()) return false;
+  std::fill(place_, place_ + nodes, -1);
+  for (std::int32_t i = 0; i < order_count; ++i) place_[order[i]] = i;
+  std::int32_t held_place = rows_;
+  for (std::size_t n = 0; n < nodes; ++n)
+    if (place_[n] < 0) place_[n] = held_place++;
+  return true;
+}
+
+void HyperelasticEnergy::reorder(const std::int32_t* improved) {
+  for (std::int32_t n = 0; n < nodes_; ++n)
+    if (place_[n] < rows_) place_[n] = improved[place_[n]];
+}
+
+bool HyperelasticEnergy::create(SceneMemory& memory, const HyperelasticBody& body, bool has_preload) {
+  if (!elements_.create(memory, body, place_, rows_) || !take_supports(memory, body)) return false;
+  held_ = memory.array<std::int32_t>(3 * static_cast<std::size_t>(rows_));
+  if (has_preload) base_ = memory.array<float>(padded_), absolute_ = memory.array<float>(padded_);
+  if (memory.failed()) return false;
+  for (std::int32_t n = 0; n < nodes_; ++n)
+    for (int i = 0; i < 3; ++i)
+      if (place_[n] < rows_ && body.fixed[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)])
+        held_[held_count_++] = 3 * place_[n] + i;
+  return true;
+}
+
+bool HyperelasticEnergy::take_supports(SceneMemory& memory, const HyperelasticBody& body) {
+  const auto count = static_cast<std::size_t>(body.support_count);
+  support_place_ = memory.array<std::int32_t>(2 * count);
+  support_stiffness_ = memory.array<double>(9 * count);
+  if (memory.failed()) return false;
+  for (std::size_t i = 0; i < 2 * count; ++i) support_place_[i] = place_[body.support_nodes[i]];
+  std::copy(body.support_stiffness, body.support_stiffness + 9 * count, support_stiffness_);
+  support_count_ = body.support_count;
+  return true;
+}
+
+// The energy of the soft supports, J. f += their forces.
+double HyperelasticEnergy::add_supports(const float* u, float* f) const {
+  double twice = 0;
+  for (std::int32_t p = 0; p < support_count_; ++p) {
+    const double* const k = support_stiffness_ + 9 * static_cast<std::size_t>(p);
+    const std::int32_t a = support_place_[2 * p], b = support_place_[2 * p + 1];
+    const float *const at_a = u + 3 * static_cast<std::size_t>(a), *const at_b = u + 3 * static_cast<std::size_t>(b);
+    double on_a[3], on_b[3];
+    for (int i = 0; i < 3; ++i) {
+      on_a[i] = k[3 * i] * static_cast<double>(at_b[0]) + k[3 * i + 1] * static_cast<double>(at_b[1]) +
+                k[3 * i + 2] * static_cast<double>(at_b[2]);
+      on_b[i] = k[i] * static_cast<double>(at_a[0]) + k[3 + i] * static_cast<double>(at_a[1]) +
+                k[6 + i] * static_cast<double>(at_a[2]);
+    }
+    for (int i = 0; i < 3; ++i) {
+      twice += static_cast<double>(at_a[i]) * on_a[i] * (a == b ? 1 : 2);
+      if (a < rows_) f[3 * static_cast<std::size_t>(a) + static_cast<std::size_t>(i)] += static_cast<float>(on_a[i]);
+      if (a != b && b < rows_)
+        f[3 * static_cast<std::size_t>(b) + static_cast<std::size_t>(i)] += static_cast<float>(on_b[i]);
+    }
+  }
+  return twice / 2;
+}
+
+bool HyperelasticEnergy::take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness,
+                                   const double* preload) {
+  SceneMemory scratch = memory.of_same_host();
+  double* const moved = scratch.array<double>(3 * static_cast<std::size_t>(rows_));
+  load_ = memory.array<float>(length_);
+  const bool made = moved && load_;
+  for (std::int32_t n = 0; made && n < nodes_; ++n)
+    for (std::size_t i = 0; i < 3 && place_[n] < rows_; ++i)
+      moved[3 * static_cast<std::size_t>(place_[n]) + i] = preload[3 * static_cast<std::size_t>(n) + i];
+  for (std::int32_t row = 0; made && row < rows_; ++row)
+    for (std::size_t i = 0; i < 3; ++i) {
+      double sum = 0;
+      for (std::int64_t at = stiffness.first[row]; at < stiffness.first[row + 1]; ++at)
+        for (std::size_t k = 0; k < 3; ++k)
+          sum += stiffness.block[9 * static_cast<std::size_t>(at) + 3 * i + k] *
+                 moved[3 * static_cast<std::size_t>(stiffness.column[at]) + k];
+      load_[3 * static_cast<std::size_t>(row) + i] = static_cast<float>(sum);
+    }
+  for (std::int32_t n = 0; made && n < nodes_; ++n)
+    for (std::size_t i = 0; i < 3; ++i)
+      if (place_[n] < rows_ && body.fixed[3 * static_cast<std::size_t>(n) + i])
+        load_[3 * static_cast<std::size_t>(place_[n]) + i] = 0;
+  scratch.release_all();
+  return made;
+}
+
+void HyperelasticEnergy::rest_at(const float* u, float* force) {
+  load_share_ = 0;
+  base_energy_ = evaluate(u, force).energy;  // of the body alone, like its forces
+  std::copy(u, u + length_, base_);
+  std::copy(force, force + length_, load_);
+  load_share_ = 1, noise_ = kEnergyNoise * base_energy_;
+}
+
+HyperelasticEnergy::Energy HyperelasticEnergy::evaluate(const float* u, float* f) {
+  Energy energy;
+  const float* const from_rest = u;
+  if (base_) {
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) absolute_[i] = base_[i] + u[i];
+    u = absolute_;
+  }
+#ifdef PALPATE_DISPATCHES
+  if (best_instructions() != Instructions::baseline)
+    evaluate_with_avx2(elements_, u, f, &energy);
+  else
+#endif
+    evaluate_plainly(elements_, u, f, &energy);
+  energy.energy += add_supports(u, f);
+  if (load_) {
+    energy.energy -= base_energy_ + load_share_ * dot_product(load_, from_rest, length_);
+    add_multiple(static_cast<float>(-load_share_), load_, length_, f);
+  }
+  clear_held(f);
+  if (!std::isfinite(energy.energy)) energy.least_volume = 0;
+  return energy;
+}
+
+}  // namespace palpate

@@ -1,0 +1,69 @@
+// Energy and forces of the hyperelastic body at a displacement from where it rests: its elements, its soft supports and, under a preload,
+// the load that holds it there. Vectors over the dofs that move are padded with zeros (length()).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/large/block_rows.h"
+#include "runtime/large/element_lanes.h"
+
+namespace palpate {
+
+class HyperelasticEnergy {
+ public:
+  using Elements = ElementLanes<EightFloats>;
+  using Energy = Elements::Energy;
+
+  // Places of the nodes: [node_count] those that move first, in the order of elimination. order: [order_count] of these.
+  bool place_nodes(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
+                   std::int32_t order_count);
+  // The order of elimination becomes improved[place].
+  void reorder(const std::int32_t* improved);
+  // After the nodes have their places. has_preload: a load may be set.
+  bool create(SceneMemory& memory, const HyperelasticBody& body, bool has_preload);
+  // The load is K preload, N. preload: [node_count][3] m.
+  bool take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness, const double* preload);
+  void set_load_share(double share) { load_share_ = share; }
+  // The body rests at u from now on, held there by the force that it has there.
+  void rest_at(const float* u, float* force);
+
+  std::int32_t nodes() const { return nodes_; }
+  std::int32_t rows() const { return rows_; }  // nodes that move
+  std::size_t length() const { return length_; }
+  // Numbers of a vector of displacements of all nodes.
+  std::size_t padded() const { return padded_; }
+  const std::int32_t* places() const { return place_; }
+  std::int32_t place(std::int32_t node) const { return place_[node]; }
+  const float* base() const { return base_; }  // [padded] m, where the body rests under a preload; else nullptr
+  // J, of an energy, by the rounding of the preload's.
+  double noise() const { return noise_; }
+
+  // u: [3 nodes] m, by places; f: [length] N, dE/du. Where the energy is not finite, the least volume is 0.
+  Energy evaluate(const float* u, float* f);
+  // Components of single dofs that are held become 0.
+  void clear_held(float* f) const {
+    for (std::int32_t h = 0; h < held_count_; ++h) f[held_[h]] = 0;
+  }
+
+ private:
+  bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
+  double add_supports(const float* u, float* f) const;
+
+  Elements elements_;
+  std::int32_t nodes_ = 0, rows_ = 0;
+  std::size_t length_ = 0, padded_ = 0;
+  std::int32_t* place_ = nullptr;  // [nodes]
+  std::int32_t* held_ = nullptr;   // single held dofs, as indices of vectors
+  std::int32_t held_count_ = 0;
+  std::int32_t* support_place_ = nullptr;  // [support_count][2]
+  double* support_stiffness_ = nullptr;    // [support_count][9] N/m
+  std::int32_t support_count_ = 0;
+  // Under a preload: where the body rests and the place of a state, [padded] m; the load there, [length] N.
+  float *base_ = nullptr, *absolute_ = nullptr, *load_ = nullptr;
+  double base_energy_ = 0, noise_ = 0;  // J
+  double load_share_ = 1;
+};
+
+}  // namespace palpate
