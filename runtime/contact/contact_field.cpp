@@ -52,6 +52,7 @@ bool ContactField::create(SceneMemory& memory, const DisplacementField* field, s
       !create_layer(memory, layer_[1], contact_capacity, surface_nodes))
     return false;
   memory.keep(path_), memory.keep(ways_);
+  known_ = &now_->known;
   forget();
   return true;
 }

@@ -48,10 +48,6 @@ class ContactField final : public SurfaceField {
 
   bool empty() const override { return count() == 0 && !offset_; }
   void end(const ContactId& id) override;
-  // Of a node of the surface. The field remembers it until the next set(). Where many have been asked for, it evaluates all others at once.
-  Vec3 at_node(std::int32_t node, QueryWork* work) override {
-    return now_->known.has(node) ? now_->known.at(node) : known_at(*now_, node, work);
-  }
   Vec3 before_at_node(std::int32_t node, QueryWork* work) override;
   Vec3 at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) override;
 
@@ -128,6 +124,8 @@ class ContactField final : public SurfaceField {
     std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
   };
 
+  // The field remembers it until the next set(). Where many nodes have been asked for, it evaluates all others at once.
+  Vec3 evaluate_at_node(std::int32_t node, QueryWork* work) override { return known_at(*now_, node, work); }
   bool create_layer(SceneMemory& memory, Layer& layer, std::int32_t contacts, std::int32_t surface_nodes) const;
   const LoadField& loads(const Layer& layer) const { return &layer == now_ ? field_->loads() : field_->loads_before(); }
   std::int32_t count() const { return field_->loads().count(); }

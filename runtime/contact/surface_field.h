@@ -8,6 +8,7 @@
 #include "runtime/base/step_work.h"
 #include "runtime/base/vec3.h"
 #include "runtime/contact/contact_id.h"
+#include "runtime/contact/known_nodes.h"
 
 namespace palpate {
 
@@ -21,7 +22,9 @@ class SurfaceField {
   virtual void end(const ContactId&) {}
 
   // m, displacement of a surface node, after the last step.
-  virtual Vec3 at_node(std::int32_t /*node*/, QueryWork*) { return {}; }
+  Vec3 at_node(std::int32_t node, QueryWork* work) {
+    return known_ && known_->has(node) ? known_->at(node) : evaluate_at_node(node, work);
+  }
   // The same after the step before. A step does not evaluate both at all nodes where that costs much: the query ends, and the next step
   // asks again.
   virtual Vec3 before_at_node(std::int32_t /*node*/, QueryWork*) { return {}; }
@@ -61,6 +64,8 @@ class SurfaceField {
 
  protected:
   ~SurfaceField() = default;
+  virtual Vec3 evaluate_at_node(std::int32_t /*node*/, QueryWork*) { return {}; }
+  const KnownNodes* known_ = nullptr;  // what at_node() knows already, where the field remembers it
 };
 
 }  // namespace palpate

@@ -129,7 +129,7 @@ void BodyField::end(const ContactId& id) {
   if (auto* const own = const_cast<Contact*>(find(id))) own->ended = 1;
 }
 
-Vec3 BodyField::at_node(std::int32_t node, QueryWork* work) {
+Vec3 BodyField::evaluate_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
   return read(now_, node);
 }

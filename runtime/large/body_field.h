@@ -28,7 +28,6 @@ class BodyField final : public SurfaceField {
 
   bool empty() const override { return !moves_ && contact_count_ == 0; }
   void end(const ContactId& id) override;
-  Vec3 at_node(std::int32_t node, QueryWork* work) override;
   Vec3 before_at_node(std::int32_t node, QueryWork* work) override {
     work->add(3);
     return read(before_, node);
@@ -47,6 +46,7 @@ class BodyField final : public SurfaceField {
   double last_change_without(const ContactId& id) const override;
 
  private:
+  Vec3 evaluate_at_node(std::int32_t node, QueryWork* work) override;
   // A contact: its rows, and what it does.
   struct Contact {
     ContactId id;

@@ -103,6 +103,10 @@ bool same_pose(const Pose& a, const Pose& b) {
   return same;
 }
 
+double signed_distance(const NearestPoint& nearest) {
+  return nearest.outside ? nearest.distance : -nearest.distance;
+}
+
 }  // namespace
 
 double moving_share(const TouchState& second, const OrganPair& pair) {
@@ -372,6 +376,49 @@ bool PairSearch::keeps_place(const OrganGroup& group, const OrganPair& pair, Vec
          length(at - place_now(group, pair, &outward)) < (outside ? kStays * group.margin : group.reach);
 }
 
+// Too far from the other surface for a pair: the vertex is looked at again when it may have come nearer.
+bool PairSearch::is_far(OrganGroup& group, std::int32_t vertex, bool held, const NearestPoint& nearest) const {
+  if (nearest.surface_point.triangle < 0) {
+    const std::int64_t deep = group.look[vertex].deep;  // farther in than it is looked for
+    look_after(group, vertex, group.reach - group.margin, nearest.per_path);
+    group.look[vertex].deep = deep;
+    return true;
+  }
+  const double near = signed_distance(nearest);
+  if (near <= (held ? kStays : 1) * group.margin) return false;
+  look_after(group, vertex, near - group.margin, nearest.per_path);
+  return true;
+}
+
+// The surface there faces the same way as the vertex's own: nothing touches, but what is held stays. True where it does.
+bool PairSearch::faces_away(OrganGroup& group, std::int32_t vertex, bool held, Vec3 p, const NearestPoint& nearest,
+                            OrganPair* pair) const {
+  const double near = signed_distance(nearest), edge = touch(group.b).tree.mean_edge();
+  if (held && keeps_place(group, *pair, p, nearest.outside)) {
+    pair->near = near;
+    note_where(group, p, pair);
+    return true;
+  }
+  const double deeper = -near - kDeep * edge - group.inside_at_rest[vertex];
+  group.look[vertex].deep = deeper > 0;
+  group.look[vertex].room = std::min(kAgain * edge, std::fabs(deeper));
+  return false;
+}
+
+// What was found goes on from the pair of the last step. Whether its normal has turned all its way.
+bool PairSearch::follow_last(OrganGroup& group, const OrganPair& last, Vec3 at, Vec3 facing, OrganPair* found,
+                             Vec3* place) {
+  TouchState& b = touch(group.b);
+  const SurfacePoint before = surface_point_of(last.triangle, last.barycentric);
+  const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
+  follow(group, last, was, at, facing, found, place);
+  // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
+  const double lag = !rubs(last) ? kLag : last.slips ? 0 : kLagWhereItSticks;
+  if (length(was - *place) < lag * b.tree.mean_edge() && !found->over_edge && !last.over_edge)
+    keep_place(group, last, found);
+  return turn(group, last.normal, found);
+}
+
 // Looks at a vertex. True where it is near the other organ: *pair, which holds the pair of the last step where there was one, is then up
 // to date.
 bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair) {
@@ -389,17 +436,8 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     return true;
   }
   const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
-  if (nearest.surface_point.triangle < 0) {
-    const std::int64_t deep = group.look[vertex].deep;  // farther in than it is looked for
-    look_after(group, vertex, group.reach - group.margin, nearest.per_path);
-    group.look[vertex].deep = deep;
-    return false;
-  }
-  const double near = nearest.outside ? nearest.distance : -nearest.distance;
-  if (near > (held ? kStays : 1) * group.margin) {
-    look_after(group, vertex, near - group.margin, nearest.per_path);
-    return false;
-  }
+  if (is_far(group, vertex, held, nearest)) return false;
+  const double near = signed_distance(nearest);
   look_after(group, vertex, kAgain * edge, b.tree.largest_reach());
   // Friction opposes the whole way of this step, that of moving organs and supports too: a pair has its place where the last step left
   // the vertex.
@@ -413,17 +451,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
   OrganPair found = held ? *pair : OrganPair{};
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
   Vec3 place = anchor_under(group, under, at, facing, &found);
-  if (dot(found.normal, facing) > kFaces) {
-    if (!held || !keeps_place(group, *pair, p, nearest.outside)) {
-      const double deeper = -near - kDeep * edge - group.inside_at_rest[vertex];
-      group.look[vertex].deep = deeper > 0;
-      group.look[vertex].room = std::min(kAgain * edge, std::fabs(deeper));
-      return false;
-    }
-    pair->near = near;
-    note_where(group, p, pair);
-    return true;
-  }
+  if (dot(found.normal, facing) > kFaces) return faces_away(group, vertex, held, p, nearest, pair);
   const double gap = dot(found.normal, at - place) - found.bulge;
   // Between two supports there is nothing to solve: a pair only says that they are in one another, by more than the meshes show.
   const bool none_moves = a.surface.column_of_node[vertex] < 0 && moving_share(b, found) == 0;
@@ -431,18 +459,8 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     group.look[vertex].room = std::min(kAgain * edge, left);
     return false;
   }
-  bool turned = true;
-  if (held) {
-    const SurfacePoint before = surface_point_of(pair->triangle, pair->barycentric);
-    const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
-    follow(group, *pair, was, at, facing, &found, &place);
-    // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
-    const double lag = !rubs(*pair) ? kLag : pair->slips ? 0 : kLagWhereItSticks;
-    if (length(was - place) < lag * edge && !found.over_edge && !pair->over_edge) keep_place(group, *pair, &found);
-    turned = turn(group, pair->normal, &found);
-  } else {
-    found.slips = 1;
-  }
+  if (!held) found.slips = 1;
+  const bool turned = !held || follow_last(group, *pair, at, facing, &found, &place);
   found.group = g, found.vertex = vertex, found.near = near;
   // An overlap counts as touching until the organs part there.
   group.overlap[vertex] = std::min(group.overlap[vertex], std::max(0.0, -gap) + 1e-6 * edge);

@@ -136,6 +136,10 @@ class PairSearch {
   void follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, Vec3 facing, OrganPair* found,
               Vec3* place);
   void keep_place(const OrganGroup& group, const OrganPair& before, OrganPair* found);
+  bool is_far(OrganGroup& group, std::int32_t vertex, bool held, const NearestPoint& nearest) const;
+  bool faces_away(OrganGroup& group, std::int32_t vertex, bool held, Vec3 p, const NearestPoint& nearest,
+                  OrganPair* pair) const;
+  bool follow_last(OrganGroup& group, const OrganPair& last, Vec3 at, Vec3 facing, OrganPair* found, Vec3* place);
   bool look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair);
   void anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair);
   void find_overlaps(OrganGroup& group);
