@@ -26,5 +26,5 @@ palpate_web_commands(of_runtime baseline -DCMAKE_BUILD_TYPE=Release -DPALPATE_WE
 set(PALPATE_WEB_MODULES ${PALPATE_WEB_FOLDER}/simd/palpate.wasm ${PALPATE_WEB_FOLDER}/baseline/palpate.wasm)
 add_custom_target(web_runtime ALL ${of_runtime} COMMENT "Building the runtime for browsers" VERBATIM)
 # The core alone, built to be small.
-palpate_web_commands(of_core core -DCMAKE_BUILD_TYPE=MinSizeRel -DPALPATE_WEB_CORE=ON)
+palpate_web_commands(of_core core -DCMAKE_BUILD_TYPE=MinSizeRel -DPALPATE_WEB_CORE=ON "-DCMAKE_CXX_FLAGS_MINSIZEREL=-Os -flto -DNDEBUG")
 add_custom_target(web_core ${of_core} COMMENT "Building the runtime's core for browsers" VERBATIM)

@@ -16,7 +16,7 @@ const core = await loadRuntime(readFileSync(coreWasm)), whole = await loadRuntim
 test("the module of the core is small", () => {
   const kb = readFileSync(coreWasm).length / 1000, of = readFileSync(wholeWasm).length / 1000;
   console.log(`${kb.toFixed(0)} kB of ${of.toFixed(0)} kB`);
-  assert.ok(kb < 0.4 * of);
+  assert.ok(kb <= of / 3);
 });
 
 for (const law of ["sticking", "sliding", "unilateral", "coulomb"])
