@@ -27,6 +27,15 @@ bool same_place(const palpate_link_end& a, const palpate_link_end& b) {
   return a.triangle == b.triangle && std::equal(a.barycentric, a.barycentric + 3, b.barycentric);
 }
 
+// m, in the organ's frame.
+Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end) {
+  const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(end.triangle);
+  Vec3 place;
+  for (int v = 0; v < 3; ++v)
+    place += end.barycentric[v] * load3(surface.disc.rest + 3 * static_cast<std::size_t>(corner[v]));
+  return place;
+}
+
 void find_disc(const DiscSource& source, const SurfacePoint& place, double radius, LinkEnd* to) {
   TouchableDisc disc;
   press_disc(source, place, radius, LinkEnd::kMostNodes, &disc);
@@ -84,16 +93,19 @@ const char* fault_of_chain(const palpate_link& link, const palpate_link* before,
   return nullptr;
 }
 
-bool is_same_link(const palpate_link& a, const palpate_link& b) {
-  return a.kind == b.kind && a.radius == b.radius && same_place(a.ends[0], b.ends[0]) &&
-         same_place(a.ends[1], b.ends[1]);
+bool is_same_link(const Link& a, const Link& b) {
+  bool same = a.given.kind == b.given.kind && a.given.radius == b.given.radius;
+  for (int e = 0; e < 2; ++e)
+    same = same && a.ends[e].organ == b.ends[e].organ && same_place(a.given.ends[e], b.given.ends[e]);
+  return same;
 }
 
 void start_link(Link& link, const palpate_link& given, std::int32_t index) {
   link.given = given;
-  link.along = link.pull = {}, link.share = 1, link.rest_length = given.rest_length, link.own = Mat3{}, link.taut = 0,
-  link.row_of = -1;
-  for (LinkEnd& end : link.ends) end.driven = end.moved = {};
+  link.along = link.pull = link.target = link.reaction = {}, link.share = 1, link.rest_length = given.rest_length,
+  link.own = Mat3{}, link.taut = 0;
+  drop_rows(link);
+  for (LinkEnd& end : link.ends) end.driven = end.moved = end.moved_in_organ = {};
   link.fresh = 1, link.before = PALPATE_LINK_SLACK, link.path = -INFINITY;
   link.state = {};
   link.state.id = id_of(given, index);
@@ -107,18 +119,12 @@ void continue_link(Link& link, const Link& known) {
   link.given = given;
 }
 
-Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end) {
-  const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(end.triangle);
-  Vec3 place;
-  for (int v = 0; v < 3; ++v)
-    place += end.barycentric[v] * load3(surface.disc.rest + 3 * static_cast<std::size_t>(corner[v]));
-  return place;
-}
-
 void find_link_end(const LinkSurface& surface, const palpate_link_end& from, double radius, LinkEnd* to) {
+  const std::int32_t organ = to->organ;
   *to = LinkEnd{};
+  to->organ = organ;
   if (from.kind == PALPATE_END_WORLD) return;
-  to->rest = place_at_rest(surface, from);
+  to->rest_in_organ = place_at_rest(surface, from);
   const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(from.triangle);
   double sum = 0;
   for (int v = 0; v < 3; ++v) {
@@ -186,13 +192,17 @@ Vec3 turned(const Link& link, double tension, Vec3 last) {
   return pull;
 }
 
+ContactLaw law_of(const Link& link) {
+  const palpate_link_kind kind = link.given.kind;
+  if (kind == PALPATE_LINK_CLIP) return ContactLaw::sticking;
+  return kind == PALPATE_LINK_THREAD ? ContactLaw::unilateral : ContactLaw::sliding;
+}
+
 LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart) {
   const bool clip = link.given.kind == PALPATE_LINK_CLIP;
   LinkWish wish;
   wish.link = wish.thread = index, wish.ends = link.ends, wish.softness = link.softness();
-  wish.law = link.given.kind == PALPATE_LINK_THREAD ? ContactLaw::unilateral
-             : clip                                 ? ContactLaw::sticking
-                                                    : ContactLaw::sliding;
+  wish.law = law_of(link);
   wish.along = link.along, wish.share = link.share;
   wish.target = clip ? apart : Vec3{link.share * dot(link.along, apart) - link.rest_length, 0, 0};
   return wish;

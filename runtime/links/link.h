@@ -26,11 +26,16 @@ constexpr ContactSource kLinkSource{PALPATE_SOURCE_LINK};
 // The nodes below one end of a link, with weights that sum to one. No nodes: the end does not move with the tissue.
 struct LinkEnd {
   static constexpr int kMostNodes = 8;
-  std::int32_t count = 0, unused = 0;
+  std::int32_t count = 0;
+  std::int32_t organ = 0;        // that it is on; of an end in the world the other end's
+  std::int32_t constraint = -1;  // of this step, in that organ. Where both ends are on one organ the first one has it
+  std::int32_t unused = 0;       // in the place of padding, which a saved state would hold
   std::int32_t node[kMostNodes] = {};
   double weight[kMostNodes] = {};
   Mat3 local;        // m/N, compliance below its disc that the mesh does not resolve
   ContactDisc disc;  // in x, y, z
+  // m, in the organ's frame: without contacts; what those of the last step add.
+  Vec3 rest_in_organ, moved_in_organ;
   // m, in the link's frame:
   Vec3 rest;
   Vec3 moved;   // by the contacts of the last step
@@ -67,10 +72,11 @@ struct Link {
   double rest_length =
       0;     // m, L; of a part of a thread what lies between its places without tension: the sum is the thread's
   Mat3 own;  // m/N, the compliance of one end against the other in the last step that had its row
-  std::int32_t taut = 0;     // its tension was above zero in the last step
-  std::int32_t row_of = -1;  // its constraint in this step, that of a part of a thread joined to the one before
-  std::int32_t fresh = 0;    // its ends are where the last step left them
+  Vec3 target, reaction;                               // m and N, of its rows in this step; zero without
+  std::int32_t taut = 0;                               // its tension was above zero in the last step
+  std::int32_t fresh = 0;                              // its ends are where the last step left them
   palpate_link_condition before = PALPATE_LINK_SLACK;  // the step before
+  std::int32_t unused = 0;                             // in the place of padding, which a saved state would hold
   double reach =
       0;  // m / sqrt(J): a field of that norm moves one end against the other at most by reach norm (surface_tree.h)
   double path = 0;  // sqrt(J), of the field's changes, when its ends were found
@@ -108,15 +114,13 @@ const char* fault_in_list(const palpate_link& link, std::int32_t index, std::int
   return fault_of_chain(link, index > 0 ? &link_at(index - 1).given : nullptr, index + 1 == count);
 }
 // Whether both are one link, with other numbers at most.
-bool is_same_link(const palpate_link& a, const palpate_link& b);
+bool is_same_link(const Link& a, const Link& b);
 
 // The link as it is before its first step; its ends keep their nodes.
 void start_link(Link& link, const palpate_link& given, std::int32_t index);
 // The link goes on as `known` was, with the numbers that link.given has.
 void continue_link(Link& link, const Link& known);
-// m, in the organ's frame.
-Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end);
-// The place of an end at rest and the nodes below it.
+// The place of an end at rest and the nodes below it. Its organ stays.
 void find_link_end(const LinkSurface& surface, const palpate_link_end& from, double radius, LinkEnd* to);
 // m, in the organ's frame: by how much the motions move an end now.
 Vec3 driven_by(const DisplacementField& field, const LinkSurface& surface, const palpate_link_end& given,
@@ -126,8 +130,20 @@ Vec3 driven_by(const DisplacementField& field, const LinkSurface& surface, const
 inline bool has_nodes(const Link& link) {
   return link.ends[0].count + link.ends[1].count > 0;
 }
+// Whether its ends are on one organ.
+inline bool is_within_one(const Link& link) {
+  return link.ends[0].organ == link.ends[1].organ;
+}
+// Whether it has rows in this step.
+inline bool has_rows(const Link& link) {
+  return link.ends[0].constraint >= 0 || link.ends[1].constraint >= 0;
+}
+inline void drop_rows(Link& link) {
+  link.ends[0].constraint = link.ends[1].constraint = -1;
+}
 // Takes the line for this step's rows.
 void turn_link(Link& link);
+ContactLaw law_of(const Link& link);
 // Its rows, in its frame. apart: m, the way from the first end to the second one where no contact moves them.
 LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart);
 // The row of a link, with the nodes of both ends: those of the second one have negative weights, so that the row holds the displacement of

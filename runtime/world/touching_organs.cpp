@@ -151,7 +151,7 @@ std::uint32_t TouchingOrgans::solve_slipping(const std::int32_t* members, std::i
 
 // m, for the contacts: without what offsets do.
 Vec3 TouchingOrgans::target_of(std::int32_t i) {
-  if (i >= search_.count()) return links_.target(link_of_[i - search_.count()]);
+  if (i >= search_.count()) return pairs_[i].target;
   const OrganPair& pair = search_.pair(i);
   return search_.target(pair) - search_.moved_apart(pair);
 }
