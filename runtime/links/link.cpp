@@ -45,18 +45,6 @@ void find_disc(const DiscSource& source, const SurfacePoint& place, double radiu
   std::copy(disc.weight, disc.weight + disc.count, to->weight);
 }
 
-// The disc of which `share` of a force acts, and whose displacement counts as much.
-ContactDisc scaled(const ContactDisc& disc, double share) {
-  ContactDisc part = disc;
-  part.normal_root = share * disc.normal_root, part.tangent_root = Mat3{};
-  add_scaled(part.tangent_root, share, disc.tangent_root);
-  return part;
-}
-
-}  // namespace
-
-// ---- what the host gives ---------------------------------------------------------------------------------------------
-
 const char* fault_of(const palpate_link_end& end, std::int32_t triangles) {
   if (!is_known(enum_number(end.kind), PALPATE_END_WORLD)) return "an end of kind SURFACE_POINT or WORLD";
   if (end.kind == PALPATE_END_WORLD) return is_position(end.point) ? nullptr : "an end's point within 1e6 m";
@@ -69,7 +57,20 @@ const char* fault_of(const palpate_link_end& end, std::int32_t triangles) {
   return std::fabs(sum - 1) <= 1e-6 ? nullptr : "barycentric weights that sum to 1";
 }
 
-const char* fault_of(const palpate_link& link, const LinkSurface* const surface[2]) {
+// The disc of which `share` of a force acts, and whose displacement counts as much.
+ContactDisc scaled(const ContactDisc& disc, double share) {
+  ContactDisc part = disc;
+  part.normal_root = share * disc.normal_root, part.tangent_root = Mat3{};
+  add_scaled(part.tangent_root, share, disc.tangent_root);
+  return part;
+}
+
+}  // namespace
+
+// ---- what the host gives ---------------------------------------------------------------------------------------------
+
+const char* fault_of(const Link* links, std::int32_t index, std::int32_t count, const LinkSurface* const surface[2]) {
+  const palpate_link& link = links[index].given;
   if (!is_known(enum_number(link.kind), PALPATE_LINK_CLIP)) return "a kind THREAD, SPRING or CLIP";
   for (int e = 0; e < 2; ++e)
     if (const char* fault = fault_of(link.ends[e], surface[e] ? surface[e]->triangle_count : 0)) return fault;
@@ -84,12 +85,12 @@ const char* fault_of(const palpate_link& link, const LinkSurface* const surface[
     if (link.radius > 0 && surface[e] && !surface[e]->disc.patch)
       return "a radius of 0 in a scene whose contact is not PATCH";
   if (link.runs_on && link.kind != PALPATE_LINK_THREAD) return "runs_on on a THREAD alone";
-  return nullptr;
-}
-
-const char* fault_of_chain(const palpate_link& link, const palpate_link* before, bool is_last) {
-  if (link.runs_on && is_last) return "a link behind one that runs on";
-  if (before && before->runs_on && link.kind != PALPATE_LINK_THREAD) return "a THREAD behind one that runs on";
+  if (link.id < -1) return "an id of 0 or more, or -1";
+  for (const Link* other = links; other != links + index; ++other)
+    if (other->state.id == id_of(link, index)) return "another id for each link";
+  if (link.runs_on && index + 1 == count) return "a link behind one that runs on";
+  if (index > 0 && links[index - 1].given.runs_on && link.kind != PALPATE_LINK_THREAD)
+    return "a THREAD behind one that runs on";
   return nullptr;
 }
 
@@ -257,14 +258,6 @@ std::uint32_t read_reaction(Link& link, Vec3 reaction, bool may_break, std::uint
   if (!may_break || !(std::fabs(link.state.tension) > link.given.breaking_force)) return 0;
   link.state.condition = PALPATE_LINK_BROKEN, link.state.broken = step;
   return PALPATE_STEP_LINK_BROKE;
-}
-
-Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first) {
-  if (first < 0) return moved_by(contacts.field, end);
-  Vec3 moved;
-  for (int v = 0; v < end.count; ++v)
-    moved += end.weight[v] * contacts.solver.matrix().displacement(contacts.set, contacts.force, first + v);
-  return is_finite(moved) ? moved : Vec3{};
 }
 
 Vec3 moved_by(const DisplacementField& field, const LinkEnd& end) {

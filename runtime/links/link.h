@@ -95,23 +95,12 @@ struct LinkSurface {
   std::int32_t triangle_count;
 };
 
-// What is wrong with an end, with a link alone, and with its place in the list of links; nullptr: nothing. surface: of each end; nullptr
-// for one in the world. before: the link in front of it, or nullptr.
-const char* fault_of(const palpate_link_end& end, std::int32_t triangles);
-const char* fault_of(const palpate_link& link, const LinkSurface* const surface[2]);
-const char* fault_of_chain(const palpate_link& link, const palpate_link* before, bool is_last);
+// What is wrong with link number `index` of the `count` links of a list, with the organs of its ends; nullptr: nothing. links: the list as far
+// as that link. surface: of each end; nullptr for one in the world.
+const char* fault_of(const Link* links, std::int32_t index, std::int32_t count, const LinkSurface* const surface[2]);
 // The identity of link number `index` of a list.
 inline std::int32_t id_of(const palpate_link& link, std::int32_t index) {
   return link.id == -1 ? index : link.id;
-}
-// What is wrong with link number `index` among the `count` links of a list; nullptr: nothing. link_at(i): the Link that was made of an earlier
-// one.
-template <class LinkAt>
-const char* fault_in_list(const palpate_link& link, std::int32_t index, std::int32_t count, const LinkAt& link_at) {
-  if (link.id < -1) return "an id of 0 or more, or -1";
-  for (std::int32_t other = 0; other < index; ++other)
-    if (link_at(other).state.id == id_of(link, index)) return "another id for each link";
-  return fault_of_chain(link, index > 0 ? &link_at(index - 1).given : nullptr, index + 1 == count);
 }
 // Whether both are one link, with other numbers at most.
 bool is_same_link(const Link& a, const Link& b);
@@ -162,34 +151,24 @@ struct LinkRow {
 void slacken_link(Link& link);
 // reaction: N, of its rows. Returns step flags: whether the link breaks, which it does where it may.
 std::uint32_t read_reaction(Link& link, Vec3 reaction, bool may_break, std::uint64_t step);
-// The contacts of a step: their nodes, N on each, and their field.
-struct SolvedContacts {
-  const ContactConstraints& set;
-  const Vec3* force;
-  const ContactSolver& solver;
-  const DisplacementField& field;
-};
-// m: by how much the contacts have moved an end; zero where that is not finite. first: its first node among theirs; -1: the link has no rows.
-// Cost: for each node of the end 9 multiply-adds for each contact node.
-Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first);
-// The same after the last solve.
+// m: by how much the contacts of the last solve have moved an end; zero where that is not finite.
 Vec3 moved_by(const DisplacementField& field, const LinkEnd& end);
 
 // What turn() of a thread makes of one part; last: its share times its line.
 Vec3 turned(const Link& link, double tension, Vec3 last);
 
-// Links first .. end - 1 of a list, each of which but the last runs on into the next one; most links are alone. at(i): Link&.
-template <class LinkAt>
+// Links first .. end - 1 of a list, each of which but the last runs on into the next one; most links are alone.
 struct Thread {
   // Share of its length by which a thread counts as missed. Columns in half precision round by 5e-4.
   static constexpr double kMissed = 1e-3;
-  LinkAt at;
+  Link* links;
   std::int32_t first, end;
 
-  Thread(LinkAt link_at, std::int32_t begin, std::int32_t count) : at(link_at), first(begin), end(begin) {
+  Thread(Link* of, std::int32_t begin, std::int32_t count) : links(of), first(begin), end(begin) {
     while (end < count && at(end++).given.runs_on) {
     }
   }
+  Link& at(std::int32_t i) const { return links[i]; }
   std::int32_t parts() const { return end - first; }
   double rest_length() const {
     double sum = 0;
@@ -275,10 +254,10 @@ struct Thread {
   }
 };
 // each(thread) of all threads in a list of `count` links.
-template <class LinkAt, class Each>
-void for_threads(std::int32_t count, const LinkAt& at, const Each& each) {
+template <class Each>
+void for_threads(Link* links, std::int32_t count, const Each& each) {
   for (std::int32_t first = 0; first < count;) {
-    const Thread<LinkAt> thread(at, first, count);
+    const Thread thread(links, first, count);
     each(thread);
     first = thread.end;
   }

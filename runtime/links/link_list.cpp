@@ -46,8 +46,7 @@ const char* LinkList::fault_of_coming(std::int32_t i, std::int32_t count, bool a
     if (organ < 0 || organ >= organ_count_) return "of each end on a surface an organ from 0 to organ_count - 1";
     surface[e] = &organs_[organ].surface;
   }
-  if (const char* fault = fault_of(given, surface)) return fault;
-  return fault_in_list(given, i, count, [&](std::int32_t l) -> const Link& { return coming_[l]; });
+  return fault_of(coming_, i, count, surface);
 }
 
 palpate_status LinkList::check_coming(const Names& names, std::int32_t i, std::int32_t count, bool alike,
@@ -80,7 +79,7 @@ void LinkList::end_set(std::int32_t count) {
   std::swap(links_, coming_);
   count_ = count;
   for (std::int32_t i = 0; i < count_; ++i) place(links_[i]);
-  for_threads([](const auto& thread) { thread.keep_length(); });
+  for_threads(links_, count_, [](const auto& thread) { thread.keep_length(); });
 }
 
 // |u| <= reach norm of the weighted mean of the end's nodes: the largest eigenvalue of a node's compliance is at most its trace.
@@ -129,9 +128,15 @@ void LinkList::move_end(Link& link, int e) const {
   const ContactConstraints& set = own.rows.set();
   const bool second = e == 1 && is_within_one(link);
   const std::int32_t constraint = link.ends[second ? 0 : e].constraint;
-  std::int32_t first = constraint < 0 ? -1 : set.constraints[constraint].first_node;
-  if (first >= 0 && second) first += link.ends[0].count;
-  end.moved_in_organ = moved_by({set, own.force, own.solver, own.displacement}, end, first);
+  if (constraint < 0) {
+    end.moved_in_organ = moved_by(own.displacement, end);
+  } else {
+    const std::int32_t first = set.constraints[constraint].first_node + (second ? link.ends[0].count : 0);
+    Vec3 moved;
+    for (int v = 0; v < end.count; ++v)
+      moved += end.weight[v] * own.solver.matrix().displacement(set, own.force, first + v);
+    end.moved_in_organ = is_finite(moved) ? moved : Vec3{};
+  }
   end.moved = in_world_ ? own.organ.vector_to_world(end.moved_in_organ) : end.moved_in_organ;
 }
 
@@ -161,7 +166,7 @@ void LinkList::place_ends() {
 
 std::uint32_t LinkList::request_rows() {
   std::uint32_t flags = 0;
-  for_threads([&](const auto& thread) {
+  for_threads(links_, count_, [&](const auto& thread) {
     if (!thread.acts()) return;
     for (std::int32_t i = thread.first; i < thread.end; ++i)
       if (links_[i].given.kind != PALPATE_LINK_CLIP) turn_link(links_[i]);
@@ -211,7 +216,7 @@ Mat3 LinkList::compliance_between(const Link& one, const Link& other) const {
 
 std::uint32_t LinkList::read_reactions(const bool* solved, std::uint64_t step) {
   std::uint32_t flags = 0;
-  for_threads([&](const auto& thread) {
+  for_threads(links_, count_, [&](const auto& thread) {
     bool all_solved = true;
     for (std::int32_t i = thread.first; i < thread.end; ++i)
       for (const LinkEnd& end : links_[i].ends) all_solved = all_solved && solved[end.organ];

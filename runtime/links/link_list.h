@@ -72,13 +72,9 @@ class LinkList {
   // Whether a link is slack and is not measured in this step.
   virtual bool rests(std::int32_t) const { return false; }
 
-  template <class Each>
-  void for_threads(const Each& each) const {
-    palpate::for_threads(
-        count_, [this](std::int32_t i) -> Link& { return links_[i]; }, each);
-  }
   TouchState& touch(const LinkEnd& end) const { return *organs_[end.organ].touch; }
-  // Where the contacts of the last solve have brought an end without rows.
+  // Where the contacts of the last solve have brought an end.
+  // Cost: for each node of the end 9 multiply-adds for each contact node.
   void move_end(Link& link, int e) const;
 
   const LinkedOrgan* organs_ = nullptr;

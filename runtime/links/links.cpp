@@ -78,7 +78,7 @@ std::int32_t Links::begin(TouchStep& step) {
     step.unasked += to_move(link, step.state->displacement.loads().count());
     link.fresh = 1, link.path = path_;
   }
-  for_threads([&](const auto& thread) {
+  for_threads(links_, count_, [&](const auto& thread) {
     if (!thread.acts()) return;
     for (std::int32_t i = thread.first; i < thread.end; ++i) act += has_nodes(links_[i]);
   });
@@ -105,7 +105,7 @@ bool Links::admits(const Link& first, std::uint32_t* flags) {
 // What the links that act take, with so many contact nodes. What slack ones take, end() adds itself: the step before cannot tell.
 Operations Links::operations_to_end(std::int32_t contact_nodes) const {
   Operations nodes = 0, act = 0, turning = 0;
-  for_threads([&](const auto& thread) {
+  for_threads(links_, count_, [&](const auto& thread) {
     Operations of_thread = 0;
     for (std::int32_t i = thread.first; i < thread.end; ++i)
       if (has_rows(links_[i])) ++act, of_thread += links_[i].ends[0].count + links_[i].ends[1].count;

@@ -1,6 +1,7 @@
 #include "runtime/world/world_links.h"
 
-#include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace palpate {
 
@@ -56,24 +57,52 @@ bool WorldLinks::add_rows(Link& link, const LinkWish& wish) {
   return true;
 }
 
-std::uint32_t WorldLinks::request() {
+std::int32_t WorldLinks::begin(WorldStep&) {
   place_ends();
-  return request_rows();
+  return count_;
 }
 
-bool WorldLinks::joint(std::int32_t i, JointPair* pair) const {
-  const Link& link = links_[i];
-  if (!has_rows(link)) return false;
-  *pair = JointPair{};
-  for (int e = 0; e < 2; ++e) pair->organ[e] = link.ends[e].organ, pair->constraint[e] = link.ends[e].constraint;
-  pair->law = law_of(link), pair->target = link.target, pair->reaction = link.reaction;
-  for (std::int32_t before = i; before > 0 && links_[before - 1].given.runs_on && !pair->joined;)
-    pair->joined = has_rows(links_[--before]);
-  return true;
+// A part of a thread is joined to the one before.
+void WorldLinks::request(WorldStep& step) {
+  step.flags |= request_rows();
+  first_ = step.joint_count;
+  for_threads(links_, count_, [&](const auto& thread) {
+    bool joined = false;
+    for (std::int32_t i = thread.first; i < thread.end; ++i) {
+      const Link& link = links_[i];
+      if (!has_rows(link)) continue;
+      JointConstraint& joint = step.joints[step.joint_count++] = JointConstraint{};
+      for (int e = 0; e < 2; ++e) joint.organ[e] = link.ends[e].organ, joint.constraint[e] = link.ends[e].constraint;
+      joint.law = law_of(link), joint.target = link.target, joint.reaction = link.reaction;
+      joint.joined = std::exchange(joined, true);
+    }
+  });
 }
 
-void WorldLinks::take_reaction(std::int32_t i, Vec3 reaction) {
-  links_[i].reaction = is_finite(reaction) ? reaction : Vec3{};
+// By how much a link with a force, joint j of the step, misses its target in the solution. The organs' own solvers take what it has been given
+// for its target.
+bool WorldLinks::is_missed(const WorldStep& step, std::int32_t j) {
+  const JointConstraint& joint = step.joints[j];
+  if (joint.law == ContactLaw::unilateral && !(joint.reaction.x > 0)) return false;
+  Vec3 missed, target;
+  do {  // the parts of a thread have one row
+    missed += step.missed(step.joints[j]), target += step.joints[j].target;
+  } while (++j < step.joint_count && step.joints[j].joined);
+  const double most = SystemSolver::kMet * length(target) + SystemSolver::kLeastMiss;
+  return !((joint.law == ContactLaw::sticking ? length(missed) : std::fabs(missed.x)) <= most);
+}
+
+void WorldLinks::end(WorldStep& step) {
+  std::int32_t j = first_;
+  for (std::int32_t i = 0; i < count_; ++i) {
+    if (!has_rows(links_[i])) continue;
+    const JointConstraint& joint = step.joints[j];
+    links_[i].reaction = is_finite(joint.reaction) ? joint.reaction : Vec3{};
+    if (step.solved[joint.organ[0]] && step.solved[joint.organ[1]] && !joint.joined && is_missed(step, j))
+      step.flags |= PALPATE_STEP_REGULARISED;
+    ++j;
+  }
+  step.flags |= read_reactions(step.solved, step.number);
 }
 
 }  // namespace palpate
