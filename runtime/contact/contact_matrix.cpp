@@ -410,7 +410,11 @@ Vec3 ContactMatrix::reached(const double* reaction, std::int32_t p) const {
   return sum;
 }
 
-double ContactMatrix::largest_displacement(const ContactConstraints& set, const double* reaction, Vec3* force) const {
+double ContactMatrix::largest_displacement(const ContactConstraints& set, const double* reaction, Vec3* force,
+                                           Operations kept, StepWork* work) const {
+  const Operations cost = 9 * Operations{set.node_count} * set.node_count / kDense;
+  if (cost + kept > work->left()) return -1;
+  work->add(cost);
   std::fill(force, force + set.node_count, Vec3{});
   spread_reactions(set.constraints, rows_, set.constraint_count, set.nodes, reaction, force);
   double most = 0;

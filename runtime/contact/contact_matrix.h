@@ -87,9 +87,11 @@ class ContactMatrix {
   Vec3 reaction(const double* reaction, std::int32_t p) const;
   // m, of constraint p under the reactions, along the rows of its frame.
   Vec3 reached(const double* reaction, std::int32_t p) const;
-  // m, along the axis along which the reactions move a contact node most; the square of a length of 1e-290 m would be zero. force:
-  // [node_count], overwritten. Cost: 9 multiply-adds for each pair of nodes.
-  double largest_displacement(const ContactConstraints& set, const double* reaction, Vec3* force) const;
+  // m, along the axis along which the reactions move a contact node most; the square of a length of 1e-290 m would be zero. Below 0: the
+  // step's work has no room for the answer, with what is kept for later work. force: [node_count], overwritten. Cost: 9 multiply-adds
+  // for each pair of nodes.
+  double largest_displacement(const ContactConstraints& set, const double* reaction, Vec3* force, Operations kept,
+                              StepWork* work) const;
   // [count of the offset]: g (offset.h) of the forces of one contact of the last solve.
   void find_given(const Offset& offset, const double* reaction, const ContactId& contact, double* given) const;
   // m, of contact node e under forces on all of them. Cost: 9 multiply-adds for each.

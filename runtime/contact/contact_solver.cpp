@@ -19,10 +19,7 @@ class NodesOfContacts final : public NodesOfRows {
   bool shares() const { return shares_; }
 
   double farthest(const double* reaction, Operations kept, StepWork* work) override {
-    const Operations cost = 9 * Operations{set_.node_count} * set_.node_count / kDense;
-    if (cost + kept > work->left()) return -1;
-    work->add(cost);
-    return matrix_.largest_displacement(set_, reaction, force_);
+    return matrix_.largest_displacement(set_, reaction, force_, kept, work);
   }
   // Through the nodes there is no way from one disc to another beyond the mesh, and none to a row that constraints share.
   const SharedNodes* share(std::int32_t rows, Operations kept, StepWork* work) override {
@@ -135,7 +132,6 @@ bool ContactSolver::write_forces(const ContactConstraints& set, Vec3* force, Vec
   return finite;
 }
 
-// Without contact forces; the next step begins anew.
 SystemSolver::Outcome ContactSolver::fail(const ContactConstraints& set, Vec3* force, Vec3* modified) {
   forget();
   for (std::int32_t e = 0; e < set.node_count; ++e) force[e] = modified[e] = Vec3{};

@@ -49,6 +49,8 @@ class ContactSolver {
   // over as solve() its own. The constraints between organs have got as targets where the reactions bring them.
   bool prepare(const Tensors& tensors, const ContactConstraints& set, StepWork* work);
   Outcome take_reactions(const ContactConstraints& set, const LawEffort& effort, Vec3* force, Vec3* modified);
+  // Ends a solve without contact forces; the next step begins anew.
+  Outcome fail(const ContactConstraints& set, Vec3* force, Vec3* modified);
   const SystemSolver& system() const { return system_; }
   SystemSolver& system() { return system_; }
   const ContactMatrix& matrix() const { return matrix_; }
@@ -137,7 +139,6 @@ class ContactSolver {
   void make_room_for_changes(StepWork* work);
   void take_targets(const ContactConstraints& set);
   bool write_forces(const ContactConstraints& set, Vec3* force, Vec3* modified) const;
-  Outcome fail(const ContactConstraints& set, Vec3* force, Vec3* modified);
 
   ContactMatrix matrix_;
   SystemSolver system_;

@@ -112,8 +112,8 @@ void write_contacts(TouchStep& step) {
 // ---- the step --------------------------------------------------------------------------------------------------------
 
 void begin_touch(TouchStep& step, const StepContext& context, TouchState& state, const palpate_tool* tools,
-                 std::int32_t tool_count, double dt, palpate_contacts& out) {
-  step.begin(context, state, out);
+                 std::int32_t tool_count, double dt) {
+  step.begin(context, state);
   state.points.slides.begin();
   begin_tools(step, tools, tool_count, dt);
   context.watch.ended(Pass::input);
@@ -122,8 +122,9 @@ void begin_touch(TouchStep& step, const StepContext& context, TouchState& state,
   request_rows(step);
 }
 
-std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint) {
+std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint, palpate_contacts& out) {
   TouchState& state = *step.state;
+  step.out = &out;
   const StepContext& context = *step.context;
   find_directions(step);
   solve_contacts(step, joint);
@@ -142,8 +143,8 @@ std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint)
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, palpate_contacts& out) {
   TouchStep step;
-  begin_touch(step, context, state, tools, tool_count, dt, out);
-  return finish_touch(step, nullptr);
+  begin_touch(step, context, state, tools, tool_count, dt);
+  return finish_touch(step, nullptr, out);
 }
 
 // ---- what steps leave ------------------------------------------------------------------------------------------------

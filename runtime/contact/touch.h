@@ -98,11 +98,11 @@ struct TouchState {
 struct TouchStep;
 
 // One touch step; palpate_scene_touch of palpate.h states the contract. begin_touch() requests all constraints but those that whoever
-// solves several organs as one adds. finish_touch() solves them and writes the output; it returns the step flags.
+// solves several organs as one adds. finish_touch() solves them and writes the output, which nobody needs before; it returns the step flags.
 // joint: of the solution that the organ's solver has taken over; nullptr: the organ is solved alone.
 void begin_touch(TouchStep& step, const StepContext& context, TouchState& state, const palpate_tool* tools,
-                 std::int32_t tool_count, double dt, palpate_contacts& out);
-std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint);
+                 std::int32_t tool_count, double dt);
+std::uint32_t finish_touch(TouchStep& step, const ContactSolver::Outcome* joint, palpate_contacts& out);
 // Both.
 std::uint32_t touch_step(const StepContext& context, TouchState& state, const palpate_tool* tools,
                          std::int32_t tool_count, double dt, palpate_contacts& out);

@@ -10,8 +10,8 @@ constexpr Deformed kUndeformed;
 
 }  // namespace
 
-void TouchStep::begin(const StepContext& of_scene, TouchState& of_steps, palpate_contacts& written) {
-  context = &of_scene, state = &of_steps, out = &written;
+void TouchStep::begin(const StepContext& of_scene, TouchState& of_steps) {
+  context = &of_scene, state = &of_steps, out = nullptr;
   flags = 0, unasked = 0, acting = nullptr, reactions = nullptr, deformed = kUndeformed;
   is_solved = follows = finds_far = false;
   std::fill(far, far + PALPATE_MAX_TOOLS, false);

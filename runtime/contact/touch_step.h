@@ -41,7 +41,7 @@ struct ToolResult {
 struct TouchStep {
   const StepContext* context;
   TouchState* state;
-  palpate_contacts* out;
+  palpate_contacts* out;  // from finish_touch() on
   std::uint32_t flags;
   bool finds_far;               // whoever has taken in the tools has looked for tools that are far
   bool far[PALPATE_MAX_TOOLS];  // by place: no point of the tool can meet the surface, and none is looked at
@@ -60,7 +60,7 @@ struct TouchStep {
 
   // begin() writes all else.
   TouchStep() {}
-  void begin(const StepContext& of_scene, TouchState& of_steps, palpate_contacts& written);
+  void begin(const StepContext& of_scene, TouchState& of_steps);
   void raise(std::int32_t tool, std::uint32_t flag) {
     if (tool >= 0) state->input.tool(tool).flags |= flag;
     flags |= flag;

@@ -45,10 +45,9 @@ palpate_status build(EffectBuild& build) {
   auto* const links = memory.make<Links>();
   if (!links) return build.reader.no_memory("links");
   build.state = links;
-  const Links::Source source = {link_surface_of(scene.def, scene.touch, build.reader.triangles()),
-                                scene.tensors.stiffness, &scene.touch.displacement, &scene.touch.offset, build.pass};
   scene.touch.parts.ask(links);
-  return links->create(memory, source, most_links(scene.def)) ? PALPATE_OK : build.reader.no_memory("links");
+  const LinkedOrgan organ = linked_organ(scene.def, scene.touch, build.reader.triangles(), scene.tensors.stiffness);
+  return links->create(memory, organ, most_links(scene.def), build.pass) ? PALPATE_OK : build.reader.no_memory("links");
 }
 
 }  // namespace

@@ -27,6 +27,15 @@ bool same_place(const palpate_link_end& a, const palpate_link_end& b) {
   return a.triangle == b.triangle && std::equal(a.barycentric, a.barycentric + 3, b.barycentric);
 }
 
+// m, in the organ's frame.
+Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end) {
+  const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(end.triangle);
+  Vec3 place;
+  for (int v = 0; v < 3; ++v)
+    place += end.barycentric[v] * load3(surface.disc.rest + 3 * static_cast<std::size_t>(corner[v]));
+  return place;
+}
+
 void find_disc(const DiscSource& source, const SurfacePoint& place, double radius, LinkEnd* to) {
   TouchableDisc disc;
   press_disc(source, place, radius, LinkEnd::kMostNodes, &disc);
@@ -34,6 +43,18 @@ void find_disc(const DiscSource& source, const SurfacePoint& place, double radiu
   to->count = disc.count, to->local = disc.local, to->disc = disc.disc;
   std::copy(disc.node, disc.node + disc.count, to->node);
   std::copy(disc.weight, disc.weight + disc.count, to->weight);
+}
+
+const char* fault_of(const palpate_link_end& end, std::int32_t triangles) {
+  if (!is_known(enum_number(end.kind), PALPATE_END_WORLD)) return "an end of kind SURFACE_POINT or WORLD";
+  if (end.kind == PALPATE_END_WORLD) return is_position(end.point) ? nullptr : "an end's point within 1e6 m";
+  if (end.triangle < 0 || end.triangle >= triangles) return "an end's triangle from 0 to F-1";
+  double sum = 0;
+  for (const double k : end.barycentric) {
+    if (!(k >= -1e-6 && k <= 1 + 1e-6)) return "barycentric weights from 0 to 1";
+    sum += k;
+  }
+  return std::fabs(sum - 1) <= 1e-6 ? nullptr : "barycentric weights that sum to 1";
 }
 
 // The disc of which `share` of a force acts, and whose displacement counts as much.
@@ -48,19 +69,8 @@ ContactDisc scaled(const ContactDisc& disc, double share) {
 
 // ---- what the host gives ---------------------------------------------------------------------------------------------
 
-const char* fault_of(const palpate_link_end& end, std::int32_t triangles) {
-  if (!is_known(enum_number(end.kind), PALPATE_END_WORLD)) return "an end of kind SURFACE_POINT or WORLD";
-  if (end.kind == PALPATE_END_WORLD) return is_position(end.point) ? nullptr : "an end's point within 1e6 m";
-  if (end.triangle < 0 || end.triangle >= triangles) return "an end's triangle from 0 to F-1";
-  double sum = 0;
-  for (const double k : end.barycentric) {
-    if (!(k >= -1e-6 && k <= 1 + 1e-6)) return "barycentric weights from 0 to 1";
-    sum += k;
-  }
-  return std::fabs(sum - 1) <= 1e-6 ? nullptr : "barycentric weights that sum to 1";
-}
-
-const char* fault_of(const palpate_link& link, const LinkSurface* const surface[2]) {
+const char* fault_of(const Link* links, std::int32_t index, std::int32_t count, const LinkSurface* const surface[2]) {
+  const palpate_link& link = links[index].given;
   if (!is_known(enum_number(link.kind), PALPATE_LINK_CLIP)) return "a kind THREAD, SPRING or CLIP";
   for (int e = 0; e < 2; ++e)
     if (const char* fault = fault_of(link.ends[e], surface[e] ? surface[e]->triangle_count : 0)) return fault;
@@ -75,25 +85,28 @@ const char* fault_of(const palpate_link& link, const LinkSurface* const surface[
     if (link.radius > 0 && surface[e] && !surface[e]->disc.patch)
       return "a radius of 0 in a scene whose contact is not PATCH";
   if (link.runs_on && link.kind != PALPATE_LINK_THREAD) return "runs_on on a THREAD alone";
+  if (link.id < -1) return "an id of 0 or more, or -1";
+  for (const Link* other = links; other != links + index; ++other)
+    if (other->state.id == id_of(link, index)) return "another id for each link";
+  if (link.runs_on && index + 1 == count) return "a link behind one that runs on";
+  if (index > 0 && links[index - 1].given.runs_on && link.kind != PALPATE_LINK_THREAD)
+    return "a THREAD behind one that runs on";
   return nullptr;
 }
 
-const char* fault_of_chain(const palpate_link& link, const palpate_link* before, bool is_last) {
-  if (link.runs_on && is_last) return "a link behind one that runs on";
-  if (before && before->runs_on && link.kind != PALPATE_LINK_THREAD) return "a THREAD behind one that runs on";
-  return nullptr;
-}
-
-bool is_same_link(const palpate_link& a, const palpate_link& b) {
-  return a.kind == b.kind && a.radius == b.radius && same_place(a.ends[0], b.ends[0]) &&
-         same_place(a.ends[1], b.ends[1]);
+bool is_same_link(const Link& a, const Link& b) {
+  bool same = a.given.kind == b.given.kind && a.given.radius == b.given.radius;
+  for (int e = 0; e < 2; ++e)
+    same = same && a.ends[e].organ == b.ends[e].organ && same_place(a.given.ends[e], b.given.ends[e]);
+  return same;
 }
 
 void start_link(Link& link, const palpate_link& given, std::int32_t index) {
   link.given = given;
-  link.along = link.pull = {}, link.share = 1, link.rest_length = given.rest_length, link.own = Mat3{}, link.taut = 0,
-  link.row_of = -1;
-  for (LinkEnd& end : link.ends) end.driven = end.moved = {};
+  link.along = link.pull = link.target = link.reaction = {}, link.share = 1, link.rest_length = given.rest_length,
+  link.own = Mat3{}, link.taut = 0;
+  drop_rows(link);
+  for (LinkEnd& end : link.ends) end.driven = end.moved = end.moved_in_organ = {};
   link.fresh = 1, link.before = PALPATE_LINK_SLACK, link.path = -INFINITY;
   link.state = {};
   link.state.id = id_of(given, index);
@@ -107,18 +120,12 @@ void continue_link(Link& link, const Link& known) {
   link.given = given;
 }
 
-Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end) {
-  const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(end.triangle);
-  Vec3 place;
-  for (int v = 0; v < 3; ++v)
-    place += end.barycentric[v] * load3(surface.disc.rest + 3 * static_cast<std::size_t>(corner[v]));
-  return place;
-}
-
 void find_link_end(const LinkSurface& surface, const palpate_link_end& from, double radius, LinkEnd* to) {
+  const std::int32_t organ = to->organ;
   *to = LinkEnd{};
+  to->organ = organ;
   if (from.kind == PALPATE_END_WORLD) return;
-  to->rest = place_at_rest(surface, from);
+  to->rest_in_organ = place_at_rest(surface, from);
   const std::int32_t* const corner = surface.triangles + 3 * static_cast<std::size_t>(from.triangle);
   double sum = 0;
   for (int v = 0; v < 3; ++v) {
@@ -186,13 +193,17 @@ Vec3 turned(const Link& link, double tension, Vec3 last) {
   return pull;
 }
 
+ContactLaw law_of(const Link& link) {
+  const palpate_link_kind kind = link.given.kind;
+  if (kind == PALPATE_LINK_CLIP) return ContactLaw::sticking;
+  return kind == PALPATE_LINK_THREAD ? ContactLaw::unilateral : ContactLaw::sliding;
+}
+
 LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart) {
   const bool clip = link.given.kind == PALPATE_LINK_CLIP;
   LinkWish wish;
   wish.link = wish.thread = index, wish.ends = link.ends, wish.softness = link.softness();
-  wish.law = link.given.kind == PALPATE_LINK_THREAD ? ContactLaw::unilateral
-             : clip                                 ? ContactLaw::sticking
-                                                    : ContactLaw::sliding;
+  wish.law = law_of(link);
   wish.along = link.along, wish.share = link.share;
   wish.target = clip ? apart : Vec3{link.share * dot(link.along, apart) - link.rest_length, 0, 0};
   return wish;
@@ -247,14 +258,6 @@ std::uint32_t read_reaction(Link& link, Vec3 reaction, bool may_break, std::uint
   if (!may_break || !(std::fabs(link.state.tension) > link.given.breaking_force)) return 0;
   link.state.condition = PALPATE_LINK_BROKEN, link.state.broken = step;
   return PALPATE_STEP_LINK_BROKE;
-}
-
-Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first) {
-  if (first < 0) return moved_by(contacts.field, end);
-  Vec3 moved;
-  for (int v = 0; v < end.count; ++v)
-    moved += end.weight[v] * contacts.solver.matrix().displacement(contacts.set, contacts.force, first + v);
-  return is_finite(moved) ? moved : Vec3{};
 }
 
 Vec3 moved_by(const DisplacementField& field, const LinkEnd& end) {

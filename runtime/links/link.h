@@ -26,11 +26,16 @@ constexpr ContactSource kLinkSource{PALPATE_SOURCE_LINK};
 // The nodes below one end of a link, with weights that sum to one. No nodes: the end does not move with the tissue.
 struct LinkEnd {
   static constexpr int kMostNodes = 8;
-  std::int32_t count = 0, unused = 0;
+  std::int32_t count = 0;
+  std::int32_t organ = 0;        // that it is on; of an end in the world the other end's
+  std::int32_t constraint = -1;  // of this step, in that organ. Where both ends are on one organ the first one has it
+  std::int32_t unused = 0;       // in the place of padding, which a saved state would hold
   std::int32_t node[kMostNodes] = {};
   double weight[kMostNodes] = {};
   Mat3 local;        // m/N, compliance below its disc that the mesh does not resolve
   ContactDisc disc;  // in x, y, z
+  // m, in the organ's frame: without contacts; what those of the last step add.
+  Vec3 rest_in_organ, moved_in_organ;
   // m, in the link's frame:
   Vec3 rest;
   Vec3 moved;   // by the contacts of the last step
@@ -67,10 +72,11 @@ struct Link {
   double rest_length =
       0;     // m, L; of a part of a thread what lies between its places without tension: the sum is the thread's
   Mat3 own;  // m/N, the compliance of one end against the other in the last step that had its row
-  std::int32_t taut = 0;     // its tension was above zero in the last step
-  std::int32_t row_of = -1;  // its constraint in this step, that of a part of a thread joined to the one before
-  std::int32_t fresh = 0;    // its ends are where the last step left them
+  Vec3 target, reaction;                               // m and N, of its rows in this step; zero without
+  std::int32_t taut = 0;                               // its tension was above zero in the last step
+  std::int32_t fresh = 0;                              // its ends are where the last step left them
   palpate_link_condition before = PALPATE_LINK_SLACK;  // the step before
+  std::int32_t unused = 0;                             // in the place of padding, which a saved state would hold
   double reach =
       0;  // m / sqrt(J): a field of that norm moves one end against the other at most by reach norm (surface_tree.h)
   double path = 0;  // sqrt(J), of the field's changes, when its ends were found
@@ -89,34 +95,21 @@ struct LinkSurface {
   std::int32_t triangle_count;
 };
 
-// What is wrong with an end, with a link alone, and with its place in the list of links; nullptr: nothing. surface: of each end; nullptr
-// for one in the world. before: the link in front of it, or nullptr.
-const char* fault_of(const palpate_link_end& end, std::int32_t triangles);
-const char* fault_of(const palpate_link& link, const LinkSurface* const surface[2]);
-const char* fault_of_chain(const palpate_link& link, const palpate_link* before, bool is_last);
+// What is wrong with link number `index` of the `count` links of a list, with the organs of its ends; nullptr: nothing. links: the list as far
+// as that link. surface: of each end; nullptr for one in the world.
+const char* fault_of(const Link* links, std::int32_t index, std::int32_t count, const LinkSurface* const surface[2]);
 // The identity of link number `index` of a list.
 inline std::int32_t id_of(const palpate_link& link, std::int32_t index) {
   return link.id == -1 ? index : link.id;
 }
-// What is wrong with link number `index` among the `count` links of a list; nullptr: nothing. link_at(i): the Link that was made of an earlier
-// one.
-template <class LinkAt>
-const char* fault_in_list(const palpate_link& link, std::int32_t index, std::int32_t count, const LinkAt& link_at) {
-  if (link.id < -1) return "an id of 0 or more, or -1";
-  for (std::int32_t other = 0; other < index; ++other)
-    if (link_at(other).state.id == id_of(link, index)) return "another id for each link";
-  return fault_of_chain(link, index > 0 ? &link_at(index - 1).given : nullptr, index + 1 == count);
-}
 // Whether both are one link, with other numbers at most.
-bool is_same_link(const palpate_link& a, const palpate_link& b);
+bool is_same_link(const Link& a, const Link& b);
 
 // The link as it is before its first step; its ends keep their nodes.
 void start_link(Link& link, const palpate_link& given, std::int32_t index);
 // The link goes on as `known` was, with the numbers that link.given has.
 void continue_link(Link& link, const Link& known);
-// m, in the organ's frame.
-Vec3 place_at_rest(const LinkSurface& surface, const palpate_link_end& end);
-// The place of an end at rest and the nodes below it.
+// The place of an end at rest and the nodes below it. Its organ stays.
 void find_link_end(const LinkSurface& surface, const palpate_link_end& from, double radius, LinkEnd* to);
 // m, in the organ's frame: by how much the motions move an end now.
 Vec3 driven_by(const DisplacementField& field, const LinkSurface& surface, const palpate_link_end& given,
@@ -126,8 +119,20 @@ Vec3 driven_by(const DisplacementField& field, const LinkSurface& surface, const
 inline bool has_nodes(const Link& link) {
   return link.ends[0].count + link.ends[1].count > 0;
 }
+// Whether its ends are on one organ.
+inline bool is_within_one(const Link& link) {
+  return link.ends[0].organ == link.ends[1].organ;
+}
+// Whether it has rows in this step.
+inline bool has_rows(const Link& link) {
+  return link.ends[0].constraint >= 0 || link.ends[1].constraint >= 0;
+}
+inline void drop_rows(Link& link) {
+  link.ends[0].constraint = link.ends[1].constraint = -1;
+}
 // Takes the line for this step's rows.
 void turn_link(Link& link);
+ContactLaw law_of(const Link& link);
 // Its rows, in its frame. apart: m, the way from the first end to the second one where no contact moves them.
 LinkWish link_wish(const Link& link, std::int32_t index, Vec3 apart);
 // The row of a link, with the nodes of both ends: those of the second one have negative weights, so that the row holds the displacement of
@@ -146,34 +151,24 @@ struct LinkRow {
 void slacken_link(Link& link);
 // reaction: N, of its rows. Returns step flags: whether the link breaks, which it does where it may.
 std::uint32_t read_reaction(Link& link, Vec3 reaction, bool may_break, std::uint64_t step);
-// The contacts of a step: their nodes, N on each, and their field.
-struct SolvedContacts {
-  const ContactConstraints& set;
-  const Vec3* force;
-  const ContactSolver& solver;
-  const DisplacementField& field;
-};
-// m: by how much the contacts have moved an end; zero where that is not finite. first: its first node among theirs; -1: the link has no rows.
-// Cost: for each node of the end 9 multiply-adds for each contact node.
-Vec3 moved_by(const SolvedContacts& contacts, const LinkEnd& end, std::int32_t first);
-// The same after the last solve.
+// m: by how much the contacts of the last solve have moved an end; zero where that is not finite.
 Vec3 moved_by(const DisplacementField& field, const LinkEnd& end);
 
 // What turn() of a thread makes of one part; last: its share times its line.
 Vec3 turned(const Link& link, double tension, Vec3 last);
 
-// Links first .. end - 1 of a list, each of which but the last runs on into the next one; most links are alone. at(i): Link&.
-template <class LinkAt>
+// Links first .. end - 1 of a list, each of which but the last runs on into the next one; most links are alone.
 struct Thread {
   // Share of its length by which a thread counts as missed. Columns in half precision round by 5e-4.
   static constexpr double kMissed = 1e-3;
-  LinkAt at;
+  Link* links;
   std::int32_t first, end;
 
-  Thread(LinkAt link_at, std::int32_t begin, std::int32_t count) : at(link_at), first(begin), end(begin) {
+  Thread(Link* of, std::int32_t begin, std::int32_t count) : links(of), first(begin), end(begin) {
     while (end < count && at(end++).given.runs_on) {
     }
   }
+  Link& at(std::int32_t i) const { return links[i]; }
   std::int32_t parts() const { return end - first; }
   double rest_length() const {
     double sum = 0;
@@ -259,10 +254,10 @@ struct Thread {
   }
 };
 // each(thread) of all threads in a list of `count` links.
-template <class LinkAt, class Each>
-void for_threads(std::int32_t count, const LinkAt& at, const Each& each) {
+template <class Each>
+void for_threads(Link* links, std::int32_t count, const Each& each) {
   for (std::int32_t first = 0; first < count;) {
-    const Thread<LinkAt> thread(at, first, count);
+    const Thread thread(links, first, count);
     each(thread);
     first = thread.end;
   }

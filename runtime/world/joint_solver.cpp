@@ -18,121 +18,109 @@ bool JointSolver::create(SceneMemory& memory, std::int32_t organ_count, std::int
          !memory.failed();
 }
 
-void JointSolver::list_rows(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
-                            std::int32_t pair_count) {
+std::int32_t JointSolver::take_row(double target, double reaction) {
+  system_.targets()[matrix_.rows_end] = target, system_.reactions()[matrix_.rows_end] = reaction;
+  return matrix_.rows_end++;
+}
+
+void JointSolver::list_rows_of_organs() {
   matrix_.rows_end = constraint_count_ = 0;
-  double *const target = system_.targets(), *const reaction = system_.reactions();
-  const auto take_row = [&](double of_target, double of_reaction) {
-    target[matrix_.rows_end] = of_target, reaction[matrix_.rows_end] = of_reaction;
-    return matrix_.rows_end++;
-  };
-  for (std::int32_t o = 0; o < organ_count; ++o) {
-    const ContactSolver& solver = *organs[o].solver;
-    const ContactConstraints& set = *organs[o].set;
-    std::fill(row_of(o), row_of(o) + solver.matrix().rows().rows_end, -1);
+  for (std::int32_t m = 0; m < member_count_; ++m) {
+    const std::int32_t o = members_[m];
+    const ContactSolver& solver = *organs_[o].solver;
+    const ContactConstraints& set = *organs_[o].set;
+    std::fill(row_of(o), row_of(o) + matrix_of(o).rows_end, -1);
     for (std::int32_t p = 0; p < set.constraint_count && !is_between_organs(set.constraints[p].id.contact); ++p) {
-      const Vec3 aim = target_of_rows(set, p);
+      const Vec3 target = target_of_rows(set, p);
       constraints_[constraint_count_] = set.constraints[p];
       RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
       for (int i = 0; i < 3; ++i)
         if (const std::int32_t row = solver.matrix().rows_of(p).at[i]; row >= 0)
-          rows.at[i] = row_of(o)[row] = take_row(aim[i], solver.system().reactions()[row]);
+          rows.at[i] = row_of(o)[row] = take_row(target[i], solver.system().reactions()[row]);
     }
   }
-  RowsOfConstraint* first = nullptr;
-  for (std::int32_t q = 0; q < pair_count; ++q) {
-    const JointPair& pair = pairs[q];
+}
+
+// Row i of the constraint that a joint has on one side, in that organ; -1: none.
+std::int32_t JointSolver::row_of_side(const JointConstraint& joint, int side, int i) const {
+  const std::int32_t p = joint.constraint[side];
+  return p < 0 ? -1 : organs_[joint.organ[side]].solver->matrix().rows_of(p).at[i];
+}
+
+// The row of a joint that is joined is that of the first one.
+void JointSolver::list_rows_of_joints() {
+  RowsOfConstraint* rows = nullptr;
+  for (std::int32_t q = 0; q < joint_count_; ++q) {
+    const JointConstraint& joint = *joints_[q];
     ContactConstraint& constraint = constraints_[constraint_count_] = ContactConstraint{};
-    constraint.law = pair.law, constraint.friction = pair.friction, constraint.share = 1;
-    const bool one_row = pair.law == ContactLaw::unilateral || pair.law == ContactLaw::sliding;
-    constraint.axes = one_row ? 1 : 7, constraint.framed = true, constraint.joined = pair.joined;
-    RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
-    if (pair.joined) {
-      join_row(organs, pair, first);
-      continue;
-    }
-    first = &rows;
-    for (int i = 0; i < 3; ++i)
+    constraint.law = joint.law, constraint.friction = joint.friction, constraint.share = 1;
+    const bool one_row = joint.law == ContactLaw::unilateral || joint.law == ContactLaw::sliding;
+    constraint.axes = one_row ? 1 : 7, constraint.framed = true, constraint.joined = joint.joined;
+    rows_[constraint_count_] = {{-1, -1, -1}};
+    if (!joint.joined) rows = rows_ + constraint_count_;
+    ++constraint_count_;
+    for (int i = 0; i < (joint.joined ? 1 : 3); ++i)
       for (int side = 0; side < 2; ++side) {
-        if (pair.constraint[side] < 0) continue;
-        const std::int32_t row = organs[pair.organ[side]].solver->matrix().rows_of(pair.constraint[side]).at[i];
+        const std::int32_t row = row_of_side(joint, side, i);
         if (row < 0) continue;
-        if (rows.at[i] < 0) rows.at[i] = take_row(pair.target[i], pair.reaction[i]);
-        row_of(pair.organ[side])[row] = rows.at[i];
+        if (rows->at[i] < 0) rows->at[i] = joint.joined ? take_row(0, 0) : take_row(joint.target[i], joint.reaction[i]);
+        row_of(joint.organ[side])[row] = rows->at[i];
       }
+    if (joint.joined && rows->at[0] >= 0) system_.targets()[rows->at[0]] += joint.target.x;
   }
 }
 
-// The rows of a pair that is joined are that of the first one.
-void JointSolver::join_row(const JointOrgan* organs, const JointPair& pair, RowsOfConstraint* first) {
-  for (int side = 0; side < 2; ++side) {
-    if (pair.constraint[side] < 0) continue;
-    const std::int32_t row = organs[pair.organ[side]].solver->matrix().rows_of(pair.constraint[side]).at[0];
-    if (row < 0) continue;
-    if (first->at[0] < 0) {
-      first->at[0] = matrix_.rows_end++;
-      system_.targets()[first->at[0]] = system_.reactions()[first->at[0]] = 0;
-    }
-    row_of(pair.organ[side])[row] = first->at[0];
-  }
-  if (first->at[0] >= 0) system_.targets()[first->at[0]] += pair.target.x;
-}
-
-// A row that several pairs share has no less than a share of the largest compliance of one of them alone.
-void JointSolver::bound_joined(const JointOrgan* organs, const JointPair* pairs, std::int32_t pair_count) {
-  const std::int32_t first = constraint_count_ - pair_count;
-  for (std::int32_t q = 0, leads = 0; q < pair_count; ++q) {
-    if (!pairs[q].joined) leads = q;
+// A row that several joints share has no less than a share of the largest compliance of one of them alone.
+void JointSolver::bound_joined() {
+  const std::int32_t first = constraint_count_ - joint_count_;
+  for (std::int32_t q = 0, leads = 0; q < joint_count_; ++q) {
+    if (!joints_[q]->joined) leads = q;
     const std::int32_t row = rows_[first + leads].at[0];
     if (row < 0 || end_of_joined(constraints_, constraint_count_, first + leads) == first + leads + 1) continue;
     double own = 0;
-    for (int side = 0; side < 2; ++side) {
-      if (pairs[q].constraint[side] < 0) continue;
-      const ContactSolver& solver = *organs[pairs[q].organ[side]].solver;
-      if (const std::int32_t of_organ = solver.matrix().rows_of(pairs[q].constraint[side]).at[0]; of_organ >= 0)
-        own += solver.matrix().rows().row(of_organ)[of_organ];
-    }
+    for (int side = 0; side < 2; ++side)
+      if (const std::int32_t of_organ = row_of_side(*joints_[q], side, 0); of_organ >= 0)
+        own += matrix_of(joints_[q]->organ[side]).row(of_organ)[of_organ];
     matrix_.entry(row, row) = std::max(matrix_.entry(row, row), kLeastOfJoined * own);
   }
 }
 
-void JointSolver::sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
-                               std::int32_t pair_count) {
+void JointSolver::sum_matrices() {
   const std::int32_t rows_end = matrix_.rows_end;
   for (std::int32_t i = 0; i < rows_end; ++i) std::fill(matrix_.row(i), matrix_.row(i) + rows_end, 0.0);
-  for (std::int32_t o = 0; o < organ_count; ++o) {
-    const std::int32_t* const to = row_of(o);
+  for (std::int32_t m = 0; m < member_count_; ++m) {
+    const RowMatrix& of_organ = matrix_of(members_[m]);
+    const std::int32_t* const to = row_of(members_[m]);
     std::int32_t used = 0;
-    for (std::int32_t row = 0; row < organs[o].solver->matrix().rows().rows_end; ++row)
+    for (std::int32_t row = 0; row < of_organ.rows_end; ++row)
       if (to[row] >= 0) list_[used++] = row;
     for (std::int32_t i = 0; i < used; ++i) {
-      const double* const from = organs[o].solver->matrix().rows().row(list_[i]);
+      const double* const from = of_organ.row(list_[i]);
       double* const sum = matrix_.row(to[list_[i]]);
       for (std::int32_t j = 0; j < used; ++j) sum[to[list_[j]]] += from[list_[j]];
     }
   }
-  for (std::int32_t q = 0; q < pair_count; ++q)
-    for (const std::int32_t row : rows_[constraint_count_ - pair_count + q].at)
-      if (row >= 0) matrix_.entry(row, row) *= 1 + pairs[q].give;
-  bound_joined(organs, pairs, pair_count);
+  for (std::int32_t q = 0; q < joint_count_; ++q)
+    for (const std::int32_t row : rows_[constraint_count_ - joint_count_ + q].at)
+      if (row >= 0) matrix_.entry(row, row) *= 1 + joints_[q]->give;
+  bound_joined();
 }
 
 void JointSolver::set_reactions() {
-  for (std::int32_t o = 0; o < organ_count_; ++o)
-    for (std::int32_t row = 0; row < organs_[o].solver->matrix().rows().rows_end; ++row)
-      if (const std::int32_t joint = row_of(o)[row]; joint >= 0)
-        organs_[o].solver->system().set_reaction(row, system_.reactions()[joint], system_.coarse()[joint]);
+  for (std::int32_t m = 0; m < member_count_; ++m)
+    for (std::int32_t row = 0; row < matrix_of(members_[m]).rows_end; ++row)
+      if (const std::int32_t joint = row_of(members_[m])[row]; joint >= 0)
+        organs_[members_[m]].solver->system().set_reaction(row, system_.reactions()[joint], system_.coarse()[joint]);
 }
 
 double JointSolver::farthest(Operations kept, StepWork* work) {
   set_reactions();
   double most = 0;
-  for (std::int32_t o = 0; o < organ_count_; ++o) {
-    const auto& [solver, set, force] = organs_[o];
-    const Operations cost = 9 * Operations{set->node_count} * set->node_count / kDense;
-    if (cost + kept > work->left()) return -1;
-    work->add(cost);
-    most = std::max(most, solver->matrix().largest_displacement(*set, solver->system().reactions(), force));
+  for (std::int32_t m = 0; m < member_count_; ++m) {
+    const auto& [solver, set, force] = organs_[members_[m]];
+    const double moved = solver->matrix().largest_displacement(*set, solver->system().reactions(), force, kept, work);
+    if (moved < 0) return -1;
+    most = std::max(most, moved);
   }
   return most;
 }
@@ -146,11 +134,12 @@ class JointSolver::Nodes final : public NodesOfRows {
   JointSolver& of_;
 };
 
-bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
-                        Operations operations) {
-  organs_ = organs, organ_count_ = organ_count;
-  list_rows(organs, organ_count, pairs, pair_count);
-  sum_matrices(organs, organ_count, pairs, pair_count);
+bool JointSolver::solve(const JointOrgan* organs, const std::int32_t* members, std::int32_t member_count,
+                        JointConstraint* const* joints, std::int32_t joint_count, Operations operations) {
+  organs_ = organs, members_ = members, member_count_ = member_count, joints_ = joints, joint_count_ = joint_count;
+  list_rows_of_organs();
+  list_rows_of_joints();
+  sum_matrices();
   for (std::int32_t i = 0; i < matrix_.rows_end; ++i) matrix_.scale[i] = 1 / std::sqrt(matrix_.entry(i, i));
   StepWork work;
   work.create(operations);
@@ -161,13 +150,11 @@ bool JointSolver::solve(const JointOrgan* organs, std::int32_t organ_count, Join
   set_reactions();
   bool is_met = true;
   for (std::int32_t c = 0; c < constraint_count_; ++c) is_met = is_met && !system_.doubt_of(c).inexact;
-  for (std::int32_t q = 0; q < pair_count; ++q) {
-    if (pairs[q].joined) {
-      pairs[q].reaction = pairs[q - 1].reaction;
-      continue;
-    }
-    const RowsOfConstraint& rows = rows_[constraint_count_ - pair_count + q];
-    for (int i = 0; i < 3; ++i) pairs[q].reaction[i] = rows.at[i] < 0 ? 0 : system_.reactions()[rows.at[i]];
+  for (std::int32_t q = 0; q < joint_count_; ++q) {
+    JointConstraint& joint = *joints[q];
+    const RowsOfConstraint& rows = rows_[constraint_count_ - joint_count_ + q];
+    for (int i = 0; i < 3; ++i) joint.reaction[i] = rows.at[i] < 0 ? 0 : system_.reactions()[rows.at[i]];
+    if (joint.joined) joint.reaction = joints[q - 1]->reaction;
   }
   return is_met;
 }

@@ -1,5 +1,5 @@
-// The contacts of several organs as one system: each organ's H W H^T in common rows, where a pair of two organs shares its rows, and so does
-// a link between them (world_links.h).
+// The contacts of several organs as one system: each organ's H W H^T in common rows, where constraints between organs (WorldSource) share
+// their rows.
 //
 // A pair holds the displacement of a vertex of one organ less that of a place of the other one. Both organs have a constraint for it, the
 // frame of one with n and that of the other with -n in front, so that one reaction r acts on both, and the joint matrix is the sum
@@ -24,38 +24,45 @@ struct JointOrgan {
   const ContactConstraints* set = nullptr;  // with the targets of contacts, without what offsets do
   Vec3* force = nullptr;                    // [node_count] N, overwritten
 };
-struct JointPair {
-  std::int32_t organ[2] = {};             // among the JointOrgans
+// A constraint between two organs, or within one that a source of a world adds.
+struct JointConstraint {
+  std::int32_t organ[2] = {};             // of the world
   std::int32_t constraint[2] = {-1, -1};  // in the organ's set; -1: that side does not move
   ContactLaw law = ContactLaw::unilateral;
   double friction = 0;
-  double give = 0;      // share of its rows' own compliance by which the pair gives way besides
-  bool joined = false;  // its row is that of the pair before, as the parts of one thread have it
+  double give = 0;      // share of its rows' own compliance by which it gives way besides
+  bool joined = false;  // its row is that of the one before, as the parts of one thread have it
   Vec3 target;          // m, for the contacts: without what offsets do
   Vec3 reaction;        // N; in: of the last step
-  double gap = 0;       // m, along the normal, when it was solved
+  double gap = 0;       // m, along the first row, when it was solved
 };
+// Both sides stand still: there is nothing to solve.
+inline bool is_held(const JointConstraint& joint) {
+  return joint.constraint[0] < 0 && joint.constraint[1] < 0;
+}
 
 class JointSolver {
  public:
-  // organs: the solvers of all organs that may be solved together; rows and constraints: of all of them, pairs and links counted once.
+  // Of all organs that may be solved together; rows and constraints: those between them counted once.
   bool create(SceneMemory& memory, std::int32_t organ_count, std::int32_t rows_of_organ, std::int32_t rows,
               std::int32_t constraints);
 
-  // Solves the organs' constraints and the pairs, and sets the reactions of the organs' solvers, which have been prepared. Returns whether
-  // the laws are met. operations: that it may take.
+  // Solves the constraints of the organs `members` and the joints between them, and sets the reactions of the organs' solvers, which have
+  // been prepared. organs: [organ_count], by their numbers in the world. Returns whether the laws are met. operations: that it may take.
   // Cost: the sum of the squares of the organs' rows, and the laws (law_solver.h).
-  bool solve(const JointOrgan* organs, std::int32_t organ_count, JointPair* pairs, std::int32_t pair_count,
-             Operations operations);
+  bool solve(const JointOrgan* organs, const std::int32_t* members, std::int32_t member_count,
+             JointConstraint* const* joints, std::int32_t joint_count, Operations operations);
   const LawEffort& effort() const { return system_.effort(); }
 
  private:
   std::int32_t* row_of(std::int32_t organ) { return row_of_ + static_cast<std::size_t>(organ) * rows_of_organ_; }
-  void list_rows(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs, std::int32_t pair_count);
-  void join_row(const JointOrgan* organs, const JointPair& pair, RowsOfConstraint* first);
-  void bound_joined(const JointOrgan* organs, const JointPair* pairs, std::int32_t pair_count);
-  void sum_matrices(const JointOrgan* organs, std::int32_t organ_count, const JointPair* pairs,
-                    std::int32_t pair_count);
+  const RowMatrix& matrix_of(std::int32_t organ) const { return organs_[organ].solver->matrix().rows(); }
+  std::int32_t row_of_side(const JointConstraint& joint, int side, int i) const;
+  std::int32_t take_row(double target, double reaction);
+  void list_rows_of_organs();
+  void list_rows_of_joints();
+  void bound_joined();
+  void sum_matrices();
   void set_reactions();
   double farthest(Operations kept, StepWork* work);
   class Nodes;
@@ -63,8 +70,11 @@ class JointSolver {
   std::size_t rows_of_organ_ = 0;
   RowMatrix matrix_;
   SystemSolver system_;
-  const JointOrgan* organs_ = nullptr;  // during a solve
-  std::int32_t organ_count_ = 0;
+  // Of a solve:
+  const JointOrgan* organs_ = nullptr;
+  const std::int32_t* members_ = nullptr;
+  JointConstraint* const* joints_ = nullptr;
+  std::int32_t member_count_ = 0, joint_count_ = 0;
   ContactConstraint* constraints_ = nullptr;
   RowsOfConstraint* rows_ = nullptr;
   std::int32_t* row_of_ = nullptr;  // [organs][rows of an organ] joint row; -1: none

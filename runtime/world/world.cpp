@@ -124,6 +124,31 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
   return PALPATE_OK;
 }
 
+// Makes the sources of rows between organs, and what solves these. False where there is no memory.
+bool join_organs(palpate_world& world) {
+  SceneMemory& memory = world.memory;
+  std::uint64_t before = 0;
+  const auto ended = [&](WorldPass pass) {
+    world.pass_bytes[static_cast<std::int32_t>(pass)] = memory.bytes() - before;
+    before = memory.bytes();
+  };
+  ended(WorldPass::input);
+  WorldStep& step = world.in_step;
+  step.organs = world.organ, step.organ_count = world.organ_count;
+  step.sources[step.source_count++] = &world.pairs, step.sources[step.source_count++] = &world.links;
+  const std::int32_t most_pairs = world.organ_count > 1 ? world.def.max_pairs : 0, most_links = world.def.max_links;
+  bool made =
+      most_pairs == 0 || world.pairs.create(memory, world.organ, world.organ_count, most_pairs, world.def.friction);
+  ended(WorldPass::search);
+  made = made && (most_links == 0 || world.links.create(memory, world.organ, world.organ_count, most_links));
+  ended(WorldPass::links);
+  const std::int32_t most_joints = most_pairs + most_links;
+  made = made && (most_joints == 0 || world.islands.create(memory, world.organ, world.organ_count, most_joints));
+  ended(WorldPass::solve);
+  step.joints = world.islands.joints();
+  return made;
+}
+
 palpate_status build_world(palpate_world& world, palpate_error* error) {
   InputLimits limits[PALPATE_MAX_ORGANS];
   for (std::int32_t k = 0; k < world.def.organ_count; ++k) {
@@ -137,13 +162,8 @@ palpate_status build_world(palpate_world& world, palpate_error* error) {
   world.memory.keep(world.sent);
   if (!world.input.create(world.memory, limits, world.organ_count, world.organ_count > 1))
     return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for the world");
-  const std::int32_t most_pairs = world.organ_count > 1 ? world.def.max_pairs : 0;
-  if (most_pairs > 0 || world.def.max_links > 0) {
-    if (!world.touching.create(world.memory, world.organ, world.organ_count, most_pairs, world.def.friction,
-                               world.def.max_links))
-      return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for organs that touch or are linked");
-    world.touching.say_overlaps();
-  }
+  if (!join_organs(world))
+    return fail(error, PALPATE_ERROR_MEMORY, 0, "the allocator has no memory for organs that touch or are linked");
   world.plan = make_world_plan(world);
   world.definition = definition_of(world);
   return PALPATE_OK;
@@ -210,18 +230,18 @@ palpate_step_flags palpate_world_touch(palpate_world* world, const palpate_tool*
 palpate_status palpate_world_set_links(palpate_world* world, const palpate_world_link* links, int32_t count,
                                        palpate_error* error) {
   if (!world) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "world must not be NULL");
-  return world->touching.links().set(links, count, error);
+  return world->links.set(links, count, error);
 }
 
 const palpate_link_state* palpate_world_link_state(const palpate_world* world, int32_t link) {
-  return world ? world->touching.links().state(link) : nullptr;
+  return world ? world->links.state(link) : nullptr;
 }
 
 void palpate_world_reset(palpate_world* world) {
   if (!world) return;
   for (std::int32_t k = 0; k < world->organ_count; ++k) palpate_scene_reset(world->organ[k]);
   world->input.forget();
-  world->touching.forget();
+  for (std::int32_t s = 0; s < world->in_step.source_count; ++s) world->in_step.sources[s]->forget();
   for (palpate::SentToTool& sent : world->sent) sent = {};
   world->step = 0;
 }

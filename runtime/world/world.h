@@ -7,9 +7,12 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/include/palpate/palpate_world.h"
 #include "runtime/scene/scene.h"
-#include "runtime/world/touching_organs.h"
+#include "runtime/world/islands.h"
+#include "runtime/world/organ_pairs.h"
 #include "runtime/world/world_input.h"
+#include "runtime/world/world_links.h"
 #include "runtime/world/world_plan.h"
+#include "runtime/world/world_step.h"
 
 namespace palpate {
 
@@ -29,7 +32,12 @@ struct palpate_world {
   std::int32_t organ_count = 0;
   palpate::OrganInput organ_input[PALPATE_MAX_ORGANS];
   palpate::WorldInput input;
-  palpate::TouchingOrgans touching;  // where organs touch or links join them
+  // What joins organs, and the step that asks for its rows.
+  palpate::OrganPairs pairs;
+  palpate::WorldLinks links;
+  palpate::Islands islands;
+  palpate::WorldStep in_step;
+  std::uint64_t pass_bytes[palpate::kWorldPasses] = {};  // memory of each WorldPass
   palpate::WorldPlan plan;
   palpate::SentToTool sent[PALPATE_MAX_TOOLS];
   std::uint64_t step = 0;

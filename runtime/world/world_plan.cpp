@@ -18,8 +18,8 @@ palpate_pass_work work_of(WorldPass pass, const palpate_world& world, const palp
       return {0, 0, 40 + 8.0 * load.tools + 1.5 * load.points};
     case WorldPass::search:
       // Each vertex is asked whether it is due. A pair that presses and slips is looked for anew, where it is and where it was.
-      return {48.0 * world.touching.vertices(), 0,
-              50 + 2.5 * world.touching.vertices() + 250 * pairs + load.slips * (600 + 40.0 * load.nodes)};
+      return {48.0 * world.pairs.vertices(), 0,
+              50 + 2.5 * world.pairs.vertices() + 250 * pairs + load.slips * (600 + 40.0 * load.nodes)};
     case WorldPass::solve:
       // As the solve of one organ; the matrices of both sides are added first.
       return {
@@ -28,9 +28,7 @@ palpate_pass_work work_of(WorldPass pass, const palpate_world& world, const palp
           60 + 20.0 * load.nodes + 120 * pairs * (1 + load.sweeps + 2 * newton)};
     case WorldPass::links:
       // As of the links of an organ: the displacements of the nodes of both ends by all contact nodes.
-      return {
-          0, 0,
-          world.touching.links().count() * (20 + 12.0 * world.touching.links().most_nodes_of_an_end() * load.nodes)};
+      return {0, 0, world.links.count() * (20 + 12.0 * world.links.most_nodes_of_an_end() * load.nodes)};
     case WorldPass::output:
       return {0, 0, 40 + 25 * pairs + 6.0 * load.nodes + 10.0 * load.tools};
     case WorldPass::count:
@@ -53,18 +51,15 @@ std::int32_t organ_of_pass(const palpate_world& world, std::int32_t* pass) {
 WorldPlan make_world_plan(const palpate_world& world) {
   WorldPlan plan;
   for (std::int32_t k = 0; k < world.organ_count; ++k) plan.first += world.organ[k]->plan.count;
-  const std::uint64_t pairs =
-      world.touching.search_bytes() + world.touching.solver_bytes() + world.touching.link_bytes();
-  const auto add = [&](WorldPass id, const char* name, std::uint64_t bytes) {
-    plan.index[static_cast<std::int32_t>(id)] = plan.count;
-    plan.pass[plan.count++] = {name, "touch", "", 0, bytes, 0};
-  };
-  for (std::int32_t& index : plan.index) index = -1;
-  add(WorldPass::input, "world: input", world.memory.bytes() - pairs);
-  if (world.touching.has_pairs()) add(WorldPass::search, "world: search of pairs", world.touching.search_bytes());
-  if (world.touching.is_on()) add(WorldPass::solve, "world: joint solve", world.touching.solver_bytes());
-  if (world.touching.links().is_on()) add(WorldPass::links, "world: links", world.touching.link_bytes());
-  add(WorldPass::output, "world: output", 0);
+  constexpr const char* names[] = {"world: input", "world: search of pairs", "world: joint solve", "world: links",
+                                   "world: output"};
+  for (std::int32_t id = 0; id < kWorldPasses; ++id) {
+    plan.index[id] = -1;
+    const std::uint64_t bytes = world.pass_bytes[id];
+    if (bytes == 0 && static_cast<WorldPass>(id) != WorldPass::output) continue;
+    plan.index[id] = plan.count;
+    plan.pass[plan.count++] = {names[id], "touch", "", 0, bytes, 0};
+  }
   return plan;
 }
 

@@ -1,7 +1,4 @@
 // The touch step of a world: the tools once, each organ by its own step, and the sums over the organs.
-#include <algorithm>
-#include <cstring>
-
 #include "runtime/base/contact_nodes.h"
 #include "runtime/contact/force_limits.h"
 #include "runtime/contact/touch.h"
@@ -17,26 +14,32 @@ std::size_t bytes_before_organs(std::int32_t tools, std::int32_t organs) {
          static_cast<std::size_t>(organs) * sizeof(palpate_world_organ_state);
 }
 
+std::size_t whole_words(std::size_t bytes) {
+  return (bytes + 7) / 8 * 8;
+}
+
 class WorldTouch {
  public:
-  WorldTouch(palpate_world& world, palpate_world_contacts& out) : world_(world), out_(out) {}
+  WorldTouch(palpate_world& world, palpate_world_contacts& out) : world_(world), step_(world.in_step), out_(out) {}
 
   std::uint32_t step(const palpate_tool* tools, std::int32_t tool_count, double dt) {
-    flags_ = world_.input.take(tools, tool_count, dt);
+    step_.flags = world_.input.take(tools, tool_count, dt);
+    step_.number = ++world_.step, step_.joint_count = step_.sweeps = 0;
     lay_out();
     world_.plan.ended(WorldPass::input);
-    std::size_t end = bytes_before_organs(world_.input.count(), world_.organ_count);
-    if (world_.touching.is_on())
-      end = touch_together(end);
-    else
-      for (std::int32_t k = 0; k < world_.organ_count; ++k) end = touch_organ(k, end);
+    for (std::int32_t k = 0; k < world_.organ_count; ++k) begin_organ(k);
+    for_sources([&](WorldSource& source) { source.begin(step_), source.request(step_); });
+    world_.islands.solve(step_);
+    world_.plan.ended(WorldPass::solve);
+    for (std::int32_t k = 0; k < world_.organ_count; ++k) finish_organ(k);
+    for_sources([&](WorldSource& source) { source.end(step_); });
     for (std::int32_t i = 0; i < world_.input.count(); ++i) sum_tool(i);
     forget_absent_tools();
     world_.input.keep_points();
-    out_.used_bytes = write_pairs(end);
-    out_.flags = flags_, out_.step = ++world_.step;
+    for (std::int32_t s = 0; s < step_.source_count; ++s) step_.sources[s]->tell(step_, out_);
+    out_.flags = step_.flags, out_.step = step_.number;
     world_.plan.ended(WorldPass::output);
-    return flags_;
+    return step_.flags;
   }
 
  private:
@@ -47,6 +50,7 @@ class WorldTouch {
     out_.tool_state_bytes = sizeof(palpate_world_tool_state);
     out_.organs_offset = static_cast<std::uint32_t>(bytes_before_organs(out_.tool_count, 0));
     out_.organ_state_bytes = sizeof(palpate_world_organ_state);
+    out_.used_bytes = bytes_before_organs(out_.tool_count, out_.organ_count);
   }
   palpate_world_tool_state& tool_state(std::int32_t i) {
     return const_cast<palpate_world_tool_state&>(*palpate_world_contacts_tool(&out_, i));
@@ -55,67 +59,31 @@ class WorldTouch {
     return const_cast<palpate_world_organ_state&>(*palpate_world_contacts_state(&out_, k));
   }
 
-  palpate_contacts& contacts_at(std::size_t begin) {
-    return *reinterpret_cast<palpate_contacts*>(reinterpret_cast<unsigned char*>(&out_) + begin);
+  template <class Each>
+  void for_sources(const Each& each) {
+    for (std::int32_t s = 0; s < step_.source_count; ++s) {
+      each(*step_.sources[s]);
+      world_.plan.ended(step_.sources[s]->pass());
+    }
   }
-  static std::size_t whole_words(std::size_t bytes) { return (bytes + 7) / 8 * 8; }
 
-  // Writes the organ's contacts at `begin` of the result. Returns where they end.
-  std::size_t touch_organ(std::int32_t k, std::size_t begin) {
+  void begin_organ(std::int32_t k) {
     palpate_scene& scene = *world_.organ[k];
-    const std::uint32_t flags = touch_step(scene.context, scene.touch, world_.input.list_for(k), world_.input.count(),
-                                           world_.input.dt(), contacts_at(begin));
-    return end_organ(k, flags, begin);
+    begin_touch(step_.of_organ[k], scene.context, scene.touch, world_.input.list_for(k), world_.input.count(),
+                world_.input.dt());
   }
-  std::size_t end_organ(std::int32_t k, std::uint32_t flags, std::size_t begin) {
-    palpate_scene& scene = *world_.organ[k];
+  // Writes the organ's contacts behind all that is written.
+  void finish_organ(std::int32_t k) {
+    auto& contacts = *reinterpret_cast<palpate_contacts*>(reinterpret_cast<unsigned char*>(&out_) + out_.used_bytes);
     palpate_world_organ_state& state = organ_state(k);
     state = palpate_world_organ_state{};
-    state.contacts_offset = begin;
-    state.flags = flags;
+    state.contacts_offset = out_.used_bytes;
+    state.flags = finish_touch(step_.of_organ[k], world_.islands.outcome(k), contacts);
     state.near_tools = world_.organ_input[k].near_count();
-    flags_ |= flags;
-    sum_organ(scene, contacts_at(begin), state);
+    step_.flags |= state.flags;
+    sum_organ(*world_.organ[k], contacts, state);
+    out_.used_bytes += whole_words(contacts.used_bytes);
     world_.plan.ended(WorldPass::output);
-    return begin + whole_words(contacts_at(begin).used_bytes);
-  }
-
-  // Organs that touch or that links join: all are begun before any is solved, each with room for all that it may find.
-  std::size_t touch_together(std::size_t begin) {
-    std::size_t room = begin;
-    for (std::int32_t k = 0; k < world_.organ_count; ++k) {
-      world_.touching.begin(k, world_.input.list_for(k), world_.input.count(), world_.input.dt(), contacts_at(room));
-      room += whole_words(palpate_contacts_bytes(world_.organ[k]));
-    }
-    flags_ |= world_.touching.find_pairs();
-    world_.plan.ended(WorldPass::search);
-    flags_ |= world_.touching.request_links();
-    flags_ |= world_.touching.solve();
-    world_.plan.ended(WorldPass::solve);
-    room = begin;
-    for (std::int32_t k = 0; k < world_.organ_count; ++k) {
-      const std::uint32_t flags = world_.touching.finish(k);
-      std::memmove(&contacts_at(begin), &contacts_at(room), contacts_at(room).used_bytes);
-      begin = end_organ(k, flags, begin);
-      room += whole_words(palpate_contacts_bytes(world_.organ[k]));
-    }
-    flags_ |= world_.touching.end_links(world_.step + 1);
-    world_.plan.ended(WorldPass::links);
-    return begin;
-  }
-
-  // Behind all contacts. Returns where they end.
-  std::size_t write_pairs(std::size_t begin) {
-    out_.pairs_offset = begin, out_.pair_bytes = sizeof(palpate_world_pair);
-    if (!world_.touching.has_pairs()) return begin;
-    out_.pair_count = world_.touching.pair_count(), out_.pair_sweeps = world_.touching.sweeps();
-    for (std::int32_t i = 0; i < out_.pair_count; ++i) {
-      auto* const pair = const_cast<palpate_world_pair*>(palpate_world_contacts_pair(&out_, i));
-      world_.touching.write_pair(i, pair);
-      for (int side = 0; side < 2; ++side)
-        for (int d = 0; d < 3; ++d) organ_state(pair->organ[side]).pressed[d] += (side == 0 ? 1 : -1) * pair->force[d];
-    }
-    return begin + static_cast<std::size_t>(out_.pair_count) * sizeof(palpate_world_pair);
   }
 
   // A needle holds nodes inside of the organ, too.
@@ -168,7 +136,7 @@ class WorldTouch {
     store3(within_limits(force, def.force_limit, def.force_slew, dt, &sent.force, &flags), state.force);
     if (tool.has_torque)
       store3(within_limits(torque, def.torque_limit, def.torque_slew, dt, &sent.torque, &flags), state.torque);
-    state.flags |= flags, flags_ |= flags;
+    state.flags |= flags, step_.flags |= flags;
   }
 
   // A tool that is not sent has no force when it comes back.
@@ -180,8 +148,8 @@ class WorldTouch {
   }
 
   palpate_world& world_;
+  WorldStep& step_;
   palpate_world_contacts& out_;
-  std::uint32_t flags_ = 0;
 };
 
 }  // namespace
@@ -193,8 +161,8 @@ std::uint32_t touch_world(palpate_world& world, const palpate_tool* tools, std::
 
 std::size_t bytes_of_world_contacts(const palpate_world& world) {
   std::size_t bytes = bytes_before_organs(PALPATE_MAX_TOOLS, world.organ_count);
-  for (std::int32_t k = 0; k < world.organ_count; ++k) bytes += (palpate_contacts_bytes(world.organ[k]) + 7) / 8 * 8;
-  if (world.touching.has_pairs()) bytes += static_cast<std::size_t>(world.def.max_pairs) * sizeof(palpate_world_pair);
+  for (std::int32_t k = 0; k < world.organ_count; ++k) bytes += whole_words(palpate_contacts_bytes(world.organ[k]));
+  for (std::int32_t s = 0; s < world.in_step.source_count; ++s) bytes += world.in_step.sources[s]->most_told_bytes();
   return bytes;
 }
 
