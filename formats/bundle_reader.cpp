@@ -65,9 +65,6 @@ bool multiply(std::uint64_t a, std::uint64_t b, std::uint64_t* product) {
   return true;
 }
 
-std::uint64_t header_field(std::size_t offset_in_header) {
-  return offset_in_header;
-}
 std::uint64_t entry_offset(std::uint32_t position) {
   return sizeof(BundleHeader) + std::uint64_t{position} * sizeof(SectionEntry);
 }
@@ -104,11 +101,11 @@ BundleStatus check_header(const unsigned char* head, std::uint64_t file_bytes, B
                           BundleError* error) {
   std::memcpy(header, head, sizeof *header);
   if (header->layout_version != kLayoutVersion)
-    return refuse(error, BundleStatus::version, header_field(offsetof(BundleHeader, layout_version)),
+    return refuse(error, BundleStatus::version, offsetof(BundleHeader, layout_version),
                   "this reader knows bundle layout %" PRIu32 ", found %" PRIu32 "; use a matching version of Palpate",
                   kLayoutVersion, header->layout_version);
   if (header->section_count > kMaxSections)
-    return refuse(error, BundleStatus::section, header_field(offsetof(BundleHeader, section_count)),
+    return refuse(error, BundleStatus::section, offsetof(BundleHeader, section_count),
                   "expected at most %" PRIu32 " sections, found %" PRIu32 "; copy the bundle again or rebuild it",
                   kMaxSections, header->section_count);
 
@@ -119,7 +116,7 @@ BundleStatus check_header(const unsigned char* head, std::uint64_t file_bytes, B
   checksum.update(&blank, sizeof blank);
   checksum.update(head + sizeof blank, header->section_count * sizeof(SectionEntry));
   if (checksum.digest() != header->index_checksum)
-    return refuse(error, BundleStatus::checksum, header_field(offsetof(BundleHeader, index_checksum)),
+    return refuse(error, BundleStatus::checksum, offsetof(BundleHeader, index_checksum),
                   "the index has checksum %016" PRIx64 " but %016" PRIx64
                   " was written; copy the bundle again or rebuild it",
                   checksum.digest(), header->index_checksum);
@@ -129,12 +126,12 @@ BundleStatus check_header(const unsigned char* head, std::uint64_t file_bytes, B
                   "the bundle was written with %" PRIu64 " bytes but %" PRIu64 " are there; copy it again",
                   header->file_bytes, file_bytes);
   if (header->user_block_bytes != kUserBlockBytes)
-    return refuse(error, BundleStatus::section, header_field(offsetof(BundleHeader, user_block_bytes)),
+    return refuse(error, BundleStatus::section, offsetof(BundleHeader, user_block_bytes),
                   "expected a user block of %" PRIu64 " bytes, found %" PRIu64 "; rebuild the bundle", kUserBlockBytes,
                   header->user_block_bytes);
   for (const std::uint64_t word : header->reserved)
     if (word != 0)
-      return refuse(error, BundleStatus::section, header_field(offsetof(BundleHeader, reserved)),
+      return refuse(error, BundleStatus::section, offsetof(BundleHeader, reserved),
                     "expected zeros in the header's reserved bytes; rebuild the bundle");
   for (std::uint64_t at = entry_offset(header->section_count); at < kUserBlockBytes; ++at)
     if (head[at] != 0)
@@ -210,6 +207,13 @@ BundleStatus check_pairs(const BundleIndex& index, std::uint32_t position, Bundl
 
 // ---- entries against one another ------------------------------------------------------------------------------------
 
+// How many of the sections the bundle has.
+std::uint32_t count_of(const BundleIndex& index, std::initializer_list<SectionId> ids) {
+  std::uint32_t found = 0;
+  for (const SectionId id : ids) found += find_section(index, id) != nullptr;
+  return found;
+}
+
 BundleStatus check_presence(const BundleIndex& index, BundleError* error) {
   for (const SectionDescription& section : kSections)
     if (section.always && find_section(index, section.id) == nullptr)
@@ -220,10 +224,9 @@ BundleStatus check_presence(const BundleIndex& index, BundleError* error) {
 
 // A bundle has either the surface's displacements as rows, or all five sections of the compliance in blocks.
 BundleStatus check_one_store(const BundleIndex& index, BundleError* error) {
-  std::uint32_t blocks = 0;
-  for (const SectionId id : {SectionId::compliance_nodes, SectionId::compliance_clusters, SectionId::compliance_blocks,
-                             SectionId::compliance_values, SectionId::compliance_scale})
-    blocks += find_section(index, id) != nullptr;
+  const std::uint32_t blocks =
+      count_of(index, {SectionId::compliance_nodes, SectionId::compliance_clusters, SectionId::compliance_blocks,
+                       SectionId::compliance_values, SectionId::compliance_scale});
   const bool rows = find_section(index, SectionId::displacement_surface) != nullptr;
   if (rows ? blocks != 0 : blocks != 5)
     return refuse(
@@ -326,10 +329,8 @@ BundleStatus check_block_count(const BundleIndex& index, BundleError* error) {
 
 // Motions have all their sections but those of the interior and of the volumes, or none of them.
 BundleStatus check_motions(const BundleIndex& index, BundleError* error) {
-  std::uint32_t found = 0;
-  for (const SectionId id :
-       {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface, SectionId::motion_residual})
-    found += find_section(index, id) != nullptr;
+  const std::uint32_t found = count_of(
+      index, {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface, SectionId::motion_residual});
   const bool more = find_section(index, SectionId::motion_interior) || find_section(index, SectionId::motion_volume);
   if (found != (more || found > 0 ? 4u : 0u))
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
@@ -345,10 +346,8 @@ BundleStatus check_motions(const BundleIndex& index, BundleError* error) {
 
 // Corridors have all their sections but that of the interior, or none of them.
 BundleStatus check_corridor(const BundleIndex& index, BundleError* error) {
-  std::uint32_t found = 0;
-  for (const SectionId id : {SectionId::corridor_nodes, SectionId::corridor_compliance, SectionId::corridor_surface,
-                             SectionId::corridor_residual})
-    found += find_section(index, id) != nullptr;
+  const std::uint32_t found = count_of(index, {SectionId::corridor_nodes, SectionId::corridor_compliance,
+                                               SectionId::corridor_surface, SectionId::corridor_residual});
   const bool more = find_section(index, SectionId::corridor_interior) != nullptr;
   if (found != (more || found > 0 ? 4u : 0u))
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
@@ -364,7 +363,8 @@ BundleStatus check_corridor(const BundleIndex& index, BundleError* error) {
   return BundleStatus::ok;
 }
 
-BundleStatus check_counts(const BundleCounts& counts, BundleError* error) {
+BundleStatus check_counts(const BundleIndex& index, BundleError* error) {
+  const BundleCounts& counts = index.counts;
   if (counts.surface_nodes > counts.nodes || counts.touchable > counts.surface_nodes)
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
                   "expected touchable nodes <= surface nodes <= nodes, found %" PRIu64 ", %" PRIu64 " and %" PRIu64
@@ -380,27 +380,28 @@ std::uint64_t stored_at(const BundleIndex& index, SectionId id, std::uint64_t el
   return entry->offset + element * element_bytes(static_cast<ElementType>(entry->type));
 }
 
-// least <= value < limit
-BundleStatus check_range_of(const BundleIndex& index, SectionId id, const std::int32_t* values, std::uint64_t count,
-                            std::uint64_t limit, BundleError* error, std::uint64_t least = 0) {
-  for (std::uint64_t i = 0; i < count; ++i)
-    if (values[i] < 0 || static_cast<std::uint64_t>(values[i]) < least ||
-        static_cast<std::uint64_t>(values[i]) >= limit)
-      return refuse(error, BundleStatus::content, stored_at(index, id, i),
+// Node, region and other indices: least <= value < limit.
+struct StoredIndices {
+  SectionId id;
+  const std::int32_t* values;  // nullptr: not checked
+  std::uint64_t count, limit;
+  std::uint64_t least = 0;
+  bool ascending = false;
+};
+BundleStatus check_range_of(const BundleIndex& index, const StoredIndices& s, BundleError* error) {
+  for (std::uint64_t i = 0; s.values && i < s.count; ++i) {
+    const std::int32_t value = s.values[i];
+    if (value < 0 || static_cast<std::uint64_t>(value) < s.least || static_cast<std::uint64_t>(value) >= s.limit)
+      return refuse(error, BundleStatus::content, stored_at(index, s.id, i),
                     "%s: expected indices from %" PRIu64 " to %" PRIu64 ", element %" PRIu64 " is %" PRId32
                     "; copy the bundle again or rebuild it",
-                    describe_section(id)->path, least, limit - 1, i, values[i]);
-  return BundleStatus::ok;
-}
-
-BundleStatus check_ascending(const BundleIndex& index, SectionId id, const std::int32_t* values, std::uint64_t count,
-                             BundleError* error) {
-  for (std::uint64_t i = 1; i < count; ++i)
-    if (values[i] <= values[i - 1])
-      return refuse(error, BundleStatus::content, stored_at(index, id, i),
+                    describe_section(s.id)->path, s.least, s.limit - 1, i, value);
+    if (s.ascending && i > 0 && value <= s.values[i - 1])
+      return refuse(error, BundleStatus::content, stored_at(index, s.id, i),
                     "%s: expected ascending node indices, element %" PRIu64 " is %" PRId32 " after %" PRId32
                     "; copy the bundle again or rebuild it",
-                    describe_section(id)->path, i, values[i], values[i - 1]);
+                    describe_section(s.id)->path, i, value, s.values[i - 1]);
+  }
   return BundleStatus::ok;
 }
 
@@ -527,11 +528,8 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
   if (status == BundleStatus::ok) status = check_one_store(*index, error);
   if (status != BundleStatus::ok) return status;
   index->counts = take_counts(*index);
-  status = check_counts(index->counts, error);
-  if (status == BundleStatus::ok) status = check_scale(*index, error);
-  if (status == BundleStatus::ok) status = check_block_count(*index, error);
-  if (status == BundleStatus::ok) status = check_motions(*index, error);
-  if (status == BundleStatus::ok) status = check_corridor(*index, error);
+  for (const auto check : {check_counts, check_scale, check_block_count, check_motions, check_corridor})
+    if (status == BundleStatus::ok) status = check(*index, error);
   for (std::uint32_t i = 0; i < index->header.section_count && status == BundleStatus::ok; ++i)
     status = check_shape(*index, i, error);
   if (status == BundleStatus::ok && error) *error = BundleError{};
@@ -548,40 +546,33 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
   const BundleCounts& n = index.counts;
   BundleStatus status = BundleStatus::ok;
   const auto ok = [&] { return status == BundleStatus::ok; };
-  if (sections.tetrahedra)
-    status = check_range_of(index, SectionId::tetrahedra, sections.tetrahedra, 4 * n.tetrahedra, n.nodes, error);
-  if (ok() && sections.region)
-    status = check_range_of(index, SectionId::region, sections.region, n.tetrahedra, n.regions, error);
-  if (ok() && sections.triangles)
-    status = check_range_of(index, SectionId::triangles, sections.triangles, 3 * n.triangles, n.surface_nodes, error);
-  if (ok() && sections.touchable) {
-    status = check_range_of(index, SectionId::touchable, sections.touchable, n.touchable, n.surface_nodes, error);
-    if (ok()) status = check_ascending(index, SectionId::touchable, sections.touchable, n.touchable, error);
-  }
+  const auto rows = [&](SectionId id) {
+    const SectionEntry* entry = find_section(index, id);
+    return entry ? entry->shape[0] : 0;
+  };
+  using Id = SectionId;
+  const StoredIndices indices[] = {
+      {Id::tetrahedra, sections.tetrahedra, 4 * n.tetrahedra, n.nodes},
+      {Id::region, sections.region, n.tetrahedra, n.regions},
+      {Id::triangles, sections.triangles, 3 * n.triangles, n.surface_nodes},
+      {Id::touchable, sections.touchable, n.touchable, n.surface_nodes, 0, true},
+      {Id::compliance_nodes, sections.compliance_nodes, n.surface_nodes, n.surface_nodes},
+      {Id::large_order, sections.large_order, rows(Id::large_order), n.nodes},
+      {Id::large_support_nodes, sections.large_support_nodes, 2 * rows(Id::large_support_nodes), n.nodes},
+      {Id::corridor_nodes, sections.corridor_nodes, n.corridor, n.nodes, n.surface_nodes, true},
+  };
+  for (const StoredIndices& one : indices)
+    if (ok()) status = check_range_of(index, one, error);
   if (ok() && sections.fixed) status = check_zero_or_one(index, SectionId::fixed, sections.fixed, 3 * n.nodes, error);
   if (ok() && sections.displacement_scale)
     status = check_scales(index, SectionId::displacement_scale, sections.displacement_scale, 3 * n.touchable, error);
-  if (ok() && sections.compliance_nodes)
-    status = check_range_of(index, SectionId::compliance_nodes, sections.compliance_nodes, n.surface_nodes,
-                            n.surface_nodes, error);
   if (ok() && sections.compliance_clusters) status = check_clusters(index, sections.compliance_clusters, error);
   if (ok() && sections.compliance_clusters && sections.compliance_blocks)
     status = check_blocks(index, sections.compliance_clusters, sections.compliance_blocks, error);
   if (ok() && sections.compliance_scale)
-    status = check_scales(index, SectionId::compliance_scale, sections.compliance_scale,
-                          find_section(index, SectionId::compliance_scale)->shape[0], error);
-  if (ok() && sections.large_order)
-    status = check_range_of(index, SectionId::large_order, sections.large_order,
-                            find_section(index, SectionId::large_order)->shape[0], n.nodes, error);
-  if (ok() && sections.large_support_nodes)
-    status = check_range_of(index, SectionId::large_support_nodes, sections.large_support_nodes,
-                            2 * find_section(index, SectionId::large_support_nodes)->shape[0], n.nodes, error);
+    status =
+        check_scales(index, SectionId::compliance_scale, sections.compliance_scale, rows(Id::compliance_scale), error);
   if (ok() && sections.motion_kinds) status = check_kinds(index, sections.motion_kinds, error);
-  if (ok() && sections.corridor_nodes) {
-    status = check_range_of(index, SectionId::corridor_nodes, sections.corridor_nodes, n.corridor, n.nodes, error,
-                            n.surface_nodes);
-    if (ok()) status = check_ascending(index, SectionId::corridor_nodes, sections.corridor_nodes, n.corridor, error);
-  }
   if (ok() && error) *error = BundleError{};
   return status;
 }

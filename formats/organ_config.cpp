@@ -326,10 +326,10 @@ BoundaryConfig::Corridor corridor(TomlTable& table) {
   return result;
 }
 
-// Supports are named in the provenance, so that names differ.
-template <class Support, class Read>
-std::vector<Support> supports(TomlTable& table, const char* key, Read read) {
-  std::vector<Support> result;
+// The provenance names them, so that names differ.
+template <class Named, class Read>
+std::vector<Named> named(TomlTable& table, const char* key, Read read) {
+  std::vector<Named> result;
   for (auto& item : table.tables(key)) {
     result.push_back(read(item));
     for (std::size_t i = 0; i + 1 < result.size(); ++i)
@@ -355,16 +355,10 @@ OrganConfig read_organ_config(const std::filesystem::path& file) {
   result.mesh_unit = table.choice("mesh_unit", units);
   result.frame = table.choice<std::string>("frame", {{"LPS", "LPS"}, {"RAS", "RAS"}, {"none", "none"}});
   result.element = table.choice("element", kElements);
-  for (auto& item : table.tables("region")) {
-    result.regions.push_back(region(item));
-    for (std::size_t r = 0; r + 1 < result.regions.size(); ++r)
-      if (result.regions[r].name == result.regions.back().name)
-        item.wrong("name", "a name that no other [[region]] has");
-  }
-  if (result.regions.empty()) {
+  result.regions = named<OrganConfig::Region>(table, "region", region);
+  if (result.regions.empty())
     throw InputError(
         fmt::format("{}: expected at least one [[region]] with name, young and poisson, found none", file.string()));
-  }
   if (table.has("response")) result.response = response(table.table("response"));
   table.finish();
   return result;
@@ -395,15 +389,15 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
   BoundaryConfig result;
   result.name = table.text("name", "\"back\"");
   for (auto& item : table.tables("fixed")) result.fixed.push_back(fixed(item));
-  result.foundations = supports<BoundaryConfig::Foundation>(table, "foundation", foundation);
-  result.springs = supports<BoundaryConfig::Spring>(table, "spring", spring);
+  result.foundations = named<BoundaryConfig::Foundation>(table, "foundation", foundation);
+  result.springs = named<BoundaryConfig::Spring>(table, "spring", spring);
   if (result.fixed.empty() && result.foundations.empty() && result.springs.empty())
     throw InputError(
         fmt::format("{}: expected at least one [[fixed]], [[foundation]] or [[spring]], found none; an organ that "
                     "is held nowhere has no shape to compute",
                     file.string()));
-  result.motions = supports<BoundaryConfig::Motion>(table, "motion", motion);
-  result.corridors = supports<BoundaryConfig::Corridor>(table, "corridor", corridor);
+  result.motions = named<BoundaryConfig::Motion>(table, "motion", motion);
+  result.corridors = named<BoundaryConfig::Corridor>(table, "corridor", corridor);
   if (result.corridors.size() > kMostCorridors)
     throw InputError(fmt::format("{}:{}: expected at most {} [[corridor]] tables, found {}; unite some of them",
                                  file.string(), result.corridors[kMostCorridors].line, kMostCorridors,

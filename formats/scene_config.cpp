@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "formats/csv_lines.h"
-#include "formats/errors.h"
 #include "formats/scene_effects.h"
 #include "formats/scene_holds.h"
 #include "formats/scene_organs.h"
@@ -21,48 +19,6 @@ constexpr double kSlowest = 1e-6;  // Hz
 
 // ---- paths ---------------------------------------------------------------------------------------------------------
 
-bool follows(const std::vector<SceneConfig::KeyFrame>& path, double time) {
-  return path.empty() ? time >= 0 : time > path.back().time;
-}
-
-SceneConfig::KeyFrame key_frame(const std::array<double, 4>& row, double scale) {
-  return {row[0], scaled({row[1], row[2], row[3]}, scale)};
-}
-
-std::vector<SceneConfig::KeyFrame> read_key_frames(TomlTable& tool, double scale) {
-  std::vector<SceneConfig::KeyFrame> path;
-  for (const auto& row : tool.rows<4>("path", "[t, x, y, z]")) {
-    if (!follows(path, row[0])) tool.wrong_row("path", path.size(), "a time of at least 0 s and after the row before");
-    path.push_back(key_frame(row, scale));
-  }
-  return path;
-}
-
-std::vector<SceneConfig::KeyFrame> read_csv_path(const std::filesystem::path& csv, double scale) {
-  CsvLines lines(csv, "a tool's path");
-  std::vector<SceneConfig::KeyFrame> path;
-  while (lines.next()) {
-    if (lines.may_be_heading()) continue;
-    const auto row = csv_numbers<4>(lines.text());
-    if (!row) lines.refuse("four numbers time,x,y,z");
-    if (!follows(path, (*row)[0])) lines.refuse("a time of at least 0 s and after the row before");
-    path.push_back(key_frame(*row, scale));
-  }
-  if (path.empty()) throw InputError(fmt::format("{}: expected rows of time,x,y,z, found none", csv.string()));
-  return path;
-}
-
-std::vector<std::array<double, 2>> read_away(TomlTable& tool) {
-  std::vector<std::array<double, 2>> away = tool.rows<2>("away", "[from, until]");
-  double before = 0;
-  for (std::size_t i = 0; i < away.size(); ++i) {
-    if (!(away[i][0] >= before && away[i][1] > away[i][0]))
-      tool.wrong_row("away", i, "two ascending times, of at least 0 s and not before the row before");
-    before = away[i][1];
-  }
-  return away;
-}
-
 SceneConfig::Place read_place(TomlTable& tool, double scale) {
   using At = SceneConfig::Place::At;
   SceneConfig::Place place;
@@ -74,14 +30,8 @@ SceneConfig::Place read_place(TomlTable& tool, double scale) {
                                       {"uppermost", At::uppermost},
                                       {"lowest", At::lowest}});
   if (tool.has("near")) place.near = scaled(tool.vector("near"), scale);
-  place.depth = tool.rows<2>("depth", "[t, depth]");
-  double before = -1;
-  for (std::size_t i = 0; i < place.depth.size(); ++i) {
-    auto& [time, depth] = place.depth[i];
-    if (!(time >= 0 && time > before)) tool.wrong_row("depth", i, "a time of at least 0 s and after the row before");
-    before = time;
-    depth *= scale;
-  }
+  place.depth = timed_rows<2>(tool, "depth", "[t, depth]");
+  for (auto& row : place.depth) row[1] *= scale;
   return place;
 }
 
@@ -91,8 +41,10 @@ std::vector<SceneConfig::KeyFrame> read_path(TomlTable& tool, double scale) {
     tool.wrong("path",
                "either path = [[t, x, y, z], ...] or path_csv = \"FILE.csv\", not both; or a place on the organ: at = "
                "\"foremost\" or near = [x, y, z], with depth = [[t, depth], ...]");
-  if (inline_rows) return read_key_frames(tool, scale);
-  return read_csv_path(tool.path("path_csv", "\"path.csv\""), scale);
+  return key_frames(inline_rows ? timed_rows<4>(tool, "path", "[t, x, y, z]")
+                                : timed_csv_rows<4>(tool.path("path_csv", "\"path.csv\""), "a tool's path",
+                                                    "four numbers", "time,x,y,z"),
+                    scale);
 }
 
 // ---- tools ---------------------------------------------------------------------------------------------------------
@@ -165,9 +117,8 @@ SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
   } else {
     tool.path = read_path(table, scale);
   }
-  if (table.has("away")) tool.away = read_away(table);
-  if (table.has("grip"))
-    for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
+  if (table.has("away")) tool.away = read_spans(table, "away");
+  for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
   if (table.has("turn")) tool.turn = read_turn(table);
   if (table.has("grasp")) tool.grasp = read_grasp(table.table("grasp"), scale);
   if (table.has("needle")) tool.needle = read_needle(table.table("needle"), scale, tool.place.has_value());
@@ -225,8 +176,7 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scene));
   for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scene));
   for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion, scene));
-  if (root.has("carried"))
-    for (TomlTable& carried : root.tables("carried")) scene.carried.push_back(read_carried(carried, scene));
+  for (TomlTable& carried : root.tables("carried")) scene.carried.push_back(read_carried(carried, scene));
   if (scene.tools.size() > kMaxTools)
     root.contradicts("tool", 0, fmt::format("at most {} tools", kMaxTools), std::to_string(scene.tools.size()));
   if (scene.organs.empty()) settle_effects(scene, root, named);

@@ -127,9 +127,7 @@ SceneConfig::Carried read_carried(TomlTable table, const SceneConfig& scene) {
   SceneConfig::Carried carried;
   carried.line = table.line();
   carried.name = table.text("name", "\"tumour\"");
-  if (carried.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") !=
-      std::string::npos)
-    table.wrong("name", "letters, digits, - and _, since files have the name");
+  if (!is_plain(carried.name)) table.wrong("name", "letters, digits, - and _, since files have the name");
   for (const SceneConfig::Carried& other : scene.carried)
     if (other.name == carried.name) table.wrong("name", "a name that no other [[carried]] has");
   carried.organ = read_organ_of(table, scene, true);

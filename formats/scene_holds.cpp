@@ -7,8 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "formats/csv_lines.h"
-#include "formats/errors.h"
 #include "formats/scene_organs.h"
 
 namespace palpate {
@@ -27,14 +25,11 @@ double radius_of(TomlTable& table, double scale) {
 
 // Rows [t, value]: values of `least` or more; with `above`, above it.
 Rows read_rows(TomlTable& table, const char* key, const char* shown, double scale, bool above) {
-  Rows rows = table.rows<2>(key, shown);
-  double before = -1;
+  Rows rows = timed_rows<2>(table, key, shown);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    auto& [time, value] = rows[i];
-    if (!(time >= 0 && time > before)) table.wrong_row(key, i, "a time of at least 0 s and after the row before");
+    double& value = rows[i][1];
     if (above ? !(value > 0) : !(value >= 0))
       table.wrong_row(key, i, above ? "a number above 0" : "a number of at least 0");
-    before = time;
     value *= scale;
   }
   return rows;
@@ -83,22 +78,6 @@ SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene) {
 
 namespace {
 
-// Rows time,amount of a CSV file; the first line may hold names.
-Rows read_amounts(const std::filesystem::path& csv) {
-  CsvLines lines(csv, "a motion's amounts");
-  Rows rows;
-  while (lines.next()) {
-    if (lines.may_be_heading()) continue;
-    const auto row = csv_numbers<2>(lines.text());
-    if (!row) lines.refuse("two numbers time,amount");
-    if (!((*row)[0] >= 0 && (rows.empty() || (*row)[0] > rows.back()[0])))
-      lines.refuse("a time of at least 0 s and after the row before");
-    rows.push_back(*row);
-  }
-  if (rows.empty()) throw InputError(fmt::format("{}: expected rows of time,amount, found none", csv.string()));
-  return rows;
-}
-
 SceneConfig::Motion::Sine read_sine(TomlTable table) {
   SceneConfig::Motion::Sine sine;
   sine.amplitude = table.number("amplitude");
@@ -122,17 +101,12 @@ SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene) {
                 "\"FILE.csv\" beside the name");
   if (table.has("sine")) motion.sine = read_sine(table.table("sine"));
   if (table.has("amounts")) {
-    motion.amounts = table.rows<2>("amounts", "[t, amount]");
-    double before = -1;
-    for (std::size_t i = 0; i < motion.amounts.size(); ++i) {
-      const double time = motion.amounts[i][0];
-      if (!(time >= 0 && time > before))
-        table.wrong_row("amounts", i, "a time of at least 0 s and after the row before");
-      before = time;
-    }
+    motion.amounts = timed_rows<2>(table, "amounts", "[t, amount]");
     if (motion.amounts.empty()) table.wrong("amounts", "one row [t, amount] or more");
   }
-  if (table.has("amounts_csv")) motion.amounts = read_amounts(table.path("amounts_csv", "\"breath.csv\""));
+  if (table.has("amounts_csv"))
+    motion.amounts = timed_csv_rows<2>(table.path("amounts_csv", "\"breath.csv\""), "a motion's amounts", "two numbers",
+                                       "time,amount");
   table.finish();
   return motion;
 }
@@ -160,15 +134,7 @@ SceneConfig::Grasp read_grasp(TomlTable table, double scale) {
       table.wrong("clamp_force", "no clamp_force beside opposite, since the force between the two discs is known");
     if (!grasp.friction) table.wrong("clamp_force", "friction as well, without which the grasp never slips");
   }
-  if (table.has("closed")) {
-    grasp.closed = table.rows<2>("closed", "[from, until]");
-    double before = 0;
-    for (std::size_t i = 0; i < grasp.closed.size(); ++i) {
-      if (!(grasp.closed[i][0] >= before && grasp.closed[i][1] > grasp.closed[i][0]))
-        table.wrong_row("closed", i, "two ascending times, of at least 0 s and not before the row before");
-      before = grasp.closed[i][1];
-    }
-  }
+  if (table.has("closed")) grasp.closed = read_spans(table, "closed");
   table.finish();
   return grasp;
 }
@@ -176,11 +142,10 @@ SceneConfig::Grasp read_grasp(TomlTable table, double scale) {
 namespace {
 
 // As palpate.h: a force, or a force over a length.
-double up_to_most(TomlTable& table, const char* key, const char* expected) {
+void up_to_most(TomlTable& table, const char* key, const char* expected, double& value) {
   constexpr double most = 1e6;
-  const double value = table.number(key);
+  if (table.has(key)) value = table.number(key);
   if (!(value >= 0 && value <= most)) table.wrong(key, expected);
-  return value;
 }
 
 }  // namespace
@@ -201,9 +166,9 @@ SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place) {
   }
   needle.radius = positive(table, "radius", "a length above 0") * scale;
   if (needle.radius > most_radius) table.wrong("radius", "a length of at most 10 mm");
-  if (table.has("friction")) needle.friction = up_to_most(table, "friction", "a friction of 0 to 1e6 N/m");
-  if (table.has("puncture_force")) needle.puncture_force = up_to_most(table, "puncture_force", "a force of 0 to 1e6 N");
-  if (table.has("cutting_force")) needle.cutting_force = up_to_most(table, "cutting_force", "a force of 0 to 1e6 N");
+  up_to_most(table, "friction", "a friction of 0 to 1e6 N/m", needle.friction);
+  up_to_most(table, "puncture_force", "a force of 0 to 1e6 N", needle.puncture_force);
+  up_to_most(table, "cutting_force", "a force of 0 to 1e6 N", needle.cutting_force);
   if (table.has("spacing")) needle.spacing = table.number("spacing") * scale;
   if (!(needle.spacing >= least_spacing && needle.spacing <= most_spacing))
     table.wrong("spacing", "a length of 0.1 mm to 1 m");
@@ -211,16 +176,26 @@ SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place) {
   return needle;
 }
 
+std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<double, 4>>& rows, double scale) {
+  std::vector<SceneConfig::KeyFrame> frames;
+  for (const auto& [time, x, y, z] : rows) frames.push_back({time, scaled({x, y, z}, scale)});
+  return frames;
+}
+
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool) {
-  std::vector<SceneConfig::KeyFrame> turn;
-  for (const auto& row : tool.rows<4>("turn", "[t, x, y, z]")) {
-    if (!(turn.empty() ? row[0] >= 0 : row[0] > turn.back().time))
-      tool.wrong_row("turn", turn.size(), "a time of at least 0 s and after the row before");
-    if (!(std::hypot(row[1], row[2], row[3]) <= kMostDegrees))
-      tool.wrong_row("turn", turn.size(), "a turn of at most 1e6 degrees");
-    turn.push_back({row[0], {row[1], row[2], row[3]}});
-  }
-  return turn;
+  const auto rows = timed_rows<4>(tool, "turn", "[t, x, y, z]");
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (!(std::hypot(rows[i][1], rows[i][2], rows[i][3]) <= kMostDegrees))
+      tool.wrong_row("turn", i, "a turn of at most 1e6 degrees");
+  return key_frames(rows, 1);
+}
+
+std::vector<std::array<double, 2>> read_spans(TomlTable& table, const char* key) {
+  const Rows spans = table.rows<2>(key, "[from, until]");
+  for (std::size_t i = 0; i < spans.size(); ++i)
+    if (!(spans[i][0] >= (i > 0 ? spans[i - 1][1] : 0) && spans[i][1] > spans[i][0]))
+      table.wrong_row(key, i, "two ascending times, of at least 0 s and not before the row before");
+  return spans;
 }
 
 int stretches_of(const SceneConfig::Link& link) {

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "formats/csv_lines.h"
+#include "formats/errors.h"
 #include "formats/scene_config.h"
 #include "formats/toml_reader.h"
 
@@ -35,6 +37,48 @@ inline double friction(TomlTable& table) {
   return value;
 }
 
+inline constexpr const char* kAscending = "a time of at least 0 s and after the row before";
+template <std::size_t n>
+bool follows(const std::vector<std::array<double, n>>& rows, const std::array<double, n>& row) {
+  return rows.empty() ? row[0] >= 0 : row[0] > rows.back()[0];
+}
+
+// Rows [t, ...] whose times ascend.
+template <std::size_t n>
+std::vector<std::array<double, n>> timed_rows(TomlTable& table, const char* key, const char* shown) {
+  std::vector<std::array<double, n>> rows;
+  for (const auto& row : table.rows<n>(key, shown)) {
+    if (!follows(rows, row)) table.wrong_row(key, rows.size(), kAscending);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+// The same of a CSV file, whose first line may hold names. numbers: "two numbers".
+template <std::size_t n>
+std::vector<std::array<double, n>> timed_csv_rows(const std::filesystem::path& csv, const std::string& what,
+                                                  const std::string& numbers, const std::string& columns) {
+  CsvLines lines(csv, what);
+  std::vector<std::array<double, n>> rows;
+  while (lines.next()) {
+    if (lines.may_be_heading()) continue;
+    const auto row = csv_numbers<n>(lines.text());
+    if (!row) lines.refuse(numbers + " " + columns);
+    if (!follows(rows, *row)) lines.refuse(kAscending);
+    rows.push_back(*row);
+  }
+  if (rows.empty()) throw InputError(csv.string() + ": expected rows of " + columns + ", found none");
+  return rows;
+}
+
+// Rows [from, until], one after another.
+std::vector<std::array<double, 2>> read_spans(TomlTable& table, const char* key);
+
+// Names that are parts of file names and of --bundle NAME=FILE.
+inline bool is_plain(const std::string& name) {
+  return name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_") == name.npos;
+}
+
 inline constexpr double kMostDegrees = 1e6;  // of a turn
 
 using Lengths = std::vector<std::pair<std::string, double>>;
@@ -49,6 +93,7 @@ SceneConfig::Grasp read_grasp(TomlTable table, double scale);
 // has_place: the tool has `at` or `near`, where the needle then enters.
 SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place);
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool);
+std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<double, 4>>& rows, double scale);
 
 SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene);
 

@@ -24,13 +24,6 @@ std::size_t find_organ(const TomlTable& table, const char* key, const std::strin
   table.wrong(key, fmt::format("the name of an [[organ]]: {}", names));
 }
 
-// Names are parts of file names and of --bundle NAME=FILE.
-bool is_plain(const std::string& name) {
-  return std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '-' || c == '_';
-  });
-}
-
 void read_world(TomlTable table, SceneConfig& scene) {
   if (table.has("pairs")) scene.pairs = count(table, "pairs", 0, kMaxPairs);
   if (table.has("friction")) {

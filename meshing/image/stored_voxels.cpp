@@ -66,48 +66,37 @@ void decode_as(const std::string& bytes, const StoredVoxels& stored, const Exten
   }
 }
 
-void decode(const std::string& bytes, const StoredVoxels& stored, const Extent& extent, std::vector<float>& values) {
-  switch (stored.number) {
+// Calls with a zero of the number's type.
+template <class Call>
+auto with_type_of(VoxelNumber number, const Call& call) {
+  switch (number) {
     case VoxelNumber::int8:
-      return decode_as<std::int8_t>(bytes, stored, extent, values);
+      return call(std::int8_t{});
     case VoxelNumber::uint8:
-      return decode_as<std::uint8_t>(bytes, stored, extent, values);
+      return call(std::uint8_t{});
     case VoxelNumber::int16:
-      return decode_as<std::int16_t>(bytes, stored, extent, values);
+      return call(std::int16_t{});
     case VoxelNumber::uint16:
-      return decode_as<std::uint16_t>(bytes, stored, extent, values);
+      return call(std::uint16_t{});
     case VoxelNumber::int32:
-      return decode_as<std::int32_t>(bytes, stored, extent, values);
+      return call(std::int32_t{});
     case VoxelNumber::uint32:
-      return decode_as<std::uint32_t>(bytes, stored, extent, values);
+      return call(std::uint32_t{});
     case VoxelNumber::int64:
-      return decode_as<std::int64_t>(bytes, stored, extent, values);
+      return call(std::int64_t{});
     case VoxelNumber::uint64:
-      return decode_as<std::uint64_t>(bytes, stored, extent, values);
+      return call(std::uint64_t{});
     case VoxelNumber::float32:
-      return decode_as<float>(bytes, stored, extent, values);
-    case VoxelNumber::float64:
-      return decode_as<double>(bytes, stored, extent, values);
+      return call(float{});
+    default:
+      return call(double{});
   }
 }
 
 }  // namespace
 
 std::uint64_t bytes_of(VoxelNumber number) {
-  switch (number) {
-    case VoxelNumber::int8:
-    case VoxelNumber::uint8:
-      return 1;
-    case VoxelNumber::int16:
-    case VoxelNumber::uint16:
-      return 2;
-    case VoxelNumber::int32:
-    case VoxelNumber::uint32:
-    case VoxelNumber::float32:
-      return 4;
-    default:
-      return 8;
-  }
+  return with_type_of(number, [](auto zero) -> std::uint64_t { return sizeof zero; });
 }
 
 std::vector<float> read_voxels(const StoredVoxels& stored, const std::array<int, 3>& size) {
@@ -117,7 +106,7 @@ std::vector<float> read_voxels(const StoredVoxels& stored, const std::array<int,
                                             : bytes_from(stored.data, stored.first, needed);
   expect(stored, needed, found.present, extent.slice() * width);
   std::vector<float> values(extent.voxels());
-  decode(found.bytes, stored, extent, values);
+  with_type_of(stored.number, [&](auto zero) { decode_as<decltype(zero)>(found.bytes, stored, extent, values); });
   if (stored.slope != 1 || stored.intercept != 0)
     for (float& value : values) value = stored.slope * value + stored.intercept;
   return values;

@@ -16,6 +16,10 @@ void Checks::add(const std::string& name, bool held, const std::string& detail) 
   list.push_back({{"name", name}, {"held", held}, {"detail", detail}});
 }
 
+void Checks::add_faults(const std::string& name, const std::string& wrong, const std::string& fine) {
+  add(name, wrong.empty(), wrong.empty() ? fine : wrong);
+}
+
 void Checks::add_bounded(const std::string& name, bool held, const std::string& what, double found, double bound) {
   add(name, held, fmt::format("{}: {:.3g} <= {:.3g}", what, found, bound));
   list.back()["found"] = found;
@@ -24,10 +28,11 @@ void Checks::add_bounded(const std::string& name, bool held, const std::string& 
 
 void Checks::add_stated(const std::string& name, bool held, const std::string& what, const nlohmann::json& provenance,
                         const char* key, double found, double bound) {
-  const bool states = provenance.is_object() && provenance.contains(key) && provenance[key].is_number();
-  const std::string stated = states ? fmt::format("{:.3g}", provenance[key].get<double>()) : "nothing";
-  add(name, held, fmt::format("{}: stated {}, found {:.3g}, bound {:.3g}", what, stated, found, bound));
-  if (states) list.back()["stated"] = provenance[key];
+  const auto stated = number_of(provenance, key);
+  add(name, held,
+      fmt::format("{}: stated {}, found {:.3g}, bound {:.3g}", what,
+                  stated ? fmt::format("{:.3g}", *stated) : "nothing", found, bound));
+  if (stated) list.back()["stated"] = provenance[key];
   list.back()["found"] = found;
   list.back()["bound"] = bound;
 }
@@ -55,31 +60,28 @@ SmallSections read_small_sections(const BundleFile& file) {
 
 void check_checksums(const BundleFile& file, const std::map<SectionId, std::uint64_t>& known, Checks& checks) {
   std::string wrong;
-  const BundleIndex& index = file.index();
-  for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
-    const SectionEntry& entry = index.entries[i];
+  for (const SectionEntry& entry : file.entries()) {
     const auto seen = known.find(static_cast<SectionId>(entry.id));
     const std::uint64_t sum = seen != known.end() ? seen->second : file.checksum(entry);
     if (sum != entry.checksum) wrong += (wrong.empty() ? "" : ", ") + section_name(entry);
   }
-  checks.add("checksums", wrong.empty(),
-             wrong.empty() ? fmt::format("{} sections hold the bytes that were written", index.header.section_count)
-                           : fmt::format("changed since they were written: {}", wrong));
+  if (!wrong.empty()) wrong = "changed since they were written: " + wrong;
+  checks.add_faults("checksums", wrong,
+                    fmt::format("{} sections hold the bytes that were written", file.entries().size()));
 }
 
 void check_finite_small(const BundleFile& file, Checks& checks) {
   std::string wrong;
-  const BundleIndex& index = file.index();
-  for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
-    const auto id = static_cast<SectionId>(index.entries[i].id);
+  for (const SectionEntry& entry : file.entries()) {
+    const auto id = static_cast<SectionId>(entry.id);
     const SectionDescription* section = describe_section(id);
-    if (!section || index.entries[i].type != static_cast<std::uint32_t>(ElementType::f64)) continue;
+    if (!section || entry.type != static_cast<std::uint32_t>(ElementType::f64)) continue;
     const auto values = file.numbers<double>(id);
     const auto bad = std::find_if(values.begin(), values.end(), [](double x) { return !std::isfinite(x); });
     if (bad != values.end() && wrong.empty())
       wrong = fmt::format("{}: element {} is {}", section->path, bad - values.begin(), *bad);
   }
-  checks.add("finite numbers", wrong.empty(), wrong.empty() ? "in all sections but the displacements" : wrong);
+  checks.add_faults("finite numbers", wrong, "in all sections but the displacements");
 }
 
 void check_indices(const BundleFile& file, const SmallSections& s, Checks& checks) {
@@ -115,8 +117,7 @@ void check_materials(const BundleFile& file, const SmallSections& s, Checks& che
       wrong = fmt::format("region {} has Young's modulus {} Pa and Poisson's ratio {}", r, s.young[r], s.poisson[r]);
   if (const std::size_t names = file.region_names().size(); wrong.empty() && names != s.young.size())
     wrong = fmt::format("{} regions but {} names", s.young.size(), names);
-  checks.add("materials", wrong.empty(),
-             wrong.empty() ? fmt::format("{} regions, Young > 0, -1 < Poisson < 0.5", s.young.size()) : wrong);
+  checks.add_faults("materials", wrong, fmt::format("{} regions, Young > 0, -1 < Poisson < 0.5", s.young.size()));
 }
 
 void check_responses(const BundleFile& file, Checks& checks) {
@@ -153,8 +154,7 @@ void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) 
                           6;
     if (!(volume > 0)) wrong = fmt::format("tetrahedron {} has volume {:.3g} m^3", e, volume);
   }
-  checks.add("volumes", wrong.empty(),
-             wrong.empty() ? fmt::format("{} tetrahedra, all positive", mesh.tetrahedra.size()) : wrong);
+  checks.add_faults("volumes", wrong, fmt::format("{} tetrahedra, all positive", mesh.tetrahedra.size()));
 
   // Turns a triangle so that its smallest node comes first. Two triangles of the same nodes are then equal where they
   // wind alike.
@@ -178,18 +178,13 @@ void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) 
   for (const std::int32_t node : s.triangles) used[node] = true;
   if (const auto unused = std::find(used.begin(), used.end(), false); wrong.empty() && unused != used.end())
     wrong = fmt::format("node {} is counted among the surface nodes, but no triangle uses it", unused - used.begin());
-  checks.add("surface", wrong.empty(),
-             wrong.empty() ? fmt::format("{} triangles, the outer faces of the tetrahedra", stored.size()) : wrong);
+  checks.add_faults("surface", wrong, fmt::format("{} triangles, the outer faces of the tetrahedra", stored.size()));
 }
 
 double stated_tolerance(const BundleFile& file) {
   const nlohmann::json provenance = file.provenance();
-  const auto number = [&](const char* key, double otherwise) {
-    return provenance.is_object() && provenance.contains(key) && provenance[key].is_number()
-               ? provenance[key].get<double>()
-               : otherwise;
-  };
-  return std::max(number("tolerance", INFINITY), number("residual_floor", 0));
+  return std::max(number_of(provenance, "tolerance").value_or(INFINITY),
+                  number_of(provenance, "residual_floor").value_or(0));
 }
 
 void check_certificate(const BundleFile& file, const SmallSections& s, Checks& checks) {
@@ -198,9 +193,7 @@ void check_certificate(const BundleFile& file, const SmallSections& s, Checks& c
   const bool in_order = std::all_of(s.residual.begin(), s.residual.end(), [](double r) { return r >= 0; }) &&
                         std::all_of(s.iterations.begin(), s.iterations.end(), [](std::int32_t i) { return i >= 0; });
   const nlohmann::json provenance = file.provenance();
-  bool as_stated = true;
-  if (provenance.is_object() && provenance.contains("worst_residual") && provenance["worst_residual"].is_number())
-    as_stated = provenance["worst_residual"].get<double>() == worst;
+  const bool as_stated = number_of(provenance, "worst_residual").value_or(worst) == worst;
   checks.add_stated("certificate", in_order && as_stated && worst <= tolerance, "worst residual of all columns",
                     provenance, "worst_residual", worst, tolerance);
 }
@@ -212,7 +205,7 @@ void check_preload(const BundleFile& file, const SmallSections& s, Checks& check
   for (std::size_t i = 0; i < displacement.size() && wrong.empty(); ++i)
     if (s.fixed[i] && displacement[i] != 0)
       wrong = fmt::format("fixed node {} moves by {} m under the body force", i / 3, displacement[i]);
-  checks.add("preload", wrong.empty(), wrong.empty() ? "fixed nodes have zero displacement" : wrong);
+  checks.add_faults("preload", wrong, "fixed nodes have zero displacement");
 }
 
 namespace {
@@ -274,8 +267,7 @@ void check_motions(const BundleFile& file, const SmallSections& s, Checks& check
   const bool in_order = std::all_of(residual.begin(), residual.end(), [](double r) { return r >= 0; });
   if (wrong.empty() && !(in_order && worst <= tolerance))
     wrong = fmt::format("worst residual {:.3g}, tolerance {:.3g}", worst, tolerance);
-  checks.add("motions", wrong.empty(),
-             wrong.empty() ? fmt::format("{} motions, worst residual {:.3g}", residual.size(), worst) : wrong);
+  checks.add_faults("motions", wrong, fmt::format("{} motions, worst residual {:.3g}", residual.size(), worst));
 }
 
 void check_stiffness(const SmallSections& s, std::vector<Matrix3>& compliance, Checks& checks) {
@@ -300,8 +292,7 @@ void check_stiffness(const SmallSections& s, std::vector<Matrix3>& compliance, C
   // The solver makes C_kk symmetric before it inverts it, so that only rounding of a 3 x 3 inverse can make T^f
   // asymmetric.
   checks.add_bounded("symmetric T^f", asymmetry <= 1e-12, "largest asymmetry, relative", asymmetry, 1e-12);
-  checks.add("definite T^f", wrong.empty(),
-             wrong.empty() ? "positive definite on free dofs, zero on fixed ones" : wrong);
+  checks.add_faults("definite T^f", wrong, "positive definite on free dofs, zero on fixed ones");
 }
 
 }  // namespace palpate

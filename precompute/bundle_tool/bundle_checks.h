@@ -17,6 +17,8 @@ struct Checks {
   nlohmann::json list = nlohmann::json::array();
 
   void add(const std::string& name, bool held, const std::string& detail);
+  // Holds where nothing is wrong; its detail is then fine.
+  void add_faults(const std::string& name, const std::string& wrong, const std::string& fine);
   void add_bounded(const std::string& name, bool held, const std::string& what, double found, double bound);
   // Also says what the provenance states under that key, or "nothing".
   void add_stated(const std::string& name, bool held, const std::string& what, const nlohmann::json& provenance,

@@ -187,9 +187,8 @@ void check_corridor(const BundleFile& file, const SmallSections& s, const std::v
     const auto norm = norms(surface, interior);
     for (const ComparedNode& n : compared) compare(n, c, k, surface, norm, tolerance, found);
   }
-  checks.add(
-      "corridors", wrong.empty(),
-      wrong.empty() ? fmt::format("{} nodes, worst residual {:.3g}", c.nodes.size(), worst_of(c.residual)) : wrong);
+  checks.add_faults("corridors", wrong,
+                    fmt::format("{} nodes, worst residual {:.3g}", c.nodes.size(), worst_of(c.residual)));
   if (!wrong.empty() || compared.empty()) return;
   checks.add_bounded("corridor reciprocity", found.worst <= 1,
                      fmt::format("|C_nk - C_kn^T| over its bound of {} touchable nodes (relative to C_nk {:.2g}; worst "

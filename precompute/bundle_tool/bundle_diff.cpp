@@ -70,11 +70,10 @@ nlohmann::json provenance_differences(const nlohmann::json& a, const nlohmann::j
   nlohmann::json differences = nlohmann::json::array();
   std::set<std::string> keys;
   for (const auto* side : {&a, &b})
-    if (side->is_object())
-      for (const auto& item : side->items()) keys.insert(item.key());
+    for (const auto& item : side->items()) keys.insert(item.key());
   for (const std::string& key : keys) {
-    const nlohmann::json in_a = a.is_object() && a.contains(key) ? a[key] : nlohmann::json();
-    const nlohmann::json in_b = b.is_object() && b.contains(key) ? b[key] : nlohmann::json();
+    const nlohmann::json in_a = a.contains(key) ? a[key] : nlohmann::json();
+    const nlohmann::json in_b = b.contains(key) ? b[key] : nlohmann::json();
     if (in_a != in_b) differences.push_back({{"key", key}, {"a", in_a}, {"b", in_b}});
   }
   return differences;
@@ -138,7 +137,7 @@ nlohmann::json section_differences(const BundleFile& a, const BundleFile& b) {
   nlohmann::json differences = nlohmann::json::array();
   std::set<std::uint32_t> ids;
   for (const BundleFile* side : {&a, &b})
-    for (std::uint32_t i = 0; i < side->index().header.section_count; ++i) ids.insert(side->index().entries[i].id);
+    for (const SectionEntry& entry : side->entries()) ids.insert(entry.id);
   if (a.provenance().is_object() && b.provenance().is_object())
     ids.erase(static_cast<std::uint32_t>(SectionId::provenance));
   if (!same_store(a, b)) {

@@ -46,8 +46,8 @@ class TensorPass {
 
   void report(Checks& checks) const {
     checks.add("stored as", true, columns_.form());
-    checks.add("finite displacements", not_finite_.empty(), not_finite_.empty() ? "in every column" : not_finite_);
-    checks.add("fixed nodes", moved_.empty(), moved_.empty() ? "have zero displacement in every column" : moved_);
+    checks.add_faults("finite displacements", not_finite_, "in every column");
+    checks.add_faults("fixed nodes", moved_, "have zero displacement in every column");
     // Rows hold one and zero exactly, as every type does; 1e-6 is for stores that were rounded on the way. In blocks
     // T^u_kk is a rounded C_kk times T^f_k: 9 |C_kk| |T^f_k| roundings.
     if (columns_.in_blocks())

@@ -113,26 +113,19 @@ std::string section_name(const SectionEntry& entry) {
 }
 
 std::string type_name(std::uint32_t type) {
-  switch (static_cast<ElementType>(type)) {
-    case ElementType::f64:
-      return "f64";
-    case ElementType::f32:
-      return "f32";
-    case ElementType::i32:
-      return "i32";
-    case ElementType::u8:
-      return "u8";
-    case ElementType::text:
-      return "text";
-    case ElementType::f16:
-      return "f16";
-  }
+  constexpr const char* kNames[] = {"", "f64", "f32", "i32", "u8", "text", "f16"};  // by ElementType
+  if (type > 0 && type < std::size(kNames)) return kNames[type];
   return fmt::format("type {}", type);
 }
 
 std::string shape_text(const SectionEntry& entry) {
   const auto rank = std::min(entry.rank, kMaxRank);
   return fmt::format("({})", fmt::join(entry.shape, entry.shape + rank, ", "));
+}
+
+std::optional<double> number_of(const nlohmann::json& object, const char* key) {
+  if (!object.contains(key) || !object[key].is_number()) return std::nullopt;
+  return object[key].get<double>();
 }
 
 std::string printable(const std::string& text) {

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,7 @@ class BundleFile {
 
   const std::filesystem::path& path() const { return path_; }
   const formats::BundleIndex& index() const { return index_; }
+  std::span<const formats::SectionEntry> entries() const { return {index_.entries, index_.header.section_count}; }
   const formats::SectionEntry* find(formats::SectionId id) const { return formats::find_section(index_, id); }
 
   // Bytes first .. first + count - 1 of a section. Errors: OperationError.
@@ -65,8 +68,13 @@ class BundleFile {
 std::string section_name(const formats::SectionEntry& entry);
 // "f64", ...; "type 9" for one that this version does not know.
 std::string type_name(std::uint32_t type);
+inline std::string type_name(formats::ElementType type) {
+  return type_name(static_cast<std::uint32_t>(type));
+}
 // "(6, 3)".
 std::string shape_text(const formats::SectionEntry& entry);
+// The number of that key; nothing where the object, or what may be none, has no such number.
+std::optional<double> number_of(const nlohmann::json& object, const char* key);
 // Text of a file for a terminal: control characters, which could change the terminal, become '?'.
 std::string printable(const std::string& text);
 // The JSON as text; bytes that are not UTF-8 are replaced.

@@ -1,13 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "precompute/bundle_tool/bundle_commands.h"
 #include "precompute/bundle_tool/bundle_file.h"
-#include "precompute/bundle_tool/bundle_regions.h"
 #include "precompute/bundle_tool/stored_columns.h"
 
 namespace palpate {
@@ -42,7 +43,7 @@ nlohmann::json motions_json(const BundleFile& file) {
     std::string name;
     std::getline(names, name);
     const std::string key = "motion " + name;
-    const bool told = p.is_object() && p.contains(key) && p[key].is_string();
+    const bool told = p.contains(key) && p[key].is_string();
     motions.push_back({{"name", name},
                        {"kind", kinds[i]},
                        {"is", told ? p[key].get<std::string>() : fmt::format("kind {}", kinds[i])},
@@ -83,17 +84,15 @@ nlohmann::json certificate_json(const BundleFile& file) {
   const nlohmann::json provenance = file.provenance();
   for (const char* key : {"solver", "tolerance", "reciprocity_error", "reciprocity_pairs", "cast_error", "stored_error",
                           "pack_error_worst", "pack_error_rms", "pack_error_entry", "reciprocal_condition", "plan"})
-    if (provenance.is_object() && provenance.contains(key)) json[key] = provenance[key];
-  if (provenance.is_object())
-    for (const auto& [key, value] : provenance.items())
-      if (key.rfind("accuracy_", 0) == 0) json[key] = value;
+    if (provenance.contains(key)) json[key] = provenance[key];
+  for (const auto& [key, value] : provenance.items())
+    if (key.starts_with("accuracy_")) json[key] = value;
   return json;
 }
 
-nlohmann::json sections_json(const BundleIndex& index) {
+nlohmann::json sections_json(const BundleFile& file) {
   nlohmann::json sections = nlohmann::json::array();
-  for (std::uint32_t i = 0; i < index.header.section_count; ++i) {
-    const SectionEntry& entry = index.entries[i];
+  for (const SectionEntry& entry : file.entries()) {
     const SectionDescription* section = describe_section(static_cast<SectionId>(entry.id));
     sections.push_back({{"id", entry.id},
                         {"path", section_name(entry)},
@@ -107,6 +106,76 @@ nlohmann::json sections_json(const BundleIndex& index) {
   return sections;
 }
 
+using Point = std::array<double, 3>;
+
+double area_of(const Point& a, const Point& b, const Point& c) {
+  const Point u = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+  return 0.5 * std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+}
+
+std::vector<Point> nodes_of(const BundleFile& file) {
+  const auto numbers = file.numbers<double>(SectionId::nodes);
+  std::vector<Point> nodes(numbers.size() / 3);
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    for (int d = 0; d < 3; ++d) nodes[n][d] = 1e3 * numbers[3 * n + static_cast<std::size_t>(d)];
+  return nodes;
+}
+
+std::vector<double> node_areas(const BundleFile& file, const std::vector<Point>& nodes) {
+  std::vector<double> areas(nodes.size());
+  const auto triangles = file.numbers<std::int32_t>(SectionId::triangles);
+  const auto present = [&](std::int32_t n) { return n >= 0 && static_cast<std::size_t>(n) < nodes.size(); };
+  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+    const std::int32_t a = triangles[t], b = triangles[t + 1], c = triangles[t + 2];
+    if (!present(a) || !present(b) || !present(c)) continue;
+    const double third = area_of(nodes[a], nodes[b], nodes[c]) / 3;
+    areas[a] += third, areas[b] += third, areas[c] += third;
+  }
+  return areas;
+}
+
+// {"organ": R, "touchable": R, "held": R, "supported": R} with R = {"nodes", "box_mm": [[low], [high]], "area_mm2", "share": of the surface's
+// area}. A node's area is a third of that of each triangle around it, so that inner nodes have none. Held is a node that is fixed
+// along at least one axis, supported one at a triangle with an elastic foundation. box_mm is null for no nodes. Nodes and triangles that a damaged bundle does not have are passed
+// over.
+nlohmann::json regions_json(const BundleFile& file) {
+  const std::vector<Point> nodes = nodes_of(file);
+  const std::vector<double> areas = node_areas(file, nodes);
+  double whole = 0;
+  for (const double area : areas) whole += area;
+
+  const auto region = [&](const std::vector<char>& in) {
+    Point low{}, high{};
+    low.fill(std::numeric_limits<double>::infinity()), high.fill(-std::numeric_limits<double>::infinity());
+    std::size_t count = 0;
+    double area = 0;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      if (!in[n]) continue;
+      ++count, area += areas[n];
+      for (int d = 0; d < 3; ++d) low[d] = std::min(low[d], nodes[n][d]), high[d] = std::max(high[d], nodes[n][d]);
+    }
+    nlohmann::json json = {{"nodes", count}, {"area_mm2", area}, {"share", whole > 0 ? area / whole : 0}};
+    json["box_mm"] = count ? nlohmann::json::array({low, high}) : nlohmann::json();
+    return json;
+  };
+
+  std::vector<char> touchable(nodes.size()), held(nodes.size());
+  for (const std::int32_t n : file.numbers<std::int32_t>(SectionId::touchable))
+    if (n >= 0 && static_cast<std::size_t>(n) < nodes.size()) touchable[n] = 1;
+  const auto fixed = file.numbers<std::uint8_t>(SectionId::fixed);
+  for (std::size_t i = 0; i < std::min(fixed.size(), 3 * nodes.size()); ++i) held[i / 3] |= fixed[i] != 0;
+  std::vector<char> supported(nodes.size());
+  const auto foundation = file.numbers<double>(SectionId::foundation);
+  const auto triangles = file.numbers<std::int32_t>(SectionId::triangles);
+  for (std::size_t i = 0; i < std::min(triangles.size(), 3 * (foundation.size() / 2)); ++i)
+    if (foundation[2 * (i / 3)] > 0 || foundation[2 * (i / 3) + 1] > 0)
+      if (const auto n = triangles[i]; n >= 0 && static_cast<std::size_t>(n) < nodes.size()) supported[n] = 1;
+  return {{"organ", region(std::vector<char>(nodes.size(), 1))},
+          {"touchable", region(touchable)},
+          {"held", region(held)},
+          {"supported", region(supported)}};
+}
+
 std::string bytes_text(std::uint64_t bytes) {
   if (bytes < 1000) return fmt::format("{} B", bytes);
   if (bytes < 1000000) return fmt::format("{:.1f} kB", 1e-3 * static_cast<double>(bytes));
@@ -116,19 +185,16 @@ std::string bytes_text(std::uint64_t bytes) {
 
 // A provenance value as text; "-" where it is missing or empty.
 std::string value_text(const nlohmann::json& provenance, const char* key) {
-  if (!provenance.is_object() || !provenance.contains(key)) return "-";
+  if (!provenance.contains(key)) return "-";
   const nlohmann::json& value = provenance[key];
   const std::string text = value.is_string() ? value.get<std::string>() : json_text(value);
   return text.empty() ? "-" : printable(text);
 }
 
-bool has_number(const nlohmann::json& object, const char* key) {
-  return object.contains(key) && object[key].is_number();
-}
-
 // "2.8e-08", or "not measured".
 std::string measured(const nlohmann::json& object, const char* key) {
-  return has_number(object, key) ? fmt::format("{:.2g}", object[key].get<double>()) : "not measured";
+  const auto number = number_of(object, key);
+  return number ? fmt::format("{:.2g}", *number) : "not measured";
 }
 
 // What holds the organ: how many nodes are fixed, and each soft support as palpate-precompute described it.
@@ -141,7 +207,6 @@ void print_supports(const BundleFile& file, const nlohmann::json& p) {
   }
   fmt::print("            {} nodes fixed{}\n", every_way,
              some > 0 ? fmt::format(", {} along one or two axes", some) : "");
-  if (!p.is_object()) return;
   for (const auto& [key, value] : p.items())
     if ((key.starts_with("foundation ") || key.starts_with("spring ")) && value.is_string())
       fmt::print("            {}: {}\n", printable(key), printable(value.get<std::string>()));
@@ -193,11 +258,11 @@ void print_regions(const nlohmann::json& regions) {
 void print_storage(const nlohmann::json& report) {
   const nlohmann::json& p = report["provenance"];
   fmt::print("stored      {}\n", printable(report["stored"].get<std::string>()));
-  if (!has_number(p, "pack_error_worst")) {
+  if (!number_of(p, "pack_error_worst")) {
     fmt::print("            worst relative error of a column: {}\n", measured(p, "cast_error"));
     return;
   }
-  const int dof = has_number(p, "pack_error_worst_dof") ? p["pack_error_worst_dof"].get<int>() : -1;
+  const int dof = number_of(p, "pack_error_worst_dof") ? p["pack_error_worst_dof"].get<int>() : -1;
   fmt::print(
       "            error against the source: worst column {} (node {}, {}), RMS {}, entry {}; against the solve at "
       "most {}\n",
@@ -219,23 +284,24 @@ std::string iterations_text(int most) {
 void print_certificate(const nlohmann::json& report) {
   const nlohmann::json &p = report["provenance"], &c = report["certificate"];
   fmt::print("solver      {}, tolerance {}\n", value_text(p, "solver"), value_text(p, "tolerance"));
-  if (p.is_object() && p.contains("plan")) fmt::print("plan        {}\n", value_text(p, "plan"));
+  if (p.contains("plan")) fmt::print("plan        {}\n", value_text(p, "plan"));
   fmt::print("certificate worst residual {:.2g} (node {}, {}), {}\n", c["worst_residual"].get<double>(),
              c["worst_residual_node"].get<int>(), c["worst_residual_dof"].get<std::string>(),
              iterations_text(c["most_iterations"].get<int>()));
   fmt::print("            reciprocity error of far pairs: {}\n", measured(p, "reciprocity_error"));
   // 0 is written where the solver tells none.
-  const bool told = has_number(p, "reciprocal_condition") && p["reciprocal_condition"].get<double>() != 0;
-  const bool poor = told && !(p["reciprocal_condition"].get<double>() >= kLeastReciprocalCondition);
+  const double condition = number_of(p, "reciprocal_condition").value_or(0);
+  const bool told = condition != 0, poor = told && !(condition >= kLeastReciprocalCondition);
   fmt::print("            reciprocal condition: {}{}\n", told ? measured(p, "reciprocal_condition") : "not measured",
              poor ? " (warning: residuals say little about columns; is the organ held, are its materials right?)" : "");
 }
 
 // The accuracy that palpate-accuracy measured for this setting.
 void print_accuracy(const nlohmann::json& p) {
-  if (!p.is_object() || !has_number(p, "accuracy_force_error") || !has_number(p, "accuracy_field_error")) return;
+  if (!number_of(p, "accuracy_force_error") || !number_of(p, "accuracy_field_error")) return;
   const auto percent = [&](const char* key) {
-    return has_number(p, key) ? fmt::format("{:.2g} %", 100 * p[key].get<double>()) : std::string("unknown");
+    const auto number = number_of(p, key);
+    return number ? fmt::format("{:.2g} %", 100 * *number) : "unknown";
   };
   fmt::print("accuracy    force {}, field {}, against {}, itself off by about {} and {}\n",
              percent("accuracy_force_error"), percent("accuracy_field_error"), value_text(p, "accuracy_reference"),
@@ -270,13 +336,10 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
   fmt::print("sha256      image    {}\n            mesh     {}\n            organ    {}\n            boundary {}\n",
              value_text(p, "image_sha256"), value_text(p, "mesh_sha256"), value_text(p, "organ_sha256"),
              value_text(p, "boundary_sha256"));
-  if (p.is_object() && p.contains("curve_sha256"))
-    fmt::print("            curve    {}\n", value_text(p, "curve_sha256"));
-  if (p.is_object() && p.contains("packed_from_sha256"))
-    fmt::print("            packed from {}\n", value_text(p, "packed_from_sha256"));
+  if (p.contains("curve_sha256")) fmt::print("            curve    {}\n", value_text(p, "curve_sha256"));
+  if (p.contains("packed_from_sha256")) fmt::print("            packed from {}\n", value_text(p, "packed_from_sha256"));
   label = "sections";
-  for (std::uint32_t i = 0; i < file.index().header.section_count; ++i) {
-    const SectionEntry& entry = file.index().entries[i];
+  for (const SectionEntry& entry : file.entries()) {
     fmt::print("{:<11} {:<30} {:<4} {:<20} {:>10}\n", label, section_name(entry), type_name(entry.type),
                shape_text(entry), bytes_text(entry.bytes));
     label = "";
@@ -309,7 +372,7 @@ void show_bundle(const std::filesystem::path& path, bool json) {
                            {"corridors", corridors_json(file)},
                            {"stored", stored_form(file)},
                            {"certificate", certificate_json(file)},
-                           {"sections", sections_json(file.index())}};
+                           {"sections", sections_json(file)}};
   if (json)
     fmt::print("{}\n", json_text(report));
   else

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -16,7 +17,6 @@
 #include "precompute/bundle_tool/bundle_commands.h"
 #include "precompute/bundle_tool/column_errors.h"
 #include "precompute/bundle_tool/compliance_packer.h"
-#include "precompute/bundle_tool/stated_accuracy.h"
 #include "precompute/bundle_tool/stored_columns.h"
 #include "precompute/elements/matrix3.h"
 
@@ -107,19 +107,63 @@ ElementType target_type(const StoredColumns& columns, const BundleFile& source, 
     throw InputError(fmt::format(
         "{}: is already packed in blocks, of {}; pack can round f32 blocks with --precision f16 and do nothing else to "
         "blocks; pack the bundle that it was made from",
-        file, type_name(static_cast<std::uint32_t>(from))));
+        file, type_name(from)));
   const ElementType to =
       options.precision.value_or(from == ElementType::f64 && options.low_rank ? ElementType::f32 : from);
   if (element_bytes(to) > element_bytes(from))
     throw InputError(fmt::format("{}: holds {}; {} would take more bytes and hold the same numbers", file,
-                                 type_name(static_cast<std::uint32_t>(from)),
-                                 type_name(static_cast<std::uint32_t>(to))));
+                                 type_name(from), type_name(to)));
   if (options.low_rank && from == ElementType::f16)
     throw InputError(fmt::format(
         "{}: holds f16, whose rounding errors low rank cannot store; pack the bundle that it was made from", file));
   if (options.low_rank && to == ElementType::f64)
     throw InputError("--low-rank stores f32 or f16: its error is far above their rounding; leave --precision f64 out");
   return to;
+}
+
+// ---- what was measured ----------------------------------------------------------------------------------------------
+
+// The accuracy that palpate-accuracy measured for a setting (mesh, element, storage ...), which a bundle made with that
+// setting carries in its provenance: the keys that begin with "accuracy_" (formats/BUNDLE.md).
+bool is_stated(const std::string& key) {
+  return key.rfind("accuracy_", 0) == 0;
+}
+
+// stored: the form of the displacements, "f32", "f16" or "low-rank 0.001". Errors: InputError where the file is no flat
+// JSON object of such keys, or was measured for another mesh, boundary, element or form.
+nlohmann::json read_stated_accuracy(const std::filesystem::path& file, const nlohmann::json& provenance,
+                                    const std::string& stored) {
+  std::ifstream in(file);
+  if (!in)
+    throw InputError(fmt::format("{}: expected what palpate-accuracy choose wrote, found no file", file.string()));
+  const auto stated = nlohmann::json::parse(in, nullptr, false);
+  if (!stated.is_object() || stated.empty())
+    throw InputError(
+        fmt::format("{}: expected what palpate-accuracy choose wrote, a JSON object, found none", file.string()));
+  for (const auto& [key, value] : stated.items())
+    if (!is_stated(key) || !value.is_primitive() || value.is_null())
+      throw InputError(
+          fmt::format("{}: \"{}\": expected keys accuracy_... with a text, a number or a boolean each; "
+                      "let palpate-accuracy choose write the file",
+                      file.string(), key));
+  const auto check = [&](const char* key, const std::string& found) {
+    const std::string expected = stated.value(key, "");
+    if (expected != found)
+      throw InputError(
+          fmt::format("{}: was measured with {} \"{}\", this bundle has \"{}\"; bake and pack it as "
+                      "palpate-accuracy choose says",
+                      file.string(), key + 9, expected, found));
+  };
+  for (const char* key : {"mesh_sha256", "boundary_sha256", "element"})
+    check(fmt::format("accuracy_{}", key).c_str(), provenance.value(key, ""));
+  check("accuracy_storage", stored);
+  return stated;
+}
+
+// Removes the keys that an earlier form of the bundle carried.
+void drop_stated_accuracy(nlohmann::json& provenance) {
+  for (auto it = provenance.begin(); it != provenance.end();)
+    it = is_stated(it.key()) ? provenance.erase(it) : std::next(it);
 }
 
 // ---- writing --------------------------------------------------------------------------------------------------------
@@ -185,7 +229,7 @@ class Packer {
     if (options_.low_rank && errors_.worst > *options_.low_rank)
       warn(fmt::format(
           "rounding to {1} takes the worst column above --low-rank {0}; use --precision f32, or allow a larger error",
-          *options_.low_rank, type_name(static_cast<std::uint32_t>(type_))));
+          *options_.low_rank, type_name(type_)));
   }
 
  private:
@@ -193,8 +237,7 @@ class Packer {
 
   // "f16", "low-rank 0.001"
   std::string form() const {
-    return options_.low_rank ? fmt::format("low-rank {}", *options_.low_rank)
-                             : type_name(static_cast<std::uint32_t>(type_));
+    return options_.low_rank ? fmt::format("low-rank {}", *options_.low_rank) : type_name(type_);
   }
 
   void pack_blocks() {
@@ -388,9 +431,7 @@ class Packer {
   // The error of the source against the solved columns: of an earlier pack, or of rounding when it was first stored.
   double source_error() const {
     const nlohmann::json p = source_.provenance();
-    for (const char* key : {"stored_error", "cast_error"})
-      if (p.is_object() && p.contains(key) && p[key].is_number()) return p[key].get<double>();
-    return 0;
+    return number_of(p, "stored_error").value_or(number_of(p, "cast_error").value_or(0));
   }
   // |packed - solved| <= |packed - source| + |source - solved|, each relative to the column it is measured against.
   double stored_error() const {
@@ -399,7 +440,7 @@ class Packer {
   }
 
   std::string done() const {
-    std::string text = fmt::format("--precision {}", type_name(static_cast<std::uint32_t>(type_)));
+    std::string text = fmt::format("--precision {}", type_name(type_));
     if (options_.low_rank) text += fmt::format(" --low-rank {}", *options_.low_rank);
     if (options_.surface) text += " --surface";
     if (!options_.touchable.empty())

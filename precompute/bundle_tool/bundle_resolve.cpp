@@ -24,37 +24,16 @@ namespace {
 // more is found, and GAMG takes a second for the default organ.
 constexpr double kTolerance = 1e-9;
 
-// The hashes of the inputs against those the bundle recorded.
-void check_hashes(const BundleFile& file, const VerifyOptions& options, Checks& checks) {
-  const nlohmann::json provenance = file.provenance();
-  const std::pair<const char*, const std::filesystem::path&> inputs[] = {
-      {"mesh_sha256", options.mesh}, {"organ_sha256", options.organ}, {"boundary_sha256", options.boundary}};
-  std::string wrong;
-  for (const auto& [key, path] : inputs) {
-    const std::string hash = sha256_of_file(path.string());
-    if (!provenance.is_object() || !provenance.contains(key) || provenance[key] != hash)
-      wrong += fmt::format("{}{} is not the file it was made from", wrong.empty() ? "" : ", ", path.string());
-  }
-  checks.add("input hashes", wrong.empty(),
-             wrong.empty() ? "mesh, organ and boundary are the files it was made from" : wrong);
-}
-
-// The hashes of what the configs read: the measured curve, the images of selectors, the fields of motions.
-void check_files(const BundleFile& file, const VerifyOptions& options, const OrganConfig& organ,
-                 const BoundaryConfig& boundary, Checks& checks) {
+// The hashes of files against those that the bundle recorded.
+void check_hashes(const BundleFile& file, const std::vector<std::pair<std::string, std::filesystem::path>>& files,
+                  const std::string& name, const char* made, const std::string& fine, Checks& checks) {
   const nlohmann::json provenance = file.provenance();
   std::string wrong;
-  const auto require = [&](const std::string& key, const std::filesystem::path& name) {
-    const bool same = std::filesystem::is_regular_file(name) && provenance.is_object() && provenance.contains(key) &&
-                      provenance[key] == sha256_of_file(name.string());
-    if (!same) wrong += fmt::format("{}{} is not the file it was made with", wrong.empty() ? "" : ", ", name.string());
-  };
-  auto files = files_of(organ, boundary);
-  if (!options.image.empty()) files["image_sha256"] = options.image;
-  if (files.empty()) return;
-  for (const auto& [key, name] : files) require(key, name);
-  checks.add("file hashes", wrong.empty(),
-             wrong.empty() ? "the curve, images and fields are those it was made with" : wrong);
+  for (const auto& [key, path] : files)
+    if (!std::filesystem::is_regular_file(path) || !provenance.contains(key) ||
+        provenance[key] != sha256_of_file(path.string()))
+      wrong += fmt::format("{}{} is not the file it was made {}", wrong.empty() ? "" : ", ", path.string(), made);
+  checks.add_faults(name, wrong, fine);
 }
 
 template <class Row, class Number>
@@ -84,9 +63,16 @@ void check_body(const ElasticBody& body, const SmallSections& small, Checks& che
   for (std::size_t r = 0; materials && r < body.materials.size(); ++r)
     materials = body.materials[r].young == small.young[r] && body.materials[r].poisson == small.poisson[r];
   require(materials, "materials");
-  checks.add("same body", wrong.empty(),
-             wrong.empty() ? "mesh, supports and materials are those of the inputs" : "the inputs give other " + wrong);
+  if (!wrong.empty()) wrong = "the inputs give other " + wrong;
+  checks.add_faults("same body", wrong, "mesh, supports and materials are those of the inputs");
 }
+
+// A difference from what was solved again, relative in 2-norms; as it is where the solution is zero.
+struct RelativeError {
+  double difference = 0, size = 0;
+  void add(double stored, double solved) { difference += std::pow(stored - solved, 2), size += std::pow(solved, 2); }
+  double value() const { return std::sqrt(size > 0 ? difference / size : difference); }
+};
 
 struct SolvedErrors {
   ColumnErrors displacement;
@@ -110,12 +96,9 @@ SolvedErrors compare_columns(const BundleFile& file, const SmallSections& small,
                                row + static_cast<std::ptrdiff_t>(all));
     }
     found.displacement.add(stored, expected, solved[s].node);
-    double difference = 0, size = 0;
-    for (int i = 0; i < 9; ++i) {
-      difference += std::pow(small.stiffness[9 * k + i] - solved[s].stiffness[i], 2);
-      size += std::pow(solved[s].stiffness[i], 2);
-    }
-    found.stiffness = std::max(found.stiffness, std::sqrt(difference / size));
+    RelativeError stiffness;
+    for (int i = 0; i < 9; ++i) stiffness.add(small.stiffness[9 * k + i], solved[s].stiffness[i]);
+    found.stiffness = std::max(found.stiffness, stiffness.value());
     found.residual = std::max(found.residual, solved[s].residual);
   }
   return found;
@@ -123,9 +106,17 @@ SolvedErrors compare_columns(const BundleFile& file, const SmallSections& small,
 
 // What storing may have cost a column, relative: stated by pack, or the rounding of the type that holds it.
 double storing_bound(const BundleFile& file, const nlohmann::json& provenance) {
-  if (provenance.is_object() && provenance.contains("stored_error") && provenance["stored_error"].is_number())
-    return provenance["stored_error"].get<double>() * (1 + 1e-6);
+  if (const auto stated = number_of(provenance, "stored_error")) return *stated * (1 + 1e-6);
   return 2 * StoredColumns(file).relative_rounding();
+}
+
+// As for columns: what a residual leaves of a solution, and the rounding to single precision.
+void add_solved_again(const BundleFile& file, const ElasticBody& body, SectionId residuals, const std::string& name,
+                      const std::string& what, double worst, Checks& checks) {
+  const auto residual = file.numbers<double>(residuals);
+  const double largest = *std::max_element(residual.begin(), residual.end());
+  const double bound = 1.2e-7 + 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size())) * (largest + kTolerance);
+  checks.add_bounded(name, worst <= bound, "largest relative error of " + what, worst, bound);
 }
 
 // All motions solved again. Names, kinds and order are those of the boundary file.
@@ -142,23 +133,17 @@ void check_motions_again(const BundleFile& file, const ElasticBody& body, Elemen
     return checks.add("motions solved again", false, "the inputs give other motions");
   const auto surface = file.numbers<float>(SectionId::motion_surface),
              interior = file.numbers<float>(SectionId::motion_interior);
-  const auto residual = file.numbers<double>(SectionId::motion_residual);
   const auto solved = solve_motions_independently(body, element, kTolerance);
   const std::size_t near = 3 * file.index().counts.surface_nodes, far = interior.size() / kinds.size();
   double worst = 0;
   for (std::size_t m = 0; m < solved.size(); ++m) {
-    double difference = 0, size = 0;
-    for (std::size_t i = 0; i < near + far; ++i) {
-      const double stored = i < near ? surface[m * near + i] : interior[m * far + i - near];
-      difference += std::pow(stored - solved[m][i], 2), size += std::pow(solved[m][i], 2);
-    }
-    worst = std::max(worst, size > 0 ? std::sqrt(difference / size) : std::sqrt(difference));
+    RelativeError error;
+    for (std::size_t i = 0; i < near + far; ++i)
+      error.add(i < near ? surface[m * near + i] : interior[m * far + i - near], solved[m][i]);
+    worst = std::max(worst, error.value());
   }
-  // As for columns: what a residual leaves of a solution, and the rounding to single precision.
-  const double largest = *std::max_element(residual.begin(), residual.end());
-  const double bound = 1.2e-7 + 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size())) * (largest + kTolerance);
-  checks.add_bounded("motions solved again", worst <= bound,
-                     fmt::format("largest relative error of {} motions", solved.size()), worst, bound);
+  add_solved_again(file, body, SectionId::motion_residual, "motions solved again",
+                   fmt::format("{} motions", solved.size()), worst, checks);
 }
 
 // A sample of the corridor's columns solved again.
@@ -174,7 +159,7 @@ void check_corridor_again(const BundleFile& file, const ElasticBody& body, Eleme
   const std::size_t near = 3 * file.index().counts.surface_nodes;
   double worst = 0;
   for (std::size_t c = 0; c < solved.size(); ++c) {
-    double difference = 0, size = 0;
+    RelativeError error;
     for (const auto& [id, first] :
          {std::pair{SectionId::corridor_surface, std::size_t{0}}, {SectionId::corridor_interior, near}}) {
       const SectionEntry* entry = file.find(id);
@@ -182,29 +167,29 @@ void check_corridor_again(const BundleFile& file, const ElasticBody& body, Eleme
       std::vector<float> row(3 * entry->shape[2]);
       file.read(*entry, (3 * static_cast<std::size_t>(drawn[c / 3]) + c % 3) * row.size() * sizeof(float), row.data(),
                 row.size() * sizeof(float));
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        difference += std::pow(static_cast<double>(row[i]) - solved[c][first + i], 2);
-        size += std::pow(solved[c][first + i], 2);
-      }
+      for (std::size_t i = 0; i < row.size(); ++i) error.add(row[i], solved[c][first + i]);
     }
-    worst = std::max(worst, size > 0 ? std::sqrt(difference / size) : std::sqrt(difference));
+    worst = std::max(worst, error.value());
   }
-  // As for motions.
-  const auto residual = file.numbers<double>(SectionId::corridor_residual);
-  const double largest = *std::max_element(residual.begin(), residual.end());
-  const double bound = 1.2e-7 + 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size())) * (largest + kTolerance);
-  checks.add_bounded("corridors solved again", worst <= bound,
-                     fmt::format("largest relative error of {} columns", solved.size()), worst, bound);
+  add_solved_again(file, body, SectionId::corridor_residual, "corridors solved again",
+                   fmt::format("{} columns", solved.size()), worst, checks);
 }
 
 }  // namespace
 
 void check_against_inputs(const BundleFile& file, const SmallSections& small, const VerifyOptions& options,
                           Checks& checks) {
-  check_hashes(file, options, checks);
+  check_hashes(file,
+               {{"mesh_sha256", options.mesh}, {"organ_sha256", options.organ}, {"boundary_sha256", options.boundary}},
+               "input hashes", "from", "mesh, organ and boundary are the files it was made from", checks);
   const OrganConfig organ = read_organ_config(options.organ);
   const BoundaryConfig boundary = read_boundary_config(options.boundary);
-  check_files(file, options, organ, boundary, checks);
+  // What the configs read: the measured curve, the images of selectors, the fields of motions.
+  auto files = files_of(organ, boundary);
+  if (!options.image.empty()) files["image_sha256"] = options.image;
+  if (!files.empty())
+    check_hashes(file, {files.begin(), files.end()}, "file hashes", "with",
+                 "the curve, images and fields are those it was made with", checks);
   const ElasticBody body = make_elastic_body(read_mesh(options.mesh), organ, boundary,
                                              {options.mesh, options.organ, options.boundary, options.image});
   check_body(body, small, checks);
@@ -227,7 +212,7 @@ void check_against_inputs(const BundleFile& file, const SmallSections& small, co
   const double amplification = 10 * std::sqrt(3.0 * static_cast<double>(body.nodes.size()));
   const double solving = amplification * (stored_residual + found.residual);
   const nlohmann::json provenance = file.provenance();
-  const bool packed = provenance.is_object() && provenance.contains("stored_error");
+  const bool packed = provenance.contains("stored_error");
   const double bound = storing_bound(file, provenance) + solving;
   checks.add_stated("solved again", found.displacement.worst <= bound,
                     fmt::format("largest relative error of {} columns (node {} dof {})", 3 * drawn.size(),

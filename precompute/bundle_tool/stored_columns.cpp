@@ -124,7 +124,7 @@ std::size_t StoredColumns::dense_blocks() const {
 }
 
 std::string StoredColumns::form() const {
-  const std::string type = type_name(static_cast<std::uint32_t>(type_));
+  const std::string type = type_name(type_);
   if (in_blocks())
     return fmt::format("{} compliance in {} blocks, {} of them dense", type, block_count(), dense_blocks());
   return type + (type_ == ElementType::f16 ? " rows with a scale each" : " rows");

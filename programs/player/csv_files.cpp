@@ -1,18 +1,12 @@
 #include "programs/player/csv_files.h"
 
-#include <fmt/format.h>
-
-#include <iterator>
+#include <fmt/ostream.h>
+#include <fmt/ranges.h>
 
 #include "formats/errors.h"
 
 namespace palpate {
 namespace {
-
-template <typename Row>
-void append(std::ofstream& stream, const Row& row) {
-  stream.write(row.data(), static_cast<std::streamsize>(row.size()));
-}
 
 constexpr double kInside = 1e-6;  // m: from which a vertex counts as inside the other organ
 
@@ -24,15 +18,15 @@ constexpr const char* kContacts =
 
 // state: a palpate_tool_state or a palpate_world_tool_state.
 template <typename State>
-void add_tool(fmt::memory_buffer& rows, double time, const std::string& name, const SceneConfig::Vector& position,
+void add_tool(std::ofstream& file, double time, const std::string& name, const SceneConfig::Vector& position,
               const State& state) {
-  fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{}\n", time, quoted(name), fmt::join(position, ","),
-                 fmt::join(state.force, ","), fmt::join(state.force_raw, ","), state.contact_count, state.flags,
-                 fmt::join(state.torque, ","));
+  fmt::print(file, "{},{},{},{},{},{},{},{}\n", time, quoted(name), fmt::join(position, ","),
+             fmt::join(state.force, ","), fmt::join(state.force_raw, ","), state.contact_count, state.flags,
+             fmt::join(state.torque, ","));
 }
 
 // organ: its name and a comma, or nothing.
-void add_nodes(fmt::memory_buffer& rows, double time, const std::string& organ, const SceneConfig& scene,
+void add_nodes(std::ofstream& file, double time, const std::string& organ, const SceneConfig& scene,
                const palpate_contacts& contacts) {
   const palpate_contact_node* nodes = palpate_contacts_node(&contacts, 0);
   const auto name = [&](const palpate_contact_node& node) {
@@ -45,8 +39,8 @@ void add_nodes(fmt::memory_buffer& rows, double time, const std::string& organ, 
     return node.source <= PALPATE_SOURCE_NEEDLE ? node.point : node.index;
   };
   for (int n = 0; n < contacts.node_count; ++n)
-    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{}\n", time, organ, name(nodes[n]), number(nodes[n]),
-                   nodes[n].node, fmt::join(nodes[n].modified_displacement, ","), fmt::join(nodes[n].force, ","));
+    fmt::print(file, "{},{}{},{},{},{},{}\n", time, organ, name(nodes[n]), number(nodes[n]), nodes[n].node,
+               fmt::join(nodes[n].modified_displacement, ","), fmt::join(nodes[n].force, ","));
 }
 
 }  // namespace
@@ -74,50 +68,38 @@ CsvFiles::CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene
 }
 
 void CsvFiles::write(const TouchRecord& touch) {
-  fmt::memory_buffer rows;
   for (int t = 0; t < touch.contacts.tool_count; ++t)
-    add_tool(rows, touch.time, scene_.tools[t].name, touch.positions[t], *palpate_contacts_tool(&touch.contacts, t));
-  append(forces_, rows);
-  rows.clear();
-  add_nodes(rows, touch.time, "", scene_, touch.contacts);
-  append(contacts_, rows);
+    add_tool(forces_, touch.time, scene_.tools[t].name, touch.positions[t], *palpate_contacts_tool(&touch.contacts, t));
+  add_nodes(contacts_, touch.time, "", scene_, touch.contacts);
 }
 
 void CsvFiles::write(const WorldTouchRecord& touch) {
-  fmt::memory_buffer rows;
   const auto name = [&](std::int32_t organ) { return scene_.organs[static_cast<std::size_t>(organ)].name; };
   for (int t = 0; t < touch.contacts.tool_count; ++t)
-    add_tool(rows, touch.time, scene_.tools[t].name, touch.positions[t],
+    add_tool(forces_, touch.time, scene_.tools[t].name, touch.positions[t],
              *palpate_world_contacts_tool(&touch.contacts, t));
-  append(forces_, rows);
-  rows.clear();
   for (int k = 0; k < touch.contacts.organ_count; ++k)
-    add_nodes(rows, touch.time, name(k) + ',', scene_, *palpate_world_contacts_organ(&touch.contacts, k));
-  append(contacts_, rows);
-  rows.clear();
+    add_nodes(contacts_, touch.time, name(k) + ',', scene_, *palpate_world_contacts_organ(&touch.contacts, k));
   for (int k = 0; k < touch.contacts.organ_count; ++k) {
     const palpate_world_organ_state& organ = *palpate_world_contacts_state(&touch.contacts, k);
-    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{}\n", touch.time, name(k), fmt::join(organ.force, ","),
-                   fmt::join(organ.pressed, ","), organ.near_tools, organ.flags, fmt::join(organ.torque, ","));
+    fmt::print(organs_, "{},{},{},{},{},{},{}\n", touch.time, name(k), fmt::join(organ.force, ","),
+               fmt::join(organ.pressed, ","), organ.near_tools, organ.flags, fmt::join(organ.torque, ","));
   }
-  append(organs_, rows);
-  rows.clear();
-  for (int p = 0; p < touch.contacts.pair_count; ++p) {
+  for (int p = 0; pairs_.is_open() && p < touch.contacts.pair_count; ++p) {
     const palpate_world_pair& pair = *palpate_world_contacts_pair(&touch.contacts, p);
     const bool presses = pair.force[0] != 0 || pair.force[1] != 0 || pair.force[2] != 0;
     if (!presses && pair.gap > -kInside) continue;
-    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{},{},{},{}\n", touch.time, name(pair.organ[0]),
-                   pair.node, name(pair.organ[1]), pair.triangle, fmt::join(pair.place, ","),
-                   fmt::join(pair.normal, ","), fmt::join(pair.force, ","), pair.pressure, pair.gap, pair.overlap);
+    fmt::print(pairs_, "{},{},{},{},{},{},{},{},{},{},{}\n", touch.time, name(pair.organ[0]), pair.node,
+               name(pair.organ[1]), pair.triangle, fmt::join(pair.place, ","), fmt::join(pair.normal, ","),
+               fmt::join(pair.force, ","), pair.pressure, pair.gap, pair.overlap);
   }
-  if (pairs_.is_open()) append(pairs_, rows);
 }
 
-void CsvFiles::close() {
-  for (std::ofstream* stream : {&forces_, &contacts_, &organs_, &pairs_}) {
-    if (!stream->is_open()) continue;
-    stream->close();
-    if (!*stream) throw OperationError(fmt::format("{}: cannot write the CSV files", folder_.string()));
+void close_csv(const std::filesystem::path& folder, std::initializer_list<std::ofstream*> files) {
+  for (std::ofstream* file : files) {
+    if (!file->is_open()) continue;
+    file->close();
+    if (!*file) throw OperationError(fmt::format("{}: cannot write the CSV files", folder.string()));
   }
 }
 

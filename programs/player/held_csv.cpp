@@ -1,11 +1,8 @@
 #include "programs/player/held_csv.h"
 
-#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <fmt/ranges.h>
 
-#include <iterator>
-
-#include "formats/errors.h"
-#include "programs/player/csv_files.h"
 #include "programs/player/needle_peak.h"
 
 namespace palpate {
@@ -18,10 +15,10 @@ const char* word_of(palpate_grasp_condition condition) {
 namespace {
 
 void add_link(const palpate_link_state& link, double time, const std::string& organ, const std::string& name, int part,
-              fmt::memory_buffer& rows) {
-  fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{},{},{},{},{}\n", time, organ, quoted(name), part + 1,
-                 word_of(link.condition), link.tension, link.length, link.rest_length, fmt::join(link.force, ","),
-                 fmt::join(link.ends[0], ","), fmt::join(link.ends[1], ","));
+              std::ofstream& file) {
+  fmt::print(file, "{},{}{},{},{},{},{},{},{},{},{}\n", time, organ, quoted(name), part + 1, word_of(link.condition),
+             link.tension, link.length, link.rest_length, fmt::join(link.force, ","), fmt::join(link.ends[0], ","),
+             fmt::join(link.ends[1], ","));
 }
 
 std::vector<const PlayedOrgan*> organs_of(const WorldPlayer& player) {
@@ -44,95 +41,83 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const WorldPlaye
   if (!player.links().empty()) open_links();
 }
 
+void HeldCsvFiles::open(std::ofstream& file, const char* name, const char* heading) {
+  if (file.is_open()) return;
+  file.open(folder_ / name);
+  file << "time_s," << (names_.empty() ? "" : "organ,") << heading;
+}
+
 void HeldCsvFiles::open_links() {
-  if (links_) return;
-  *(links_ = std::ofstream(folder_ / "links.csv"))
-      << "time_s," << (names_.empty() ? "" : "organ,")
-      << "link,stretch,condition,tension_N,length_m,rest_length_m,force_x_N,force_y_N,force_z_N,"
-         "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m\n";
+  open(links_, "links.csv",
+       "link,stretch,condition,tension_N,length_m,rest_length_m,force_x_N,force_y_N,force_z_N,"
+       "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m\n");
 }
 
 HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, std::vector<const PlayedOrgan*> organs,
                            std::vector<std::string> names)
     : organs_(std::move(organs)), names_(std::move(names)), folder_(folder) {
-  const char* organ = names_.empty() ? "" : "organ,";
   for (const PlayedOrgan* each : organs_) {
     if (!each->held().links().empty()) open_links();
-    if (each->held().has_grasps() && !grasps_)
-      *(grasps_ = std::ofstream(folder / "grasps.csv"))
-          << "time_s," << organ
-          << "tool,condition,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,place_x_m,place_y_m,"
-             "place_z_m,slipped_m,friction_limit_N\n";
-    if (each->has_needles() && !needles_)
-      *(needles_ = std::ofstream(folder / "needles.csv"))
-          << "time_s," << organ
-          << "tool,condition,depth_m,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,tip_force_N,"
-             "shaft_force_N,places,slipping,rest_x_m,rest_y_m,rest_z_m\n";
+    if (each->held().has_grasps())
+      open(grasps_, "grasps.csv",
+           "tool,condition,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,place_x_m,place_y_m,"
+           "place_z_m,slipped_m,friction_limit_N\n");
+    if (each->has_needles())
+      open(needles_, "needles.csv",
+           "tool,condition,depth_m,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,tip_force_N,"
+           "shaft_force_N,places,slipping,rest_x_m,rest_y_m,rest_z_m\n");
   }
 }
 
-void HeldCsvFiles::add_links(double time, std::size_t organ, fmt::memory_buffer& rows) const {
+void HeldCsvFiles::add_links(double time, std::size_t organ) {
   const PlayedOrgan& of = *organs_[organ];
   const auto& stretches = of.held().stretches();
   for (std::size_t s = 0; s < stretches.size(); ++s) {
     const palpate_link_state* link = palpate_scene_link_state(of.runtime_scene(), static_cast<std::int32_t>(s));
-    if (link) add_link(*link, time, cell_of(organ), of.scene().links[stretches[s].link].name, stretches[s].part, rows);
+    if (link)
+      add_link(*link, time, cell_of(organ), of.scene().links[stretches[s].link].name, stretches[s].part, links_);
   }
 }
 
-void HeldCsvFiles::add_links_between_organs(double time, fmt::memory_buffer& rows) const {
+void HeldCsvFiles::add_links_between_organs(double time) {
   const auto& stretches = world_->links().stretches();
   for (std::size_t s = 0; s < stretches.size(); ++s)
     if (const palpate_link_state* link =
             palpate_world_link_state(world_->runtime_world(), static_cast<std::int32_t>(s)))
       add_link(*link, time, stretches[s].organs + ',', world_->scene().links[stretches[s].link].name, stretches[s].part,
-               rows);
+               links_);
 }
 
-void HeldCsvFiles::add_grasps(double time, std::size_t organ, fmt::memory_buffer& rows) const {
+void HeldCsvFiles::add_grasps(double time, std::size_t organ) {
   const PlayedOrgan& of = *organs_[organ];
   for (std::size_t t = 0; t < of.scene().tools.size(); ++t) {
     const palpate_grasp_state* grasp = palpate_scene_grasp_state(of.runtime_scene(), static_cast<std::int32_t>(t));
     if (!of.held().grasp(t) || !grasp) continue;
-    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{},{},{}\n", time, cell_of(organ),
-                   quoted(of.scene().tools[t].name), word_of(grasp->condition), fmt::join(grasp->force, ","),
-                   fmt::join(grasp->torque, ","), fmt::join(grasp->place, ","), grasp->slipped, grasp->friction_limit);
+    fmt::print(grasps_, "{},{}{},{},{},{},{},{},{}\n", time, cell_of(organ), quoted(of.scene().tools[t].name),
+               word_of(grasp->condition), fmt::join(grasp->force, ","), fmt::join(grasp->torque, ","),
+               fmt::join(grasp->place, ","), grasp->slipped, grasp->friction_limit);
   }
 }
 
-void HeldCsvFiles::add_needles(double time, std::size_t organ, fmt::memory_buffer& rows) const {
+void HeldCsvFiles::add_needles(double time, std::size_t organ) {
   const PlayedOrgan& of = *organs_[organ];
   for (std::size_t t = 0; t < of.scene().tools.size(); ++t) {
     const palpate_needle_state* needle = palpate_scene_needle_state(of.runtime_scene(), static_cast<std::int32_t>(t));
     if (!of.needles().of(t) || !needle) continue;
-    fmt::format_to(std::back_inserter(rows), "{},{}{},{},{},{},{},{},{},{},{},{}\n", time, cell_of(organ),
-                   quoted(of.scene().tools[t].name), word_of(needle->condition), needle->depth,
-                   fmt::join(needle->force, ","), fmt::join(needle->torque, ","), needle->tip_force,
-                   needle->shaft_force, needle->places, needle->slipping, fmt::join(needle->tip_at_rest, ","));
+    fmt::print(needles_, "{},{}{},{},{},{},{},{},{},{},{},{}\n", time, cell_of(organ), quoted(of.scene().tools[t].name),
+               word_of(needle->condition), needle->depth, fmt::join(needle->force, ","), fmt::join(needle->torque, ","),
+               needle->tip_force, needle->shaft_force, needle->places, needle->slipping,
+               fmt::join(needle->tip_at_rest, ","));
   }
 }
 
 void HeldCsvFiles::write(double time) {
   for (std::size_t k = 0; k < organs_.size(); ++k) {
-    fmt::memory_buffer links, grasps, needles;
-    if (links_) add_links(time, k, links), links_->write(links.data(), static_cast<std::streamsize>(links.size()));
-    if (grasps_)
-      add_grasps(time, k, grasps), grasps_->write(grasps.data(), static_cast<std::streamsize>(grasps.size()));
-    if (needles_)
-      add_needles(time, k, needles), needles_->write(needles.data(), static_cast<std::streamsize>(needles.size()));
+    if (links_.is_open()) add_links(time, k);
+    if (grasps_.is_open()) add_grasps(time, k);
+    if (needles_.is_open()) add_needles(time, k);
   }
-  if (!world_ || world_->links().empty()) return;
-  fmt::memory_buffer links;
-  add_links_between_organs(time, links);
-  links_->write(links.data(), static_cast<std::streamsize>(links.size()));
-}
-
-void HeldCsvFiles::close() {
-  for (auto* file : {&links_, &grasps_, &needles_}) {
-    if (!*file) continue;
-    (*file)->close();
-    if (!**file) throw OperationError(fmt::format("{}: cannot write the CSV files", folder_.string()));
-  }
+  if (world_ && !world_->links().empty()) add_links_between_organs(time);
 }
 
 }  // namespace palpate

@@ -1,14 +1,12 @@
 // links.csv, grasps.csv and needles.csv of a played scene, in SI units. A number has as many digits as its double needs.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "programs/player/csv_files.h"
 #include "programs/player/world_player.h"
 
 namespace palpate {
@@ -24,22 +22,24 @@ class HeldCsvFiles {
   HeldCsvFiles(const std::filesystem::path& folder, const WorldPlayer& player);
   // Call it between the touch of that time and the next one.
   void write(double time);
-  // Errors: OperationError (a full disk).
-  void close();
+  // As close_csv.
+  void close() { close_csv(folder_, {&links_, &grasps_, &needles_}); }
 
  private:
-  void add_links(double time, std::size_t organ, fmt::memory_buffer& rows) const;
+  // Opens the file where it is not open; the heading begins with the time and, where there are several, the organ.
+  void open(std::ofstream& file, const char* name, const char* heading);
   void open_links();
-  void add_links_between_organs(double time, fmt::memory_buffer& rows) const;
-  void add_grasps(double time, std::size_t organ, fmt::memory_buffer& rows) const;
-  void add_needles(double time, std::size_t organ, fmt::memory_buffer& rows) const;
+  void add_links(double time, std::size_t organ);
+  void add_links_between_organs(double time);
+  void add_grasps(double time, std::size_t organ);
+  void add_needles(double time, std::size_t organ);
   std::string cell_of(std::size_t organ) const { return names_.empty() ? "" : names_[organ] + ','; }
 
   std::vector<const PlayedOrgan*> organs_;
   std::vector<std::string> names_;
   const WorldPlayer* world_ = nullptr;
   std::filesystem::path folder_;
-  std::optional<std::ofstream> links_, grasps_, needles_;
+  std::ofstream links_, grasps_, needles_;
 };
 
 // "open", "holds", "slips", "let go".

@@ -130,38 +130,37 @@ TEST(MeshFile, DropsNodesThatNoTetrahedronUsesAndSaysSo) {
 }
 
 TEST(MeshFile, ErrorsNameFilePlaceAndFinding) {
-  const auto with = [](auto change) {
-    Small small;
-    change(small);
-    return refusal(small.text());
+  const struct {
+    std::string Small::*part;
+    std::string text, sentence;
+  } cases[] = {
+      {&Small::nodes, "4\n1 0 0 0\n2 nan 0 0\n3 0 1 0\n4 0 0 1\n", "a.msh: line 7: node 2"},
+      {&Small::nodes, "4\n1 0 0 0\n2 x 0 0\n3 0 1 0\n4 0 0 1\n", "found 'x'"},
+      {&Small::nodes, "4\n1 0 0 0\n2 1e999 0 0\n3 0 1 0\n4 0 0 1\n", "found '1e999'"},
+      {&Small::nodes, "4\n1 0 0 0\n1 1 0 0\n3 0 1 0\n4 0 0 1\n", "node 1 is listed twice"},
+      {&Small::nodes, "99999999999\n1 0 0 0\n", "cannot hold"},
+      {&Small::elements, "99999999999\n1 4 2 7 9 1 2 3 4\n", "cannot hold"},
+      {&Small::elements, "-1\n", "cannot hold"},
+      {&Small::elements, "1\n1 4 2000000000 7 9 1 2 3 4\n", "cannot hold"},
+      {&Small::elements, "1\n1 4 2 7 9 1 2 3 5\n", "line 13: element 1 uses node 5"},
+      {&Small::elements, "1\n1 4 2 7 9 1 2 3 0\n", "positive node number"},
+      {&Small::elements, "2\n7 4 2 7 9 1 2 3 4\n8 4 2 7 9 1 3 2 4\n", "tetrahedron 8 has volume -0.167"},
+      {&Small::elements, "1\n1 4 2 7 9 1 2 3 3\n", "volume 0"},
+      {&Small::nodes, "4\n1 0 0 0\n2 1e200 0 0\n3 0 1e200 0\n4 0 0 1e200\n", "volume"},
+      {&Small::elements, "1\n1 11 2 7 9 1 2 3 4 1 2 3 4 1 2\n", "element order 1"},
+      {&Small::elements, "1\n1 5 2 7 9 1 2 3 4 1 2 3 4\n", "element type 5"},
+      {&Small::elements, "1\n1 99 2 7 9 1\n", "element type 99"},
+      {&Small::elements, "1\n1 2 2 7 9 1 2 3\n", "no tetrahedra"},
+      {&Small::elements, "0\n", "no tetrahedra"},
+      {&Small::rest, "$Nodes\n0\n$EndNodes\n", "occurs twice"},
+      {&Small::rest, "$Other\n", "$Other has no $EndOther"},
+      {&Small::rest, "text\n", "found 'text'"},
   };
-  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 nan 0 0\n3 0 1 0\n4 0 0 1\n"; }),
-              HasSubstr("a.msh: line 7: node 2"));
-  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 x 0 0\n3 0 1 0\n4 0 0 1\n"; }), HasSubstr("found 'x'"));
-  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 1e999 0 0\n3 0 1 0\n4 0 0 1\n"; }),
-              HasSubstr("found '1e999'"));
-  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n1 1 0 0\n3 0 1 0\n4 0 0 1\n"; }),
-              HasSubstr("node 1 is listed twice"));
-  EXPECT_THAT(with([](Small& s) { s.nodes = "99999999999\n1 0 0 0\n"; }), HasSubstr("cannot hold"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "99999999999\n1 4 2 7 9 1 2 3 4\n"; }), HasSubstr("cannot hold"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "-1\n"; }), HasSubstr("cannot hold"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2000000000 7 9 1 2 3 4\n"; }), HasSubstr("cannot hold"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 5\n"; }),
-              HasSubstr("line 13: element 1 uses node 5"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 0\n"; }), HasSubstr("positive node number"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "2\n7 4 2 7 9 1 2 3 4\n8 4 2 7 9 1 3 2 4\n"; }),
-              HasSubstr("tetrahedron 8 has volume -0.167"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 4 2 7 9 1 2 3 3\n"; }), HasSubstr("volume 0"));
-  EXPECT_THAT(with([](Small& s) { s.nodes = "4\n1 0 0 0\n2 1e200 0 0\n3 0 1e200 0\n4 0 0 1e200\n"; }),
-              HasSubstr("volume"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 11 2 7 9 1 2 3 4 1 2 3 4 1 2\n"; }), HasSubstr("element order 1"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 5 2 7 9 1 2 3 4 1 2 3 4\n"; }), HasSubstr("element type 5"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 99 2 7 9 1\n"; }), HasSubstr("element type 99"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "1\n1 2 2 7 9 1 2 3\n"; }), HasSubstr("no tetrahedra"));
-  EXPECT_THAT(with([](Small& s) { s.elements = "0\n"; }), HasSubstr("no tetrahedra"));
-  EXPECT_THAT(with([](Small& s) { s.rest = "$Nodes\n0\n$EndNodes\n"; }), HasSubstr("occurs twice"));
-  EXPECT_THAT(with([](Small& s) { s.rest = "$Other\n"; }), HasSubstr("$Other has no $EndOther"));
-  EXPECT_THAT(with([](Small& s) { s.rest = "text\n"; }), HasSubstr("found 'text'"));
+  for (const auto& [part, text, sentence] : cases) {
+    Small small;
+    small.*part = text;
+    EXPECT_THAT(refusal(small.text()), HasSubstr(sentence));
+  }
   EXPECT_THAT(refusal(""), HasSubstr("expected $MeshFormat"));
   EXPECT_THAT(refusal("$MeshFormat\n4 0 8\n$EndMeshFormat\n"), HasSubstr("found 4"));
   EXPECT_THAT(refusal("$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n"), HasSubstr("version 1 ($NOD)"));

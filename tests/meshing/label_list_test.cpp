@@ -35,13 +35,9 @@ ShapeImage three_blocks() {
   return image;
 }
 
-LabelImage as_label_image(const ShapeImage& image) {
-  return {image.grid, {image.values.begin(), image.values.end()}, {}};
-}
-
 TEST(LabelList, StatesVolumeBoxPiecesAndBorderOfEachLabel) {
   const ShapeImage image = three_blocks();
-  const std::vector<LabelEntry> labels = list_labels(as_label_image(image), "image");
+  const std::vector<LabelEntry> labels = list_labels(labels_of(image), "image");
   ASSERT_EQ(labels.size(), 2u);
   EXPECT_EQ(labels[0].label, 3);
   EXPECT_EQ(labels[0].voxels, 16u);
@@ -62,8 +58,8 @@ TEST(LabelList, StatesVolumeBoxPiecesAndBorderOfEachLabel) {
 }
 
 TEST(LabelList, RefusesAnImageOfGreyValues) {
-  ShapeImage shape = shape_image({30, 30, 30}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}, [](const Point&) { return 0; });
-  LabelImage image = as_label_image(shape);
+  ShapeImage shape = upright_image({30, 30, 30}, [](const Point&) { return 0; });
+  LabelImage image = labels_of(shape);
   for (std::size_t v = 0; v < image.values.size(); ++v) image.values[v] = static_cast<float>(v);
   EXPECT_THROW(list_labels(image, "image"), InputError);
 }
@@ -97,7 +93,6 @@ class LabelNames : public testing::Test {
   void expect_names(const std::string& file) {
     EXPECT_EQ(read_label_names(folder_ / file), kNames);
     const ProgramRun run = run_surface(folder_, "--list " + file);
-    EXPECT_EQ(run.code, 0);
     EXPECT_THAT(run.out, AllOf(HasSubstr("  left kidney"), HasSubstr("  spleen"), HasSubstr("touches")));
   }
 };
@@ -169,22 +164,20 @@ TEST_F(LabelNames, SurviveAFileOfManyLevels) {
 }
 
 TEST_F(LabelNames, StandInTheSentenceThatListsAllLabels) {
-  ShapeImage image = shape_image({30, 4, 4}, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {},
-                                 [](const Point& p) { return static_cast<int>(p[0] + 14.5); });
+  ShapeImage image = upright_image({30, 4, 4}, [](const Point& p) { return static_cast<int>(p[0] + 14.5); });
   write_bytes(folder_ / "case.nii", as_nifti(image, 2));
   write_bytes(folder_ / "case.csv", "29,spleen\n1,liver\n");
-  const ProgramRun run = run_surface(folder_, "case.nii --labels 77 -o s.ply");
-  EXPECT_EQ(run.code, 2);
+  const ProgramRun run = run_surface(folder_, "case.nii --labels 77 -o s.ply", 2);
   EXPECT_THAT(run.errors, AllOf(HasSubstr("1 liver (16 voxels)"), HasSubstr("29 spleen (16 voxels)")));
 }
 
 TEST_F(LabelNames, ListIsForImagesAndWritesJsonToo) {
   write_bytes(folder_ / "case.nii", as_nifti(image_, 2));
-  EXPECT_EQ(run_surface(folder_, "--list case.nii --report list.json").code, 0);
+  run_surface(folder_, "--list case.nii --report list.json");
   EXPECT_THAT(file_bytes(folder_ / "list.json"), AllOf(HasSubstr("\"label\": 3"), HasSubstr("\"pieces\": 2")));
-  EXPECT_EQ(run_surface(folder_, "--list case.nii --labels 3").code, 2);
-  EXPECT_THAT(run_surface(folder_, "--list organ.stl").errors, HasSubstr("--list is for images"));
-  EXPECT_THAT(run_surface(folder_, "case.nii").errors, HasSubstr("--output"));
+  run_surface(folder_, "--list case.nii --labels 3", 2);
+  EXPECT_THAT(run_surface(folder_, "--list organ.stl", 2).errors, HasSubstr("--list is for images"));
+  EXPECT_THAT(run_surface(folder_, "case.nii", 2).errors, HasSubstr("--output"));
 }
 
 }  // namespace

@@ -23,6 +23,14 @@ ShapeImage shape_image(std::array<int, 3> size, std::array<Point, 3> axis, Point
   return image;
 }
 
+ShapeImage upright_image(std::array<int, 3> size, const std::function<int(const Point&)>& shape) {
+  return shape_image(size, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}, shape);
+}
+
+LabelImage labels_of(const ShapeImage& image) {
+  return {image.grid, {image.values.begin(), image.values.end()}, {}};
+}
+
 std::array<Point, 3> turned_axes(Point spacing, double degrees) {
   const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
   std::array<Point, 3> axes = {{{c, s * c, s * s}, {-s, c * c, c * s}, {0, -s, c}}};

@@ -26,6 +26,11 @@ struct ShapeImage {
 ShapeImage shape_image(std::array<int, 3> size, std::array<Point, 3> axis, Point middle,
                        const std::function<int(const Point&)>& shape);
 
+// Of voxels of 1 mm, without a turn, whose middle is the origin.
+ShapeImage upright_image(std::array<int, 3> size, const std::function<int(const Point&)>& shape);
+
+LabelImage labels_of(const ShapeImage& image);
+
 // Returns axes of the given spacings, turned by an angle about z, then about x.
 std::array<Point, 3> turned_axes(Point spacing, double degrees);
 

@@ -14,8 +14,7 @@ double thickness_of(const Point& voxel, const std::function<int(const Point&)>& 
   const std::array<int, 3> size = {static_cast<int>(90 / voxel[0]), static_cast<int>(90 / voxel[1]),
                                    static_cast<int>(90 / voxel[2])};
   const ShapeImage image = shape_image(size, {{{voxel[0], 0, 0}, {0, voxel[1], 0}, {0, 0, voxel[2]}}}, {}, shape);
-  return local_thickness(select_voxels({image.grid, {image.values.begin(), image.values.end()}, {}}, {}, 0, "image"),
-                         share);
+  return local_thickness(select_voxels(labels_of(image), {}, 0, "image"), share);
 }
 
 // Balls have their centres in voxels' centres, and the search goes down by 15 % a step: never too large, and too small by a voxel

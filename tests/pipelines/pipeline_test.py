@@ -33,9 +33,10 @@ def arguments(data, *more):
     return ["make", "-C", ROOT, "-f", "pipelines/built.mk", "BIN=" + BIN, "DATA=" + data, *more]
 
 
-def make(data, *more):
+def make(data, *more, code=0):
+    """What make says; it must end with that code."""
     run = subprocess.run(arguments(data, *more), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    if run.returncode != 0:
+    if run.returncode != code:
         raise AssertionError("make %s ended with %d:\n%s" % (" ".join(more), run.returncode, run.stdout[-3000:]))
     return run.stdout
 
@@ -50,35 +51,50 @@ def read_rows(file):
         return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
+def read_bytes(*path):
+    with open(os.path.join(*path), "rb") as file:
+        return file.read()
+
+
+def read_json(*path):
+    return json.loads(read_bytes(*path))
+
+
 def summary_of(scene):
-    with open(os.path.join(scene, "summary.json")) as file:
-        return json.load(file)
+    return read_json(scene, "summary.json")
 
 
 def shown_warnings(picture):
     """The PNG's text "Warnings": what its title says in red."""
-    with open(picture, "rb") as file:
-        png = file.read()
+    png = read_bytes(picture)
     at = png.find(b"tEXtWarnings\0")
     return png[at + 13:at + 4 + int.from_bytes(png[at - 4:at], "big")].decode() if at >= 0 else ""
 
 
 def picture_colours():
     """The colours of regions in pipelines/pictures/mesh.py, which cannot be imported without starting a display."""
-    with open(os.path.join(ROOT, "pipelines", "pictures", "mesh.py")) as script:
-        text = script.read()
+    text = read_bytes(ROOT, "pipelines", "pictures", "mesh.py").decode()
     tissue = re.search(r"^TISSUE, .* = (\(.*?\)),", text, re.M)[1]
     return eval(re.search(r"^OUTSIDE = (\(.*?\)\))$", text, re.M | re.S)[1], {"TISSUE": eval(tissue)})
 
 
-class Pipeline(unittest.TestCase):
+class InFolder(unittest.TestCase):
+    """Each test has a folder of its own, with one for data and one for organs."""
+
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory(prefix="palpate_pipeline_")
-        self.data = os.path.join(self.folder.name, "data")
+        self.addCleanup(self.folder.cleanup)
+        self.data, self.organs = os.path.join(self.folder.name, "data"), os.path.join(self.folder.name, "organs")
+        os.mkdir(self.organs)
 
-    def tearDown(self):
-        self.folder.cleanup()
+    def make(self, *more, code=0):
+        return make(self.data, "ORGANS_DIR=" + self.organs, *more, code=code)
 
+    def expect_picture(self, *path):
+        self.assertEqual(read_bytes(*path)[:8], b"\x89PNG\r\n\x1a\n")
+
+
+class Pipeline(InFolder):
     def test_default_organ_from_image_to_pictures_and_again_nothing(self):
         image = os.path.join(self.folder.name, "ellipsoid.nrrd")
         write_ellipsoid(image)
@@ -88,10 +104,8 @@ class Pipeline(unittest.TestCase):
                  "TETRAHEDRA_OPTIONS=--region liver", "PICTURES=" + " ".join(pictures)]
         make(self.data, "-j2", *small)
         for picture in pictures:
-            with open(picture, "rb") as png:
-                self.assertEqual(png.read(8), b"\x89PNG\r\n\x1a\n")
-        with open(os.path.join(case, "index.html")) as page:
-            text = page.read()
+            self.expect_picture(picture)
+        text = read_bytes(case, "index.html").decode()
         for shown in ["pictures/mesh.png", "pictures/push.png", "pictures/force.png", "min dihedral degrees value", "certificate",
                       'tool &quot;finger&quot; never touched', "solved again"]:
             self.assertIn(shown, text)
@@ -128,12 +142,10 @@ class Pipeline(unittest.TestCase):
         written = os.stat(mesh).st_mtime_ns
         make(self.data, "ORGAN=plate", target)
         self.assertEqual(os.stat(mesh).st_mtime_ns, written)  # the mesh is not made again
-        with open(target, "rb") as bundle:
-            resumed = bundle.read()
+        resumed = read_bytes(target)
         os.remove(target)
         make(self.data, "ORGAN=plate", target)
-        with open(target, "rb") as bundle:
-            self.assertEqual(bundle.read(), resumed)  # the bytes of a run that nobody killed
+        self.assertEqual(read_bytes(target), resumed)  # the bytes of a run that nobody killed
 
     def test_plate_on_two_ranks_behind_a_launcher(self):
         launcher = os.path.join(self.folder.name, "launcher")
@@ -142,8 +154,7 @@ class Pipeline(unittest.TestCase):
             script.write('#!/bin/sh\necho "$@" > "%s"\nexec "$@"\n' % log)
         os.chmod(launcher, 0o755)
         make(self.data, "ORGAN=plate", "RANKS=2", "LAUNCH=" + launcher)
-        with open(log) as launched:
-            self.assertIn("-n 2", launched.read())
+        self.assertIn(b"-n 2", read_bytes(log))
         corners = os.path.join(self.data, "plate", "5mm", "corners")
         self.assertTrue(os.path.exists(os.path.join(corners, "pictures", "plate.png")))
         for scene in ("one-contact", "several-contacts"):
@@ -195,14 +206,11 @@ class Pipeline(unittest.TestCase):
         for launcher, said in (("", "touchable"), ("nice -n 5", "touchable"),
                                ("mpiexec --bind-to none --oversubscribe -n 2", "each of 2 ranks")):
             self.assertIn(said, make(self.data, "ORGAN=plate", "LAUNCH=" + launcher, target))
-            with open(target, "rb") as bundle:
-                bundles.append(bundle.read())
+            bundles.append(read_bytes(target))
             os.remove(target)
         self.assertEqual(bundles, bundles[:1] * 3)
-        missing = subprocess.run(arguments(self.data, "ORGAN=plate", "LAUNCH=no-such-launcher -n 2", target),
-                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        self.assertEqual(missing.returncode, 2)
-        self.assertIn("no-such-launcher: command not found", missing.stdout)
+        self.assertIn("no-such-launcher: command not found",
+                      make(self.data, "ORGAN=plate", "LAUNCH=no-such-launcher -n 2", target, code=2))
         self.assertFalse(os.path.exists(target))
 
     def test_tumour_is_felt_where_it_is(self):
@@ -213,8 +221,7 @@ class Pipeline(unittest.TestCase):
                     "SURFACE_OPTIONS=--labels 255 --smooth 4 --triangles 500", "TUMOURS=115,50,118,12 145,50,118,12")
         work = os.path.join(self.data, "liver-tumour", "1700")
         self.assertIn("times that of", said)
-        with open(os.path.join(work, "right-side", "pictures", "palpate.png"), "rb") as png:
-            self.assertEqual(png.read(8), b"\x89PNG\r\n\x1a\n")
+        self.expect_picture(work, "right-side", "pictures", "palpate.png")
         force = {}
         for case in ("right-side", "right-side-healthy", "right-side-calcified"):
             # On this coarse mesh points of the finger may lie in one triangle, which they ask for different displacements, and the discs of
@@ -263,22 +270,16 @@ class Pipeline(unittest.TestCase):
     def test_unknown_choices_are_refused_with_those_there_are(self):
         for choice, answer in (("ORGAN=spleen", "brain-cylinder liver liver-tumour plate"), ("BC=none", "abdomen biopsy breathing diaphragm right-side"),
                                ("RESOLUTION=7", "200 600 1700 5000 10000 20000")):
-            run = subprocess.run(arguments(self.data, choice), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-            self.assertEqual(run.returncode, 2)
-            self.assertIn(answer, run.stdout)
+            self.assertIn(answer, make(self.data, choice, code=2))
 
 
-class MadeBy(unittest.TestCase):
+class MadeBy(InFolder):
     """What a result was made by belongs to it: another variable, or another file that a file names, makes it anew."""
 
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory(prefix="palpate_made_by_")
-        self.data, self.organs = os.path.join(self.folder.name, "data"), os.path.join(self.folder.name, "organs")
+        super().setUp()
         self.elsewhere = os.path.join(self.folder.name, "else where: 1; #2 100%")
         os.mkdir(self.elsewhere)
-
-    def tearDown(self):
-        self.folder.cleanup()
 
     def own_plate(self, boundary="", scene=""):
         """An organ of the folder's own, with one scene `still`."""
@@ -291,8 +292,8 @@ class MadeBy(unittest.TestCase):
         self.append(os.path.join(folder, "boundary", "corners.toml"), boundary)
         self.write(os.path.join(folder, "scenes", "still.toml"), 'name = "still"\nunit = "mm"\n[[tool]]\nname = "probe"\n'
                    "points = [[0, 0, 0]]\n" + (scene or "path = [[0, 50, 50, 12], [0.1, 50, 50, 9]]\n"))
-        with open(os.path.join(plate, "organ.mk")) as makefile:
-            self.write(os.path.join(folder, "organ.mk"), makefile.read().replace("SCENES ?=", "SCENES ?= still #"))
+        self.write(os.path.join(folder, "organ.mk"),
+                   read_bytes(plate, "organ.mk").decode().replace("SCENES ?=", "SCENES ?= still #"))
         return os.path.join(self.data, "own", "5mm", "corners")
 
     @staticmethod
@@ -304,9 +305,6 @@ class MadeBy(unittest.TestCase):
     def append(file, text):
         with open(file, "a") as stream:
             stream.write(text)
-
-    def make(self, *more):
-        return make(self.data, "ORGANS_DIR=" + self.organs, *more)
 
     def changed(self, *more):
         """The files that make makes anew, without the folder."""
@@ -358,10 +356,7 @@ class MadeBy(unittest.TestCase):
         self.assertIn(os.path.relpath(bundle, self.data), self.changed("ORGAN=own", bundle)[1])
         # One that is no longer there makes no rule without an end: the program says what it misses.
         os.remove(path)
-        run = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, "ORGAN=own", "PICTURES="), stdout=subprocess.PIPE,
-                             stderr=subprocess.STDOUT, text=True)
-        self.assertEqual(run.returncode, 2)
-        self.assertIn("path.csv: ", run.stdout)
+        self.assertIn("path.csv: ", self.make("ORGAN=own", "PICTURES=", code=2))
 
     def test_data_beside_a_header_belong_to_the_surface(self):
         header, raw = os.path.join(self.elsewhere, "scan.mhd"), os.path.join(self.elsewhere, "scan.raw")
@@ -389,33 +384,21 @@ class MadeBy(unittest.TestCase):
         self.assertNotIn("IMAGE = /nowhere.nii", shown.stdout)
 
 
-class NewOrgan(unittest.TestCase):
+class NewOrgan(InFolder):
     """make new-organ on a small image of three organs, and what it writes through all rules."""
 
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory(prefix="palpate_organ_")
-        self.data, self.organs = os.path.join(self.folder.name, "data"), os.path.join(self.folder.name, "organs")
+        super().setUp()
         self.scans = os.path.join(self.folder.name, "my scans: (2); #1, 100%")  # what make or a shell would read itself
-        os.mkdir(self.organs)
         os.mkdir(self.scans)
         self.image = os.path.join(self.scans, "case of A's.nii.gz")
         three_organs_image.write(self.image)
 
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def make(self, *more):
-        return make(self.data, "ORGANS_DIR=" + self.organs, *more)
-
     def refused(self, *more):
-        run = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, "new-organ", *more), stdout=subprocess.PIPE,
-                             stderr=subprocess.STDOUT, text=True)
-        self.assertEqual(run.returncode, 2)
-        return run.stdout
+        return self.make("new-organ", *more, code=2)
 
     def text(self, *names):
-        with open(os.path.join(self.organs, *names)) as file:
-            return file.read()
+        return read_bytes(self.organs, *names).decode()
 
     def expect_touched(self, organ, size):
         """The organ's rules, with nothing changed in its folder."""
@@ -425,18 +408,15 @@ class NewOrgan(unittest.TestCase):
         self.assertGreater(summary["tools"][0]["peak_force_N"], 0.05)
         self.assertEqual(summary["warnings"], [])
         for picture in ("mesh", "boundary", "press"):
-            with open(os.path.join(case, "pictures", picture + ".png"), "rb") as png:
-                self.assertEqual(png.read(8), b"\x89PNG\r\n\x1a\n")
-        with open(os.path.join(case, "verified.json")) as file:
-            self.assertTrue(json.load(file)["held"])
+            self.expect_picture(case, "pictures", picture + ".png")
+        self.assertTrue(read_json(case, "verified.json")["held"])
         rows = read_rows(os.path.join(case, "scenes", "press", "forces.csv"))
         last = max(rows, key=lambda row: -float(row["force_y_N"]))
         self.assertLess(float(last["force_y_N"]), -0.05)  # the organ pushes the finger to the front
         return case
 
     def expect_warnings(self, case, said, beginnings):
-        with open(os.path.join(case, "index.html")) as page:
-            listed = re.findall('<li class="warning">(.*?)</li>', page.read())
+        listed = re.findall('<li class="warning">(.*?)</li>', read_bytes(case, "index.html").decode())
         printed = re.search(r"of all steps:\n((?:  .*\n)*)", said)[1].splitlines()
         for lines in (listed, [html.escape(line[2:]) for line in printed]):
             self.assertEqual([line[:len(begin)] for line, begin in zip(lines, beginnings)], beginnings)
@@ -462,10 +442,7 @@ class NewOrgan(unittest.TestCase):
         with open(os.path.join(self.organs, "spleen", "new-organ.json"), "w") as stream:
             json.dump({"warnings": []}, stream)
         self.expect_warnings(case, self.make("ORGAN=spleen", "RESOLUTION=coarse"), told[1:])
-        strict = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, "ORGAN=spleen", "RESOLUTION=coarse", "STRICT=1"),
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        self.assertEqual(strict.returncode, 2)
-        self.assertIn("Error 3", strict.stdout)
+        self.assertIn("Error 3", self.make("ORGAN=spleen", "RESOLUTION=coarse", "STRICT=1", code=2))
         work = os.path.dirname(os.path.dirname(case))
 
         surface, mesh = os.path.join(self.scans, "the spleen.off"), os.path.join(self.scans, "spleen's mesh.msh")
@@ -569,8 +546,7 @@ class NewOrgan(unittest.TestCase):
 
 
 def sha256(file):
-    with open(file, "rb") as stream:
-        return hashlib.sha256(stream.read()).hexdigest()
+    return hashlib.sha256(read_bytes(file)).hexdigest()
 
 
 def tissues_of(bundle):
@@ -588,19 +564,14 @@ def tissues_of(bundle):
     return found, attributes["image_sha256"], attributes["frame"]
 
 
-class SeveralOrgans(unittest.TestCase):
+class SeveralOrgans(InFolder):
     """LABELS: several organs of one image, welded into one bundle or a bundle each."""
 
     LABELS = {"liver": 255, "right-kidney": 127, "gallbladder": 85}
 
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory(prefix="palpate_organs_")
-        self.data, self.organs = os.path.join(self.folder.name, "data"), os.path.join(self.folder.name, "organs")
-        os.mkdir(self.organs)
+        super().setUp()
         self.image = os.path.join(self.data, "liver", "liver.inr.gz")
-
-    def tearDown(self):
-        self.folder.cleanup()
 
     def voxels(self):
         """{name: (volume in cm3, centre in mm)} of the shipped image, read here."""
@@ -636,8 +607,8 @@ class SeveralOrgans(unittest.TestCase):
         self.assertEqual(list(found), list(self.LABELS))
         self.expect_volumes(found, 0.02)
         self.assertEqual((image_hash, frame), (sha256(self.image), "LPS"))
-        with open(os.path.join(self.data, "upper-abdomen", "coarse", "mesh-quality.json")) as file:
-            gallbladder = json.load(file)["regions"][2]
+        quality = os.path.join(self.data, "upper-abdomen", "coarse", "mesh-quality.json")
+        gallbladder = read_json(quality)["regions"][2]
         self.assertLess(gallbladder["meshed_volume"], 0.98 * gallbladder["voxel_volume"])  # what moving the surface gives back
         summary = summary_of(os.path.join(case, "scenes", "press"))
         self.assertEqual(summary["warnings"], [])
@@ -649,8 +620,7 @@ class SeveralOrgans(unittest.TestCase):
         self.assertEqual(file_times(self.data), before)
         # Other labels make another mesh, not the one that is there.
         make(self.data, *organ, "mesh", "LABELS=255=liver 85=gallbladder")
-        with open(os.path.join(self.data, "upper-abdomen", "coarse", "mesh-quality.json")) as file:
-            self.assertEqual([region["name"] for region in json.load(file)["regions"]], ["liver", "gallbladder"])
+        self.assertEqual([region["name"] for region in read_json(quality)["regions"]], ["liver", "gallbladder"])
 
     def test_separate_organs_lie_where_the_image_has_them(self):
         organ = ["separate", "ORGAN=upper-abdomen", "RESOLUTION=coarse"]
@@ -685,15 +655,14 @@ class SeveralOrgans(unittest.TestCase):
     def test_a_new_folder_of_several_organs_goes_both_ways(self):
         scan = os.path.join(self.folder.name, "case of A's.nii.gz")
         three_organs_image.write(scan)
-        new = lambda *more: make(self.data, "ORGANS_DIR=" + self.organs, *more)
-        said = new("new-organ", "NAME=case", "IMAGE=" + scan, "LABELS=spleen=milz 2=right-kidney")
+        said = self.make("new-organ", "NAME=case", "IMAGE=" + scan, "LABELS=spleen=milz 2=right-kidney")
         self.assertIn("next: make -f Makefile.data ORGAN=case ", said)
         self.assertIn("milz has 2 pieces; the largest is kept", said)
         self.assertEqual(sorted(os.listdir(os.path.join(self.organs, "case"))),
                          ["boundary", "milz", "new-organ.json", "organ.mk", "organ.toml", "right-kidney", "scenes"])
-        new("ORGAN=case", "RESOLUTION=coarse")
+        self.make("ORGAN=case", "RESOLUTION=coarse")
         welded, image_hash, _ = tissues_of(os.path.join(self.data, "case", "coarse", "held", "bundle.h5"))
-        listed = new("separate", "ORGAN=case", "RESOLUTION=coarse").rpartition("case: ")[2]  # the list behind those of the organs
+        listed = self.make("separate", "ORGAN=case", "RESOLUTION=coarse").rpartition("case: ")[2]  # the list behind those of the organs
         self.assertRegex(listed, r"^2 warnings of all steps:\n  milz: new-organ: milz has 2 pieces; .*\n  milz: surface: dropped 1 of 2 pieces.*\n(?!  )")
         self.assertEqual(image_hash, sha256(scan))
         for name, volume in (("milz", 155.4), ("right-kidney", 52.6)):  # of the largest pieces
@@ -711,10 +680,7 @@ class SeveralOrgans(unittest.TestCase):
         three_organs_image.write(scan)
 
         def refused(*more):
-            run = subprocess.run(arguments(self.data, "ORGANS_DIR=" + self.organs, *more), stdout=subprocess.PIPE,
-                                 stderr=subprocess.STDOUT, text=True)
-            self.assertEqual(run.returncode, 2, run.stdout)
-            return run.stdout
+            return self.make(*more, code=2)
 
         new = ["new-organ", "NAME=case", "IMAGE=" + scan]
         self.assertIn("found LABELS=9; ", refused(*new, "LABELS=1=spleen 9=pancreas"))
@@ -753,8 +719,7 @@ class Curves(unittest.TestCase):
             files = sorted(os.listdir(folder))
             self.assertEqual(len(files), 4)
             for file in files:
-                with open(os.path.join(folder, file)) as new, open(os.path.join(self.FOLDER, file)) as kept:
-                    self.assertEqual(new.read(), kept.read())
+                self.assertEqual(read_bytes(folder, file), read_bytes(self.FOLDER, file))
 
     def test_curves_have_the_stresses_of_the_published_constants(self):
         # Nominal stress, Pa, at 5, 10 .. 30 % (computed from the same constants by another program, to 1 Pa).

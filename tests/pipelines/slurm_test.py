@@ -4,22 +4,16 @@ import glob
 import os
 import re
 import subprocess
-import tempfile
 import time
 import unittest
 
-from pipeline_test import BIN, ROOT, make, write_ellipsoid  # takes BIN off the command line
+from pipeline_test import BIN, ROOT, InFolder, make, read_bytes, write_ellipsoid  # takes BIN off the command line
 
 TWO_RANKS = ["--ntasks-per-node=2", "--mem=2G"]
 
 
 def output_of(*command):
     return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-
-
-def read_bytes(file):
-    with open(file, "rb") as stream:
-        return stream.read()
 
 
 class Job:
@@ -64,18 +58,11 @@ class Job:
         return "".join(read_bytes(file).decode() for file in sorted(glob.glob(self.folder + "/*.log")))
 
 
-class Slurm(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory(prefix="palpate_slurm_test_")
-        self.data = os.path.join(self.folder.name, "data")
-
-    def tearDown(self):
-        self.folder.cleanup()
-
+class Slurm(InFolder):
     def plain(self, bundle, *more):
         """The bytes of the same bundle without Slurm, on one rank."""
         make(self.data + "-plain", *more, os.path.join(self.data + "-plain", bundle))
-        return read_bytes(os.path.join(self.data + "-plain", bundle))
+        return read_bytes(self.data + "-plain", bundle)
 
     def ellipsoid(self, triangles=500):
         image = os.path.join(self.folder.name, "ellipsoid.nrrd")
@@ -124,7 +111,7 @@ class Slurm(unittest.TestCase):
         resumed = re.findall(r"is resumed: (\d+) of (\d+) batches", job.log())
         (first, of), (second, _) = ((int(done), int(of)) for done, of in resumed)
         self.assertTrue(0.1 * of < first < second < of, resumed)
-        self.assertEqual(read_bytes(os.path.join(self.data, bundle)), self.plain(bundle, *slow))
+        self.assertEqual(read_bytes(self.data, bundle), self.plain(bundle, *slow))
 
     def test_bad_input_fails_the_job_with_a_sentence(self):
         for case, sentence in ((["plate", "nowhere", "5mm"], "expected one of corners"),

@@ -51,16 +51,13 @@ TEST_F(Distributed, TensorsAreThoseOfOneRankWithTheWholeOperator) {
     std::string organ = kOrgan;
     organ.replace(organ.find("\"p1\""), 4, std::string("\"").append(element).append("\""));
     write("organ.toml", organ);
-    ASSERT_EQ(run("one.h5", "--tolerance 1e-11"), 0) << said_;
-    const std::string one = file_bytes(folder_ / "one.h5");
+    const std::string one = made("one.h5", "--tolerance 1e-11");
     for (const char* pc : {"cholesky", "gamg"}) {
-      ASSERT_EQ(run("two.h5", "--tolerance 1e-11 --ranks-per-operator 2 -- -column_pc_type " + std::string(pc), 2), 0)
-          << said_;
-      const std::string two = file_bytes(folder_ / "two.h5");
+      const std::string two =
+          made("two.h5", "--tolerance 1e-11 --ranks-per-operator 2 -- -column_pc_type " + std::string(pc), 2);
       EXPECT_LT(difference(one, two), 2e-7) << element << ' ' << pc;  // one rounding of f32 near 1, twice
       for (const double r : section<double>(two, SectionId::residual)) ASSERT_LE(r, 1e-11);
-      const auto provenance = section<char>(two, SectionId::provenance);
-      EXPECT_THAT(std::string(provenance.begin(), provenance.end()), HasSubstr("operator divided among 2 ranks"));
+      EXPECT_THAT(text_section(two, SectionId::provenance), HasSubstr("operator divided among 2 ranks"));
       const auto u = section<double>(one, SectionId::preload_displacement),
                  v = section<double>(two, SectionId::preload_displacement);
       ASSERT_EQ(u.size(), v.size());
@@ -72,12 +69,10 @@ TEST_F(Distributed, TensorsAreThoseOfOneRankWithTheWholeOperator) {
 TEST_F(Distributed, CorridorsAreThoseOfOneRank) {
   write("bc.toml",
         kBoundary + kTouched + "[[corridor]]\nname = \"biopsy\"\nfrom = [0, 20, 20]\nto = [60, 25, 20]\nradius = 2\n");
-  ASSERT_EQ(run("one.h5", "--tolerance 1e-11"), 0) << said_;
-  const std::string one = file_bytes(folder_ / "one.h5");
+  const std::string one = made("one.h5", "--tolerance 1e-11");
   for (const char* pc : {"cholesky", "gamg"}) {
-    ASSERT_EQ(run("two.h5", "--tolerance 1e-11 --ranks-per-operator 2 -- -column_pc_type " + std::string(pc), 2), 0)
-        << said_;
-    const std::string two = file_bytes(folder_ / "two.h5");
+    const std::string two =
+        made("two.h5", "--tolerance 1e-11 --ranks-per-operator 2 -- -column_pc_type " + std::string(pc), 2);
     EXPECT_EQ(section<std::int32_t>(one, SectionId::corridor_nodes),
               section<std::int32_t>(two, SectionId::corridor_nodes));
     for (const SectionId id : {SectionId::corridor_compliance, SectionId::corridor_surface}) {
@@ -91,9 +86,7 @@ TEST_F(Distributed, CorridorsAreThoseOfOneRank) {
 
 TEST_F(Distributed, OneAndTwoGroupsOfTwoGiveTheSameBytesWithMultigrid) {
   const std::string options = "--batch 24 --ranks-per-operator 2 -- -column_pc_type gamg";
-  ASSERT_EQ(run("two.h5", options, 2), 0) << said_;
-  ASSERT_EQ(run("four.h5", options, 4), 0) << said_;
-  EXPECT_TRUE(file_bytes(folder_ / "two.h5") == file_bytes(folder_ / "four.h5"));
+  EXPECT_TRUE(made("two.h5", options, 2) == made("four.h5", options, 4));
 }
 
 // No solver reaches a tolerance below what double precision allows. Where one rank accepts its result all the same, a group must
@@ -122,15 +115,14 @@ constexpr std::array<int, 3> kLarger = {9, 7, 6};
 TEST_F(Distributed, ARankThatIsKilledEndsAllAndHindersNoLaterRun) {
   write_mesh(folder_ / "box.msh", box_mesh(kLarger, {60, 50, 40}, 0.15));
   write("bc.toml", kBoundary);
-  ASSERT_EQ(run("whole.h5", "--ranks-per-operator 2", 2), 0) << said_;
+  const std::string whole = made("whole.h5", "--ranks-per-operator 2", 2);
   // Rank 1, which writes nothing, is killed when the columns begin.
   EXPECT_NE(run_script("x.h5", 2,
                        "[ $RANK = 1 ] && { me=$$; (until [ -s x.h5.journal ]; do sleep 0.02; done; kill -9 "
                        "$me) & }"),
             0);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.h5")) << "it finished before it was killed";
-  ASSERT_EQ(run("x.h5", "--ranks-per-operator 2", 2), 0) << said_;
-  EXPECT_LT(difference(file_bytes(folder_ / "x.h5"), file_bytes(folder_ / "whole.h5")), 2e-7);
+  EXPECT_LT(difference(made("x.h5", "--ranks-per-operator 2", 2), whole), 2e-7);
 }
 
 TEST_F(Distributed, ARootThatCannotWriteEndsAllWithOneSentence) {

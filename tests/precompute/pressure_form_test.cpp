@@ -1,20 +1,20 @@
 // The pressure form of p1-anp and its factor against K itself.
 #include "precompute/elements/pressure_form.h"
 
-#include <algorithm>
-#include <random>
+#include <gmock/gmock.h>
 
 #include "precompute/solver/column_solver.h"
 #include "precompute/solver/elimination.h"
 #include "precompute/solver/supernodal_factor.h"
 #include "studies/bodies/bodies.h"
-#include "tests/precompute/support.h"
+#include "tests/precompute/factor_checks.h"
 
 namespace palpate::tests {
 namespace {
 
 using Eigen::MatrixXd;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 // A box of 4 x 3 x 3 cells, with one region or with three in layers and a speck.
 ElasticBody box(const std::vector<Material>& materials) {
@@ -113,18 +113,6 @@ TEST(PressureForm, CouplesNeighboursAloneWhereThereIsOneRegion) {
   EXPECT_EQ(form.column, neighbours.column);
 }
 
-RowMajor random_batch(Eigen::Index rows, int width) {
-  std::mt19937 generator(5);
-  std::uniform_real_distribution<double> some(-1, 1);
-  RowMajor b(rows, width);
-  for (Eigen::Index i = 0; i < b.size(); ++i) b.data()[i] = some(generator);
-  return b;
-}
-
-double backward_error(const MatrixXd& k, const RowMajor& x, const RowMajor& b) {
-  return (k * x - b).norm() / (k.norm() * x.norm() + b.norm());
-}
-
 TEST(PressureFactor, SolvesKForEveryKindOfSupportAndPoissonsRatio) {
   constexpr int kWidth = 24;
   for (const double poisson : {0.3, 0.45, 0.49, 0.499, 0.4999})
@@ -136,23 +124,8 @@ TEST(PressureFactor, SolvesKForEveryKindOfSupportAndPoissonsRatio) {
         if (renumbered) elimination = put_in_order(held, *elimination, &form);
         const MatrixXd k = dense(held.matrix);
         PressureFactor factor(form, elimination, kWidth);
-        const RowMajor b = random_batch(k.rows(), kWidth);
-        RowMajor x(b.rows(), kWidth), again(b.rows(), kWidth);
-        factor.apply(b.data(), x.data());
-        // As for K's own factor: some tens of rounding errors, whatever nu is.
-        EXPECT_LE(backward_error(k, x, b), 1e-14) << c.name << ", nu " << poisson;
-        factor.apply(b.data(), again.data());
-        EXPECT_EQ(x, again);
-        RowMajor unit = RowMajor::Zero(b.rows(), kWidth);
-        std::vector<Load> loads;
-        for (std::int32_t column = 0; column < kWidth; ++column) unit((17 * column) % b.rows(), column) = 1;
-        for (Eigen::Index i = 0; i < unit.rows(); ++i)
-          for (std::int32_t column = 0; column < kWidth; ++column)
-            if (unit(i, column) != 0) loads.push_back({i, column, 1.0});
-        factor.apply(unit.data(), x.data());
-        again.setConstant(std::numeric_limits<double>::quiet_NaN());
-        ASSERT_TRUE(factor.apply_to_loads(loads, again.data()));
-        EXPECT_EQ(x, again);
+        SCOPED_TRACE(fmt::format("{}, nu {}", c.name, poisson));
+        expect_factor_solves(factor, k, kWidth);  // as K's own factor, whatever nu is
       }
     }
 }
@@ -166,7 +139,7 @@ TEST(PressureFactor, GivesTheColumnsThatKsOwnFactorGives) {
       const PressureForm form = pressure_form(c.body, held);
       const auto of_k = std::make_shared<const Elimination>(analyse_elimination(held.matrix));
       const auto of_form = std::make_shared<const Elimination>(analyse_elimination(form));
-      const RowMajor b = random_batch(3 * held.matrix.rows, kWidth);
+      const RowMajor b = random_block(3 * held.matrix.rows, kWidth, 5);
       RowMajor x(b.rows(), kWidth), y(b.rows(), kWidth);
       SupernodalFactor(held.matrix, of_k, kWidth).apply(b.data(), x.data());
       PressureFactor(form, of_form, kWidth).apply(b.data(), y.data());
@@ -223,14 +196,12 @@ TEST(PressureFactor, NamesTheNodeWhosePivotHasTheWrongSign) {
     constexpr std::int32_t kBad = 11;
     auto& block = form.block[index_of_block(form, kBad, kBad)];
     block[of_block] = of_block == 15 ? 1e9 : -1e9;
-    try {
-      PressureFactor(form, std::make_shared<const Elimination>(analyse_elimination(form)), 8, {held.node_of_row, {}});
-      FAIL() << "a pivot of the wrong sign was taken";
-    } catch (const OperationError& error) {
-      EXPECT_NE(std::string(error.what()).find(fmt::format("fails at node {}", held.node_of_row[kBad])),
-                std::string::npos)
-          << error.what();
-    }
+    EXPECT_THAT(
+        [&] {
+          PressureFactor(form, std::make_shared<const Elimination>(analyse_elimination(form)), 8,
+                         {held.node_of_row, {}});
+        },
+        ThrowsMessage<OperationError>(HasSubstr(fmt::format("fails at node {}", held.node_of_row[kBad]))));
   }
 }
 

@@ -43,6 +43,11 @@ std::vector<Value> section(const std::string& bytes, formats::SectionId id) {
   return values;
 }
 
+inline std::string text_section(const std::string& bytes, formats::SectionId id) {
+  const auto text = section<char>(bytes, id);
+  return {text.begin(), text.end()};
+}
+
 class ProgramFixture : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -61,6 +66,12 @@ class ProgramFixture : public ::testing::Test {
   int run(const std::string& bundle, const std::string& more = "", int ranks = 0) {
     const std::string command = arguments(bundle, more);
     return execute(ranks > 0 ? kLaunch + " -n " + std::to_string(ranks) + " " + command : command);
+  }
+
+  // The bundle's bytes, from a run that must end well.
+  std::string made(const std::string& bundle, const std::string& more = "", int ranks = 0) {
+    EXPECT_EQ(run(bundle, more, ranks), 0) << said_;
+    return file_bytes(folder_ / bundle);
   }
 
   // Runs two ranks, of which the second has more options.

@@ -20,8 +20,7 @@ class Resume : public ProgramFixture {
  protected:
   void SetUp() override {
     ProgramFixture::SetUp();
-    ASSERT_EQ(run("whole.h5", kOptions), 0) << said_;
-    whole_ = file_bytes(folder_ / "whole.h5");
+    whole_ = made("whole.h5", kOptions);
   }
 
   // Runs the program with a fault of fault_injector.c. Returns the exit code, 137 for SIGKILL.
@@ -88,8 +87,7 @@ TEST_F(Resume, GivesTheSameBytesWhereverARunIsKilled) {
 
 TEST_F(Resume, GivesTheSameBytesWhereverARunThatPacksIsKilled) {
   const std::string packing = kOptions + "--low-rank 1e-2 ";
-  ASSERT_EQ(run("packed.h5", packing), 0) << said_;
-  const std::string packed = file_bytes(folder_ / "packed.h5");
+  const std::string packed = made("packed.h5", packing);
   // One kill and its resumption take two seconds.
   int killed = 0;
   for (int n = 1; run_with("kill:" + std::to_string(n) + ":x.h5", packing) != 0; n += 71) {
@@ -107,8 +105,7 @@ TEST_F(Resume, GivesTheSameBytesWithCorridorsAndNoticesAnotherRadius) {
                          radius + "\n");
   };
   with_radius("2");
-  ASSERT_EQ(run("whole.h5", kOptions), 0) << said_;
-  whole_ = file_bytes(folder_ / "whole.h5");
+  whole_ = made("whole.h5", kOptions);
   for (const int k : {1, 9}) {
     kill_at_batch(k);
     EXPECT_EQ(resume(), k - 1);
@@ -194,8 +191,7 @@ TEST_F(Resume, BeginsAnewForOtherInputAndSaysWhy) {
   write("bc.toml", kBoundary);
   write_mesh(folder_ / "box.msh", box_mesh({6, 5, 4}, {60, 50, 41}, 0.15));
   anew(kOptions, "mesh_sha256 was ");
-  ASSERT_EQ(run("other.h5", kOptions), 0) << said_;
-  EXPECT_TRUE(file_bytes(folder_ / "x.h5") == file_bytes(folder_ / "other.h5"));
+  EXPECT_TRUE(file_bytes(folder_ / "x.h5") == made("other.h5", kOptions));
 }
 
 // Voxels of 10 mm whose label 3 fills the layer of least or of largest x.
@@ -220,8 +216,7 @@ TEST_F(Resume, BeginsAnewWhereEitherOfTwoFilesOfOneNameIsAnother) {
     write_labels(folder_ / changed / "labels.nrrd", 6);
     EXPECT_EQ(resume(), 0);
     EXPECT_THAT(said_, HasSubstr("anew: label_image_sha256 " + changed + "/labels.nrrd was "));
-    ASSERT_EQ(run("other.h5", kOptions), 0) << said_;
-    EXPECT_TRUE(file_bytes(folder_ / "x.h5") == file_bytes(folder_ / "other.h5"));
+    EXPECT_TRUE(file_bytes(folder_ / "x.h5") == made("other.h5", kOptions));
   }
 }
 

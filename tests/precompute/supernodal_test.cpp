@@ -1,18 +1,17 @@
 // The supernodal factor and the residuals of a batch against dense arithmetic.
-#include <random>
+#include <gmock/gmock.h>
 
-#include "formats/errors.h"
-#include "precompute/solver/batch_product.h"
 #include "precompute/solver/elimination.h"
 #include "precompute/solver/supernodal_factor.h"
 #include "precompute/solver/supernodal_kernels.h"
-#include "tests/precompute/support.h"
+#include "tests/precompute/factor_checks.h"
 
 namespace palpate::tests {
 namespace {
 
 using Eigen::MatrixXd;
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 BlockMatrix box_stiffness(std::array<int, 3> cells, double contrast = 1) {
   TetrahedralMesh mesh = box_mesh(cells, {1, 1, 1}, 0.2);
@@ -46,57 +45,21 @@ BlockMatrix wider(const BlockMatrix& k) {
   return from_dense(d + d * d / d.norm());
 }
 
-RowMajor random_block(Eigen::Index rows, int width, unsigned seed) {
-  std::mt19937 generator(seed);
-  std::uniform_real_distribution<double> some(-1, 1);
-  RowMajor b(rows, width);
-  for (Eigen::Index i = 0; i < b.size(); ++i) b.data()[i] = some(generator);
-  return b;
-}
-
 std::shared_ptr<const Elimination> eliminated(const BlockMatrix& matrix) {
   return std::make_shared<const Elimination>(analyse_elimination(matrix));
 }
 
-// || K x - b || divided by the residual of a backward stable solve: a small multiple of the rounding error, which grows with the
-// number of rows.
-double backward_error(const MatrixXd& k, const RowMajor& x, const RowMajor& b) {
-  return (k * x - b).norm() / (k.norm() * x.norm() + b.norm());
-}
-constexpr double kRounding = 1e-14;  // 45 epsilon; sums of a few hundred terms stay below 10
-
 void expect_solves(const BlockMatrix& matrix, int width) {
   const MatrixXd k = dense(matrix);
   SupernodalFactor factor(matrix, eliminated(matrix), width);
-  const RowMajor b = random_block(k.rows(), width, 7);
-  RowMajor x(b.rows(), width), again(b.rows(), width);
-  factor.apply(b.data(), x.data());
-  EXPECT_LE(backward_error(k, x, b), kRounding) << matrix.rows << " rows, width " << width;
-  factor.apply(b.data(), again.data());
-  EXPECT_EQ(x, again);
-
-  // Some unit forces: given by their nonzeros they must lead to the same bits as given as a dense batch.
-  std::vector<Load> loads;
-  RowMajor unit = RowMajor::Zero(b.rows(), width);
-  for (int c = 0; c < width; ++c) {
-    const Eigen::Index dof = (17 * c) % b.rows();
-    unit(dof, c) = 1;
-  }
-  for (Eigen::Index i = 0; i < unit.rows(); ++i)
-    for (int c = 0; c < width; ++c)
-      if (unit(i, c) != 0) loads.push_back({i, c, unit(i, c)});
-  factor.apply(unit.data(), x.data());
-  EXPECT_LE(backward_error(k, x, unit), kRounding);
-  again.setConstant(std::numeric_limits<double>::quiet_NaN());  // what it held before must not matter
-  ASSERT_TRUE(factor.apply_to_loads(loads, again.data()));
-  EXPECT_EQ(x, again);
-
-  const auto norms = residual_norms(matrix, loads, x.data(), width);
-  const Eigen::RowVectorXd expected = (k * x - unit).colwise().norm();
+  const UnitForces unit = expect_factor_solves(factor, k, width);
+  const RowMajor &x = unit.columns, b = random_block(k.rows(), width, 7);
+  const auto norms = residual_norms(matrix, unit.loads, x.data(), width);
+  const Eigen::RowVectorXd expected = (k * x - unit.batch).colwise().norm();
   for (int c = 0; c < width; ++c) EXPECT_NEAR(norms[c], expected[c], kRounding * k.norm() * x.col(c).norm());
   // The same for an x that is no solution: its residual is large, so that rounding does not hide a mistake.
-  const auto off = residual_norms(matrix, loads, b.data(), width);
-  const Eigen::RowVectorXd far = (k * b - unit).colwise().norm();
+  const auto off = residual_norms(matrix, unit.loads, b.data(), width);
+  const Eigen::RowVectorXd far = (k * b - unit.batch).colwise().norm();
   for (int c = 0; c < width; ++c) EXPECT_NEAR(off[c], far[c], 1e-13 * far[c]);
 }
 
@@ -234,24 +197,19 @@ TEST(Supernodal, RefusesAMatrixThatIsNotPositiveDefinite) {
   MatrixXd d = dense(box_stiffness({3, 3, 3}));
   d -= 0.5 * d.diagonal().maxCoeff() * MatrixXd::Identity(d.rows(), d.cols());
   const BlockMatrix k = from_dense(d);
-  try {
-    SupernodalFactor(k, eliminated(k), 8);
-    FAIL() << "an indefinite matrix was factored";
-  } catch (const OperationError& error) {
-    EXPECT_NE(std::string(error.what()).find("not positive definite"), std::string::npos) << error.what();
-  }
+  EXPECT_THAT([&] { SupernodalFactor(k, eliminated(k), 8); },
+              ThrowsMessage<OperationError>(HasSubstr("not positive definite")));
 }
 
 TEST(Supernodal, NamesTheNodeAtWhichTheFactorisationFails) {
   const BlockMatrix k = from_dense(-MatrixXd::Identity(3, 3));
   const std::vector<std::int32_t> node = {41};
   const std::vector<std::array<double, 3>> position = {{0.5, -0.25, 2}};
-  try {
-    SupernodalFactor(k, eliminated(k), 8, {node, position});
-    FAIL() << "a negative matrix was factored";
-  } catch (const OperationError& error) {
-    EXPECT_NE(std::string(error.what()).find("node 41 at (0.5, -0.25, 2) m"), std::string::npos) << error.what();
-  }
+  EXPECT_THAT(
+      [&] {
+        SupernodalFactor(k, eliminated(k), 8, {node, position});
+      },
+      ThrowsMessage<OperationError>(HasSubstr("node 41 at (0.5, -0.25, 2) m")));
 }
 
 // The rows are renumbered before they are factored; the error must give the number of the node in the mesh.
@@ -267,12 +225,11 @@ TEST(Supernodal, NamesTheMeshsNodeAndNotItsPlaceInTheElimination) {
     held.row_of_node.back() = row;
   }
   const auto elimination = put_in_order(held, analyse_elimination(held.matrix));
-  try {
-    SupernodalFactor(held.matrix, elimination, 8, {held.node_of_row, {}});
-    FAIL() << "an indefinite matrix was factored";
-  } catch (const OperationError& error) {
-    EXPECT_NE(std::string(error.what()).find("fails at node 1017"), std::string::npos) << error.what();
-  }
+  EXPECT_THAT(
+      [&] {
+        SupernodalFactor(held.matrix, elimination, 8, {held.node_of_row, {}});
+      },
+      ThrowsMessage<OperationError>(HasSubstr("fails at node 1017")));
 }
 
 }  // namespace

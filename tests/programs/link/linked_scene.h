@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -23,11 +22,6 @@ inline const std::string kTwoTools =
     "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0], [3, 1, 0]]\n"
     "path = [[0, 41, 26, 44], [0.1, 41, 26, 35], [0.2, 44, 27, 36]]\n"
     "[[tool]]\nname = \"finger\"\npoints = [[0, 0, 0]]\npath = [[0, 25, 20, 42], [0.15, 25, 20, 37]]\n";
-
-inline std::string read_bytes(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 class LinkedScene : public testing::Test {
  protected:

@@ -46,8 +46,8 @@ class Process {
     return ::waitid(P_PID, static_cast<id_t>(id_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == 0;
   }
   void stop() { ::kill(id_, SIGTERM); }
-  std::string output() const { return read_bytes(out_); }
-  std::string errors() const { return read_bytes(errors_); }
+  std::string output() const { return file_bytes(out_); }
+  std::string errors() const { return file_bytes(errors_); }
 
   // The address that the program prints once it listens.
   std::string address() {

@@ -28,7 +28,7 @@ class TwoMachines : public tests::LinkedScene {
   }
 
   nlohmann::json summary(const std::string& folder) const {
-    return nlohmann::json::parse(tests::read_bytes(folder_ / folder / "summary.json"));
+    return nlohmann::json::parse(tests::file_bytes(folder_ / folder / "summary.json"));
   }
 
   std::string last_shape(const std::string& folder) const {
@@ -36,7 +36,7 @@ class TwoMachines : public tests::LinkedScene {
     for (const auto& entry : fs::directory_iterator(folder_ / folder / "shapes"))
       if (entry.path().filename().string().rfind("organ", 0) == 0) shapes.push_back(entry.path());
     EXPECT_FALSE(shapes.empty());
-    return shapes.empty() ? "" : tests::read_bytes(*std::max_element(shapes.begin(), shapes.end()));
+    return shapes.empty() ? "" : tests::file_bytes(*std::max_element(shapes.begin(), shapes.end()));
   }
 
   // One process, every touch drawn, the first and the last shape written.
@@ -58,8 +58,8 @@ TEST_F(TwoMachines, DrawTheLastShapeBitForBitAsOneDoes) {
   EXPECT_EQ(draw.wait(), 0) << draw.errors();
   EXPECT_EQ(last_shape("drawn"), last_shape("alone"));
   // What was felt is what one process feels, every step of it.
-  EXPECT_EQ(tests::read_bytes(folder_ / "felt/forces.csv"), tests::read_bytes(folder_ / "alone/forces.csv"));
-  EXPECT_EQ(tests::read_bytes(folder_ / "felt/contacts.csv"), tests::read_bytes(folder_ / "alone/contacts.csv"));
+  EXPECT_EQ(tests::file_bytes(folder_ / "felt/forces.csv"), tests::file_bytes(folder_ / "alone/forces.csv"));
+  EXPECT_EQ(tests::file_bytes(folder_ / "felt/contacts.csv"), tests::file_bytes(folder_ / "alone/contacts.csv"));
   const auto drawn = summary("drawn"), felt = summary("felt");
   EXPECT_TRUE(drawn["sender_said_goodbye"]);
   EXPECT_EQ(drawn["datagrams"]["sessions"], 1);

@@ -3,13 +3,9 @@
 #include <palpate/palpate_scene_def.hpp>
 
 #include <cmath>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "programs/player/held_tissue.h"
 #include "programs/player/tool_turn.h"
-#include "tests/programs/player/csv_rows.h"
 #include "tests/programs/player/played_scene.h"
 
 namespace palpate {
@@ -32,9 +28,8 @@ class HeldScene : public PlayedScene {};
 
 TEST_F(HeldScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
   write_scene(kForceps);
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> forces = read_rows(folder_ / "out/forces.csv"), grasps = read_rows(folder_ / "out/grasps.csv");
+  const ProgramRun ended = played("scene.toml -o out");
+  const std::vector<Row> forces = rows_of("out/forces.csv"), grasps = rows_of("out/grasps.csv");
   ASSERT_EQ(forces.size(), 101u);
   ASSERT_EQ(grasps.size(), 101u);
 
@@ -75,19 +70,18 @@ TEST_F(HeldScene, LiftsAndTurnsTheOrganWithAGraspAsTheCApiDoes) {
   palpate_scene_destroy(scene);
   palpate_bundle_close(bundle);
 
-  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  const auto summary = summary_of();
   EXPECT_EQ(summary["tools"][0]["grasp"]["discs"], 1);
   EXPECT_NEAR(summary["tools"][0]["grasp"]["peak_torque_Nm"].get<double>(), length_of(grasps[100], "torque", "Nm"),
               1e-12);
   EXPECT_THAT(ended.errors, HasSubstr("grasp of tool \"forceps\": "));
-  EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("shapes/held_000000.vtu"));
+  EXPECT_THAT(file_bytes(folder_ / "out/shapes.pvd"), HasSubstr("shapes/held_000000.vtu"));
 }
 
 TEST_F(HeldScene, OpensAndClosesJawsWhenItsSceneSaysSo) {
   write_scene(kForceps + "closed = [[0.02, 0.04], [0.06, 0.2]]\n");
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> rows = read_rows(folder_ / "out/grasps.csv");
+  played("scene.toml -o out");
+  const std::vector<Row> rows = rows_of("out/grasps.csv");
   const auto condition = [&](int step) { return rows.at(step).at("condition"); };
   const auto force = [&](int step) { return length_of(rows.at(step), "force", "N"); };
   EXPECT_EQ(condition(19), "open");
@@ -101,9 +95,8 @@ TEST_F(HeldScene, OpensAndClosesJawsWhenItsSceneSaysSo) {
 
 TEST_F(HeldScene, SlipsAndLetsGoAndSaysWhen) {
   write_scene(kForceps + "friction = 0.5\nclamp_force = 0.02\n");
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> rows = read_rows(folder_ / "out/grasps.csv");
+  const ProgramRun ended = played("scene.toml -o out");
+  const std::vector<Row> rows = rows_of("out/grasps.csv");
   EXPECT_EQ(rows.back().at("condition"), "slips");
   for (const Row& row : rows) EXPECT_LT(length_of(row, "force", "N"), 0.5 * 0.02 * 1.01);
   EXPECT_GT(number(rows.back(), "slipped_m"), 1e-3);
@@ -115,10 +108,10 @@ TEST_F(HeldScene, WarnsOfAGraspThatLetGoAndOfJawsThatAreNotOnOneFold) {
   std::string small = kForceps + "friction = 0.5\nclamp_force = 0.02\n";
   small.replace(small.find("radius = 12"), 11, "radius = 1");
   write_scene(small);
-  const Ended slipped = run("scene.toml -o out --strict");
+  const ProgramRun slipped = run("scene.toml -o out --strict");
   EXPECT_EQ(slipped.code, 3);
   EXPECT_THAT(slipped.errors, HasSubstr("warning: the grasp of tool \"forceps\""));
-  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  const auto summary = summary_of();
   EXPECT_THAT(summary["warnings"].dump(), HasSubstr("let go at"));
   write_scene(
       "[[tool]]\nname = \"forceps\"\npath = [[0, 50, 25, 20], [0.01, 50, 25, 20]]\n[tool.grasp]\nnear = [50, 0, 20]\n"
@@ -137,9 +130,8 @@ const std::string kIdle =
 
 TEST_F(HeldScene, DrawsLinksAsTheSceneSays) {
   write_scene(kIdle + kLinks);
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> rows = read_rows(folder_ / "out/links.csv");
+  const ProgramRun ended = played("scene.toml -o out");
+  const std::vector<Row> rows = rows_of("out/links.csv");
   ASSERT_EQ(rows.size(), 303u);  // three stretches
   const auto of = [&](int step, int stretch) { return rows.at(3 * step + stretch); };
   // At the begin the spring is as long as at rest, and pulls with what 20 N/m make of the rest.
@@ -150,9 +142,9 @@ TEST_F(HeldScene, DrawsLinksAsTheSceneSays) {
   EXPECT_GT(number(last, "tension_N"), 0.02);
   EXPECT_NEAR(number(last, "second_x_m"), 0.1, 1e-12);
   // The thread slides through its middle place: the whole keeps its length, and both parts pull alike.
-  const std::string text = read_text(folder_ / "out/links.csv");
+  const std::string text = file_bytes(folder_ / "out/links.csv");
   EXPECT_THAT(text, HasSubstr("\"suture, of three\",2,taut"));
-  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  const auto summary = summary_of();
   ASSERT_EQ(summary["links"].size(), 3u);
   EXPECT_GT(summary["links"][1]["peak_tension_N"].get<double>(), 0.05);
   // 50 steps after it was drawn the share of the length still settles: 5 % apart here.
@@ -163,22 +155,15 @@ TEST_F(HeldScene, DrawsLinksAsTheSceneSays) {
 
 TEST_F(HeldScene, BreaksALinkAndSaysWhen) {
   write_scene(kIdle + kLinks.substr(0, kLinks.find("[[link]]", 1)) + "breaking_force = 0.01\n");
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const ProgramRun ended = played("scene.toml -o out");
   EXPECT_THAT(ended.errors, HasSubstr("1 of 101 touches raised LINK_BROKE"));
   EXPECT_THAT(ended.errors, HasSubstr("; broke at 0.0"));
-  EXPECT_EQ(read_rows(folder_ / "out/links.csv").back().at("condition"), "broken");
+  EXPECT_EQ(rows_of("out/links.csv").back().at("condition"), "broken");
 }
 
 TEST_F(HeldScene, RecordsAndReplaysLinksAndGrasps) {
   write_scene(kForceps + kLinks);
-  ASSERT_EQ(run("scene.toml -o out --record run.record").code, 0) << read_text(folder_ / "stderr.txt");
-  EXPECT_EQ(run("--replay run.record").code, 0) << read_text(folder_ / "stderr.txt");
-  EXPECT_EQ(run("scene.toml --replay run.record").code, 0) << read_text(folder_ / "stderr.txt");
-  ASSERT_EQ(run("run.record -o again --record again.record").code, 0);
-  EXPECT_EQ(read_text(folder_ / "again.record"), read_text(folder_ / "run.record"));
-  for (const char* file : {"forces.csv", "links.csv", "grasps.csv"})
-    EXPECT_EQ(read_text(folder_ / "again" / file), read_text(folder_ / "out" / file)) << file;
+  expect_replayed({"forces.csv", "links.csv", "grasps.csv"});
   write_scene(kForceps + kLinks + "stiffness = 5\n");
   EXPECT_THAT(run("scene.toml --replay run.record").errors, HasSubstr("found another \"link\""));
   write_scene(kForceps + "friction = 1\n" + kLinks);
@@ -187,10 +172,9 @@ TEST_F(HeldScene, RecordsAndReplaysLinksAndGrasps) {
 
 TEST_F(HeldScene, ExplainsWhatLinksCost) {
   write_scene(kForceps + kLinks);
-  const Ended ended = run("scene.toml --explain");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  EXPECT_THAT(ended.output, HasSubstr("touch   links"));
-  EXPECT_THAT(ended.output, HasSubstr("touch   grasps"));
+  const ProgramRun ended = played("scene.toml --explain");
+  EXPECT_THAT(ended.out, HasSubstr("touch   links"));
+  EXPECT_THAT(ended.out, HasSubstr("touch   grasps"));
 }
 
 TEST_F(HeldScene, RefusesAPlaceThatIsFarFromTheOrgan) {

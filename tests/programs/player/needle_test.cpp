@@ -2,9 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "tests/programs/player/csv_rows.h"
 #include "tests/programs/player/played_scene.h"
 #include "tests/support/box_corridor.h"
 
@@ -29,7 +27,6 @@ class PlayedNeedle : public PlayedScene {
     add_whole_corridor(parts, dense);
     write_bundle(folder_ / "pierced.h5", parts);
   }
-  std::vector<Row> rows_of(const std::string& folder) { return read_rows(folder_ / folder / "needles.csv"); }
 };
 
 const std::string kHead = "bundle = \"pierced.h5\"\n";
@@ -46,9 +43,8 @@ void write_pierced(const std::filesystem::path& folder, const std::string& tools
 
 TEST_F(PlayedNeedle, CutsSlidesAndComesOutByTheLawsOfFrictionAndCutting) {
   write_pierced(folder_, kPlaced + kNeedle);
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> rows = rows_of("out"), forces = read_rows(folder_ / "out/forces.csv");
+  played("scene.toml -o out");
+  const std::vector<Row> rows = rows_of("out/needles.csv"), forces = rows_of("out/forces.csv");
   ASSERT_EQ(rows.size(), 901u);
   ASSERT_EQ(forces.size(), 901u);
   double most_tip = 0;
@@ -79,18 +75,17 @@ TEST_F(PlayedNeedle, CutsSlidesAndComesOutByTheLawsOfFrictionAndCutting) {
     EXPECT_EQ(number(rows.back(), std::string("force_") + axis + "_N"), 0);
     EXPECT_EQ(number(rows.back(), std::string("torque_") + axis + "_Nm"), 0);
   }
-  EXPECT_THAT(read_text(folder_ / "out/contacts.csv"), HasSubstr("0.4,needle,"));
+  EXPECT_THAT(file_bytes(folder_ / "out/contacts.csv"), HasSubstr("0.4,needle,"));
 }
 
 TEST_F(PlayedNeedle, TellsDepthAndEvents) {
   write_pierced(folder_, kPlaced + kNeedle);
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const ProgramRun ended = played("scene.toml -o out");
   EXPECT_THAT(ended.errors, HasSubstr("needle of tool \"needle\": pierced"));
   EXPECT_THAT(ended.errors, HasSubstr("; out at 0.7"));
-  const auto needle = nlohmann::json::parse(read_text(folder_ / "out/summary.json"))["tools"][0]["needle"];
+  const auto needle = summary_of()["tools"][0]["needle"];
   double deepest = 0;
-  for (const Row& row : rows_of("out")) deepest = std::max(deepest, number(row, "depth_m"));
+  for (const Row& row : rows_of("out/needles.csv")) deepest = std::max(deepest, number(row, "depth_m"));
   EXPECT_NEAR(needle["deepest_m"].get<double>(), deepest, 1e-12);
   // The tissue in front of the tip gives way: the way in the tissue is shorter than that of the tip.
   EXPECT_GT(deepest, 0.02);
@@ -98,18 +93,17 @@ TEST_F(PlayedNeedle, TellsDepthAndEvents) {
   EXPECT_NEAR(needle["deepest_s"].get<double>(), 0.4, 2e-3);
   EXPECT_NEAR(needle["peak_tip_force_N"].get<double>(), kPuncture, 1e-6);
   EXPECT_EQ(needle["stuck_s"], nullptr);
-  EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("shapes/held_000000.vtu"));
+  EXPECT_THAT(file_bytes(folder_ / "out/shapes.pvd"), HasSubstr("shapes/held_000000.vtu"));
 }
 
 TEST_F(PlayedNeedle, TakesAPathAndADirectionAsItTakesAPlace) {
   write_pierced(folder_, kPlaced + kNeedle);
-  ASSERT_EQ(run("scene.toml -o placed").code, 0);
+  played("scene.toml -o placed");
   write_pierced(folder_,
                 "[[tool]]\nname = \"needle\"\npath = [[0, 62, 24, 19], [0.4, 30, 24, 19], [0.9, 70, 24, 19]]\n" +
                     kNeedle + "entry = [60, 24, 19]\ndirection = [-3, 0, 0]\n");
-  const Ended ended = run("scene.toml -o path");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> placed = rows_of("placed"), path = rows_of("path");
+  played("scene.toml -o path");
+  const std::vector<Row> placed = rows_of("placed/needles.csv"), path = rows_of("path/needles.csv");
   ASSERT_EQ(placed.size(), path.size());
   for (std::size_t i = 0; i < placed.size(); ++i)
     EXPECT_NEAR(number(placed[i], "force_x_N"), number(path[i], "force_x_N"), 1e-6) << i;
@@ -120,35 +114,31 @@ TEST_F(PlayedNeedle, EntersAnewAfterTheToolWasAway) {
                 "[[tool]]\nname = \"needle\"\nnear = [60, 24, 19]\ndepth = [[0, -2], [0.3, 20], [0.6, -8], [0.7, -2], "
                 "[1, 20]]\naway = [[0.6, 0.7]]\n" +
                     kNeedle);
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> rows = rows_of("out");
+  played("scene.toml -o out");
+  const std::vector<Row> rows = rows_of("out/needles.csv");
   EXPECT_EQ(rows.at(599).at("condition"), "outside");
   EXPECT_EQ(rows.at(650).at("condition"), "none");
   EXPECT_EQ(rows.back().at("condition"), "cuts");
-  EXPECT_EQ(nlohmann::json::parse(read_text(folder_ / "out/summary.json"))["tools"][0]["needle"]["out_s"], nullptr);
+  EXPECT_EQ(summary_of()["tools"][0]["needle"]["out_s"], nullptr);
 }
 
 TEST_F(PlayedNeedle, SaysWhereItIsStuckAndWhy) {
   // The face x = 0 is held, and no corridor reaches it.
   const std::string deep = "[[tool]]\nname = \"needle\"\nnear = [60, 24, 19]\ndepth = [[0, -2], [0.5, 59]]\n";
   write_pierced(folder_, deep + kNeedle);
-  Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
+  ProgramRun ended = played("scene.toml -o out");
   EXPECT_THAT(ended.errors, HasSubstr("; stuck at 0.4"));
   EXPECT_THAT(ended.errors, HasSubstr("leave the corridor"));
   EXPECT_THAT(ended.errors, HasSubstr("raised NOT_TOUCHABLE"));
-  EXPECT_EQ(rows_of("out").back().at("condition"), "stuck");
+  EXPECT_EQ(rows_of("out/needles.csv").back().at("condition"), "stuck");
   write_pierced(folder_, deep + kNeedle, "[limits]\nneedle_places = 3\n");
-  ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
+  ended = played("scene.toml -o out");
   EXPECT_THAT(ended.errors, HasSubstr("for want of needle_places"));
   EXPECT_THAT(ended.errors, HasSubstr("raised CONTACTS_DROPPED"));
   BundleParts parts = dense_bundle(pierced_box());
   add_corridor(parts, pierced_box(), {pierced_box().body.surface_nodes});
   write_bundle(folder_ / "pierced.h5", parts);
-  ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
+  ended = played("scene.toml -o out");
   EXPECT_THAT(ended.errors, HasSubstr("did not pierce"));
   EXPECT_THAT(ended.errors, HasSubstr("no corridor"));
 }
@@ -166,30 +156,22 @@ TEST_F(PlayedNeedle, RecordsAndReplaysTheSameBits) {
   for (const std::string& place : {placed + kNeedle, path + kNeedle + "entry = [60.3, 24, 19]\n"}) {
     write_pierced(folder_, "[[tool]]\nname = \"needle\"\n" + place + "direction = [-1, 0.2, 0.1]\n",
                   "[limits]\nneedle_places = 8\n");
-    ASSERT_EQ(run("scene.toml -o out --record run.record").code, 0) << read_text(folder_ / "stderr.txt");
-    EXPECT_EQ(run("--replay run.record").code, 0) << read_text(folder_ / "stderr.txt");
-    EXPECT_EQ(run("scene.toml --replay run.record").code, 0) << read_text(folder_ / "stderr.txt");
-    ASSERT_EQ(run("run.record -o again --record again.record").code, 0);
-    EXPECT_EQ(read_text(folder_ / "again.record"), read_text(folder_ / "run.record"));
-    for (const char* file : {"forces.csv", "needles.csv"})
-      EXPECT_EQ(read_text(folder_ / "again" / file), read_text(folder_ / "out" / file)) << file;
+    expect_replayed({"forces.csv", "needles.csv"});
   }
 }
 
 TEST_F(PlayedNeedle, PlaysAgainstTheClockInTwoThreads) {
   write_pierced(folder_, kPlaced + kNeedle);
-  const Ended ended = run("scene.toml -o out --realtime --seconds 0.5 --rate 1000");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  EXPECT_THAT(ended.errors + ended.output, testing::Not(HasSubstr("STALE")));
+  const ProgramRun ended = played("scene.toml -o out --realtime --seconds 0.5 --rate 1000");
+  EXPECT_THAT(ended.errors + ended.out, testing::Not(HasSubstr("STALE")));
 }
 
 TEST_F(PlayedNeedle, ExplainsWhatItCosts) {
   write_pierced(folder_, kPlaced + kNeedle);
-  const Ended ended = run("scene.toml --explain");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::size_t at = ended.output.find("touch   needles");
-  ASSERT_NE(at, std::string::npos) << ended.output;
-  const std::string line = ended.output.substr(at, ended.output.find('\n', at) - at);
+  const ProgramRun ended = played("scene.toml --explain");
+  const std::size_t at = ended.out.find("touch   needles");
+  ASSERT_NE(at, std::string::npos) << ended.out;
+  const std::string line = ended.out.substr(at, ended.out.find('\n', at) - at);
   EXPECT_THAT(line, HasSubstr("corridor/compliance"));
   EXPECT_THAT(line, HasSubstr("kB"));
   EXPECT_THAT(line, HasSubstr(" us"));
@@ -198,15 +180,14 @@ TEST_F(PlayedNeedle, ExplainsWhatItCosts) {
 // The pierced box lies turned beside another box; the needle enters it as it does alone.
 TEST_F(PlayedNeedle, PiercesOneOfSeveralOrgans) {
   write_pierced(folder_, kPlaced + kNeedle);
-  ASSERT_EQ(run("scene.toml -o alone").code, 0);
+  played("scene.toml -o alone");
   std::ofstream(folder_ / "scene.toml")
       << "name = \"test\"\nunit = \"mm\"\n[[organ]]\nname = \"other\"\nbundle = \"box.h5\"\nposition = [300, 0, 0]\n"
       << "[[organ]]\nname = \"pierced\"\nbundle = \"pierced.h5\"\nposition = [10, 20, 30]\nturn = [0, 0, 90]\n"
       << kPlaced << "organ = \"pierced\"\n"
       << kNeedle;
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> alone = rows_of("alone"), rows = rows_of("out");
+  const ProgramRun ended = played("scene.toml -o out");
+  const std::vector<Row> alone = rows_of("alone/needles.csv"), rows = rows_of("out/needles.csv");
   ASSERT_EQ(rows.size(), alone.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     EXPECT_EQ(rows[i].at("organ"), "pierced");

@@ -2,10 +2,8 @@
 #include <gmock/gmock.h>
 #include <palpate/palpate_world.h>
 
-#include <nlohmann/json.hpp>
 #include <regex>
 
-#include "tests/programs/player/csv_rows.h"
 #include "tests/programs/player/played_scene.h"
 
 namespace palpate {
@@ -36,17 +34,16 @@ TEST_F(PlayedOrgans, OneOrganGivesTheBitsOfItsScene) {
   const std::string grip = "[[tool]]\nname = \"clamp\"\npath = [[0, 60, 25, 20], [0.1, 63, 25, 20]]\n";
   const std::string held = "[[tool.grip]]\nnearest = [60, 25, 20]\n";
   write_scene(kProbe + grip + held, effects);
-  ASSERT_EQ(run("scene.toml -o alone").code, 0);
+  played("scene.toml -o alone");
   write_organs(organ("box"), kProbe + grip + held, effects);
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  EXPECT_EQ(read_text(folder_ / "out/forces.csv"), read_text(folder_ / "alone/forces.csv"));
-  EXPECT_EQ(without_column(read_text(folder_ / "out/contacts.csv"), "box"), read_text(folder_ / "alone/contacts.csv"));
-  EXPECT_EQ(read_text(folder_ / "out/shapes/organ_box_000003.vtu"),
-            read_text(folder_ / "alone/shapes/organ_000003.vtu"));
+  played("scene.toml -o out");
+  EXPECT_EQ(file_bytes(folder_ / "out/forces.csv"), file_bytes(folder_ / "alone/forces.csv"));
+  EXPECT_EQ(without_column(file_bytes(folder_ / "out/contacts.csv"), "box"),
+            file_bytes(folder_ / "alone/contacts.csv"));
+  EXPECT_EQ(file_bytes(folder_ / "out/shapes/organ_box_000003.vtu"),
+            file_bytes(folder_ / "alone/shapes/organ_000003.vtu"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/pairs.csv"));
-  const json summary = json::parse(read_text(folder_ / "out/summary.json")),
-             alone = json::parse(read_text(folder_ / "alone/summary.json"));
+  const json summary = summary_of(), alone = summary_of("alone");
   EXPECT_EQ(summary["tools"], alone["tools"]);
   EXPECT_EQ(summary["warnings"].size(), alone["warnings"].size());
   EXPECT_EQ(summary["organs"][0]["largest_displacement_m"], alone["largest_displacement_m"]);
@@ -62,18 +59,17 @@ TEST_F(PlayedOrgans, OrgansAreWhereTheirPosesPutThemAndPressOneAnother) {
       "[[tool]]\nname = \"finger\"\norgan = \"above\"\npoints = [[0, 0, 0]]\nnear = [45, 25, 0]\n"
       "depth = [[0, -4], [0.1, 4]]\n";
   write_organs(organs, finger);
-  const Ended ended = run("scene.toml -o out --export out.glb");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const ProgramRun ended = played("scene.toml -o out --export out.glb");
 
   // It comes from above, since the lower face of the bundle is now the upper one, at z = 80.5 mm.
-  const std::vector<Row> forces = read_rows(folder_ / "out/forces.csv");
+  const std::vector<Row> forces = rows_of("out/forces.csv");
   // The normal there leans by up to 6 degrees, since the surface counts as smooth: 0.4 of 4 mm.
   EXPECT_NEAR(number(forces.front(), "x_m"), 0.045, 4e-4);
   EXPECT_NEAR(number(forces.front(), "y_m"), 0.025, 4e-4);
   EXPECT_NEAR(number(forces.front(), "z_m"), 0.0845, 4e-4);
   EXPECT_GT(number(forces.back(), "force_z_N"), 0.01);
 
-  const std::vector<Row> states = read_rows(folder_ / "out/organs.csv");
+  const std::vector<Row> states = rows_of("out/organs.csv");
   ASSERT_EQ(states.size(), 3 * 101u);
   const Row &below = states[300], &above = states[301], &aside = states[302];
   EXPECT_EQ(below.at("organ"), "below");
@@ -83,23 +79,23 @@ TEST_F(PlayedOrgans, OrgansAreWhereTheirPosesPutThemAndPressOneAnother) {
   EXPECT_EQ(number(aside, "force_z_N"), 0);
   EXPECT_EQ(aside.at("near_tools"), "0");
   double pressed = 0;
-  for (const Row& pair : read_rows(folder_ / "out/pairs.csv")) {
+  for (const Row& pair : rows_of("out/pairs.csv")) {
     if (number(pair, "time_s") < 0.0995) continue;
     EXPECT_GT(number(pair, "pressure_Pa"), 0);
     pressed += (pair.at("organ") == "above" ? 1 : -1) * number(pair, "force_z_N");
   }
   EXPECT_NEAR(pressed, number(above, "pressed_z_N"), 1e-9);
 
-  const json summary = json::parse(read_text(folder_ / "out/summary.json"));
+  const json summary = summary_of();
   EXPECT_EQ(summary["organs"].size(), 3u);
   EXPECT_NEAR(summary["organs"][1]["peak_pressed_N"].get<double>(), number(above, "pressed_z_N"),
               0.2 * number(above, "pressed_z_N"));
   EXPECT_EQ(summary["organs"][2]["largest_displacement_m"], 0);
   EXPECT_THAT(ended.errors, HasSubstr("organ \"below\": other organs press with up to"));
-  const std::string pvd = read_text(folder_ / "out/shapes.pvd");
+  const std::string pvd = file_bytes(folder_ / "out/shapes.pvd");
   for (const char* part : {"tools_000000", "organ_below_000000", "organ_above_000000", "organ_aside_000000"})
     EXPECT_THAT(pvd, HasSubstr(part));
-  EXPECT_THAT(read_text(folder_ / "out.glb"), HasSubstr("\"name\":\"aside\""));
+  EXPECT_THAT(file_bytes(folder_ / "out.glb"), HasSubstr("\"name\":\"aside\""));
 }
 
 // The far face of the second box looks at that of the first one, 15 mm away.
@@ -114,9 +110,8 @@ TEST_F(PlayedOrgans, LinksJoinOrgans) {
       "[[link]]\nname = \"suture\"\nkind = \"thread\"\norgans = [\"one\", \"other\"]\n"
       "places = [[60, 10, 10], [60, 40, 10]]\nbreaking_force = 0.01\nrest_length = 10\n";
   write_organs(organs, finger + links);
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const std::vector<Row> rows = read_rows(folder_ / "out/links.csv");
+  const ProgramRun ended = played("scene.toml -o out");
+  const std::vector<Row> rows = rows_of("out/links.csv");
   ASSERT_EQ(rows.size(), 2 * 51u);
   const Row &first = rows.front(), &last = rows[rows.size() - 2];
   EXPECT_EQ(last.at("organ"), "one+other");
@@ -129,7 +124,7 @@ TEST_F(PlayedOrgans, LinksJoinOrgans) {
   EXPECT_GT(number(last, "first_x_m"), 0.06);
   EXPECT_LT(number(last, "second_x_m"), 0.075);
   EXPECT_EQ(rows.back().at("condition"), "broken");
-  const json summary = json::parse(read_text(folder_ / "out/summary.json"));
+  const json summary = summary_of();
   ASSERT_EQ(summary["links"].size(), 2u);
   EXPECT_EQ(summary["links"][0]["organs"], "one+other");
   EXPECT_NEAR(summary["links"][0]["peak_tension_N"].get<double>(), number(last, "tension_N"), 1e-3);
@@ -138,16 +133,15 @@ TEST_F(PlayedOrgans, LinksJoinOrgans) {
   EXPECT_EQ(summary["links"][1]["events"].back()["time_s"], summary["links"][1]["broken_s"]);
   EXPECT_EQ(summary["links"][0]["events"], json::parse(R"([{"time_s": 0.0, "became": "taut"}])"));
   EXPECT_EQ(summary["touches_with_flag"]["LINK_BROKE"], 1);
-  EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("shapes/links_000000.vtu"));
-  EXPECT_THAT(read_text(folder_ / "out/shapes/links_000000.vtu"), HasSubstr("Name=\"tension\""));
+  EXPECT_THAT(file_bytes(folder_ / "out/shapes.pvd"), HasSubstr("shapes/links_000000.vtu"));
+  EXPECT_THAT(file_bytes(folder_ / "out/shapes/links_000000.vtu"), HasSubstr("Name=\"tension\""));
   EXPECT_THAT(ended.errors, HasSubstr("link \"ligament\" of one+other: largest tension"));
-  const Ended explained = run("scene.toml --explain");
-  EXPECT_EQ(explained.code, 0) << explained.errors;
-  EXPECT_THAT(explained.output, HasSubstr("world: links"));
+  const ProgramRun explained = played("scene.toml --explain");
+  EXPECT_THAT(explained.out, HasSubstr("world: links"));
 
   const auto refusal = [&](const std::string& link) {
     write_organs(organs, finger + "[[link]]\nname = \"ligament\"\nkind = \"spring\"\n" + link);
-    const Ended refused = run("scene.toml -o refused");
+    const ProgramRun refused = run("scene.toml -o refused");
     EXPECT_NE(refused.code, 0);
     return refused.errors;
   };
@@ -184,30 +178,28 @@ TEST_F(PlayedOrgans, ExplainsTheSearchOfPairsTheJointSolveAndEachOrgan) {
       "[[tool]]\nname = \"finger\"\norgan = \"above\"\npoints = [[0, 0, 0]]\nnear = [45, 25, 0]\n"
       "depth = [[0, -1], [0.1, 4]]\n";
   write_organs(organs, finger, "[world]\npairs = 60\n");
-  const Ended ended = run("scene.toml -o out --explain");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
+  const ProgramRun ended = played("scene.toml -o out --explain");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
   for (const char* name : {"organ \"below\"", "organ \"above\""}) {
-    const std::string part = part_of_plan(ended.output, name);
-    EXPECT_GE(measured_us(part, "collision: deformed"), 0) << ended.output;
+    const std::string part = part_of_plan(ended.out, name);
+    EXPECT_GE(measured_us(part, "collision: deformed"), 0) << ended.out;
     EXPECT_THAT(part, HasSubstr("tensors/displacement_surface"));
   }
-  const std::string world = part_of_plan(ended.output, "the world");
+  const std::string world = part_of_plan(ended.out, "the world");
   // Whatever the machine does meanwhile: they are not measured as nothing.
   for (const char* pass : {"world: search of pairs", "world: joint solve"})
-    EXPECT_GT(measured_us(world, pass), 0.01) << ended.output;
+    EXPECT_GT(measured_us(world, pass), 0.01) << ended.out;
   // Both have memory of their own, which the table states.
   EXPECT_THAT(world, testing::ContainsRegex("joint solve +- +[0-9.]+ [kM]B"));
-  EXPECT_THAT(ended.output, testing::ContainsRegex("with [1-9][0-9]* pairs, [1-9][0-9]* rows of organs that touch"));
-  EXPECT_THAT(ended.output, HasSubstr("operations of all organs"));
-  EXPECT_THAT(ended.output, HasSubstr("\norgan \"above\": scene: "));
+  EXPECT_THAT(ended.out, testing::ContainsRegex("with [1-9][0-9]* pairs, [1-9][0-9]* rows of organs that touch"));
+  EXPECT_THAT(ended.out, HasSubstr("operations of all organs"));
+  EXPECT_THAT(ended.out, HasSubstr("\norgan \"above\": scene: "));
 
   // Organs that pass through one another have neither.
   write_organs(organs, finger);
-  const Ended apart = run("scene.toml -o out --explain");
-  ASSERT_EQ(apart.code, 0) << apart.errors;
-  EXPECT_THAT(part_of_plan(apart.output, "the world"), testing::Not(HasSubstr("pairs")));
-  EXPECT_GE(measured_us(part_of_plan(apart.output, "the world"), "world: input"), 0) << apart.output;
+  const ProgramRun apart = played("scene.toml -o out --explain");
+  EXPECT_THAT(part_of_plan(apart.out, "the world"), testing::Not(HasSubstr("pairs")));
+  EXPECT_GE(measured_us(part_of_plan(apart.out, "the world"), "world: input"), 0) << apart.out;
 }
 
 TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
@@ -216,7 +208,7 @@ TEST_F(PlayedOrgans, BundlesAreGivenByTheNamesOfTheOrgans) {
   expect_refused("scene.toml -o out", "scene.toml:3: organ \"one\"");
   expect_refused("scene.toml -o out --bundle three=a=b.h5", "(\"one\", \"two\")");
   expect_refused("scene.toml -o out --bundle one=missing.h5 --bundle two=a=b.h5", "missing.h5");
-  EXPECT_EQ(run("scene.toml -o out --bundle one=a=b.h5 --bundle two=a=b.h5").code, 0);
+  played("scene.toml -o out --bundle one=a=b.h5 --bundle two=a=b.h5");
 }
 
 TEST_F(PlayedOrgans, RefusesWhatOneOrganAloneCanDo) {

@@ -8,11 +8,6 @@
 #include <palpate/palpate_scene_def.hpp>
 
 #include <array>
-#include <cstdlib>
-#include <fstream>
-#include <iterator>
-#include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "programs/player/explain.h"
@@ -30,45 +25,22 @@ using namespace tests;
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-using Row = std::map<std::string, std::string>;
-std::vector<Row> read_rows(const fs::path& file) {
-  const auto split = [](const std::string& line) {
-    std::vector<std::string> cells;
-    std::stringstream stream(line);
-    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-    return cells;
-  };
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  const auto header = split(line);
-  std::vector<Row> rows;
-  while (std::getline(stream, line)) {
-    const auto cells = split(line);
-    EXPECT_EQ(cells.size(), header.size()) << line;
-    rows.emplace_back();
-    for (std::size_t i = 0; i < header.size() && i < cells.size(); ++i) rows.back()[header[i]] = cells[i];
-  }
-  return rows;
-}
-
 TEST_F(PlayedScene, TakesAToolAwayWhenItsSceneSaysSo) {
   write_scene(kProbe + "away = [[0, 0.01], [0.08, 0.09]]\n");
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  const auto rows = read_rows(folder_ / "out/forces.csv");
+  played("scene.toml -o out");
+  const auto rows = rows_of("out/forces.csv");
   ASSERT_EQ(rows.size(), 101u);
-  EXPECT_GT(std::stod(rows[79].at("force_z_N")), 0.01);
+  EXPECT_GT(number(rows[79], "force_z_N"), 0.01);
   for (std::size_t step = 80; step < 90; ++step) {
     EXPECT_EQ(rows[step].at("contacts"), "0") << step;
-    EXPECT_EQ(std::stod(rows[step].at("raw_z_N")), 0) << step;
+    EXPECT_EQ(number(rows[step], "raw_z_N"), 0) << step;
   }
 }
 
 TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
   write_scene(kProbe);
-  ASSERT_EQ(run("scene.toml -o out").code, 0);
-  const auto rows = read_rows(folder_ / "out/forces.csv");
+  played("scene.toml -o out");
+  const auto rows = rows_of("out/forces.csv");
   ASSERT_EQ(rows.size(), 101u);
 
   palpate_bundle* bundle = nullptr;
@@ -92,10 +64,10 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
     for (int d = 0; d < 3; ++d) {
       // The path is evaluated in another order of roundings: 1e-15 of 0.04 m, over a displacement of 1e-5 m.
       const double force = palpate_contacts_tool(contacts, 0)->force[d];
-      EXPECT_NEAR(std::stod(row.at(std::string("force_") + axes[d] + "_N")), force, 1e-9);
-      EXPECT_NEAR(std::stod(row.at(std::string("raw_") + axes[d] + "_N")),
-                  palpate_contacts_tool(contacts, 0)->force_raw[d], 1e-9);
-      EXPECT_NEAR(std::stod(row.at(std::string(axes[d]) + "_m")), point[d], 1e-15);
+      EXPECT_NEAR(number(row, std::string("force_") + axes[d] + "_N"), force, 1e-9);
+      EXPECT_NEAR(number(row, std::string("raw_") + axes[d] + "_N"), palpate_contacts_tool(contacts, 0)->force_raw[d],
+                  1e-9);
+      EXPECT_NEAR(number(row, std::string(axes[d]) + "_m"), point[d], 1e-15);
       largest = std::max(largest, std::abs(force));
     }
   }
@@ -112,14 +84,13 @@ TEST_F(PlayedScene, WarnsOfAToolThatNeverTouchedWithTheLeastDistanceAndWhere) {
   write_scene(
       "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 1]]\npath = [[0, 41, -26, 44], [0.1, 41, -26, 35], [0.2, 41, -30, "
       "30]]\n");
-  const Ended missed = run("scene.toml -o out");
-  EXPECT_EQ(missed.code, 0);
+  const ProgramRun missed = played("scene.toml -o out");
   const std::string sentence = "tool \"probe\" never touched";
   EXPECT_THAT(missed.errors, HasSubstr("warning: " + sentence));
   // The first step at which the point is level with the box, whose top is at z = 40.
   EXPECT_THAT(missed.errors, testing::AllOf(HasSubstr(" 26 mm "), HasSubstr("0.056 s"),
                                             HasSubstr("[41, -26, 39.96] mm"), HasSubstr("[41, 0, 39.96] mm")));
-  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  const auto summary = summary_of();
   ASSERT_EQ(summary["warnings"].size(), 1u) << summary["warnings"];
   EXPECT_THAT(std::string(summary["warnings"][0]), HasSubstr(sentence));
 
@@ -136,18 +107,17 @@ TEST_F(PlayedScene, WarnsOfAToolThatNeverTouchedWithTheLeastDistanceAndWhere) {
 
 TEST_F(PlayedScene, WarnsOfNothingWhereAToolTouchesWithinTheLimits) {
   write_scene(kProbe, kAcceptsSixMillimetres);
-  const Ended touched = run("scene.toml -o touched --strict");
-  EXPECT_EQ(touched.code, 0);
+  const ProgramRun touched = played("scene.toml -o touched --strict");
   EXPECT_THAT(touched.errors, testing::Not(HasSubstr("warning")));
   EXPECT_THAT(touched.errors, HasSubstr("note: tool \"probe\": largest force "));
-  EXPECT_EQ(nlohmann::json::parse(read_text(folder_ / "touched/summary.json"))["warnings"], nlohmann::json::array());
+  EXPECT_EQ(summary_of("touched")["warnings"], nlohmann::json::array());
 }
 
 TEST_F(PlayedScene, WarnsOfAToolThatBeganInside) {
   const std::string tool = "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 5], [0, 0, -7]]\n";
   write_scene(tool + "path = [[0, 41, 26, 37], [0.1, 41, 26, 36]]\n");
   const std::string sentence = "warning: tool \"probe\" began inside the organ";
-  const Ended ended = run("scene.toml -o out");
+  const ProgramRun ended = run("scene.toml -o out");
   EXPECT_THAT(ended.errors,
               testing::AllOf(HasSubstr(sentence), HasSubstr("point 1 begins 10 mm deep, at [41, 26, 30] mm"),
                              HasSubstr("none of this tool's did")));
@@ -174,7 +144,7 @@ TEST_F(PlayedScene, WarnsOfADisplacementBeyondLinearElasticity) {
   write_scene(kProbe, "[limits]\ndisplacement = 0.001\n");
   EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("1 mm that `displacement`"));
   // The bundle's own figure wins over 10 mm.
-  tests::BundleParts parts = tests::tiny_bundle();
+  BundleParts parts = tiny_bundle();
   parts.provenance.insert(1, "\"accuracy_linear_limit_mm\":3.5,");
   write_bundle(folder_ / "box.h5", parts);
   write_scene(kProbe);
@@ -182,12 +152,11 @@ TEST_F(PlayedScene, WarnsOfADisplacementBeyondLinearElasticity) {
 }
 
 TEST_F(PlayedScene, KnowsNoLimitOfLinearElasticityUnderLargeDeformation) {
-  tests::BundleParts parts = tests::tiny_bundle();
+  BundleParts parts = tiny_bundle();
   add_large_deformation(parts, {0});
   write_bundle(folder_ / "box.h5", parts);
   write_scene(kProbe, "[effects]\ndeformation = \"large\"\n");
-  const Ended ended = run("scene.toml -o out");
-  EXPECT_EQ(ended.code, 0) << ended.errors;
+  const ProgramRun ended = played("scene.toml -o out");
   EXPECT_THAT(ended.errors, testing::Not(HasSubstr("linear elasticity")));
   write_scene(kProbe, "[effects]\ndeformation = \"large\"\n[limits]\ndisplacement = 0.001\n");
   EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("1 mm that `displacement`"));
@@ -201,65 +170,63 @@ std::size_t times(const std::string& part, const std::string& text) {
 
 // 2,000 operations have no room for a step of large deformation.
 TEST_F(PlayedScene, ExplainsThatLargeDeformationTakesItsStepsWhateverTheLimitSays) {
-  tests::BundleParts parts = tests::tiny_bundle();
+  BundleParts parts = tiny_bundle();
   add_large_deformation(parts, {0});
   add_everything(parts);  // a preload, which this scene leaves out
   write_bundle(folder_ / "box.h5", parts);
   const std::string large = "[effects]\ncollision = \"off\"\ndeformation = \"large\"\n",
                     note = "\nscene: deformation LARGE takes up to 3 steps in a touch, ";
   write_scene(kProbe, large + "[limits]\noperations = 2000\n");
-  const Ended ended = run("scene.toml --explain --strict");
-  EXPECT_EQ(ended.code, 0) << ended.errors;
-  EXPECT_EQ(times(note, ended.output), 1u) << ended.output;
+  const ProgramRun ended = played("scene.toml --explain --strict");
+  EXPECT_EQ(times(note, ended.out), 1u) << ended.out;
   EXPECT_THAT(ended.errors, testing::Not(HasSubstr("preload")));
   EXPECT_THAT(run("scene.toml -o out").errors, testing::Not(HasSubstr("scene:")));  // notes are of the plan alone
   write_scene(kProbe, large + "[limits]\noperations = 100000000\n");
-  EXPECT_EQ(times(note, run("scene.toml --explain").output), 0u);
+  EXPECT_EQ(times(note, run("scene.toml --explain").out), 0u);
 }
 
 TEST_F(PlayedScene, WarnsOnceOfWhatTheLibraryWarnsOf) {
-  tests::BundleParts parts = tests::tiny_bundle();
+  BundleParts parts = tiny_bundle();
   store_as_f16(parts);
   write_bundle(folder_ / "box.h5", parts);
   write_scene(kProbe, "[limits]\npoints = 300\ndisplacement = 0.006\n");
   const std::string warning = "scene: the tensors have half precision, too coarse for 300 contacts at once";
   for (const std::string how : {"-o out", "--explain", "--realtime --rate 500 --seconds 0.1 -o clock"}) {
-    const Ended ended = run("scene.toml --strict " + how);
+    const ProgramRun ended = run("scene.toml --strict " + how);
     EXPECT_EQ(ended.code, 3) << how << ended.errors;
     EXPECT_EQ(times("warning: " + warning, ended.errors), 1u) << how << ended.errors;
   }
   for (const char* folder : {"out", "clock"}) {
-    const auto told = nlohmann::json::parse(read_text(folder_ / folder / "summary.json"))["warnings"].dump();
+    const auto told = summary_of(folder)["warnings"].dump();
     EXPECT_EQ(times(warning, told), 1u) << told;
   }
 }
 
 TEST_F(PlayedScene, SolvesLargeDeformationBesideTheTouchAtItsRate) {
-  tests::BundleParts parts = tests::tiny_bundle();
+  BundleParts parts = tiny_bundle();
   add_large_deformation(parts, {0});
   write_bundle(folder_ / "box.h5", parts);
-  const auto played = [&](const std::string& rate) {
+  const auto forces_at = [&](const std::string& rate) {
     write_scene(kProbe, "[effects]\ndeformation = \"large-beside\"\n[rate]\n" + rate);
-    const Ended ended = run("scene.toml -o out");
-    EXPECT_EQ(ended.code, 0) << ended.errors;
-    const std::string forces = read_text(folder_ / "out/forces.csv");
-    const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+    played("scene.toml -o out");
+    const std::string forces = file_bytes(folder_ / "out/forces.csv");
+    const auto summary = summary_of();
     EXPECT_EQ(summary["deform_hz"], rate == "deform = 200\n" ? 200 : 50);
     EXPECT_TRUE(summary["timing_us"].contains("deform"));
     return forces;
   };
-  const std::string often = played("deform = 200\n");
-  EXPECT_EQ(often, played("deform = 200\n")) << "a run is not the same twice";
-  EXPECT_NE(often, played("deform = 50\n"));
-  EXPECT_THAT(run("scene.toml --explain").output, HasSubstr("deformation: large-beside"));
-  EXPECT_THAT(run("scene.toml --realtime --rate 500 --seconds 0.2 -o clock").output, HasSubstr("solve beside touch"));
+  const std::string often = forces_at("deform = 200\n");
+  EXPECT_EQ(often, forces_at("deform = 200\n")) << "a run is not the same twice";
+  EXPECT_NE(often, forces_at("deform = 50\n"));
+  EXPECT_THAT(run("scene.toml --explain").out, HasSubstr("deformation: large-beside"));
+  EXPECT_THAT(run("scene.toml --realtime --rate 500 --seconds 0.2 -o clock").out, HasSubstr("solve beside touch"));
   std::filesystem::remove_all(folder_ / "out");
   write_scene(kProbe, "[effects]\ndeformation = \"large-beside\"\n[rate]\ndeform = 2000\n");
   expect_refused("scene.toml -o out", "1000 Hz");
 }
 
 TEST_F(PlayedScene, WarnsOfTenMillimetresOnALargeOrganWithoutAFigureOfItsOwn) {
-  write_bundle(folder_ / "box.h5", tests::tiny_bundle({.size = {0.3, 0.25, 0.2}}));
+  write_bundle(folder_ / "box.h5", tiny_bundle({.size = {0.3, 0.25, 0.2}}));
   const auto pressed_to = [&](const std::string& z) {
     write_scene("[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 205, 130, 201], [0.1, 205, 130, " + z +
                 "]]\n");
@@ -271,7 +238,7 @@ TEST_F(PlayedScene, WarnsOfTenMillimetresOnALargeOrganWithoutAFigureOfItsOwn) {
 
 TEST_F(PlayedScene, WarnsOfAnOrganThatIsNoOrgansSize) {
   const auto warned_of = [&](double scale) {
-    write_bundle(folder_ / "box.h5", tests::tiny_bundle({.size = {0.06 * scale, 0.05 * scale, 0.04 * scale}}));
+    write_bundle(folder_ / "box.h5", tiny_bundle({.size = {0.06 * scale, 0.05 * scale, 0.04 * scale}}));
     write_scene("[[tool]]\nname = \"clamp\"\npath = [[0, 0, 0, 0]]\n[[tool.grip]]\nnearest = [" +
                 std::to_string(60 * scale) + ", 0, 0]\n");
     return run("scene.toml -o out").errors;
@@ -283,34 +250,33 @@ TEST_F(PlayedScene, WarnsOfAnOrganThatIsNoOrgansSize) {
 
 TEST_F(PlayedScene, NamesTheStepFlagsThatWereRaisedWithTheirCount) {
   write_scene(kProbe, "[limits]\nforce = 1e-3\ndisplacement = 0.006\n");
-  const Ended ended = run("scene.toml -o out");
-  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  const ProgramRun ended = run("scene.toml -o out");
+  const auto summary = summary_of();
   const int count = summary["touches_with_flag"]["FORCE_LIMITED"];
   EXPECT_GT(count, 0);
   const std::string sentence = std::to_string(count) + " of 101 touches raised FORCE_LIMITED";
   EXPECT_THAT(ended.errors, HasSubstr("warning: " + sentence));
   ASSERT_EQ(summary["warnings"].size(), 1u) << summary["warnings"];
   EXPECT_THAT(std::string(summary["warnings"][0]), testing::StartsWith(sentence));
-  const Ended realtime = run("scene.toml -o clock --realtime --seconds 0.3 --rate 1000");
+  const ProgramRun realtime = run("scene.toml -o clock --realtime --seconds 0.3 --rate 1000");
   EXPECT_THAT(realtime.errors, testing::ContainsRegex("warning: .* 1000 Hz .*FORCE_LIMITED"));
-  EXPECT_EQ(nlohmann::json::parse(read_text(folder_ / "clock/summary.json"))["warnings"].size(), 1u);
+  EXPECT_EQ(summary_of("clock")["warnings"].size(), 1u);
 }
 
 TEST_F(PlayedScene, CountsTheFlagsOfShapes) {
-  tests::BundleParts parts = tests::tiny_bundle();
+  BundleParts parts = tiny_bundle();
   parts.set(formats::SectionId::response_radial, {2}, std::vector<double>{0.5e-3, 0.5e-3});
   parts.set(formats::SectionId::response_force, {2}, std::vector<double>{0.5e-3, 0.5e-3});
   parts.set(formats::SectionId::response_range, {2}, std::vector<double>{1e-3, 1e-3});
   write_bundle(folder_ / "box.h5", parts);
   write_scene(kProbe, "[effects]\nradial = \"response\"\n" + kAcceptsSixMillimetres);
   EXPECT_THAT(run("scene.toml -o out").errors, testing::ContainsRegex("warning: [1-7] of 7 .*RESPONSE_RANGE"));
-  EXPECT_TRUE(
-      nlohmann::json::parse(read_text(folder_ / "out/summary.json"))["shapes_with_flag"].contains("RESPONSE_RANGE"));
+  EXPECT_TRUE(summary_of()["shapes_with_flag"].contains("RESPONSE_RANGE"));
 }
 
 TEST_F(PlayedScene, MakesWarningsErrorsUnderStrictAndWritesTheResultsAllTheSame) {
   write_scene(kProbe);
-  const Ended ended = run("scene.toml -o out --strict");
+  const ProgramRun ended = run("scene.toml -o out --strict");
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.errors, HasSubstr("palpate-run: --strict: "));
   EXPECT_TRUE(fs::exists(folder_ / "out/forces.csv"));
@@ -319,39 +285,45 @@ TEST_F(PlayedScene, MakesWarningsErrorsUnderStrictAndWritesTheResultsAllTheSame)
 TEST_F(PlayedScene, HasContactNodesForEveryNumberOfPointsThatASceneMayHave) {
   // Three for each would be more than palpate.h allows.
   write_scene(kProbe, "[limits]\npoints = 1001\n");
-  EXPECT_EQ(run("scene.toml -o out").code, 0);
+  played("scene.toml -o out");
 }
 
 TEST_F(PlayedScene, WritesTheSameBytesTwiceButForTimings) {
   write_scene(kProbe);
-  ASSERT_EQ(run("scene.toml -o one").code, 0);
-  ASSERT_EQ(run("scene.toml -o two").code, 0);
+  played("scene.toml -o one");
+  played("scene.toml -o two");
   int files = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder_ / "one")) {
     if (!entry.is_regular_file() || entry.path().filename() == "summary.json") continue;
-    EXPECT_EQ(read_text(entry.path()), read_text(folder_ / "two" / fs::relative(entry.path(), folder_ / "one")));
+    EXPECT_EQ(file_bytes(entry.path()), file_bytes(folder_ / "two" / fs::relative(entry.path(), folder_ / "one")));
     ++files;
   }
   EXPECT_EQ(files, 3 + 2 * 7);  // two CSV, one PVD; 0.1 s at 60 Hz: frames 0 .. 6, organ and tools
-  auto one = nlohmann::json::parse(read_text(folder_ / "one/summary.json"));
-  auto two = nlohmann::json::parse(read_text(folder_ / "two/summary.json"));
+  auto one = summary_of("one");
+  auto two = summary_of("two");
   EXPECT_GT(one["timing_us"]["touch"]["max"], 0);
   one.erase("timing_us");
   two.erase("timing_us");
   EXPECT_EQ(one, two);
 }
 
+vtkNew<vtkUnstructuredGrid> read_grid(const fs::path& file) {
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName(file.c_str());
+  reader->Update();
+  vtkNew<vtkUnstructuredGrid> grid;
+  grid->ShallowCopy(reader->GetOutput());
+  return grid;
+}
+
 TEST_F(PlayedScene, WritesShapesThatVtkReadsWithThePositionsOfTheContact) {
   write_scene(kProbe, "[effects]\nshape = \"volume\"\n");
-  ASSERT_EQ(run("scene.toml -o out").code, 0);
-  const std::string pvd = read_text(folder_ / "out/shapes.pvd");
+  played("scene.toml -o out");
+  const std::string pvd = file_bytes(folder_ / "out/shapes.pvd");
   EXPECT_THAT(pvd, HasSubstr("<DataSet timestep=\"0.1\" part=\"0\" file=\"shapes/organ_000006.vtu\"/>"));
 
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  reader->SetFileName((folder_ / "out/shapes/organ_000006.vtu").c_str());
-  reader->Update();
-  vtkUnstructuredGrid* organ = reader->GetOutput();
-  const tests::BundleParts parts = tests::tiny_bundle();
+  const auto organ = read_grid(folder_ / "out/shapes/organ_000006.vtu");
+  const BundleParts parts = tiny_bundle();
   const auto nodes = parts.get<double>(formats::SectionId::nodes);
   ASSERT_EQ(organ->GetNumberOfPoints() * 3, static_cast<vtkIdType>(nodes.size()));
   EXPECT_EQ(organ->GetNumberOfCells() * 4,
@@ -371,19 +343,17 @@ TEST_F(PlayedScene, WritesShapesThatVtkReadsWithThePositionsOfTheContact) {
     EXPECT_EQ(fixed->GetTuple1(n), nodes[3 * n] == 0.0 ? 1 : 0);
   }
   EXPECT_GT(largest, 3e-3);  // the probe went about 5 mm in
-  const auto rows = read_rows(folder_ / "out/forces.csv");
-  EXPECT_NEAR(force[2], -std::stod(rows.back().at("raw_z_N")), 1e-12);  // the organ feels what the tool does not
+  const auto rows = rows_of("out/forces.csv");
+  EXPECT_NEAR(force[2], -number(rows.back(), "raw_z_N"), 1e-12);  // the organ feels what the tool does not
 
-  reader->SetFileName((folder_ / "out/shapes/tools_000006.vtu").c_str());
-  reader->Update();
-  ASSERT_EQ(reader->GetOutput()->GetNumberOfPoints(), 1);
-  EXPECT_NEAR(reader->GetOutput()->GetPoint(0)[2], 0.035, 1e-15);
-  EXPECT_EQ(reader->GetOutput()->GetPointData()->GetArray("force")->GetComponent(0, 2),
-            std::stod(rows.back().at("force_z_N")));
+  const auto tools = read_grid(folder_ / "out/shapes/tools_000006.vtu");
+  ASSERT_EQ(tools->GetNumberOfPoints(), 1);
+  EXPECT_NEAR(tools->GetPoint(0)[2], 0.035, 1e-15);
+  EXPECT_EQ(tools->GetPointData()->GetArray("force")->GetComponent(0, 2), number(rows.back(), "force_z_N"));
 }
 
 // The box's own surface as a render mesh: it goes where the nodes go.
-std::string ply_of(const tests::BundleParts& parts, const std::string& unit = "mm") {
+std::string ply_of(const BundleParts& parts, const std::string& unit = "mm") {
   const auto nodes = parts.get<double>(formats::SectionId::nodes);
   const auto triangles = parts.get<std::int32_t>(formats::SectionId::triangles);
   const double scale = unit == "mm" ? 1000 : 1;
@@ -397,22 +367,13 @@ std::string ply_of(const tests::BundleParts& parts, const std::string& unit = "m
   return text.str();
 }
 
-vtkNew<vtkUnstructuredGrid> read_grid(const fs::path& file) {
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  reader->SetFileName(file.c_str());
-  reader->Update();
-  vtkNew<vtkUnstructuredGrid> grid;
-  grid->ShallowCopy(reader->GetOutput());
-  return grid;
-}
-
 TEST_F(PlayedScene, MovesARenderMeshWithTheOrganInEveryUnit) {
   write_scene(kProbe);
-  const tests::BundleParts parts = tests::tiny_bundle();
+  const BundleParts parts = tiny_bundle();
   for (const std::string unit : {"mm", "m"}) {
     std::ofstream(folder_ / "fine.ply") << ply_of(parts, unit);
-    ASSERT_EQ(run("scene.toml -o out --render-mesh fine.ply" + (unit == "mm" ? "" : " --render-unit " + unit)).code, 0);
-    EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("part=\"2\" file=\"shapes/skin_000006.vtu\""));
+    played("scene.toml -o out --render-mesh fine.ply" + (unit == "mm" ? "" : " --render-unit " + unit));
+    EXPECT_THAT(file_bytes(folder_ / "out/shapes.pvd"), HasSubstr("part=\"2\" file=\"shapes/skin_000006.vtu\""));
     const auto organ = read_grid(folder_ / "out/shapes/organ_000006.vtu"),
                skin = read_grid(folder_ / "out/shapes/skin_000006.vtu");
     EXPECT_EQ(skin->GetNumberOfPoints() * 3,
@@ -425,34 +386,32 @@ TEST_F(PlayedScene, MovesARenderMeshWithTheOrganInEveryUnit) {
         largest = std::max(largest, std::abs(skin->GetPointData()->GetArray("displacement")->GetComponent(n, d)));
       }
     EXPECT_GT(largest, 3e-3);
-    const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+    const auto summary = summary_of();
     EXPECT_GT(summary["timing_us"]["skin"]["max"], 0);
   }
-  EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").output,
+  EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").out,
               HasSubstr("shape   skin: render mesh"));
 }
 
 TEST_F(PlayedScene, SinksARenderMeshToTheDiscsOfTheTools) {
-  std::ofstream(folder_ / "fine.ply") << ply_of(tests::tiny_bundle(), "m");
+  std::ofstream(folder_ / "fine.ply") << ply_of(tiny_bundle(), "m");
   const std::string tool =
       "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\ndisc_radius = 3\n"
       "path = [[0, 33, 24, 42], [0.1, 33, 24, 36]]\n";
   const auto last_skin = [&](const std::string& dent) {
     write_scene(tool, "[effects]\ncontact = \"patch\"\n" + dent);
-    const Ended ended = run("scene.toml -o out --render-mesh fine.ply --render-unit m");
-    EXPECT_EQ(ended.code, 0) << ended.errors;
+    played("scene.toml -o out --render-mesh fine.ply --render-unit m");
     return read_grid(folder_ / "out/shapes/skin_000006.vtu");
   };
   const auto off = last_skin("");
-  const std::string forces = read_text(folder_ / "out/forces.csv");
+  const std::string forces = file_bytes(folder_ / "out/forces.csv");
   const auto with = last_skin("dent = \"discs\"\n");
-  EXPECT_EQ(read_text(folder_ / "out/forces.csv"), forces) << "what is drawn changes no force";
+  EXPECT_EQ(file_bytes(folder_ / "out/forces.csv"), forces) << "what is drawn changes no force";
   double deepest = 0;
   for (vtkIdType n = 0; n < off->GetNumberOfPoints(); ++n)
     deepest = std::max(deepest, off->GetPoint(n)[2] - with->GetPoint(n)[2]);
   EXPECT_GT(deepest, 1e-4);
-  EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").output,
-              HasSubstr("shape   dent: discs"));
+  EXPECT_THAT(run("scene.toml --explain --render-mesh fine.ply --render-unit m").out, HasSubstr("shape   dent: discs"));
   std::filesystem::remove_all(folder_ / "out");  // a refused run makes none
   expect_refused("scene.toml -o out", "effects.dent: ");
   write_scene(kProbe, "[effects]\ndent = \"discs\"\n");
@@ -461,7 +420,7 @@ TEST_F(PlayedScene, SinksARenderMeshToTheDiscsOfTheTools) {
 
 TEST_F(PlayedScene, RefusesARenderMeshThatIsNone) {
   write_scene(kProbe);
-  const std::string good = ply_of(tests::tiny_bundle());
+  const std::string good = ply_of(tiny_bundle());
   std::ofstream(folder_ / "cut.ply") << good.substr(0, good.size() / 2);
   std::ofstream(folder_ / "points.ply") << "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
                                            "y\nproperty float z\nend_header\n1 2 3\n";
@@ -480,34 +439,31 @@ TEST_F(PlayedScene, MovesGripsOnlyAlongTheirAxes) {
       "[[tool]]\nname = \"plate\"\npath = [[0, 9, 9, 9], [0.1, 9, 9, 7]]\n[[tool.grip]]\n"
       "box = { min = [50, -1, 39], max = [61, 51, 41] }\naxes = \"z\"\n",
       "[effects]\ncollision = \"off\"\n[rate]\ntouch = 100\nshape = 10\n");
-  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  played("scene.toml -o out");
   std::vector<Row> last;
-  for (const Row& row : read_rows(folder_ / "out/contacts.csv"))
+  for (const Row& row : rows_of("out/contacts.csv"))
     if (row.at("time_s") == "0.1") last.push_back(row);
   ASSERT_EQ(last.size(), 4u);  // the edge x = 60, z = 40 of a box of 3 x 3 x 3 cells
   for (const Row& row : last) {
-    EXPECT_EQ(std::stod(row.at("force_x_N")), 0);
-    EXPECT_EQ(std::stod(row.at("force_y_N")), 0);
-    EXPECT_LT(std::stod(row.at("force_z_N")), 0);  // held down by 2 mm
+    EXPECT_EQ(number(row, "force_x_N"), 0);
+    EXPECT_EQ(number(row, "force_y_N"), 0);
+    EXPECT_LT(number(row, "force_z_N"), 0);  // held down by 2 mm
   }
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  reader->SetFileName((folder_ / "out/shapes/organ_000001.vtu").c_str());
-  reader->Update();
+  const auto organ = read_grid(folder_ / "out/shapes/organ_000001.vtu");
   for (const Row& row : last)
-    EXPECT_NEAR(
-        reader->GetOutput()->GetPointData()->GetArray("displacement")->GetComponent(std::stoi(row.at("node")), 2),
-        -0.002, 2e-8);  // tensors in f32: 1e-5 of 2 mm
+    EXPECT_NEAR(organ->GetPointData()->GetArray("displacement")->GetComponent(std::stoi(row.at("node")), 2), -0.002,
+                2e-8);  // tensors in f32: 1e-5 of 2 mm
 }
 
 TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
-  const tests::BundleParts parts = tests::tiny_bundle();
+  const BundleParts parts = tiny_bundle();
   std::ofstream(folder_ / "tumour.ply") << ply_of(parts);
   const std::string effects = "[effects]\nshape = \"volume\"\ninside = true\n";
   const std::string carried = "[[carried]]\nname = \"tumour\"\nfile = \"tumour.ply\"\nwithin = 0.001\n";
   write_scene(carried + kProbe, effects);
-  const Ended ended = run("scene.toml -o out");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  EXPECT_THAT(read_text(folder_ / "out/shapes.pvd"), HasSubstr("part=\"2\" file=\"shapes/carried_tumour_000006.vtu\""));
+  played("scene.toml -o out");
+  EXPECT_THAT(file_bytes(folder_ / "out/shapes.pvd"),
+              HasSubstr("part=\"2\" file=\"shapes/carried_tumour_000006.vtu\""));
   const auto organ = read_grid(folder_ / "out/shapes/organ_000006.vtu"),
              tumour = read_grid(folder_ / "out/shapes/carried_tumour_000006.vtu");
   const auto array = [&](const char* name) { return organ->GetPointData()->GetArray(name); };
@@ -539,10 +495,9 @@ TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
     most = std::max(most, von_mises);
   }
   EXPECT_GT(most, 100);
-  EXPECT_GT(nlohmann::json::parse(read_text(folder_ / "out/summary.json"))["timing_us"]["inside"]["p50"], 0);
-  const Ended explained = run("scene.toml --explain");
-  EXPECT_EQ(explained.code, 0) << explained.errors;
-  EXPECT_THAT(explained.output, HasSubstr("inside: strain and stress"));
+  EXPECT_GT(summary_of()["timing_us"]["inside"]["p50"], 0);
+  const ProgramRun explained = played("scene.toml --explain");
+  EXPECT_THAT(explained.out, HasSubstr("inside: strain and stress"));
   // What does not fit together.
   fs::remove_all(folder_ / "out");
   write_scene(kProbe, "[effects]\ninside = true\n");
@@ -553,7 +508,7 @@ TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
   expect_refused("scene.toml -o out", "no other [[carried]]");
   std::ofstream(folder_ / "tumour.ply") << ply_of(parts, "m");  // read as mm: a speck at the origin, on the surface
   write_scene(carried + kProbe, effects);
-  EXPECT_EQ(run("scene.toml -o speck").code, 0);
+  played("scene.toml -o speck");
   std::ofstream(folder_ / "far.ply")
       << "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
          "element face 1\nproperty list uchar int vertex_indices\nend_header\n10 10 10\n20 20 20\n10 10 -7\n3 0 1 2\n";
@@ -562,15 +517,14 @@ TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
 }
 
 TEST_F(PlayedScene, TensorsAndCarriedSurfacesOfATurnedOrganAreInTheWorldsFrame) {
-  std::ofstream(folder_ / "tumour.ply") << ply_of(tests::tiny_bundle());
+  std::ofstream(folder_ / "tumour.ply") << ply_of(tiny_bundle());
   const auto play = [&](const std::string& turn, const std::string& path, const std::string& out) {
     std::ofstream(folder_ / "scene.toml")
         << "name = \"test\"\nunit = \"mm\"\n[effects]\nshape = \"volume\"\ninside = true\n[[organ]]\nname = \"box\"\n"
            "bundle = \"box.h5\"\nturn = "
         << turn << "\n[[carried]]\nname = \"tumour\"\norgan = \"box\"\nfile = \"tumour.ply\"\nwithin = 0.001\n"
         << "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = " << path << "\n";
-    const Ended ended = run("scene.toml -o " + out);
-    EXPECT_EQ(ended.code, 0) << ended.errors;
+    played("scene.toml -o " + out);
     return folder_ / out / "shapes";
   };
   const auto plain = play("[0, 0, 0]", "[[0, 41, 26, 44], [0.1, 41, 26, 35]]", "plain");
@@ -599,36 +553,36 @@ TEST_F(PlayedScene, TensorsAndCarriedSurfacesOfATurnedOrganAreInTheWorldsFrame) 
 
 TEST_F(PlayedScene, WithoutShapeWritesNoShapes) {
   write_scene(kProbe, "[effects]\nshape = \"off\"\n");
-  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  played("scene.toml -o out");
   EXPECT_FALSE(fs::exists(folder_ / "out/shapes"));
-  EXPECT_EQ(read_rows(folder_ / "out/forces.csv").size(), 101u);
+  EXPECT_EQ(rows_of("out/forces.csv").size(), 101u);
 }
 
 TEST_F(PlayedScene, WritesEveryNthShape) {
   write_scene(kProbe);
-  ASSERT_EQ(run("scene.toml -o out --every 3").code, 0);
-  const auto summary = nlohmann::json::parse(read_text(folder_ / "out/summary.json"));
+  played("scene.toml -o out --every 3");
+  const auto summary = summary_of();
   EXPECT_EQ(summary["shapes"], 7);
   EXPECT_EQ(summary["shapes_written"], 3);
 }
 
 TEST_F(PlayedScene, ReplacesAnEarlierRunsFolderAndNoOther) {
   write_scene(kProbe);
-  ASSERT_EQ(run("scene.toml -o out").code, 0);
-  ASSERT_EQ(run("scene.toml -o out/").code, 0);
+  played("scene.toml -o out");
+  played("scene.toml -o out/");
   EXPECT_FALSE(fs::exists(folder_ / "out.part"));
   std::ofstream(folder_ / "out/thesis.txt") << "mine";
-  const Ended ended = run("scene.toml -o out");
+  const ProgramRun ended = run("scene.toml -o out");
   EXPECT_EQ(ended.code, 2);
   EXPECT_THAT(ended.errors, HasSubstr("thesis.txt"));
-  EXPECT_EQ(read_text(folder_ / "out/thesis.txt"), "mine");
+  EXPECT_EQ(file_bytes(folder_ / "out/thesis.txt"), "mine");
 }
 
 TEST_F(PlayedScene, TakesUpAfterAKilledRun) {
   write_scene(kProbe);
   fs::create_directories(folder_ / "out.part/shapes");
   std::ofstream(folder_ / "out.part/forces.csv") << "half";
-  ASSERT_EQ(run("scene.toml -o out").code, 0);
+  played("scene.toml -o out");
   EXPECT_FALSE(fs::exists(folder_ / "out.part"));
 }
 
@@ -665,31 +619,29 @@ std::map<std::string, std::array<double, 2>> explained(const std::string& output
 
 TEST_F(PlayedScene, ExplainsEveryPassOfItsPlanAndWritesNothing) {
   write_scene(kProbe, "[effects]\nshape = \"volume\"\n[relaxation]\nterms = [[0.45, 0.5]]\nsource = \"1997\"\n");
-  const Ended ended = run("scene.toml -o out --explain");
-  EXPECT_EQ(ended.code, 0) << ended.errors;
-  EXPECT_THAT(ended.output, HasSubstr("tensors/displacement_surface"));
-  EXPECT_THAT(ended.output, HasSubstr("with 3 contact nodes of 1 contacts"));
+  const ProgramRun ended = played("scene.toml -o out --explain");
+  EXPECT_THAT(ended.out, HasSubstr("tensors/displacement_surface"));
+  EXPECT_THAT(ended.out, HasSubstr("with 3 contact nodes of 1 contacts"));
   EXPECT_FALSE(fs::exists(folder_ / "out"));
-  const auto passes = explained(ended.output);
+  const auto passes = explained(ended.out);
   const char* expected[] = {"rest surface in buckets", "input",         "collision: rest",   "contact: point",
                             "solve: sticking",         "force: linear", "relaxation: prony", "output",
                             "superposition: volume",   "positions"};
-  EXPECT_EQ(passes.size(), std::size(expected)) << ended.output;
+  EXPECT_EQ(passes.size(), std::size(expected)) << ended.out;
   for (const char* name : expected) {
-    ASSERT_TRUE(passes.count(name)) << name << "\n" << ended.output;
-    EXPECT_EQ(passes.at(name)[0] > 0, std::string(name) != "rest surface in buckets") << name << "\n" << ended.output;
+    ASSERT_TRUE(passes.count(name)) << name << "\n" << ended.out;
+    EXPECT_EQ(passes.at(name)[0] > 0, std::string(name) != "rest surface in buckets") << name << "\n" << ended.out;
   }
   // Whatever the machine does meanwhile: a solve of three nodes and a field of 64 are not measured as nothing.
-  EXPECT_GT(passes.at("solve: sticking")[1], 0.01) << ended.output;
-  EXPECT_GT(passes.at("superposition: volume")[1], 0.01) << ended.output;
+  EXPECT_GT(passes.at("solve: sticking")[1], 0.01) << ended.out;
+  EXPECT_GT(passes.at("superposition: volume")[1], 0.01) << ended.out;
 }
 
 TEST_F(PlayedScene, RunsBothLoopsAgainstTheClock) {
   write_scene(kProbe);
-  const Ended ended = run("scene.toml -o out --realtime --seconds 0.3 --rate 500 --rate 2000");
-  ASSERT_EQ(ended.code, 0) << ended.errors;
-  EXPECT_THAT(ended.output, HasSubstr("missed deadlines"));
-  const auto summary = nlohmann::json::parse(read_text(folder_ / "out" / "summary.json"));
+  const ProgramRun ended = played("scene.toml -o out --realtime --seconds 0.3 --rate 500 --rate 2000");
+  EXPECT_THAT(ended.out, HasSubstr("missed deadlines"));
+  const auto summary = summary_of();
   ASSERT_EQ(summary["realtime"].size(), 2u);
   const double rates[2] = {500, 2000};
   for (int r = 0; r < 2; ++r) {
@@ -755,18 +707,13 @@ TEST_F(PlayedScene, MeetsTheSurfaceThatTheSceneNames) {
   std::ofstream(folder_ / "scenes/mesh.toml") << head << kProbe;
   std::ofstream(folder_ / "scenes/fine.toml") << head << "[surface]\nfile = \"../fine.ply\"\n" << kProbe;
   const auto first_contact = [&](const std::string& scene) {
-    const Ended ended = run("scenes/" + scene + ".toml --output " + scene + " --record " + scene + ".record");
-    EXPECT_EQ(ended.code, 0) << ended.errors;
-    std::istringstream rows(read_text(folder_ / scene / "contacts.csv"));
-    std::string line;
-    std::getline(rows, line);
-    std::getline(rows, line);
-    return std::stod(line);  // s
+    played("scenes/" + scene + ".toml --output " + scene + " --record " + scene + ".record");
+    return number(rows_of(scene + "/contacts.csv").at(0), "time_s");
   };
   EXPECT_NEAR(first_contact("mesh") - first_contact("fine"), 0.1 * 1 / 9, 0.0011) << "a step is 1 ms";
-  EXPECT_EQ(run("--replay fine.record").code, 0);
-  EXPECT_EQ(run("--replay fine.record scenes/fine.toml").code, 0);
-  const Ended other = run("--replay fine.record scenes/mesh.toml");
+  played("--replay fine.record");
+  played("--replay fine.record scenes/fine.toml");
+  const ProgramRun other = run("--replay fine.record scenes/mesh.toml");
   EXPECT_EQ(other.code, 2);
   EXPECT_THAT(other.errors, HasSubstr("found another \"surface\""));
   write_box_around(folder_ / "fine.ply", 1.5);

@@ -3,26 +3,17 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 
-#include "tests/support/test_files.h"
+#include "tests/programs/player/csv_rows.h"
+#include "tests/support/program_run.h"
 #include "tests/support/tiny_bundle.h"
 
 namespace palpate::tests {
-
-inline std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-struct Ended {
-  int code;
-  std::string errors, output;
-};
 
 // The box of the bundle is 60 x 50 x 40 mm, held at x = 0. The probe comes down on its top.
 inline const std::string kProbe =
@@ -39,15 +30,32 @@ class PlayedScene : public testing::Test {
     std::ofstream(folder_ / "scene.toml") << "name = \"test\"\nbundle = \"box.h5\"\nunit = \"mm\"\n" << head << tools;
   }
 
-  Ended run(const std::string& arguments) {
-    const std::string command = std::string("cd '") + folder_.string() + "' && '" + PALPATE_RUN + "' " + arguments +
-                                " > stdout.txt 2> stderr.txt";
-    const int status = std::system(command.c_str());
-    return {WEXITSTATUS(status), read_text(folder_ / "stderr.txt"), read_text(folder_ / "stdout.txt")};
+  ProgramRun run(const std::string& arguments) {
+    return run_in(folder_, std::string("'") + PALPATE_RUN + "' " + arguments);
   }
+  // A run that must end well.
+  ProgramRun played(const std::string& arguments) {
+    const ProgramRun ended = run(arguments);
+    if (ended.code != 0) throw std::runtime_error(arguments + ": " + ended.errors);
+    return ended;
+  }
+  // What the scene's record gives again: itself, and the same bytes of these files.
+  void expect_replayed(std::initializer_list<const char*> files) {
+    played("scene.toml -o out --record run.record");
+    played("--replay run.record");
+    played("scene.toml --replay run.record");
+    played("run.record -o again --record again.record");
+    EXPECT_EQ(file_bytes(folder_ / "again.record"), file_bytes(folder_ / "run.record"));
+    for (const char* file : files)
+      EXPECT_EQ(file_bytes(folder_ / "again" / file), file_bytes(folder_ / "out" / file)) << file;
+  }
+  nlohmann::json summary_of(const std::string& folder = "out") const {
+    return nlohmann::json::parse(file_bytes(folder_ / folder / "summary.json"));
+  }
+  std::vector<Row> rows_of(const std::string& file) const { return read_rows(folder_ / file); }
 
   void expect_refused(const std::string& arguments, const std::string& part_of_sentence) {
-    const Ended ended = run(arguments);
+    const ProgramRun ended = run(arguments);
     EXPECT_EQ(ended.code, 2) << ended.errors;
     EXPECT_THAT(ended.errors, testing::HasSubstr(part_of_sentence));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));

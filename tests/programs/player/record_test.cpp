@@ -31,33 +31,32 @@ class Recorded : public PlayedScene {
   void SetUp() override {
     PlayedScene::SetUp();
     write_scene(kTools, kEffects);
-    ASSERT_EQ(run("scene.toml -o out --record run.record").code, 0) << read_text(folder_ / "stderr.txt");
+    played("scene.toml -o out --record run.record");
     std::filesystem::remove_all(folder_ / "out");
   }
-  std::string record() const { return read_text(folder_ / "run.record"); }
+  std::string record() const { return file_bytes(folder_ / "run.record"); }
   void write_record_text(const std::string& text) const {
     std::ofstream(folder_ / "run.record", std::ios::binary) << text;
   }
 };
 
 TEST_F(Recorded, ReplaysToTheSameHashes) {
-  const Ended ended = run("--replay run.record");
-  EXPECT_EQ(ended.code, 0) << ended.errors;
-  EXPECT_THAT(ended.output, HasSubstr("71 touches replayed"));
-  EXPECT_EQ(run("scene.toml --replay run.record").code, 0);
-  EXPECT_EQ(run("--replay run.record --bundle box.h5").code, 0);
+  const ProgramRun ended = played("--replay run.record");
+  EXPECT_THAT(ended.out, HasSubstr("71 touches replayed"));
+  played("scene.toml --replay run.record");
+  played("--replay run.record --bundle box.h5");
 }
 
 TEST_F(Recorded, IsASceneThatGivesTheSameNumbersAndRecordsAsItself) {
   const std::string before = record();
-  ASSERT_EQ(run("scene.toml -o one").code, 0);
-  ASSERT_EQ(run("run.record -o two --record again.record").code, 0) << read_text(folder_ / "stderr.txt");
+  played("scene.toml -o one");
+  played("run.record -o two --record again.record");
   for (const char* file : {"forces.csv", "contacts.csv"})
-    EXPECT_EQ(read_text(folder_ / "one" / file), read_text(folder_ / "two" / file)) << file;
+    EXPECT_EQ(file_bytes(folder_ / "one" / file), file_bytes(folder_ / "two" / file)) << file;
   // The record has points in place of the capsule and a node for each grip; the results and their checksums are the same.
-  EXPECT_EQ(read_text(folder_ / "again.record"), before);
+  EXPECT_EQ(file_bytes(folder_ / "again.record"), before);
   std::size_t nonzero = 0;
-  const std::string contacts = read_text(folder_ / "one/contacts.csv");
+  const std::string contacts = file_bytes(folder_ / "one/contacts.csv");
   for (const char c : contacts) nonzero += c == '\n';
   EXPECT_GT(nonzero, 100u);  // the run touches at all
 }
@@ -68,15 +67,15 @@ TEST_F(Recorded, WithOtherNumbersDoesNotVerify) {
   const SceneConfig scene = read_scene_config(folder_ / "run.record");
   const Player player(scene, folder_ / "box.h5");
   write_record(folder_ / "run.record", player, folder_ / "box.h5", {said.output.contacts ^ 1, said.output.shapes});
-  const Ended ended = run("--replay run.record");
+  const ProgramRun ended = run("--replay run.record");
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.errors, HasSubstr("other numbers"));
 }
 
 TEST_F(Recorded, IsRefusedWithAnotherBundleOrScene) {
   const auto refused = [&](const std::string& arguments, const char* why) {
-    const Ended ended = run(arguments);
-    EXPECT_EQ(ended.code, 2) << arguments << ended.output;
+    const ProgramRun ended = run(arguments);
+    EXPECT_EQ(ended.code, 2) << arguments << ended.out;
     EXPECT_THAT(ended.errors, HasSubstr(why));
     EXPECT_EQ(std::count(ended.errors.begin(), ended.errors.end(), '\n'), 1) << ended.errors;
   };
@@ -96,7 +95,7 @@ TEST_F(Recorded, IsRefusedWithAnotherBundleOrScene) {
   write_scene(kTools, kEffects + "[limits]\nforce = 7\n");
   refused("scene.toml --replay run.record", "another \"limits\"");
   // A bundle whose bytes were changed after its index was written.
-  std::string bytes = read_text(folder_ / "box.h5");
+  std::string bytes = file_bytes(folder_ / "box.h5");
   formats::BundleIndex index;
   ASSERT_EQ(formats::read_bundle_index(bytes.data(), bytes.size(), &index, nullptr), formats::BundleStatus::ok);
   bytes[formats::find_section(index, formats::SectionId::force)->offset + 3] ^= 1;
@@ -121,7 +120,7 @@ TEST_F(Recorded, CutOrChangedAnywhereIsRefused) {
     }
   EXPECT_TRUE(refused(whole + "\n"));
   write_record_text(whole.substr(0, whole.size() / 2));
-  const Ended ended = run("--replay run.record");
+  const ProgramRun ended = run("--replay run.record");
   EXPECT_EQ(ended.code, 2);
   EXPECT_EQ(std::count(ended.errors.begin(), ended.errors.end(), '\n'), 1) << ended.errors;
 }
