@@ -5,7 +5,6 @@
 #include <dlfcn.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -13,10 +12,9 @@
 #include <vector>
 
 #include "runtime/include/palpate/palpate_complete.h"
+#include "studies/timing/timing.h"
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // One build of the runtime. Both builds export the same names, so each is loaded as a module of its own.
 struct Runtime {
@@ -133,17 +131,15 @@ class Played {
   int step_ = 0;
 };
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double median(const std::vector<double>& values) {
+  return palpate::studies::percentile(values, 0.5);
 }
 
 template <class Step>
 double seconds(int steps, const Step& step) {
-  const auto start = Clock::now();
+  const auto start = palpate::studies::Clock::now();
   for (int s = 0; s < steps; ++s) step();
-  return std::chrono::duration<double>(Clock::now() - start).count();
+  return palpate::studies::seconds_since(start);
 }
 
 // Two scenes, one of each build. The address of a scene's memory changes its time by some per cent, so there are many pairs,

@@ -6,48 +6,42 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include <palpate/palpate_scene_def.hpp>
+#include <palpate/palpate.hpp>
 #include "bench/worst_step.h"
 #include "runtime/base/vec3.h"
 #include "runtime/bundle/bundle.h"
+#include "studies/timing/timing.h"
 
 namespace {
 
-palpate_bundle* bundle = nullptr;
+using palpate::studies::Clock, palpate::studies::percentile, palpate::studies::seconds_since;
+
+palpate::Bundle bundle;
 std::int32_t most_operations = 0;  // 0: the default
 
-struct SceneDestroyer {
-  void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
-};
-using ScenePointer = std::unique_ptr<palpate_scene, SceneDestroyer>;
-
-ScenePointer make_scene(palpate::SceneDef def) {
-  palpate_scene* scene = nullptr;
+palpate::Scene make_scene(palpate::SceneDef def) {
   palpate_error error = {};
   def.force_limit = def.force_slew = 1e300;
   def.max_points = std::max(def.max_points, 128);  // grips count as points, and the default is 64
   if (most_operations > 0) def.max_operations = most_operations;
-  if (palpate_scene_create(bundle, &def, &scene, &error) != PALPATE_OK) {
-    std::fprintf(stderr, "runtime_bench: %s\n", error.text);
-    std::exit(2);
-  }
-  return ScenePointer(scene);
+  palpate::Scene scene = palpate::Scene::create(bundle, def, &error);
+  if (scene) return scene;
+  std::fprintf(stderr, "runtime_bench: %s\n", error.text);
+  std::exit(2);
 }
 
 // `count` grips spread over the touchable nodes. Another `turn` grips other nodes, so that no column stays in the cache.
 std::vector<palpate_grip> grips(int count, int turn) {
-  const palpate_bundle_info info = palpate_bundle_describe(bundle);
-  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
+  const palpate_bundle_info info = bundle.describe();
+  const std::int32_t* touchable = bundle.touchable();
   std::vector<palpate_grip> list(static_cast<std::size_t>(count));
   for (int g = 0; g < count; ++g) {
     list[g] = palpate_default_grip();
@@ -59,14 +53,14 @@ std::vector<palpate_grip> grips(int count, int turn) {
   return list;
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+double median(const std::vector<double>& values) {
+  return percentile(values, 0.5);
 }
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+palpate_tool holding(const std::vector<palpate_grip>& grips) {
+  palpate_tool tool = palpate_default_tool();
+  tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
+  return tool;
 }
 
 // The share of the steps that put work off: they did less than they were asked.
@@ -86,22 +80,20 @@ void spread(benchmark::internal::Benchmark* b) {
 // A scene without collision, and what a touch with grips writes.
 class Gripped {
  public:
-  explicit Gripped(palpate::SceneDef def = palpate::SceneDef()) {
-    def.collision = PALPATE_COLLISION_OFF;
-    scene_ = make_scene(def);
-    memory_.resize(palpate_contacts_bytes(scene_.get()) / 8 + 1);
-  }
+  explicit Gripped(palpate::SceneDef def = palpate::SceneDef()) : scene_(make_scene(free(def))) {}
   palpate_step_flags touch(const std::vector<palpate_grip>& grips) {
-    palpate_tool tool = palpate_default_tool();
-    tool.grips = grips.data(), tool.grip_count = static_cast<std::int32_t>(grips.size());
-    return palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts(), memory_.size() * sizeof memory_[0]);
+    const palpate_tool tool = holding(grips);
+    return scene_.touch(&tool, 1, 1e-3, contacts_);
   }
-  palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
-  palpate_scene* scene() { return scene_.get(); }
+  palpate_step_flags shape(palpate_shape_out& out) { return scene_.shape(contacts_, out); }
 
  private:
-  ScenePointer scene_;
-  std::vector<std::uint64_t> memory_;
+  static palpate::SceneDef free(palpate::SceneDef def) {
+    def.collision = PALPATE_COLLISION_OFF;
+    return def;
+  }
+  palpate::Scene scene_;
+  palpate::Contacts contacts_ = scene_.make_contacts();
 };
 
 // The same state.range(0) nodes are held in every step, as by a tool in contact, so that the runtime keeps its factor.
@@ -133,13 +125,11 @@ BENCHMARK(touch_changing)->Apply(spread)->Unit(benchmark::kMicrosecond);
 // medians: they compare the forms of a bundle.
 void touch_and_shape(benchmark::State& state) {
   const bool scattered = state.range(0) != 0;
-  const std::int32_t surface_nodes = palpate_bundle_describe(bundle).surface_node_count;
-  const auto touchable = grips(palpate_bundle_describe(bundle).touchable_count, 0);
-  const auto place = [](const palpate_grip& grip) {
-    return palpate::load3(palpate_bundle_nodes(bundle) + 3 * grip.node);
-  };
+  const std::int32_t surface_nodes = bundle.describe().surface_node_count;
+  const auto touchable = grips(bundle.describe().touchable_count, 0);
+  const auto place = [](const palpate_grip& grip) { return palpate::load3(bundle.nodes() + 3 * grip.node); };
   Gripped gripped;
-  palpate_bundle_prefault(bundle, 0, nullptr);  // no time has a page fault in it
+  palpate_bundle_prefault(bundle.get(), 0, nullptr);  // no time has a page fault in it
   std::vector<float> u(3 * static_cast<std::size_t>(surface_nodes));
   palpate_shape_out out = palpate_default_shape_out();
   out.displacements = u.data(), out.node_capacity = surface_nodes;
@@ -156,11 +146,11 @@ void touch_and_shape(benchmark::State& state) {
       list.resize(static_cast<std::size_t>(count));
       for (int g = 0; g < count; ++g) list[g].displacement[2] = 1e-3 + 1e-5 * g;
     }
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     gripped.touch(list);
     touches.push_back(seconds_since(start));
-    const auto touched = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(palpate_scene_shape(gripped.scene(), gripped.contacts(), &out));
+    const auto touched = Clock::now();
+    benchmark::DoNotOptimize(gripped.shape(out));
     shapes.push_back(seconds_since(touched));
     state.SetIterationTime(touches.back() + shapes.back());
   }
@@ -173,7 +163,7 @@ void touch_moving(benchmark::State& state) {
   palpate::SceneDef def;
   def.max_points = 400, def.max_contact_nodes = 400;
   Gripped gripped(def);
-  const int count = static_cast<int>(state.range(0)), touchable = palpate_bundle_describe(bundle).touchable_count;
+  const int count = static_cast<int>(state.range(0)), touchable = bundle.describe().touchable_count;
   std::vector<palpate_grip> window(static_cast<std::size_t>(count));
   int first = 0;
   Deferred deferred;
@@ -183,11 +173,11 @@ void touch_moving(benchmark::State& state) {
       // Grip g keeps its node for count / 3 steps.
       const int turns = (first - g + 3 * touchable) / count;
       window[g].kind = PALPATE_GRIP_NODE;
-      window[g].node = palpate_bundle_touchable(bundle)[(g + turns * count) % touchable];
+      window[g].node = bundle.touchable()[(g + turns * count) % touchable];
       window[g].axes = 7, window[g].displacement[2] = 1e-3 + 1e-5 * g;
     }
     first += 3;
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     deferred.count(gripped.touch(window));
     state.SetIterationTime(seconds_since(start));
   }
@@ -200,8 +190,8 @@ struct Place {
   double at[3], outward[3];
 };
 Place place_near(std::int32_t node) {
-  const double* nodes = palpate_bundle_nodes(bundle);
-  const std::int32_t* t = palpate_bundle_triangles(bundle);
+  const double* nodes = bundle.nodes();
+  const std::int32_t* t = bundle.triangles();
   while (t[0] != node && t[1] != node && t[2] != node) t += 3;
   Place place = {};
   double length = 0;
@@ -222,8 +212,8 @@ void touch_colliding(benchmark::State& state) {
   palpate::SceneDef def;
   def.collision = static_cast<palpate_collision>(state.range(0));
   def.contact = PALPATE_CONTACT_NODE;
-  const ScenePointer scene = make_scene(def);
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  palpate::Scene scene = make_scene(def);
+  palpate::Contacts contacts = scene.make_contacts();
   std::vector<Place> places;
   for (const palpate_grip& grip : grips(static_cast<int>(state.range(1)), 0)) places.push_back(place_near(grip.node));
   std::vector<double> points(3 * places.size());
@@ -237,11 +227,9 @@ void touch_colliding(benchmark::State& state) {
       for (int d = 0; d < 3; ++d) points[3 * p + d] = places[p].at[d] + height * places[p].outward[d];
     palpate_tool tool = palpate_default_tool();
     tool.points = points.data(), tool.point_count = static_cast<std::int32_t>(places.size());
-    auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
     state.ResumeTiming();
-    const auto start = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(
-        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts, memory.size() * sizeof memory[0]));
+    const auto start = Clock::now();
+    benchmark::DoNotOptimize(scene.touch(&tool, 1, 1e-3, contacts));
     const double spent = seconds_since(start);
     if (2 * contacts->node_count > state.range(1)) seconds.push_back(spent);
     in_contact += contacts->node_count;
@@ -262,10 +250,10 @@ struct FineSurface {
   palpate_fine_surface view = palpate_default_fine_surface();
 
   FineSurface() {
-    const palpate_bundle_info info = palpate_bundle_describe(bundle);
-    const double* nodes = palpate_bundle_nodes(bundle);
+    const palpate_bundle_info info = bundle.describe();
+    const double* nodes = bundle.nodes();
     std::vector<double> place(nodes, nodes + 3 * static_cast<std::size_t>(info.surface_node_count));
-    triangles.assign(palpate_bundle_triangles(bundle), palpate_bundle_triangles(bundle) + 3 * info.triangle_count);
+    triangles.assign(bundle.triangles(), bundle.triangles() + 3 * info.triangle_count);
     for (int round = 0; round < 2; ++round) halve(place);
     for (std::size_t i = 0; i < place.size(); ++i)
       positions.push_back(static_cast<float>(place[i] + 1e-4 * std::sin(7.3 * static_cast<double>(i / 3 + i % 3))));
@@ -296,8 +284,8 @@ void touch_drawn(benchmark::State& state) {
   palpate::SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL, def.max_contact_nodes = 1024;
   if (state.range(0) != 0) def.fine_surface = fine.view;
-  const ScenePointer scene = make_scene(def);
-  std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene.get()) / 8 + 1);
+  palpate::Scene scene = make_scene(def);
+  palpate::Contacts contacts = scene.make_contacts();
   std::vector<Place> places;
   for (const palpate_grip& grip : grips(static_cast<int>(state.range(1)), 0)) places.push_back(place_near(grip.node));
   std::vector<double> points(3 * places.size()), seconds;
@@ -314,21 +302,17 @@ void touch_drawn(benchmark::State& state) {
     }
     palpate_tool tool = palpate_default_tool();
     tool.points = points.data(), tool.point_count = static_cast<std::int32_t>(places.size()), tool.disc_radius = 0.005;
-    auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
     state.ResumeTiming();
-    const auto start = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(
-        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts, memory.size() * sizeof memory[0]));
+    const auto start = Clock::now();
+    benchmark::DoNotOptimize(scene.touch(&tool, 1, 1e-3, contacts));
     const double spent = seconds_since(start);
-    in_contact += palpate_contacts_tool(contacts, 0)->contact_count;
-    if (palpate_contacts_tool(contacts, 0)->contact_count > 0) seconds.push_back(spent);
+    in_contact += contacts.tool(0).contact_count;
+    if (contacts.tool(0).contact_count > 0) seconds.push_back(spent);
   }
   state.counters["contacts"] = static_cast<double>(in_contact) / static_cast<double>(state.iterations());
   if (seconds.empty()) return;
   state.counters["median_us"] = median(seconds) * 1e6;
-  const auto late = seconds.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(seconds.size()));
-  std::nth_element(seconds.begin(), late, seconds.end());
-  state.counters["us_99"] = *late * 1e6;
+  state.counters["us_99"] = percentile(seconds, 0.99) * 1e6;
 }
 BENCHMARK(touch_drawn)->ArgsProduct({{0, 1}, {1, 4, 16}})->Unit(benchmark::kMicrosecond);
 
@@ -345,43 +329,39 @@ float read_run(const float* run, std::size_t count) {
 void shape_against_read(benchmark::State& state) {
   palpate_error error = {};
   const auto id = palpate::formats::SectionId::displacement_surface;
-  const auto* entry = palpate::formats::find_section(bundle->index, id);
+  const auto* entry = palpate::formats::find_section(bundle.get()->index, id);
   if (!entry) return state.SkipWithError("compares with reading rows; touch_and_shape measures blocks");
-  const float* rows = palpate::section_as<float>(bundle, id, &error);
+  const float* rows = palpate::section_as<float>(bundle.get(), id, &error);
   const std::size_t per_node =
       entry->bytes / 4 / entry->shape[0];  // of a node's three columns, in words whatever their form
   palpate::SceneDef def;
   def.collision = PALPATE_COLLISION_OFF;
-  const ScenePointer scene = make_scene(def);
-  const std::int32_t nodes = palpate_bundle_describe(bundle).surface_node_count;
+  palpate::Scene scene = make_scene(def);
+  const std::int32_t nodes = bundle.describe().surface_node_count;
   std::vector<float> u(3 * static_cast<std::size_t>(nodes));
   palpate_shape_out out = palpate_default_shape_out();
   out.displacements = u.data(), out.node_capacity = nodes;
   // Enough turns that half of them read more than the caches hold, if the store is that large.
   const int turns = std::max(40, static_cast<int>(1000 / state.range(0)));
-  std::vector<std::vector<std::uint64_t>> contacts(static_cast<std::size_t>(turns));
+  std::vector<palpate::Contacts> contacts(static_cast<std::size_t>(turns), scene.make_contacts());
   for (int turn = 0; turn < turns; ++turn) {
-    contacts[turn].resize(palpate_contacts_bytes(scene.get()) / 8 + 1);
     const auto list = grips(static_cast<int>(state.range(0)), turn);
-    palpate_tool tool = palpate_default_tool();
-    tool.grips = list.data(), tool.grip_count = static_cast<std::int32_t>(list.size());
-    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[turn].data()),
-                        contacts[turn].size() * sizeof(std::uint64_t));
+    const palpate_tool tool = holding(list);
+    scene.touch(&tool, 1, 1e-3, contacts[turn]);
   }
   std::vector<double> shape_seconds, read_seconds;
   int turn = 0;
   float sum = 0;
   for (auto _ : state) {
-    const auto* made = reinterpret_cast<const palpate_contacts*>(contacts[turn].data());
-    auto start = std::chrono::steady_clock::now();
-    benchmark::DoNotOptimize(palpate_scene_shape(scene.get(), made, &out));
+    auto start = Clock::now();
+    benchmark::DoNotOptimize(scene.shape(contacts[turn], out));
     const double spent = seconds_since(start);
     shape_seconds.push_back(spent);
     state.SetIterationTime(spent);
-    const auto* other = reinterpret_cast<const palpate_contacts*>(contacts[(turn + turns / 2) % turns].data());
-    start = std::chrono::steady_clock::now();
+    const palpate::Contacts& other = contacts[(turn + turns / 2) % turns];
+    start = Clock::now();
     for (int e = 0; e < other->node_count; ++e)
-      sum += read_run(rows + static_cast<std::size_t>(palpate_contacts_node(other, e)->column) * per_node, per_node);
+      sum += read_run(rows + static_cast<std::size_t>(other.node(e).column) * per_node, per_node);
     read_seconds.push_back(seconds_since(start));
     turn = (turn + 1) % turns;
   }
@@ -402,9 +382,9 @@ template <Query kind>
 void query(benchmark::State& state) {
   palpate::SceneDef def;
   def.queries.queries = PALPATE_QUERIES_ON;
-  const ScenePointer scene = make_scene(def);
-  const palpate_bundle_info info = palpate_bundle_describe(bundle);
-  const double* node = palpate_bundle_nodes(bundle);
+  palpate::Scene scene = make_scene(def);
+  const palpate_bundle_info info = bundle.describe();
+  const double* node = bundle.nodes();
   double low[3], high[3];
   for (int d = 0; d < 3; ++d) low[d] = high[d] = node[d];
   for (std::int32_t n = 0; n < info.surface_node_count; ++n)
@@ -412,23 +392,21 @@ void query(benchmark::State& state) {
       low[d] = std::min(low[d], node[3 * n + d]), high[d] = std::max(high[d], node[3 * n + d]);
 
   palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
-  std::vector<std::vector<std::uint64_t>> contacts(2);
+  std::vector<palpate::Contacts> contacts(2, scene.make_contacts());
   for (std::size_t c = 0; c < 2; ++c) {
     palpate_grip grip[2];
     for (int g = 0; g < 2; ++g) {
-      const std::int32_t k = palpate_bundle_touchable(bundle)[info.touchable_count / 3 * (g + 1)];
-      const std::int32_t* t = palpate_bundle_triangles(bundle);
+      const std::int32_t k = bundle.touchable()[info.touchable_count / 3 * (g + 1)];
+      const std::int32_t* t = bundle.triangles();
       while (t[0] != k && t[1] != k && t[2] != k) t += 3;
       grip[g] = palpate_default_grip();
       grip[g].kind = PALPATE_GRIP_SURFACE_POINT;
-      grip[g].triangle = static_cast<std::int32_t>((t - palpate_bundle_triangles(bundle)) / 3);
+      grip[g].triangle = static_cast<std::int32_t>((t - bundle.triangles()) / 3);
       grip[g].barycentric[0] = grip[g].barycentric[1] = 0.25, grip[g].barycentric[2] = 0.5;
       for (int d = 0; d < 3; ++d) grip[g].displacement[d] = 0.003 + 1e-5 * static_cast<double>(c);
       tools[g].grips = grip + g, tools[g].grip_count = 1, tools[g].disc_radius = 0.005;
     }
-    contacts[c].resize(palpate_contacts_bytes(scene.get()) / 8 + 1);
-    palpate_scene_touch(scene.get(), tools, 2, 1e-3, reinterpret_cast<palpate_contacts*>(contacts[c].data()),
-                        contacts[c].size() * sizeof contacts[c][0]);
+    scene.touch(tools, 2, 1e-3, contacts[c]);
   }
 
   std::uint32_t random = 1;
@@ -442,10 +420,7 @@ void query(benchmark::State& state) {
       p[d] = low[d] + (1.5 * next() - 0.25) * (high[d] - low[d]);
       along[d] = 0.5 * (low[d] + high[d]) + (next() - 0.5) * (high[d] - low[d]) - p[d];
     }
-    const auto* of =
-        state.range(0) == 0
-            ? nullptr
-            : reinterpret_cast<const palpate_contacts*>(contacts[state.range(0) == 2 ? turn++ % 2 : 0].data());
+    const palpate_contacts* of = state.range(0) == 0 ? nullptr : contacts[state.range(0) == 2 ? turn++ % 2 : 0].get();
     if (kind == Query::ray) palpate_scene_cast_ray(scene.get(), of, p, along, INFINITY, &hit);
     if (kind == Query::closest) palpate_scene_closest_point(scene.get(), of, p, INFINITY, &hit);
     if (kind == Query::distance) palpate_scene_signed_distance(scene.get(), of, p, &distance);
@@ -466,21 +441,21 @@ int main(int argc, char** argv) {
                  "usage: runtime_bench BUNDLE.h5 [--worst-steps[=N] | [--operations=N] Google Benchmark options]\n");
     return 2;
   }
-  if (palpate_bundle_open_file(argv[1], nullptr, &bundle, &error) != PALPATE_OK) {
+  bundle = palpate::Bundle::open_file(argv[1], &error);
+  if (!bundle) {
     std::fprintf(stderr, "runtime_bench: %s: %s\n", argv[1], error.text);
     return 2;
   }
   argv[1] = argv[0];
   --argc, ++argv;
-  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  const palpate_bundle_info info = bundle.describe();
   std::printf("%d nodes, %d on the surface, %d touchable\n", info.node_count, info.surface_node_count,
               info.touchable_count);
   constexpr std::size_t kOption = sizeof "--worst-steps" - 1;
   if (argc == 2 && std::strncmp(argv[1], "--worst-steps", kOption) == 0) {
     const long steps = argv[1][kOption] == '=' ? std::atol(argv[1] + kOption + 1) : 1000000;
     if (steps < 1) return std::fprintf(stderr, "runtime_bench: expected --worst-steps=N with N of 1 or more\n"), 2;
-    report_worst_steps(bundle, steps);
-    palpate_bundle_close(bundle);
+    report_worst_steps(bundle.get(), steps);
     return 0;
   }
   if (argc > 1 && std::strncmp(argv[1], "--operations=", 13) == 0) {
@@ -494,6 +469,5 @@ int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();
-  palpate_bundle_close(bundle);
   return 0;
 }

@@ -7,15 +7,16 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "studies/timing/timing.h"
 #include "tests/support/wandering_points.h"
 
 namespace {
 
+using palpate::studies::thread_seconds;
 using palpate::tests::VisitedSurface, palpate::tests::WanderingPoint, palpate::tests::WanderingRandom;
 constexpr int kTools = 4, kPointsOfATool = 16;
 constexpr double kTick = 1e-3;
@@ -140,19 +141,13 @@ std::unique_ptr<Tools> make(const palpate_bundle* bundle, double disc_radius) {
   return std::make_unique<T>(bundle, disc_radius);
 }
 
-double processor_seconds() {
-  timespec now = {};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 // Adds up the time of each pass of a step.
 struct PassTimes {
   std::vector<double> seconds;
   double last = 0;
   static void watch(void* self, std::int32_t pass) {
     auto& times = *static_cast<PassTimes*>(self);
-    const double now = processor_seconds();
+    const double now = thread_seconds();
     times.seconds[pass] += now - times.last;
     times.last = now;
   }
@@ -178,12 +173,12 @@ Worst play(palpate_bundle* bundle, const palpate::SceneDef& def, Tools& tools, s
   for (std::size_t s = 0; s < seconds->size(); ++s) {
     const std::vector<palpate_tool>& sent = tools.next();
     times.seconds.assign(static_cast<std::size_t>(pass_count), 0);
-    const double start = times.last = processor_seconds();
+    const double start = times.last = thread_seconds();
     Load load;
     load.flags = palpate_scene_touch(scene, sent.data(), static_cast<std::int32_t>(sent.size()), kTick, contacts,
                                      memory.size() * sizeof memory[0]);
     worst.counted = std::max<std::int64_t>(worst.counted, contacts->operations);
-    (*seconds)[s] = std::min((*seconds)[s], processor_seconds() - start);
+    (*seconds)[s] = std::min((*seconds)[s], thread_seconds() - start);
     if ((*seconds)[s] <= worst.seconds) continue;
     load.nodes = contacts->node_count, load.sweeps = contacts->sweeps;
     for (int t = 0; t < contacts->tool_count; ++t) {
@@ -220,8 +215,8 @@ void report(palpate_bundle* bundle, const char* name, const palpate::SceneDef& d
 
 void report_worst_steps(palpate_bundle* bundle, long steps) {
   std::printf(
-      "%ld touches of each scene; us of processor time, the less of two plays; operations counted at most, and "
-      "the bound that the scene states\n",
+      "%ld touches of each scene; us of processor time, the less of two plays; operations counted at most, and the "
+      "bound that the scene states\n",
       steps);
   std::printf("%-28s %8s %8s %8s %8s %10s %20s   the worst step\n", "", "median", "99 %", "99.9 %", "worst",
               "over 1 ms", "operations");

@@ -43,6 +43,20 @@ import vtk  # noqa: E402
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy  # noqa: E402
 
 
+def set_up(thing, **settings):
+    """A VTK object with its settings: Radius=2 calls SetRadius(2)."""
+    for name, value in settings.items():
+        getattr(thing, "Set" + name)(value)
+    return thing
+
+
+def made_by(kind, **settings):
+    """The VTK data that a source, reader or filter of this kind makes: InputData=... is what it begins with."""
+    source = set_up(getattr(vtk, "vtk" + kind)(), **settings)
+    source.Update()
+    return source.GetOutput()
+
+
 # ---- what a played scene wrote -------------------------------------------------------------------------------------
 
 
@@ -63,10 +77,7 @@ def read_frames(scene):
 
 
 def read_grid(file):
-    reader = vtk.vtkXMLUnstructuredGridReader()
-    reader.SetFileName(file)
-    reader.Update()
-    return reader.GetOutput()
+    return made_by("XMLUnstructuredGridReader", FileName=file)
 
 
 def read_grids(files):
@@ -89,7 +100,7 @@ def points_of(grid):
     """[n, 3] in mm."""
     if grid.GetNumberOfPoints() == 0:
         return np.zeros((0, 3))
-    return vtk_to_numpy(grid.GetPoints().GetData()).astype(float) / MILLIMETRE
+    return points_in(grid) / MILLIMETRE
 
 
 def point_data(grid, name):
@@ -130,32 +141,14 @@ def set_points(grid, points):
 
 def surface_of(grid):
     """Outer surface with smooth normals."""
-    surface = vtk.vtkDataSetSurfaceFilter()
-    surface.SetInputData(grid)
-    normals = vtk.vtkPolyDataNormals()
-    normals.SetInputConnection(surface.GetOutputPort())
-    normals.SetFeatureAngle(50)
-    normals.Update()
-    return normals.GetOutput()
+    return made_by("PolyDataNormals", InputData=made_by("DataSetSurfaceFilter", InputData=grid), FeatureAngle=50)
 
 
 def plain_actor(data, colour, opacity=1.0, edges=None):
-    mapper = vtk.vtkDataSetMapper()
-    mapper.SetInputData(data)
-    mapper.ScalarVisibilityOff()
-    actor = vtk.vtkActor()
-    actor.SetMapper(mapper)
-    look = actor.GetProperty()
-    look.SetColor(*colour)
-    look.SetOpacity(opacity)
-    look.SetAmbient(0.25)
-    look.SetDiffuse(0.8)
-    look.SetSpecular(0.12)
-    look.SetSpecularPower(20)
+    actor = set_up(vtk.vtkActor(), Mapper=set_up(vtk.vtkDataSetMapper(), InputData=data, ScalarVisibility=False))
+    look = set_up(actor.GetProperty(), Color=colour, Opacity=opacity, Ambient=0.25, Diffuse=0.8, Specular=0.12, SpecularPower=20)
     if edges:
-        look.EdgeVisibilityOn()
-        look.SetEdgeColor(*edges)
-        look.SetLineWidth(1.2)
+        set_up(look, EdgeVisibility=True, EdgeColor=edges, LineWidth=1.2)
     return actor
 
 
@@ -164,43 +157,22 @@ def coloured_actor(data, values, limits, colour_map, edges=None):
     array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=1)
     array.SetName("shown")
     data.GetPointData().SetScalars(array)
-    table = vtk.vtkLookupTable()
-    table.SetNumberOfTableValues(256)
+    table = set_up(vtk.vtkLookupTable(), NumberOfTableValues=256, Range=limits)
     for i in range(256):
         table.SetTableValue(i, *colour_map(i / 255.0))
-    table.SetRange(*limits)
     actor = plain_actor(data, (1, 1, 1), edges=edges)
-    actor.GetProperty().SetAmbient(0.45)  # colours must stay readable in the shade
-    actor.GetProperty().SetDiffuse(0.62)
-    mapper = actor.GetMapper()
-    mapper.ScalarVisibilityOn()
-    mapper.SetLookupTable(table)
-    mapper.SetScalarRange(*limits)
-    mapper.InterpolateScalarsBeforeMappingOn()
+    set_up(actor.GetProperty(), Ambient=0.45, Diffuse=0.62)  # colours must stay readable in the shade
+    set_up(actor.GetMapper(), ScalarVisibility=True, LookupTable=table, ScalarRange=limits, InterpolateScalarsBeforeMapping=True)
     return actor
 
 
 def sphere(centre, radius, colour):
-    source = vtk.vtkSphereSource()
-    source.SetCenter(*centre)
-    source.SetRadius(radius)
-    source.SetThetaResolution(32)
-    source.SetPhiResolution(32)
-    source.Update()
-    return plain_actor(source.GetOutput(), colour)
+    return plain_actor(made_by("SphereSource", Center=centre, Radius=radius, ThetaResolution=32, PhiResolution=32), colour)
 
 
 def rod(start, end, radius, colour):
-    line = vtk.vtkLineSource()
-    line.SetPoint1(*start)
-    line.SetPoint2(*end)
-    tube = vtk.vtkTubeFilter()
-    tube.SetInputConnection(line.GetOutputPort())
-    tube.SetRadius(radius)
-    tube.SetNumberOfSides(32)
-    tube.CappingOn()
-    tube.Update()
-    return plain_actor(tube.GetOutput(), colour)
+    line = made_by("LineSource", Point1=start, Point2=end)
+    return plain_actor(made_by("TubeFilter", InputData=line, Radius=radius, NumberOfSides=32, Capping=True), colour)
 
 
 def coil(start, end, width, colour):
@@ -219,14 +191,9 @@ def arrow(start, direction, length, radius, colour):
     """Two actors: a shaft and a head whose tip is at start + length * direction."""
     direction = np.asarray(direction) / np.linalg.norm(direction)
     head = min(4 * radius, 0.5 * length)
-    cone = vtk.vtkConeSource()
-    cone.SetDirection(*direction)
-    cone.SetHeight(head)
-    cone.SetRadius(2.2 * radius)
-    cone.SetCenter(*(start + direction * (length - head / 2)))
-    cone.SetResolution(32)
-    cone.Update()
-    return [rod(start, start + direction * (length - head), radius, colour), plain_actor(cone.GetOutput(), colour)]
+    cone = made_by("ConeSource", Direction=direction, Height=head, Radius=2.2 * radius, Resolution=32,
+                   Center=start + direction * (length - head / 2))
+    return [rod(start, start + direction * (length - head), radius, colour), plain_actor(cone, colour)]
 
 
 def hatch(data, size, colour):
@@ -234,11 +201,7 @@ def hatch(data, size, colour):
     points = points_in(data)
     normal = np.array([0.5, 0.5, 0.7071])
     along = points @ normal
-    plane = vtk.vtkPlane()
-    plane.SetNormal(*normal)
-    cutter = vtk.vtkCutter()
-    cutter.SetInputData(data)
-    cutter.SetCutFunction(plane)
+    cutter = set_up(vtk.vtkCutter(), InputData=data, CutFunction=set_up(vtk.vtkPlane(), Normal=normal))
     cutter.GenerateValues(max(int(np.ptp(along) / (size / 50)), 2), along.min(), along.max())
     cutter.Update()
     return line_actor(cutter.GetOutput(), colour)
@@ -247,8 +210,7 @@ def hatch(data, size, colour):
 def line_actor(data, colour, width=3):
     """Lines that lie in a surface (VTK data)."""
     actor = plain_actor(data, colour)
-    actor.GetProperty().LightingOff()
-    actor.GetProperty().SetLineWidth(width)
+    set_up(actor.GetProperty(), Lighting=False, LineWidth=width)
     # Lines are drawn in front of the triangles in which they lie.
     actor.GetMapper().SetResolveCoincidentTopologyToPolygonOffset()
     actor.GetMapper().SetRelativeCoincidentTopologyLineOffsetParameters(-6, -6)
@@ -263,24 +225,24 @@ def cells_where(data, chosen):
 
 def path_line(points, radius, colour):
     """A thin tube along places that a tool was at, mm."""
-    tube = vtk.vtkTubeFilter()
-    tube.SetInputData(poly_data(np.asarray(points, dtype=float), [range(len(points))], "Lines"))
-    tube.SetRadius(radius)
-    tube.SetNumberOfSides(12)
-    tube.Update()
-    return plain_actor(tube.GetOutput(), colour)
+    line = poly_data(np.asarray(points, dtype=float), [range(len(points))], "Lines")
+    return plain_actor(made_by("TubeFilter", InputData=line, Radius=radius, NumberOfSides=12), colour)
 
 
 # ---- image ---------------------------------------------------------------------------------------------------------
+
+
+def projection(camera, size):
+    """[4, 4]: from a point in mm to the screen, from -1 to 1."""
+    transform = camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], -1, 1)
+    return np.array([[transform.GetElement(i, j) for j in range(4)] for i in range(4)])
 
 
 def zoom_to_all(camera, actors, size):
     """The largest factor with which the boxes of all actors stay in the picture, 3 % from its edges."""
     corners = np.array([[b[i], b[2 + j], b[4 + k], 1] for b in (actor.GetBounds() for actor in actors)
                         for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    transform = camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], -1, 1)
-    matrix = np.array([[transform.GetElement(i, j) for j in range(4)] for i in range(4)])
-    on_screen = corners @ matrix.T
+    on_screen = corners @ projection(camera, size).T
     # Camera.Zoom divides the view's angle, whose tangent decides; at 20 degrees both are the same within 1 %, which the margin covers.
     return views.largest_zoom(on_screen[:, :2] / on_screen[:, 3:], margin=0.03)
 
@@ -292,41 +254,25 @@ def render(actors, look_from, up=(0, 0, 1), zoom=1.0, size=(1500, 1100), bounds=
     all actors. zoom: None for the largest with which no actor is cut off. crop: pixels of white to keep around what is shown; None: all. The window is rendered at twice the size and
     averaged.
     """
-    renderer = vtk.vtkRenderer()
-    renderer.SetBackground(1, 1, 1)
+    renderer = set_up(vtk.vtkRenderer(), Background=(1, 1, 1))
     for actor in actors:
         renderer.AddActor(actor)
-    window = vtk.vtkRenderWindow()
-    window.SetOffScreenRendering(1)
-    window.SetMultiSamples(0)
-    window.SetSize(2 * size[0], 2 * size[1])
+    window = set_up(vtk.vtkRenderWindow(), OffScreenRendering=1, MultiSamples=0, Size=(2 * size[0], 2 * size[1]))
     window.AddRenderer(renderer)
 
-    camera = renderer.GetActiveCamera()
-    camera.SetFocalPoint(0, 0, 0)
-    camera.SetPosition(*look_from)
-    camera.SetViewUp(*up)
-    camera.SetViewAngle(20)
+    camera = set_up(renderer.GetActiveCamera(), FocalPoint=(0, 0, 0), Position=look_from, ViewUp=up, ViewAngle=20)
     renderer.ResetCamera(bounds) if bounds else renderer.ResetCamera()
     camera.Zoom(zoom or zoom_to_all(camera, actors, size))
     renderer.ResetCameraClippingRange()
-    lights = vtk.vtkLightKit()
-    lights.SetKeyToFillRatio(2)
-    lights.SetKeyToBackRatio(2.5)
-    lights.AddLightsToRenderer(renderer)
+    set_up(vtk.vtkLightKit(), KeyToFillRatio=2, KeyToBackRatio=2.5).AddLightsToRenderer(renderer)
     window.Render()
 
-    grab = vtk.vtkWindowToImageFilter()
-    grab.SetInput(window)
-    grab.ReadFrontBufferOff()
-    grab.Update()
-    columns, rows, _ = grab.GetOutput().GetDimensions()
-    pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).reshape(rows, columns, -1)[::-1, :, :3]
+    grabbed = made_by("WindowToImageFilter", Input=window, ReadFrontBuffer=False)
+    columns, rows, _ = grabbed.GetDimensions()
+    pixels = vtk_to_numpy(grabbed.GetPointData().GetScalars()).reshape(rows, columns, -1)[::-1, :, :3]
     image = pixels.reshape(rows // 2, 2, columns // 2, 2, 3).mean(axis=(1, 3)).astype(np.uint8)
 
-    transform = camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], -1, 1)
-    matrix = np.array([[transform.GetElement(i, j) for j in range(4)] for i in range(4)])
-
+    matrix = projection(camera, size)
     left = top = 0
     if crop is not None:
         shown_rows, shown_columns = np.nonzero((image < 250).any(axis=2))

@@ -34,12 +34,13 @@ LargeReference::LargeReference(const HyperelasticBody& body)
   if (!elements_.create(memory_, body, place_.data(), body.node_count) ||
       !find_dilatation_sites(memory_, body, &sites_))
     throw std::runtime_error("no memory");
-  for (Index i = 0; i < dofs(); ++i)
-    if (!body.fixed[i]) free_.push_back(i);
-  column_.assign(static_cast<std::size_t>(dofs()), -1);
-  for (std::size_t i = 0; i < free_.size(); ++i) column_[static_cast<std::size_t>(free_[i])] = static_cast<int>(i);
+  std::vector<Eigen::Triplet<double>> chosen;
+  for (int i = 0; i < dofs(); ++i)
+    if (!body.fixed[i]) chosen.emplace_back(static_cast<int>(chosen.size()), i, 1.0);
+  free_.resize(static_cast<Index>(chosen.size()), dofs());
+  free_.setFromTriplets(chosen.begin(), chosen.end());
   supports_ = support_matrix();
-  rest_ = free_part(tangent(VectorXd::Zero(dofs())));
+  rest_ = free_ * tangent(VectorXd::Zero(dofs())) * free_.transpose();
   factor_->of.cholmod().print = 0;  // an indefinite tangent is expected
 }
 
@@ -143,25 +144,6 @@ LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
   return k + Sparse(b.transpose() * scaled);
 }
 
-LargeReference::Sparse LargeReference::free_part(const Sparse& all) const {
-  std::vector<Eigen::Triplet<double>> terms;
-  terms.reserve(static_cast<std::size_t>(all.nonZeros()));
-  for (int c = 0; c < all.outerSize(); ++c)
-    for (Sparse::InnerIterator at(all, c); at; ++at)
-      if (const int row = column_[static_cast<std::size_t>(at.row())], column = column_[static_cast<std::size_t>(c)];
-          row >= 0 && column >= 0)
-        terms.emplace_back(row, column, at.value());
-  Sparse part(static_cast<Index>(free_.size()), static_cast<Index>(free_.size()));
-  part.setFromTriplets(terms.begin(), terms.end());
-  return part;
-}
-
-VectorXd LargeReference::free_of(const VectorXd& all) const {
-  VectorXd part(static_cast<Index>(free_.size()));
-  for (std::size_t i = 0; i < free_.size(); ++i) part[static_cast<Index>(i)] = all[free_[i]];
-  return part;
-}
-
 // Adds a multiple of the tangent at rest until the sum is positive definite.
 void LargeReference::factor_definite(const Sparse& k, NewtonWork* work) const {
   for (double shift = 0; shift < 100; shift = shift == 0 ? 0.02 : 2 * shift) {
@@ -183,9 +165,7 @@ MatrixXd LargeReference::stiffness_of_rows(const MatrixXd& w, const MatrixXd& co
 
 VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work) const {
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  const auto count = static_cast<Index>(free_.size());
-  MatrixXd w(count, p.rows.rows());
-  for (Index i = 0; i < count; ++i) w.row(i) = p.rows.col(free_[static_cast<std::size_t>(i)]).transpose();
+  const MatrixXd w = free_ * p.rows.transpose();
   const bool has_rows = w.cols() > 0;
   // The stiffness of the rows joins the tangent, and what it adds to the force joins the other side: the solution stays, and a body that only its
   // contacts keep from buckling has a definite tangent.
@@ -193,20 +173,20 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
   const MatrixXd left = MatrixXd::Identity(w.cols(), w.cols()) - r * p.compliance;
   const Sparse sparse_w = w.sparseView();
   const Sparse of_rows =
-      has_rows ? Sparse(sparse_w * Sparse(r.sparseView()) * sparse_w.transpose()) : Sparse(count, count);
+      has_rows ? Sparse(sparse_w * Sparse(r.sparseView()) * sparse_w.transpose()) : Sparse(w.rows(), w.rows());
   factor_->of.analyzePattern(Sparse(rest_ + of_rows));
   VectorXd force, trial_force, s = VectorXd::Zero(p.rows.rows());  // s: the rows' forces so far
   const auto potential = [&](double of_body, const VectorXd& at, const VectorXd& forces) {
-    return of_body + 0.5 * forces.dot(p.compliance * forces) - p.load.dot(free_of(at));
+    return of_body + 0.5 * forces.dot(p.compliance * forces) - p.load.dot(free_ * at);
   };
   double least = potential(energy(*u, &force), *u, s);
   for (int step = 0; step < 100; ++step) {
     const double begun = studies::processor_seconds();
-    const Sparse k = Sparse(free_part(tangent(*u)) + of_rows);
+    const Sparse k = Sparse(Sparse(free_ * tangent(*u) * free_.transpose()) + of_rows);
     work->assembly_seconds += studies::processor_seconds() - begun;
     factor_definite(k, work);
     const double factored = studies::processor_seconds();
-    const VectorXd gradient = free_of(force) - p.load;
+    const VectorXd gradient = free_ * force - p.load;
     const MatrixXd y = factor_->of.solve(w);
     const VectorXd z = factor_->of.solve(gradient);
     work->solve_seconds += studies::processor_seconds() - factored;
@@ -225,8 +205,7 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
     double share = 1, found = infinite;
     VectorXd trial, trial_s;
     for (; share > 1e-6; share /= 2) {
-      trial = *u, trial_s = s + share * (lambda - s);
-      for (Index i = 0; i < count; ++i) trial[free_[static_cast<std::size_t>(i)]] += share * move[i];
+      trial = *u + share * (free_.transpose() * move), trial_s = s + share * (lambda - s);
       found = potential(energy(trial, &trial_force), trial, trial_s);
       const double slope = share * (gradient.dot(move) + s.dot(p.compliance * (lambda - s)));
       if (std::isfinite(found) && (!on_constraint || found <= least + 1e-4 * slope + 1e-13 * std::abs(least))) break;
@@ -244,14 +223,14 @@ VectorXd LargeReference::solve(const MatrixXd& rows, const VectorXd& target, Vec
                                const MatrixXd& compliance, NewtonWork* work) const {
   NewtonWork own;
   const Problem problem = {rows, target, compliance.size() > 0 ? compliance : MatrixXd::Zero(rows.rows(), rows.rows()),
-                           VectorXd::Zero(static_cast<Index>(free_.size())), tolerance};
+                           VectorXd::Zero(free_.rows()), tolerance};
   return newton(problem, u, work ? work : &own);
 }
 
 void LargeReference::balance(const VectorXd& load, VectorXd* u, double tolerance) const {
   const MatrixXd none(0, dofs());
   NewtonWork work;
-  newton({none, VectorXd(0), MatrixXd(0, 0), free_of(load), tolerance}, u, &work);
+  newton({none, VectorXd(0), MatrixXd(0, 0), free_ * load, tolerance}, u, &work);
 }
 
 }  // namespace palpate

@@ -53,12 +53,10 @@ class LargeReference {
   Eigen::VectorXd newton(const Problem& problem, Eigen::VectorXd* u, NewtonWork* work) const;
   void factor_definite(const Sparse& k, NewtonWork* work) const;
   Eigen::MatrixXd stiffness_of_rows(const Eigen::MatrixXd& w, const Eigen::MatrixXd& compliance) const;
-  Eigen::VectorXd free_of(const Eigen::VectorXd& all) const;
   Eigen::Index node(std::size_t e, int a) const { return body_.tetrahedra[4 * e + static_cast<std::size_t>(a)]; }
   std::size_t site(std::size_t e, int a) const {
     return static_cast<std::size_t>(sites_.of_corner[4 * e + static_cast<std::size_t>(a)]);
   }
-  Sparse free_part(const Sparse& all) const;
   Sparse support_matrix() const;
 
   HyperelasticBody body_;
@@ -66,10 +64,9 @@ class LargeReference {
   ElementLanes<double> elements_;
   DilatationSites sites_;
   std::vector<std::int32_t> place_;
-  std::vector<Eigen::Index> free_;  // dofs that are not held
-  std::vector<int> column_;         // of each dof among them, or -1
-  Sparse supports_;                 // the part of foundations and springs
-  Sparse rest_;                     // the tangent at rest: what an indefinite one is shifted by
+  Sparse free_;      // [dofs that are not held][dofs]: takes them out of all, and its transpose puts them back
+  Sparse supports_;  // the part of foundations and springs
+  Sparse rest_;      // the tangent at rest: what an indefinite one is shifted by
   std::unique_ptr<Factor> factor_;
 };
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <ctime>
 
 #include "formats/errors.h"
 #include "studies/timing/timing.h"
@@ -22,12 +21,6 @@ SceneDef definition(palpate_deformation_model deformation) {
   def.max_tools = def.max_points = kMostDiscs, def.max_contact_nodes = kContactNodes;
   def.force_limit = def.force_slew = INFINITY;
   return def;
-}
-
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 palpate_grip grip_at(const Bundle& bundle, Vec3 at, Vec3 displacement) {
@@ -84,9 +77,9 @@ std::vector<Reached> Player::play(const Move& move, const Pace& pace, StepTimes*
     const double depth = std::min(tick * step, pace.depths[all.size()]);
     for (std::size_t t = 0; t < tools.size(); ++t) store3(depth * move.discs[t].way, grips[t].displacement);
     const auto begun = studies::Clock::now();
-    const double thread_begun = thread_seconds();
+    const double thread_begun = studies::thread_seconds();
     const unsigned flags = scene_.touch(tools.data(), static_cast<std::int32_t>(tools.size()), kTick, contacts_);
-    const double thread_took = thread_seconds() - thread_begun, took = studies::seconds_since(begun);
+    const double thread_took = studies::thread_seconds() - thread_begun, took = studies::seconds_since(begun);
     if (tick > 0) times->touch.push_back(1e6 * took), times->touch_thread.push_back(1e6 * thread_took);
     if (depth < pace.depths[all.size()]) continue;
     all.emplace_back();

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 
 #include "formats/program.h"
 #include "studies/timing/timing.h"
@@ -16,12 +15,6 @@ using Eigen::Vector3d;
 using Json = nlohmann::ordered_json;
 
 constexpr double kHere[3] = {0, 0, 0};
-
-double thread_us() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
-}
 
 Vector3d in_world(const palpate_pose& pose, const Vector3d& p) {
   const Eigen::Quaterniond turn(pose.orientation[0], pose.orientation[1], pose.orientation[2], pose.orientation[3]);
@@ -94,9 +87,9 @@ class Costs {
     palpate_step_flags flags = 0;
     for (int s = 0; s < options_.steps + 100; ++s) {
       const std::vector<palpate_tool> tools = prepare(s);
-      const double start = thread_us();
+      const double start = studies::thread_seconds();
       const palpate_step_flags raised = world.touch(tools);
-      const double spent = thread_us() - start;
+      const double spent = 1e6 * (studies::thread_seconds() - start);
       if (s >= 100) times.push_back(spent), flags |= raised;
     }
     const double median = studies::percentile(times, 0.5);
@@ -167,7 +160,7 @@ class Costs {
     begin("modes");
     for (const int added : {0, 1, 4, 12}) {
       if (added > options_.modes) break;
-      const BundlePointer bundle = open_bundle(baked_.bundle(added));
+      const Bundle bundle = open_bundle(baked_.bundle(added));
       SceneDef def = touching_scene();
       const int count = baked_.own_modes() + added;
       def.motions.motions = count > 0;
@@ -252,7 +245,7 @@ class Costs {
   const ScenesOptions& options_;
   const Box box_;
   const SurfacePlace side_;
-  const BundlePointer plain_;
+  const Bundle plain_;
   double first_touch_ = 0, reference_ = 1;
   std::vector<Json> rows_;
 };

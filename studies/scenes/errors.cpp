@@ -130,7 +130,8 @@ class Errors {
     const ElasticBody& body = baked_.body();
     const studies::GraspedSurface surface =
         studies::grasped_surface(body.nodes, body.surface_count, body.triangles, body.touchable);
-    studies::GraspedRows disc(surface, *bundle_, surface_point_of(grasp.triangle, grasp.barycentric), grasp.radius);
+    studies::GraspedRows disc(surface, *bundle_.get(), surface_point_of(grasp.triangle, grasp.barycentric),
+                              grasp.radius);
     const CoupledAnswer full = studies::solve_coupled(disc.rows(places_[0].point, moved, turn), {full_.coupled()});
     const studies::GraspedRows::Felt felt = disc.felt(full.force, places_[0].point, turn);
     add("a grasp that pulls and turns", world.on_tool(0), felt.force, world, full.u, disc.nodes());
@@ -343,7 +344,7 @@ class Errors {
   const ScenesOptions& options_;
   const FullBody& full_;
   const Box box_;
-  const BundlePointer bundle_;
+  const Bundle bundle_;
   const std::vector<SurfacePlace> places_;
   const double first_touch_;
   std::vector<Json> rows_;

@@ -1,47 +1,23 @@
 #include "studies/scenes/full_body.h"
 
-#include <Eigen/Sparse>
-
 #include "precompute/elements/motion_loads.h"
 
 namespace palpate::scenes {
-namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// K of the dofs that are free; place[dof]: its row, or -1.
-Eigen::SparseMatrix<double> free_stiffness(const BlockMatrix& k, const std::vector<Index>& place, Index count) {
-  std::vector<Eigen::Triplet<double, int>> entries;
-  for (std::int32_t row = 0; row < k.rows; ++row)
-    for (auto at = static_cast<std::size_t>(k.first[static_cast<std::size_t>(row)]);
-         at < static_cast<std::size_t>(k.first[static_cast<std::size_t>(row) + 1]); ++at)
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-          const Index a = place[static_cast<std::size_t>(3 * row + i)],
-                      b = place[static_cast<std::size_t>(3 * k.column[at] + j)];
-          if (a >= 0 && b >= 0)
-            entries.emplace_back(static_cast<int>(a), static_cast<int>(b),
-                                 k.block[at][static_cast<std::size_t>(3 * i + j)]);
-        }
-  Eigen::SparseMatrix<double> matrix(count, count);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-}  // namespace
-
 FullBody::FullBody(ElasticBody body, Element element)
     : body_(std::move(body)), discretisation_(discretise(body_, element)) {
   const auto& fixed = discretisation_.fixed;
-  std::vector<Index> place(3 * fixed.size(), -1);
-  for (std::size_t n = 0; n < fixed.size(); ++n)
-    for (std::size_t d = 0; d < 3; ++d)
-      if (!fixed[n][d])
-        place[3 * n + d] = static_cast<Index>(free_.size()), free_.push_back(static_cast<Index>(3 * n + d));
+  std::vector<Eigen::Triplet<double>> chosen;
+  for (std::size_t dof = 0; dof < 3 * fixed.size(); ++dof)
+    if (!fixed[dof / 3][dof % 3]) chosen.emplace_back(static_cast<int>(chosen.size()), static_cast<int>(dof), 1.0);
+  free_.resize(static_cast<Index>(chosen.size()), static_cast<Index>(3 * fixed.size()));
+  free_.setFromTriplets(chosen.begin(), chosen.end());
   factor_ = std::make_unique<studies::CholmodFactor>(
-      free_stiffness(discretisation_.stiffness, place, static_cast<Index>(free_.size())));
+      studies::SparseMatrix(free_ * studies::sparse(discretisation_.stiffness) * free_.transpose()));
 }
 
 studies::CoupledBody FullBody::coupled(VectorXd moved) const {
@@ -50,9 +26,8 @@ studies::CoupledBody FullBody::coupled(VectorXd moved) const {
 }
 
 MatrixXd FullBody::solved(const MatrixXd& node_forces) const {
-  MatrixXd u = MatrixXd::Zero(node_forces.rows(), node_forces.cols());
-  if (node_forces.cols() > 0) u(free_, Eigen::all) = factor_->solve(MatrixXd(node_forces(free_, Eigen::all)));
-  return u;
+  if (node_forces.cols() == 0) return node_forces;
+  return free_.transpose() * factor_->solve(MatrixXd(free_ * node_forces));
 }
 
 VectorXd FullBody::vertices_of(const VectorXd& nodes) const {

@@ -7,6 +7,7 @@
 #include "precompute/elements/discretisation.h"
 #include "studies/coupled/coupled_rows.h"
 #include "studies/peers/cholmod_factor.h"
+#include "studies/peers/push.h"
 
 namespace palpate::scenes {
 
@@ -35,7 +36,7 @@ class FullBody {
 
   ElasticBody body_;
   Discretisation discretisation_;
-  std::vector<Eigen::Index> free_;
+  studies::SparseMatrix free_;  // [free dofs][dofs of all nodes]
   std::unique_ptr<studies::CholmodFactor> factor_;
 };
 

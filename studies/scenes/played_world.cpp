@@ -8,12 +8,11 @@
 
 namespace palpate::scenes {
 
-BundlePointer open_bundle(const std::filesystem::path& file) {
-  palpate_bundle* bundle = nullptr;
+Bundle open_bundle(const std::filesystem::path& file) {
   palpate_error error = {};
-  if (palpate_bundle_open_file(file.c_str(), nullptr, &bundle, &error) != PALPATE_OK)
-    throw InputError(fmt::format("{}: {}", file.string(), error.text));
-  return BundlePointer(bundle);
+  Bundle bundle = Bundle::open_file(file.c_str(), &error);
+  if (!bundle) throw InputError(fmt::format("{}: {}", file.string(), error.text));
+  return bundle;
 }
 
 SceneDef free_scene() {
@@ -48,44 +47,36 @@ PlayedWorld::PlayedWorld(const std::vector<OrganAt>& organs, const SceneDef& sce
   def.force_limit = def.force_slew = def.torque_limit = def.torque_slew = INFINITY;
   def.max_pairs = max_pairs, def.max_links = max_links;
   palpate_error error = {};
-  if (palpate_world_create(&def, &world_, &error) != PALPATE_OK) throw OperationError(error.text);
-  memory_.resize(palpate_world_contacts_bytes(world_) / 8 + 1);
-  contacts_ = reinterpret_cast<palpate_world_contacts*>(memory_.data());
-}
-
-PlayedWorld::~PlayedWorld() {
-  palpate_world_destroy(world_);
+  world_ = World::create(def, &error);
+  if (!world_) throw OperationError(error.text);
+  contacts_ = world_.make_contacts();
 }
 
 palpate_step_flags PlayedWorld::touch(const std::vector<palpate_tool>& tools) {
-  return palpate_world_touch(world_, tools.data(), static_cast<int>(tools.size()), 1e-3, contacts_, 8 * memory_.size());
+  return world_.touch(tools.data(), static_cast<int>(tools.size()), 1e-3, contacts_);
 }
 
 void PlayedWorld::place(int organ, const palpate_pose& pose) {
-  palpate_scene_set_pose(scene(organ), &pose, nullptr);
+  world_.set_pose(organ, pose);
 }
 
 void PlayedWorld::set_links(const std::vector<palpate_world_link>& links) {
   palpate_error error = {};
-  if (palpate_world_set_links(world_, links.data(), static_cast<int>(links.size()), &error) != PALPATE_OK)
+  if (world_.set_links(links.data(), static_cast<int>(links.size()), &error) != PALPATE_OK)
     throw OperationError(error.text);
 }
 
-const palpate_world_contacts* PlayedWorld::contacts() const {
-  return contacts_;
-}
-
 Eigen::Vector3d PlayedWorld::on_tool(int tool) const {
-  return Eigen::Vector3d(palpate_world_contacts_tool(contacts_, tool)->force_raw);
+  return Eigen::Vector3d(contacts_.tool(tool).force_raw);
 }
 
 Eigen::Vector3d PlayedWorld::torque_on_tool(int tool) const {
-  return Eigen::Vector3d(palpate_world_contacts_tool(contacts_, tool)->torque_raw);
+  return Eigen::Vector3d(contacts_.tool(tool).torque_raw);
 }
 
 std::vector<const palpate_world_pair*> PlayedWorld::pairs() const {
   std::vector<const palpate_world_pair*> pairs;
-  for (int i = 0; i < contacts_->pair_count; ++i) pairs.push_back(palpate_world_contacts_pair(contacts_, i));
+  for (int i = 0; i < contacts_->pair_count; ++i) pairs.push_back(&contacts_.pair(i));
   return pairs;
 }
 
@@ -100,7 +91,7 @@ Eigen::VectorXd PlayedWorld::shape(int organ) const {
   std::vector<float> u(3 * static_cast<std::size_t>(nodes));
   palpate_shape_out out = palpate_default_shape_out();
   out.displacements = u.data(), out.node_capacity = nodes;
-  palpate_scene_shape(scene(organ), palpate_world_contacts_organ(contacts_, organ), &out);
+  palpate_scene_shape(scene(organ), &contacts_.organ(organ), &out);
   return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
 }
 

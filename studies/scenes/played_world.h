@@ -1,21 +1,16 @@
 // A world of the C API as the study plays it.
 #pragma once
 
-#include <palpate/palpate_scene_def.hpp>
+#include <palpate/palpate.hpp>
 
 #include <Eigen/Dense>
 #include <filesystem>
-#include <memory>
 #include <vector>
 
 namespace palpate::scenes {
 
-struct BundleCloser {
-  void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
-};
-using BundlePointer = std::unique_ptr<palpate_bundle, BundleCloser>;
 // Errors: InputError.
-BundlePointer open_bundle(const std::filesystem::path& file);
+Bundle open_bundle(const std::filesystem::path& file);
 
 // Without limits of force and torque: point contact, no collision.
 SceneDef free_scene();
@@ -33,17 +28,15 @@ class PlayedWorld {
  public:
   // Errors: OperationError.
   PlayedWorld(const std::vector<OrganAt>& organs, const SceneDef& scene, int max_pairs = 0, int max_links = 0);
-  PlayedWorld(const PlayedWorld&) = delete;
-  ~PlayedWorld();
 
   palpate_step_flags touch(const std::vector<palpate_tool>& tools = {});
   void place(int organ, const palpate_pose& pose);
   // Errors: OperationError.
   void set_links(const std::vector<palpate_world_link>& links);
 
-  palpate_scene* scene(int organ) const { return palpate_world_scene(world_, organ); }
-  const palpate_world* get() const { return world_; }
-  const palpate_world_contacts* contacts() const;
+  palpate_scene* scene(int organ) const { return world_.scene(organ); }
+  const palpate_world* get() const { return world_.get(); }
+  const palpate_world_contacts* contacts() const { return contacts_.get(); }
   Eigen::Vector3d on_tool(int tool) const;         // N, without the device's limits
   Eigen::Vector3d torque_on_tool(int tool) const;  // N m, about its reference, without the device's limits
   std::vector<const palpate_world_pair*> pairs() const;
@@ -51,10 +44,9 @@ class PlayedWorld {
   Eigen::VectorXd shape(int organ) const;  // [3 surface nodes] m
 
  private:
-  palpate_world* world_ = nullptr;
+  World world_;
   std::vector<int> surface_nodes_;
-  std::vector<std::uint64_t> memory_;
-  palpate_world_contacts* contacts_ = nullptr;
+  WorldContacts contacts_{0};
 };
 
 }  // namespace palpate::scenes

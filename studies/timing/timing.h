@@ -10,11 +10,17 @@
 
 namespace palpate::studies {
 
-// Processor time of all threads of this process, s. Time that other programs take on the machine does not count.
-inline double processor_seconds() {
+inline double seconds_of(clockid_t clock) {
   timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+// Processor time of all threads of this process, and of this thread, s. Time that other programs take on the machine does not count.
+inline double processor_seconds() {
+  return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+}
+inline double thread_seconds() {
+  return seconds_of(CLOCK_THREAD_CPUTIME_ID);
 }
 
 using Clock = std::chrono::steady_clock;

@@ -2,14 +2,14 @@
 // screen, and under axe-core (https://github.com/dequelabs/axe-core).
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { closed, frame, inState, noTools, open, picture, pressedTo, ready, steady } from "./page.mjs";
+import { closed, frame, inState, noTools, open, picture, pressedTo, pressesWith, ready, steady } from "./page.mjs";
 import { violations } from "./axe.mjs";
 
 for (const colorScheme of ["light", "dark"])
   test(`axe-core finds nothing, ${colorScheme}: the organ, the panel of a phone, the empty page, a refused bundle`, async () => {
     const page = await ready({ colorScheme });
     await page.keyboard.down("Space");
-    await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.1);
+    await pressesWith(page, 0.1);
     assert.deepEqual(await violations(page), []);
     await page.keyboard.up("Space");
     for (const width of [820, 390]) {
@@ -44,7 +44,7 @@ test("keys work wherever the focus is; the cross moves, space pushes there, and 
   assert.ok(Math.abs((await distance()) / far - 0.92) < 1e-3);
   const pushed = async () => {
     await page.keyboard.down("Space");
-    await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.1);
+    await pressesWith(page, 0.1);
     const { point } = await page.evaluate(() => globalThis.palpateViewer.shown.tools[0]);
     await page.keyboard.up("Space");
     await noTools(page);

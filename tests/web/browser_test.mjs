@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
-import { bundle, closed, csv, folder, frame, inState, middle, ofFine, open, palpateRun, pathRows, picture, ready, renderMesh, replays, saved, settled } from "./page.mjs";
+import { bundle, closed, csv, drag, folder, frame, give, inState, middle, notice, ofFine, open, palpateRun, pathRows, picture, pressesWith, ready, renderMesh, replays, saved, settled } from "./page.mjs";
 import { largestOf, playNatively, readForces, relativeDifference } from "./reference.mjs";
 
 const TOLERANCE = 1e-5;  // both sum doubles in the same order; shapes are floats
@@ -14,7 +14,7 @@ const RADIUS = 0.006;  // m: the disc that the page starts with
 // Plays a path in the page. Reads the forces from the file that the page saves.
 async function playInPage(page, text) {
   await page.evaluate(() => (globalThis.palpateViewer.replayed = null));
-  await page.setInputFiles("#path-file", { name: "path.csv", mimeType: "text/csv", buffer: Buffer.from(text) });
+  await give(page, "path.csv", text, "#path-file");
   return replayed(page);
 }
 async function replayed(page) {
@@ -98,12 +98,10 @@ test("a finer surface is dropped beside a bundle or on an open organ; one that i
   const page = await open({}, (p) => p.route("**/render.ply", (route) => route.fulfill({ status: 404, body: "" })));
   await inState(page, "ready");
   assert.equal(await page.isDisabled('[data-effect="fine"]'), true);
-  const give = (text) => page.setInputFiles("#file", { name: "given.ply", mimeType: "application/octet-stream", buffer: Buffer.from(text) });
-  const notice = (pattern) => page.waitForFunction((p) => new RegExp(p).test(document.getElementById("notice").textContent), pattern);
-  await give("ply\nthis is none");
-  await notice("given.ply: this finer surface cannot be used");
+  await give(page, "given.ply", "ply\nthis is none");
+  await notice(page, "given.ply: this finer surface cannot be used");
   const good = readFileSync(renderMesh);
-  await give(good);
+  await give(page, "given.ply", good);
   await page.waitForFunction(() => globalThis.palpateViewer.shown.fine);
   await page.evaluate(async (ply) => {
     const files = new DataTransfer(), bytes = await (await fetch("bundle.h5")).arrayBuffer();
@@ -120,17 +118,13 @@ test("the mouse pushes: newtons, depth, plot; its saved scene gives the same for
   const page = await ready();
   await settled(page);
   await picture(page, "rest");
-  const box = await page.locator("#organ").boundingBox(), x = box.x + box.width / 2, y = box.y + box.height / 2;
-  await page.mouse.move(x, y);
-  await page.mouse.down();
-  await page.mouse.move(x + 60, y - 50, { steps: 4 });
-  await page.mouse.move(x + 110, y - 90, { steps: 4 });
-  await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.1);
+  await drag(page, [0, 0], [110, -90], { release: false });
+  await pressesWith(page, 0.1);
   await picture(page, "push");
   assert.ok(Number(await page.textContent("#depth")) > 3);
   assert.match(await page.textContent("#labels"), /\d\.\d\d N/);
   await page.mouse.up();
-  await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) === 0);
+  await pressesWith(page, 0);
   await page.waitForFunction(() => globalThis.palpateViewer.recordedSteps > 0);
 
   await page.click("#replay");
@@ -144,29 +138,22 @@ test("the mouse pushes: newtons, depth, plot; its saved scene gives the same for
 
 test("one tool stays while another pulls; reset takes both away", async () => {
   const page = await ready({ colorScheme: "dark" });
-  const box = await page.locator("#organ").boundingBox(), x = box.x + box.width / 2, y = box.y + box.height / 2;
-  const drag = async (fromX, fromY, toX, toY) => {
-    await page.mouse.move(fromX, fromY);
-    await page.mouse.down();
-    await page.mouse.move((fromX + toX) / 2, (fromY + toY) / 2);
-    await page.mouse.move(toX, toY);
-    await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.05);
-  };
   const held = () => page.evaluate(() => globalThis.palpateViewer.shown.tools.filter((tool) => tool?.contacts > 0).length);
   await page.click("#keep + span");
-  await drag(x + 60, y, x + 140, y + 40);
+  await drag(page, [60, 0], [140, 40], { release: false });
+  await pressesWith(page, 0.05);
   await page.mouse.up();
   await frame(page);
   assert.equal(await held(), 1);
   await page.click('[value="pull"] + span');
   for (const id of ["show-fixed", "show-touchable", "show-mesh"]) await page.check(`#${id}`);
   // So little that the first tool stays inside the organ that the second one alone would leave.
-  await drag(x - 60, y + 10, x - 75, y - 20);
+  await drag(page, [-60, 10], [-75, -20], { release: false });
   await page.waitForFunction(() => globalThis.palpateViewer.shown.tools.filter((tool) => tool?.contacts > 0).length === 2);
   await picture(page, "two-tools-dark");
   await page.mouse.up();
   await page.click("#reset");
-  await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) === 0);
+  await pressesWith(page, 0);
   assert.equal(await held(), 0);
   await closed(page);
 });
@@ -180,7 +167,7 @@ test("on a phone: a finger pushes, details open and close", async () => {
   await finger("touchStart", 0, 0);
   await finger("touchMove", 20, 20);
   await finger("touchMove", 45, 45);
-  await page.waitForFunction(() => Number(document.getElementById("newtons").textContent) > 0.1);
+  await pressesWith(page, 0.1);
   await picture(page, "phone");
   await finger("touchEnd");
   await page.click("#more");
@@ -238,8 +225,8 @@ test("a path file that is none is named, with its line", async () => {
   const page = await ready();
   const bad = [["time,x,y,z\n0,1,2\n", 2], ["0,1,2\n1,0,0,0\n", 1], ["nan,nan,nan,nan\n1,0,0,0\n", 1], ["t,x,y,z\nt,x,y,z\n0,0,0,0\n", 2], ["0,,1,2\n", 1]];
   for (const [i, [text, line]] of bad.entries()) {
-    await page.setInputFiles("#path-file", { name: `bad${i}.csv`, mimeType: "text/csv", buffer: Buffer.from(text) });
-    await page.waitForFunction(([i, line]) => document.getElementById("notice").textContent.includes(`bad${i}.csv: line ${line}`), [i, line]);
+    await give(page, `bad${i}.csv`, text, "#path-file");
+    await notice(page, `bad${i}\\.csv: line ${line}`);
   }
   await page.close();
 });
@@ -249,7 +236,7 @@ test("a picture of a press, seen from the side", async () => {
   const from = await middle(page);
   await page.evaluate(() => globalThis.palpateViewer.view.camera.turn(0.42, 0.12));
   const rows = pathRows(from, [[0, 0.002], [0.05, 0.001], [0.8, -0.016], [60, -0.016]]);
-  await page.setInputFiles("#path-file", { name: "path.csv", mimeType: "text/csv", buffer: Buffer.from(csv(rows)) });
+  await give(page, "path.csv", csv(rows), "#path-file");
   await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0]?.depth > 0.0155);
   await picture(page, "pressed");
   await page.click("#reset");

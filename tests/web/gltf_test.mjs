@@ -6,7 +6,7 @@ import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { resolve } from "node:path";
 import { test } from "node:test";
-import { boxToolsFor, playNatively, relativeDifference } from "./reference.mjs";
+import { boxToolsFor, playNatively, plyOf, relativeDifference } from "./reference.mjs";
 
 const [packageFolder, palpateRun, writeTinyBundle, folder] = process.argv.slice(2).map((path) => resolve(path));
 if (!existsSync(`${packageFolder}/node_modules/gltf-validator`)) {
@@ -58,11 +58,9 @@ test("with a render mesh the file is of that mesh, valid, and holds its shapes",
   const { document: coarse, numbers: own } = read((play({ contact: "point" }, ["--export", glb]), readFileSync(glb)));
   const surface = own[coarse.meshes[0].primitives[0].attributes.POSITION], triangles = own[coarse.meshes[0].primitives[0].indices];
   // The box's surface 0.2 mm further out; triangles do not share corners.
-  const header = `ply\nformat ascii 1.0\nelement vertex ${triangles.length}\nproperty float x\nproperty float y\nproperty float z\n` +
-    `element face ${triangles.length / 3}\nproperty list uchar int vertex_indices\nend_header\n`;
-  const corners = [...triangles].map((n) => [0, 1, 2].map((d) => 1000 * surface[3 * n + d] + (surface[3 * n + d] > 0.03 ? 0.2 : -0.2)).join(" "));
-  const faces = Array.from({ length: triangles.length / 3 }, (_, t) => `3 ${3 * t} ${3 * t + 1} ${3 * t + 2}`);
-  writeFileSync(`${folder}/fine.ply`, header + [...corners, ...faces].join("\n") + "\n");
+  const corners = [...triangles].map((n) => [0, 1, 2].map((d) => 1000 * surface[3 * n + d] + (surface[3 * n + d] > 0.03 ? 0.2 : -0.2)));
+  const faces = Array.from({ length: triangles.length / 3 }, (_, t) => [3 * t, 3 * t + 1, 3 * t + 2]);
+  writeFileSync(`${folder}/fine.ply`, plyOf(corners, faces));
   const { skins } = play({ contact: "point" }, ["--render-mesh", `${folder}/fine.ply`, "--export", glb]);
   const bytes = readFileSync(glb), report = await validator.validateBytes(new Uint8Array(bytes), { maxIssues: 10 });
   assert.deepEqual([report.issues.numErrors, report.issues.numWarnings], [0, 0], JSON.stringify(report.issues.messages));

@@ -7,6 +7,7 @@ import { createRequire } from "node:module";
 import { resolve } from "node:path";
 import { after, before } from "node:test";
 import { pathToFileURL } from "node:url";
+import { plyOf } from "./reference.mjs";
 
 export const [packageFolder, palpateRun, bundle, folder] = process.argv.slice(2).map((path) => resolve(path));
 const given = process.argv[6];
@@ -73,7 +74,9 @@ export async function closed(page) {
 }
 export const inState = (page, state) => page.waitForFunction((s) => document.body.dataset.state === s, state);
 export const frame = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-export const newtons = async (page) => Number(await page.textContent("#newtons"));
+// Waits until the first tool's force is above that many N; 0: until it is zero.
+export const pressesWith = (page, least) =>
+  page.waitForFunction((wanted) => (wanted ? Number(document.getElementById("newtons").textContent) > wanted : Number(document.getElementById("newtons").textContent) === 0), least);
 export const picture = async (page, name) => (await frame(page), page.screenshot({ path: `${folder}/${name}.png` }));
 export const settled = (page) => page.waitForFunction(() => document.querySelectorAll("#effects .cost:not(:empty)").length > 3);
 
@@ -158,16 +161,15 @@ export function boxSurface(size, cuts, away = 0) {
           const point = [0, 0, 0];
           point[axis] = side * size[axis], point[u] = (i * size[u]) / cuts, point[v] = (j * size[v]) / cuts;
           point[0] += away;
-          points.push(point.join(" "));
+          points.push(point);
         }
       for (let i = 0; i < cuts; ++i)
         for (let j = 0; j < cuts; ++j) {
           const a = first + i * row + j, b = a + row;
-          faces.push(`3 ${a} ${b} ${b + 1}`, `3 ${a} ${b + 1} ${a + 1}`);
+          faces.push([a, b, b + 1], [a, b + 1, a + 1]);
         }
     }
-  return `ply\nformat ascii 1.0\nelement vertex ${points.length}\nproperty float x\nproperty float y\nproperty float z\n` +
-    `element face ${faces.length}\nproperty list uchar int vertex_indices\nend_header\n${[...points, ...faces].join("\n")}\n`;
+  return plyOf(points, faces);
 }
 
 // Asks the page for the surface point in the middle of the view and the inward direction.

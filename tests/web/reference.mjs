@@ -74,6 +74,12 @@ export function smoothNormals(positions, faces) {
   return Float32Array.from(normals, (_, i) => normals[i] / Math.hypot(...normals.subarray(i - (i % 3), i - (i % 3) + 3)));
 }
 
+// A PLY file of points and of triangles, three corners each.
+export const plyOf = (points, triangles, type = "float") =>
+  `ply\nformat ascii 1.0\nelement vertex ${points.length}\n${["x", "y", "z"].map((axis) => `property ${type} ${axis}\n`).join("")}` +
+  `element face ${triangles.length}\nproperty list uchar int vertex_indices\nend_header\n` +
+  [...points.map((point) => point.join(" ")), ...triangles.map((corners) => `3 ${corners.join(" ")}`)].join("\n") + "\n";
+
 // Of numbers, which may be more than a call takes as arguments.
 export const largestOf = (numbers) => numbers.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
 

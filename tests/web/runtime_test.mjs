@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
-import { boxScenes, boxToolsFor, playNatively, positionAt, relativeDifference, smoothNormals } from "./reference.mjs";
+import { boxScenes, boxToolsFor, playNatively, plyOf, positionAt, relativeDifference, smoothNormals } from "./reference.mjs";
 
 const [modulePath, palpateRun, palpateBundle, writeTinyBundle, folder, ...wasms] = process.argv.slice(2);
 const { loadRuntime, hasSimd } = await import(pathToFileURL(modulePath));
@@ -82,10 +82,8 @@ for (const wasm of wasms) {
     // Each triangle in three, around its middle.
     const faces = Array.from({ length: info.triangleCount }, (_, t) => [0, 1, 2].map((v) =>
       [triangles[3 * t + v], triangles[3 * t + (v + 1) % 3], info.surfaceNodeCount + t])).flat();
-    const rows = Array.from({ length: positions.length / 3 }, (_, v) => positions.slice(3 * v, 3 * v + 3).map((x) => 1000 * x).join(" "));
-    writeFileSync(`${folder}/fine.ply`, `ply\nformat ascii 1.0\nelement vertex ${rows.length}\nproperty double x\nproperty double y\n` +
-      `property double z\nelement face ${faces.length}\nproperty list uchar int vertex_indices\nend_header\n${rows.join("\n")}\n` +
-      faces.map((face) => `3 ${face.join(" ")}\n`).join(""));
+    const rows = Array.from({ length: positions.length / 3 }, (_, v) => positions.slice(3 * v, 3 * v + 3).map((x) => 1000 * x));
+    writeFileSync(`${folder}/fine.ply`, plyOf(rows, faces, "double"));
     const expected = playNatively(palpateRun, folder, "skin", file, effects, tools, ["--render-mesh", `${folder}/fine.ply`]);
     const renderMesh = { positions: Float32Array.from(positions), normals: smoothNormals(positions, faces) };
     const report = effects.dent ? "contacts" : "off";

@@ -7,64 +7,11 @@ copies. A scene writes shapes into arrays of the caller.
 import difflib
 import re
 
-from palpate._palpate import EFFECTS as _EFFECTS
-from palpate._palpate import (
-    API_VERSION,
-    Bundle,
-    Contacts,
-    Coupling,
-    Device,
-    DeviceFlags,
-    Error,
-    Grasp,
-    Grip,
-    Hit,
-    Link,
-    Mailbox,
-    Needle,
-    Organ,
-    Passivity,
-    PlanPass,
-    Scene,
-    Status,
-    StepFlags,
-    Tool,
-    ToolShape,
-    Watchdog,
-    World,
-    WorldContacts,
-    WorldLink,
-    __version__,
-)
+from palpate import _palpate
 
-__all__ = [
-    "API_VERSION",
-    "Bundle",
-    "Contacts",
-    "Coupling",
-    "Device",
-    "DeviceFlags",
-    "Error",
-    "Grasp",
-    "Grip",
-    "Hit",
-    "Link",
-    "Mailbox",
-    "Needle",
-    "Organ",
-    "Passivity",
-    "PlanPass",
-    "Scene",
-    "Status",
-    "StepFlags",
-    "Tool",
-    "ToolShape",
-    "Watchdog",
-    "World",
-    "WorldContacts",
-    "WorldLink",
-    "__version__",
-]
+# All that the module has; EFFECTS, the keywords of a scene, is for the messages below alone.
+__all__ = [_name for _name in vars(_palpate) if not _name.startswith("_") and _name != "EFFECTS"] + ["__version__"]
+globals().update({_name: getattr(_palpate, _name) for _name in __all__})
 
 
 def _with_plain_errors(kind, method):
@@ -78,7 +25,7 @@ def _with_plain_errors(kind, method):
     known = [word for signature in signatures
              for word in re.findall(r"(?:^|, )(\w+): ", re.sub(r"\[[^][]*\]|\([^()]*\)", "", signature)) if word != "self"]
     if any("**kwargs" in signature for signature in signatures):
-        known += _EFFECTS
+        known += _palpate.EFFECTS
 
     def plain(*positional, **named):
         try:
@@ -101,8 +48,7 @@ def _with_plain_errors(kind, method):
     setattr(kind, method, staticmethod(plain) if is_static else plain)
 
 
-for _each in (Bundle, Contacts, Coupling, Device, Grasp, Grip, Hit, Link, Mailbox, Needle, Organ, Passivity, PlanPass, Scene, Tool, ToolShape,
-              Watchdog, World, WorldContacts, WorldLink):
+for _each in [_held for _held in vars(_palpate).values() if type(_held).__name__ == "pybind11_type"]:
     _each.__module__ = "palpate"
     for _method in [_name for _name, _held in vars(_each).items() if not isinstance(_held, property) and callable(getattr(_each, _name))]:
         if _method == "__init__" or not _method.startswith("_"):

@@ -7,9 +7,9 @@ import { effectsOfWords } from "../viewer/src/links";
 import { LiveOrgan } from "../viewer/src/live_organ";
 import type { ColourBy, Frame, FromWorker, PageEffects } from "../viewer/src/messages";
 import { demonstration } from "../viewer/src/path_files";
-import { fetched, megabytes } from "../viewer/src/served";
+import { fetched, progressWords } from "../viewer/src/served";
 import { forceLabels, TOOL_COLOURS } from "../viewer/src/tool_readout";
-import { decimal, isLanguage, useLanguage, word } from "../viewer/src/words";
+import { isLanguage, useLanguage, word } from "../viewer/src/words";
 import type { PalpateViewer, PalpateViewerEventMap } from "./palpate-viewer";
 import style from "./style.css?inline";
 
@@ -138,7 +138,7 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
       send: (index, target) => organ.tell({ type: "tool", index, target }), withdraw: (index) => organ.tell({ type: "withdraw", index }),
     }, async () => (await fetched(this.surface || null))?.bytes ?? null, (own) => this.wantedEffects(own), {
       opening: () => {}, accepted: () => {}, opened: (bundle) => this.opened(bundle), refused: (why) => this.refused(why),
-      progress: (done, total) => this.say(word(total ? "loading.progress" : "loading.done", { done: decimal(megabytes(done)), total: decimal(megabytes(total)) })),
+      progress: (done, total) => this.say(progressWords(done, total)),
       framed: (frame) => this.framed(frame),
     });
     new Keys(this.canvas, new Cross(this.canvas, this.shadowRoot!.querySelector<HTMLElement>(".cross")!), {
@@ -193,8 +193,7 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
   }
 
   private dress() {
-    const own = getComputedStyle(this), colour = (name: string) => own.getPropertyValue(name).trim();
-    this.organ!.view.dress(colour("--ink"), colour("--held"), colour("--soft-held"), colour("--touchable"), TOOL_COLOURS.map(colour));
+    this.organ!.view.dress(this, TOOL_COLOURS);
     this.show();
   }
 

@@ -1,4 +1,5 @@
 // Points on the skin of a capsule, a rod with round ends, as palpate-run has them (programs/player/tool_points.cpp).
+import { acrossOf } from "./geometry";
 import type { Vector } from "./messages";
 
 export interface Capsule {
@@ -19,12 +20,3 @@ export function pointsOf(capsule: Capsule): Vector[] {
     return axis.map((x, d) => height * x + out * (Math.cos(angle) * u[d] + Math.sin(angle) * v[d])) as Vector;
   });
 }
-
-// Two unit vectors that are orthogonal to the axis and to each other.
-function acrossOf(axis: Vector): [Vector, Vector] {
-  const sizes = axis.map(Math.abs), smallest = sizes.indexOf(Math.min(...sizes));
-  const u = cross(axis, [0, 1, 2].map((d) => (d === smallest ? 1 : 0)) as Vector), length = Math.hypot(...u), unit = u.map((x) => x / length) as Vector;
-  return [unit, cross(axis, unit)];
-}
-
-const cross = (a: Vector, b: Vector): Vector => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];

@@ -13,22 +13,19 @@ export const organColour = (organ: number) => `rgb(${organBytes(organ).join(" ")
 export const organTissue = (organ: number) => organBytes(organ).map(linear); // linear light
 export const TISSUE = LINEAR_STOPS[0] as [number, number, number];
 
-// lengths [nodes] m -> colours [nodes][3], linear light; a length of `most` (m) gets the palest colour.
-export function colourByDisplacement(lengths: Float32Array, most: number, colours: Float32Array) {
-  const last = STOPS.length - 1;
-  for (let n = 0; n < lengths.length; ++n) {
-    const at = Math.min(1, lengths[n] / most) * last, low = Math.min(last - 1, Math.floor(at)), share = at - low;
-    for (let c = 0; c < 3; ++c) colours[3 * n + c] = LINEAR_STOPS[low][c] + share * (LINEAR_STOPS[low + 1][c] - LINEAR_STOPS[low][c]);
-  }
+// What lies at a share, 0 to 1, of the way along the stops, into colours[first .. first + 2].
+function colourAt(stops: number[][], share: number, colours: number[] | Float32Array, first: number) {
+  const last = stops.length - 1, at = Math.min(1, Math.max(0, share)) * last, low = Math.min(last - 1, Math.floor(at));
+  for (let c = 0; c < 3; ++c) colours[first + c] = stops[low][c] + (at - low) * (stops[low + 1][c] - stops[low][c]);
 }
 
-// The same for vertices that have colours of their own, [vertex][3] linear light, in place of the darkest one.
-export function colourOwnByDisplacement(lengths: Float32Array, most: number, own: Float32Array, colours: Float32Array) {
-  const last = STOPS.length - 1;
-  colourByDisplacement(lengths, most, colours);
+// lengths [nodes] m -> colours [nodes][3], linear light; a length of `most` (m) gets the palest colour. own: colours of the vertices'
+// own in place of the darkest one; null: there are none.
+export function colourByDisplacement(lengths: Float32Array, most: number, own: Float32Array | null, colours: Float32Array) {
+  const stops = [[...TISSUE], ...LINEAR_STOPS.slice(1)];
   for (let n = 0; n < lengths.length; ++n) {
-    const at = Math.min(1, lengths[n] / most) * last;
-    for (let c = 0; at < 1 && c < 3; ++c) colours[3 * n + c] = own[3 * n + c] + at * (LINEAR_STOPS[1][c] - own[3 * n + c]);
+    for (let c = 0; own && c < 3; ++c) stops[0][c] = own[3 * n + c];
+    colourAt(stops, lengths[n] / most, colours, 3 * n);
   }
 }
 
@@ -40,9 +37,7 @@ const LINEAR_FIELD = FIELD.map((stop) => stop.map(linear)), LINEAR_SIGNED = SIGN
 
 // share: of the scale's end, 0 to 1, or -1 to 1 for what has a sign. Linear light, into colours[first .. first + 2].
 export function colourOfField(share: number, isSigned: boolean, colours: number[], first: number) {
-  const stops = isSigned ? LINEAR_SIGNED : LINEAR_FIELD, last = stops.length - 1;
-  const at = Math.min(1, Math.max(0, isSigned ? (share + 1) / 2 : share)) * last, low = Math.min(last - 1, Math.floor(at));
-  for (let c = 0; c < 3; ++c) colours[first + c] = stops[low][c] + (at - low) * (stops[low + 1][c] - stops[low][c]);
+  colourAt(isSigned ? LINEAR_SIGNED : LINEAR_FIELD, isSigned ? (share + 1) / 2 : share, colours, first);
 }
 
 // The smallest of 1, 2, 5, 10, ... that is not below the value.

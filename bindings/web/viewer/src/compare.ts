@@ -3,6 +3,7 @@ import { roundUp } from "./colours";
 import { CompareSide } from "./compare_side";
 import { Cross } from "./cross";
 import { DEFAULT_TOOL } from "./effects";
+import { byId, element, mode } from "./elements";
 import { ForcePlot } from "./force_plot";
 import { Keys } from "./keys";
 import { wordsOfEffects } from "./links";
@@ -10,14 +11,13 @@ import { TOOL_COUNT, TOUCH_HZ, type Path, type Times, type Trial } from "./messa
 import { demonstration, demonstrationOfPull } from "./path_files";
 import { fetched, servedFiles } from "./served";
 import { NearestPoints } from "./surface_difference";
-import { chosenLanguage, decimal, fixed, keepInAddress, offerLanguages, speak, word, type Key } from "./words";
+import { chosenLanguage, decimal, fixed, keepInAddress, offerLanguages, speak, threeDigits, word, type Key } from "./words";
 
 const LONGEST = 30 * TOUCH_HZ; // steps of a touch that are compared
 const LEAST_MOST = 0.002; // m: the palest colour stands for this much at least
 const SAMPLES_APART = 1000; // contacts of two tools are different curves
 
-const pulls = () => document.querySelector<HTMLInputElement>('input[name="mode"][value="pull"]')!.checked;
-const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
+const pulls = () => mode("pull").checked;
 const address = new URLSearchParams(location.hash.slice(1));
 
 class Compare {
@@ -43,7 +43,7 @@ class Compare {
     byId("press").addEventListener("click", () => this.press());
     byId("whole").addEventListener("click", () => this.lead.view.camera.home());
     byId("radius").addEventListener("input", () => this.showRadius());
-    for (const mode of document.querySelectorAll('input[name="mode"]')) mode.addEventListener("change", () => this.chooseMode());
+    for (const choice of document.querySelectorAll('input[name="mode"]')) choice.addEventListener("change", () => this.chooseMode());
     offerLanguages(() => this.translate());
     byId("radius").addEventListener("change", () => this.setRadius());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
@@ -220,17 +220,11 @@ const largestMove = (now: Float32Array, rest: Float32Array) => largestOf(now.map
 
 const signed = (x: number, digits: number) => `${x < 0 ? "−" : "+"}${fixed(Math.abs(x), digits)}`;
 const share = (x: number, of: number, sign = true) => (of > 0 ? `(${sign ? signed((100 * x) / of, 1) : fixed((100 * x) / of, 1)} %)` : "");
-const digits = (us: number) => fixed(us, us < 99.5 ? 1 : 0);
-const times = ({ median, low, high }: Times) => (median ? word("compare.times", { median: digits(median), low: digits(low), high: digits(high) }) : word("compare.short"));
+const times = ({ median, low, high }: Times) => (median ? word("compare.times", { median: threeDigits(median), low: threeDigits(low), high: threeDigits(high) }) : word("compare.short"));
 const ratio = (a: Times, b: Times) => (a.median && b.median ? `× ${decimal((b.median / a.median).toPrecision(2))}` : "");
 
-function row(name: Key, values: string[], difference: string): HTMLTableRowElement {
-  const made = document.createElement("tr"), head = document.createElement("th");
-  head.scope = "row";
-  head.textContent = word(name);
-  made.append(head, ...[...values, difference].map((text) => Object.assign(document.createElement("td"), { textContent: text })));
-  return made;
-}
+const row = (name: Key, values: string[], difference: string) =>
+  element("tr", {}, element("th", { scope: "row" }, word(name)), ...[...values, difference].map((text) => element("td", {}, text)));
 
 speak(chosenLanguage());
 keepInAddress();

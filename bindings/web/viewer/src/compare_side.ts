@@ -5,9 +5,9 @@ import { effectsOfWords } from "./links";
 import { LiveOrgan } from "./live_organ";
 import type { FromWorker, PageEffects, Path, ToolFrame, ToolTarget, Trial } from "./messages";
 import type { Shape } from "./organ_view";
-import { megabytes } from "./served";
+import { progressWords } from "./served";
 import { forceLabels, TOOL_COLOURS } from "./tool_readout";
-import { count, decimal, fill, fixed, word } from "./words";
+import { count, fill, fixed, word } from "./words";
 
 export interface SideEvents {
   opened: () => void;
@@ -32,7 +32,7 @@ export class CompareSide extends LiveOrgan {
     super(canvas, pointer, () => renderMesh, (own: PageEffects) => effectsOfWords(new URLSearchParams(words), own, (effect) => this.isAvailable(effect)), {
       opening: () => (this.trial = null),
       opened: (bundle) => this.wasOpened(bundle), accepted: () => this.wasAccepted(), refused: (why) => this.wasRefused(why),
-      progress: (done, total) => this.say(word(total ? "loading.progress" : "loading.done", { done: decimal(megabytes(done)), total: decimal(megabytes(total)) })),
+      progress: (done, total) => this.say(progressWords(done, total)),
       framed: ({ tools, flags }) => tools.some(Boolean) && this.say(flagWords(flags).join("; ")),
     });
     this.canvas = canvas;
@@ -117,8 +117,7 @@ export class CompareSide extends LiveOrgan {
   }
 
   dress() {
-    const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
-    this.view.dress(colour("--ink"), colour("--held"), colour("--soft-held"), colour("--touchable"), this.colours.map(colour));
+    this.view.dress(document.documentElement, this.colours);
   }
 
   // The words in the page's language.

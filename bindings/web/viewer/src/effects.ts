@@ -32,6 +32,9 @@ const LINEAR: PageEffects = { deformation: "linear" };
 const LARGE = { off: "linear", on: "large", beside: "large-beside", renewed: "large-renewed" } as const;
 const wordOfLarge = ({ deformation = "linear" }: PageEffects) => Object.entries(LARGE).find(([, model]) => model === deformation)![0];
 
+const switched = (effect: Effect, isOn: (effects: PageEffects) => boolean, on: PageEffects, off: PageEffects): EffectLine =>
+  ({ effect, cheapest: false, value: isOn, change: (wanted) => (wanted ? on : off) });
+
 export const EFFECT_LINES: EffectLine[] = [
   {
     effect: "contact",
@@ -43,44 +46,20 @@ export const EFFECT_LINES: EffectLine[] = [
     choices: [["sticking", "effect.law.sticking"], ["sliding", "effect.law.sliding"], ["unilateral", "effect.law.unilateral"], ["coulomb", "effect.law.coulomb"]],
     cheapest: "sticking", value: (e) => e.law!, change: (v) => ({ law: v as PageEffects["law"] }),
   },
-  {
-    effect: "follow",
-    cheapest: false, value: (e) => e.collision === "deformed", change: (v) => ({ collision: v ? "deformed" : "rest" }),
-  },
+  switched("follow", (e) => e.collision === "deformed", { collision: "deformed" }, { collision: "rest" }),
   {
     effect: "large",
     choices: [["off", "effect.large.off"], ["on", "effect.large.on"], ["beside", "effect.large.beside"], ["renewed", "effect.large.renewed"]],
     cheapest: "off", value: wordOfLarge,
     change: (v) => (v === "off" ? LINEAR : { deformation: LARGE[v as keyof typeof LARGE], force: "linear", radial: "off" }),
   },
-  {
-    effect: "force",
-    cheapest: false, value: (e) => e.force === "response", change: (v) => (v ? { force: "response", ...LINEAR } : { force: "linear" }),
-  },
-  {
-    effect: "radial",
-    cheapest: false, value: (e) => e.radial === "response", change: (v) => (v ? { radial: "response", ...LINEAR } : { radial: "off" }),
-  },
-  {
-    effect: "relaxation",
-    cheapest: false, value: (e) => !!e.relaxation?.length, change: (v) => ({ relaxation: v ? BRAIN_RELAXATION : [] }),
-  },
-  {
-    effect: "interior",
-    cheapest: false, value: (e) => e.shape === "volume", change: (v) => ({ shape: v ? "volume" : "surface" }),
-  },
-  {
-    effect: "preload",
-    cheapest: false, value: (e) => !!e.preload, change: (v) => ({ preload: !!v }),
-  },
-  {
-    effect: "fine",
-    cheapest: false, value: (e) => !!e.fine, change: (v) => ({ fine: !!v }),
-  },
-  {
-    effect: "dent",
-    cheapest: false, value: (e) => e.dent === "discs", change: (v) => ({ dent: v ? "discs" : "off" }),
-  },
+  switched("force", (e) => e.force === "response", { force: "response", ...LINEAR }, { force: "linear" }),
+  switched("radial", (e) => e.radial === "response", { radial: "response", ...LINEAR }, { radial: "off" }),
+  switched("relaxation", (e) => !!e.relaxation?.length, { relaxation: BRAIN_RELAXATION }, { relaxation: [] }),
+  switched("interior", (e) => e.shape === "volume", { shape: "volume" }, { shape: "surface" }),
+  switched("preload", (e) => !!e.preload, { preload: true }, { preload: false }),
+  switched("fine", (e) => !!e.fine, { fine: true }, { fine: false }),
+  switched("dent", (e) => e.dent === "discs", { dent: "discs" }, { dent: "off" }),
 ];
 
 export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean): boolean {

@@ -1,7 +1,5 @@
 // The engine's thread: opens bundles, touches at a fixed rate, and computes a shape when the page asks for a frame.
-import baselineUrl from "@wasm/baseline/palpate.wasm?url";
-import simdUrl from "@wasm/simd/palpate.wasm?url";
-import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime, type Scene } from "../../module/palpate.js";
+import { hasSimd, PalpateError, type Bundle, type Runtime, type Scene } from "../../module/palpate.js";
 import { meshOf, provenanceOf } from "./bundle_mesh";
 import { measureCosts } from "./costs";
 import { DeviceLink } from "./device_link";
@@ -10,6 +8,7 @@ import {
   frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type FieldOf, type Frame, type FromWorker, type PageEffects, type Path, type Recording, type SavedFile,
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
+import { answerOf, FrameCounts, openStream, startRuntime } from "./engine_thread";
 import { HeldTools } from "./held_tools";
 import { MotionClocks } from "./motion_clocks";
 import { nodulesOf } from "./nodules";
@@ -23,7 +22,6 @@ import type { TouchWorld } from "./touch_world";
 import type { WorldScene } from "./world_scene";
 import { playTrial } from "./trial";
 
-const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
 const SAMPLE_EVERY = 4; // touches per point of the plot
 
 const say = (message: FromWorker, transfer: Transferable[] = []) => postMessage(message, { transfer });
@@ -49,27 +47,16 @@ let replay: { path: Path; step: number; touched: boolean } | null = null;
 
 // ---- bundles ---------------------------------------------------------------------------------------------------------
 
-async function start(): Promise<Runtime> {
-  runtime ??= await loadRuntime(fetch(hasSimd() ? simdUrl : baselineUrl));
-  return runtime;
-}
-
 async function fetchBundle(url: string) {
-  const answer = await fetch(url).catch(() => null);
-  if (!answer?.ok || !answer.body) return say({ type: "refused", name: url, what: "absent", message: "", byteOffset: 0 });
-  const total = Number(answer.headers.get("content-length") ?? 0);
-  let told = 0;
-  await opening(url, async (engine) => engine.openBundleStream(answer.body!, total, (done) => {
-    if (done - told < total / 100 && done < total) return;
-    say({ type: "progress", done: (told = done), total });
-  }));
+  const answer = await answerOf(url);
+  if (!answer) return say({ type: "refused", name: url, what: "absent", message: "", byteOffset: 0 });
+  await opening(url, (engine) => openStream(engine, answer, (done, total) => say({ type: "progress", done, total })));
 }
 
 async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>) {
   let opened: Bundle | null = null;
   try {
-    const engine = await start();
-    opened = await open(engine);
+    opened = await open((runtime = await startRuntime()));
     opened.check();
     const first = new TouchScene(opened, DEFAULT_EFFECTS, DEFAULT_TOOL, null);
     close();
@@ -79,7 +66,7 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     effects = DEFAULT_EFFECTS;
     toolShape = DEFAULT_TOOL;
     fineMesh = null;
-    stale = true;
+    counts.stale = true;
     const mesh = meshOf(opened), surface = surfaceOf(mesh.positions.slice(), mesh.triangles);
     spacing = surface.spacing;
     colours = new SurfaceColours(surface, spacing);
@@ -111,7 +98,7 @@ function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMe
     toolShape = tool;
     if (mesh && mesh !== fineMesh) fineColours = new SurfaceColours({ rest: mesh.positions, normals: mesh.normals, parents: mesh.parents }, spacing);
     fineMesh = mesh;
-    stale = true;
+    counts.stale = true;
     say({ type: "accepted", effects, tool });
   } catch (error) {
     say({ type: "refused", name: "", what: "effects", message: (error as Error).message, byteOffset: 0 });
@@ -121,36 +108,24 @@ function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMe
 // ---- the touch loop --------------------------------------------------------------------------------------------------
 
 const loop = new TouchLoop(() => scene !== null && step(), () => link?.send((index) => scene!.force(index)));
-let quiet = 0; // touches since the last tool left
-let flags = 0;
-let stale = true; // touches have changed the contacts since the last shape
-let touches = 0; // since the last frame
-let shapeMs = 0; // time of the newest shape
+const counts = new FrameCounts();
 let samples: Sample[] = [];
 let present: RecordedTool[] = Array(TOOL_COUNT).fill(null);
 let contacts = 0; // begun so far
 const contactOf: number[] = Array(TOOL_COUNT).fill(0);
 
-function run() {
-  quiet = 0;
-  loop.run();
-}
-
-// Returns whether the loop goes on.
+// Returns whether there are tools.
 function step(): boolean {
   if (own) return stepOf(own);
   present = replay ? replayedTools() : held.move();
   const active = replay !== null || present.some(Boolean) || held.active;
   // A recording begins with a scene that remembers nothing, so that playing it again gives the same forces.
   if (active && !recorder.steps) scene!.reset();
-  flags |= scene!.touch(present);
-  ++touches;
-  stale = true;
+  counts.addTouch(scene!.touch(present));
   present.forEach(note);
   if (active) recorder.add(present, present.map((_, tool) => scene!.force(tool)));
-  quiet = active ? 0 : quiet + 1;
-  if (quiet === 1) endRecording();
-  return quiet <= LINGER;
+  if (!active && loop.quiet === 0) endRecording();
+  return active;
 }
 
 function replayedTools(): RecordedTool[] {
@@ -189,7 +164,7 @@ function note(tool: RecordedTool, index: number) {
 }
 
 function place(index: number, target: ToolTarget) {
-  if (!replay && !own && held.place(index, target)) run();
+  if (!replay && !own && held.place(index, target)) loop.run();
 }
 
 // ---- scenes whose tools hold or pierce the organ ---------------------------------------------------------------------
@@ -212,7 +187,7 @@ function playScene(of: WorldScene) {
     world.reset();
     own = { play, world, clocks };
     for (const tool of contactOf.keys()) contactOf[tool] = ++contacts;
-    run();
+    loop.run();
   } catch (error) {
     say({ type: "refused", name: "", what: "scene", message: (error as Error).message, byteOffset: 0 });
   }
@@ -226,9 +201,7 @@ function stepOf({ play, world, clocks }: OwnScene): boolean {
   }
   const places = play.places();
   present = presentAt(places);
-  flags |= play.touch(world, clocks, places);
-  ++touches;
-  stale = true;
+  counts.addTouch(play.touch(world, clocks, places));
   present.forEach((tool, index) => {
     held.meet(index, tool, world.world.contactCount(index));
     if (!tool || index >= TOOL_COUNT || loop.steps % SAMPLE_EVERY) return;
@@ -262,7 +235,7 @@ function play(path: Path | null) {
   if (!scene || !chosen?.steps) return;
   forget();
   replay = { path: chosen, step: 0, touched: false };
-  run();
+  loop.run();
 }
 
 // ---- recordings ------------------------------------------------------------------------------------------------------
@@ -304,7 +277,7 @@ function forget() {
   scene?.reset();
   scene?.scene.setTools([]);
   if (scene) scene.scene.touch(1 / TOUCH_HZ);
-  stale = true;
+  counts.stale = true;
 }
 
 // ---- frames ----------------------------------------------------------------------------------------------------------
@@ -315,24 +288,18 @@ function answerFrame(recycled: ArrayBuffer | null) {
   const nodes = bundle.info.surfaceNodeCount, inside = organ.nodeCount - nodes, vertices = organ.vertexCount;
   const bytes = frameBytes(nodes, inside, vertices);
   const buffer = recycled?.byteLength === bytes ? recycled : new ArrayBuffer(bytes);
-  const changed = stale;
-  if (stale) {
-    const start = performance.now();
-    flags |= touched.shape();
+  const changed = counts.renewShape(() => {
+    const flags = touched.shape();
     field = fieldInside(organ);
-    shapeMs = performance.now() - start;
-    stale = false;
-  }
+    return flags;
+  });
   fillFrame(buffer, nodes, organ);
   const frame: Frame = {
-    type: "frame", buffer, field: changed ? field : null, inside, vertices, tools: present.map(toolFrame), samples, changed, flags, lost: loop.lost, touches, at: performance.now(),
-    touchUs: touches ? (1000 * touched.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
+    type: "frame", buffer, field: changed ? field : null, inside, vertices, tools: present.map(toolFrame), samples, changed, ...counts.take(touched, loop),
     replaying: replay !== null || own !== null, playing: own && own.play.time, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [],
     engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
   samples = [];
-  touches = touched.touchMs = 0;
-  flags = loop.lost = 0;
   say(frame, [buffer]);
 }
 
@@ -344,7 +311,7 @@ function fieldInside(organ: Scene): Frame["field"] {
     return { of: fieldOf, values: Float32Array.from({ length: organ.nodeCount }, (_, n) => Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2])) };
   }
   if (!organ.hasField) return null;
-  flags |= organ.inside();
+  counts.flags |= organ.inside();
   return { of: fieldOf, values: (fieldOf === "pressure" ? organ.field.pressures : organ.field.vonMises).slice() };
 }
 
@@ -390,11 +357,11 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "measure") measure(data.place, data.normal);
   if (data.type === "colour") {
     colourBy = data.by;
-    stale = true;
+    counts.stale = true;
   }
   if (data.type === "field") {
     fieldOf = data.of;
-    stale = true;
+    counts.stale = true;
   }
   if (data.type === "reset") forget();
 });

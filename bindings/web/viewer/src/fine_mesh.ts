@@ -1,9 +1,11 @@
 // Reads a finer surface from a PLY file. The runtime moves it and the view draws it.
 import { BufferAttribute, BufferGeometry } from "three";
 import { PLYLoader } from "three/addons/loaders/PLYLoader.js";
+import { boxOf, distance, nearestIndex } from "./geometry";
 import type { Quality } from "./quality";
 import { smoothMesh, type DrawnMesh } from "./smooth_mesh";
-import { decimal, word } from "./words";
+import { surfaceOf } from "./surface_colours";
+import { brief, word } from "./words";
 
 export type FineMesh = DrawnMesh;
 
@@ -18,7 +20,7 @@ export function readFineMesh(bytes: ArrayBuffer, organ: { positions: Float32Arra
   const beyond = triangles.findIndex((vertex) => vertex >= position.count);
   if (beyond >= 0) throw new Error(word("fine.triangle", { triangle: Math.floor(beyond / 3), vertex: triangles[beyond], last: position.count - 1 }));
   geometry.computeVertexNormals();
-  const size = sizeOf(position.array), wanted = sizeOf(organ.positions);
+  const size = boxOf(position.array).diagonal, wanted = boxOf(organ.positions).diagonal;
   const off = ([unit]: [number, string]) => Math.abs(Math.log((unit * size) / wanted));
   const [unit, name] = UNITS.reduce((best, one) => (off(one) < off(best) ? one : best));
   const positions = Float32Array.from(position.array, (x) => unit * x);
@@ -49,44 +51,13 @@ function parsed(bytes: ArrayBuffer): BufferGeometry {
 
 // The surface of another organ, or one in another frame, lies elsewhere.
 function checkPlace(positions: Float32Array, file: BufferAttribute, unit: string, { positions: nodes, triangles }: { positions: Float32Array; triangles: Uint32Array }) {
-  const count = positions.length / 3, allowed = FARTHEST * meanEdge(nodes, triangles);
-  let worst = 0, distance = 0;
+  const count = positions.length / 3, allowed = FARTHEST * surfaceOf(nodes, triangles).spacing;
+  let worst = 0, farthest = 0;
   for (let v = 0; v < count; v += Math.ceil(count / CHECKED)) {
-    const away = nearest(positions, v, nodes);
-    if (away > distance) [worst, distance] = [v, away];
+    const vertex = positions.subarray(3 * v, 3 * v + 3), away = distance(vertex, nodes.subarray(3 * nearestIndex(vertex, nodes)));
+    if (away > farthest) [worst, farthest] = [v, away];
   }
-  if (distance <= allowed) return;
+  if (farthest <= allowed) return;
   const at = [file.getX(worst), file.getY(worst), file.getZ(worst)].map((x) => Number(x.toPrecision(5))).join(", ");
-  throw new Error(word("fine.away", { vertex: worst, at, unit, distance: brief(1000 * distance), allowed: brief(1000 * allowed) }));
+  throw new Error(word("fine.away", { vertex: worst, at, unit, distance: brief(1000 * farthest, 3), allowed: brief(1000 * allowed, 3) }));
 }
-
-function nearest(positions: Float32Array, vertex: number, nodes: Float32Array): number {
-  const [x, y, z] = positions.subarray(3 * vertex, 3 * vertex + 3);
-  let least = Infinity;
-  for (let n = 0; n < nodes.length; n += 3) {
-    const a = nodes[n] - x, b = nodes[n + 1] - y, c = nodes[n + 2] - z;
-    least = Math.min(least, a * a + b * b + c * c);
-  }
-  return Math.sqrt(least);
-}
-
-function meanEdge(nodes: Float32Array, triangles: Uint32Array): number {
-  let sum = 0;
-  for (let i = 0; i < triangles.length; ++i) {
-    const a = 3 * triangles[i], b = 3 * triangles[i % 3 === 2 ? i - 2 : i + 1];
-    sum += Math.hypot(nodes[a] - nodes[b], nodes[a + 1] - nodes[b + 1], nodes[a + 2] - nodes[b + 2]);
-  }
-  return sum / triangles.length;
-}
-
-// The diagonal of the box around the points.
-function sizeOf(points: ArrayLike<number>): number {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < points.length; ++i) {
-    low[i % 3] = Math.min(low[i % 3], points[i]);
-    high[i % 3] = Math.max(high[i % 3], points[i]);
-  }
-  return Math.hypot(...low.map((x, d) => high[d] - x));
-}
-
-const brief = (value: number) => decimal(Number(value.toPrecision(3)));

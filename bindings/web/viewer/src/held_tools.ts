@@ -1,4 +1,5 @@
 // The tools that the pointer holds, touch by touch: where each is, and where it met tissue.
+import { distance } from "./geometry";
 import { TOOL_COUNT, type ToolTarget, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
 import { ToolMotion } from "./tool_motion";
@@ -63,5 +64,3 @@ export class HeldTools {
     this.met.fill(null);
   }
 }
-
-const distance = (a: Vector, b: Vector) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);

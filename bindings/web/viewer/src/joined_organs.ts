@@ -1,5 +1,6 @@
 // The surfaces of several organs as one mesh to draw and to pick on: the nodes of one organ after those of the other.
 import { organTissue } from "./colours";
+import { boxOf } from "./geometry";
 import type { Mesh } from "./messages";
 import type { Hit } from "./organ_view";
 import type { OpenedOrgan } from "./world_messages";
@@ -34,7 +35,7 @@ export class JoinedOrgans {
       const tissue = organTissue(k);
       for (let i = 0; i < mesh.positions.length; ++i) this.colours[3 * this.first[k] + i] = tissue[i % 3];
     });
-    this.radii = organs.map(({ mesh }) => radiusOf(mesh.positions));
+    this.radii = organs.map(({ mesh }) => boxOf(mesh.positions).diagonal / 2);
   }
 
   organAt({ nodes }: Hit): number {
@@ -54,11 +55,4 @@ export class JoinedOrgans {
   radiusAt(hit: Hit): number {
     return this.radii[this.organAt(hit)];
   }
-}
-
-// Half of the diagonal of the box around the points.
-function radiusOf(points: Float32Array): number {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  points.forEach((x, i) => ((low[i % 3] = Math.min(low[i % 3], x)), (high[i % 3] = Math.max(high[i % 3], x))));
-  return Math.hypot(...low.map((x, d) => high[d] - x)) / 2;
 }

@@ -1,4 +1,5 @@
 // Up to which depth of a push linear elasticity is right: as palpate-run's warning has it (programs/player/scene_warnings.h).
+import { boxOf } from "./geometry";
 import type { Key } from "./words";
 
 const NOT_MEASURED = 0.01; // m: docs/accuracy.md, "Linear elasticity itself"
@@ -11,8 +12,7 @@ export interface LinearLimit {
 
 // organ: positions at rest, m.
 export function linearLimit(provenance: Record<string, unknown>, organ: Float32Array): LinearLimit {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  organ.forEach((x, i) => ((low[i % 3] = Math.min(low[i % 3], x)), (high[i % 3] = Math.max(high[i % 3], x))));
+  const { low, high } = boxOf(organ);
   const share = LARGEST_SHARE * Math.min(...high.map((x, d) => x - low[d])), own = Number(provenance.accuracy_linear_limit_mm) / 1000;
   const limit = own > 0 ? own : NOT_MEASURED;
   if (share < limit) return { depth: share, rule: "trust.thin" };

@@ -3,6 +3,9 @@
 // The motion around a vertex is the linear function, in the plane of the surface, that fits best to the displacements of a ring of
 // vertices on the same side of the organ; it contains every rigid motion of a flat ring. It is linear in the displacements, so that
 // each ring becomes a list of weights, once.
+import { acrossOf, dot } from "./geometry";
+import type { Vector } from "./messages";
+
 const FEWEST = 6; // vertices of a ring
 const MOST = 40;
 
@@ -77,10 +80,7 @@ const thinned = (ring: number[]) => (ring.length <= MOST ? ring : Array.from({ l
 // The weights by which the ring's values give the linear fit at the vertex: the first row of (B^T B)^-1 B^T, where B has a row 1, a, b
 // for each vertex of the ring, at a, b in the plane across the normal. None where the ring lies on a line.
 function weightsAt(v: number, ring: number[], rest: Float32Array, normals: Float32Array): number[] {
-  const n = [normals[3 * v], normals[3 * v + 1], normals[3 * v + 2]], least = n.map(Math.abs).indexOf(Math.min(...n.map(Math.abs)));
-  const other = [0, 0, 0];
-  other[least] = 1;
-  const u = unit(cross(n, other)), w = cross(n, u);
+  const [u, w] = acrossOf([...normals.subarray(3 * v, 3 * v + 3)] as Vector);
   const rows = ring.map((m) => {
     const away = [0, 1, 2].map((d) => rest[3 * m + d] - rest[3 * v + d]);
     return [1, dot(away, u), dot(away, w)];
@@ -92,7 +92,3 @@ function weightsAt(v: number, ring: number[], rest: Float32Array, normals: Float
   if (!(determinant > 1e-9 * gram[0][0] * gram[1][1] * gram[2][2])) return [];
   return rows.map((row) => dot(row, minor) / determinant);
 }
-
-const dot = (a: number[], b: number[]) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a: number[], b: number[]) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const unit = (a: number[]) => a.map((x) => x / (Math.hypot(...a) || 1));

@@ -3,6 +3,7 @@ import type { BundleInfo } from "../../module/palpate.js";
 import { FIELD_GRADIENT, SIGNED_GRADIENT } from "./colours";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, EFFECT_LINES, isAvailable } from "./effects";
 import { EffectsPanel } from "./effects_panel";
+import { byId, input, isOn } from "./elements";
 import { FrameClock } from "./clocks";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
@@ -10,17 +11,17 @@ import { Headset } from "./headset";
 import { playedWords } from "./holds";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
-import { type ColourBy, type FieldOf, frameArrays, frameBytes, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker } from "./messages";
+import { type ColourBy, type FieldOf, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker } from "./messages";
 import { NoduleTask } from "./nodule_task";
 import type { Hit, OrganView } from "./organ_view";
 import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
 import { bundleOfScene, readScene } from "./scene_reader";
 import { fetched, megabytes, servedFiles } from "./served";
 import type { SectionAxis } from "./section";
-import { begin, brief, byId, input, isOn, isReady, mode, state, TouchPage } from "./touch_page";
+import { begin, isReady, state, TouchPage } from "./touch_page";
 import { readOwn } from "./world_reader";
 import type { WorldScene } from "./world_scene";
-import { count, decimal, fixed, keepInAddress, word, type Key } from "./words";
+import { brief, count, decimal, fixed, keepInAddress, word, type Key } from "./words";
 
 const SERVED = servedFiles();
 const STARTS_TASK = new URLSearchParams(location.search).get("task") === "nodule";
@@ -78,11 +79,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
 
   protected pointing() {
     return {
-      pulls: () => mode("pull").checked,
-      keeps: () => isOn("keep"),
       followsDeformed: () => this.effects.collision === "deformed",
-      send: (index: number, target: ToolTarget) => this.tell({ type: "tool", index, target }),
-      withdraw: (index: number) => this.tell({ type: "withdraw", index }),
       pressed: (hit: Hit) => {
         this.pressed = hit;
         this.ownScene = null;
@@ -141,14 +138,13 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.showEffects();
     this.task.open(nodules);
     this.showFacts();
-    const softSwitch = input("show-soft");
-    softSwitch.disabled = mesh.soft.length === 0;
-    softSwitch.closest(".line")!.classList.toggle("absent", softSwitch.disabled);
-    const section = byId<HTMLSelectElement>("section");
-    section.disabled = mesh.tetrahedra.length === 0;
-    section.closest(".line")!.classList.toggle("absent", section.disabled);
-    byId("section-absent").hidden = !section.disabled;
-    if (section.disabled) section.value = "none";
+    const hasInside = mesh.tetrahedra.length > 0;
+    for (const [id, isThere] of [["show-soft", mesh.soft.length > 0], ["section", hasInside]] as const) {
+      input(id).disabled = !isThere;
+      byId(id).closest(".line")!.classList.toggle("absent", !isThere);
+    }
+    byId("section-absent").hidden = hasInside;
+    if (!hasInside) byId<HTMLSelectElement>("section").value = "none";
     this.cut();
     this.limit = linearLimit(provenance, mesh.positions);
     this.tellUser("");
@@ -344,10 +340,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private playOwn(scene: WorldScene) {
     this.ownScene = scene;
     this.played = null;
-    this.pointer.forget();
-    this.plot.clear();
-    this.tellUser("");
-    byId("hint").classList.add("done");
+    this.clear();
     this.tell({ type: "scene", scene });
   }
 
@@ -355,15 +348,20 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     if (!this.opened) return;
     if (!path && this.ownScene) return this.playOwn(this.ownScene);
     this.ownScene = null;
-    this.pointer.forget();
-    this.plot.clear();
-    this.tellUser("");
-    byId("hint").classList.add("done");
+    this.clear();
     if (!path && !this.recordedSteps) {
       const hit = this.pressed ?? this.front();
       if (hit) path = demonstration(hit.place, hit.normal);
     }
     this.tell({ type: "replay", path });
+  }
+
+  // For what is to be played.
+  private clear() {
+    this.pointer.forget();
+    this.plot.clear();
+    this.tellUser("");
+    byId("hint").classList.add("done");
   }
 
   private afterReplay(message: Extract<FromWorker, { type: "replayed" }>) {
@@ -461,10 +459,6 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     if (this.newest) this.view.move(this.newest.shape);
   }
 
-  protected askFrame(buffer: ArrayBuffer | null): ToWorker {
-    return { type: "frame", buffer };
-  }
-
   protected draw() {
     const start = performance.now();
     this.headset.tick();
@@ -478,16 +472,9 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   }
 
   private take(frame: Frame) {
-    this.waiting = false;
-    const nodes = this.info?.surfaceNodeCount ?? 0, { inside, vertices } = frame;
-    if (frame.buffer.byteLength !== frameBytes(nodes, inside, vertices) || (vertices && 3 * vertices !== this.fine?.positions.length)) return; // a frame of the bundle or mesh that was open before
-    if (frame.changed) {
-      const { fine, ...shape } = frameArrays(frame.buffer.slice(0), nodes, inside, vertices);
-      this.newest = { shape: { ...shape, fine: vertices ? fine : null, field: frame.field }, frame };
-    } else if (this.newest) {
-      this.newest.frame = frame;
-    }
-    this.buffer = frame.buffer;
+    const { inside, vertices } = frame;
+    if (!this.takes(frame, this.info?.surfaceNodeCount ?? 0, inside, vertices, (this.fine?.positions.length ?? 0) / 3)) return;
+    if (frame.changed) this.newest!.shape.field = frame.field;
     this.recordedSteps = frame.recordedSteps;
     this.plot.add(frame.samples);
     this.numbers(frame);

@@ -1,5 +1,6 @@
 // The task of finding a hidden nodule by touch: the user presses, names the place of the last press, and learns how far it is from the
 // point of the surface above the nodule.
+import { distance } from "./geometry";
 import type { Vector } from "./messages";
 import type { Nodule } from "./nodules";
 import { fixed, word } from "./words";
@@ -102,5 +103,4 @@ export function nearestNodule(nodules: Nodule[], place: Vector): Answer {
   return answers.reduce((best, one) => (one.millimetres < best.millimetres ? one : best));
 }
 
-const distance = (a: Vector, b: Vector) => Math.hypot(...a.map((x, d) => x - b[d]));
 const counted = (what: "presses" | "seconds", count: number) => word(`task.${what}.${count === 1 ? "one" : "many"}`, { count });

@@ -1,7 +1,8 @@
 // Finds the nodules of a bundle: pieces of a stiffer material that lie wholly inside, so that nobody sees them.
-import { Triangle, Vector3 } from "three";
+import { Vector3 } from "three";
 import type { Bundle } from "../../module/palpate.js";
 import type { Vector } from "./messages";
+import { nearestPlace } from "./surface_places";
 
 const STIFFER = 1.5; // times the material around
 
@@ -59,19 +60,5 @@ function noduleOf(body: Body, volumes: Float64Array, piece: number[]): Nodule {
     for (let i = 0; i < 4; ++i) centre.addScaledVector(corner.fromArray(body.nodes, 3 * body.tetrahedra[4 * t + i]), volumes[t] / 4);
   }
   centre.divideScalar(volume);
-  return { centre: centre.toArray(), radius: Math.cbrt((3 * volume) / (4 * Math.PI)), above: nearestTouchable(body, centre).toArray() };
-}
-
-function nearestTouchable({ nodes, triangles, touchable }: Body, point: Vector3): Vector3 {
-  const canTouch = new Set(touchable), [a, b, c] = [new Vector3(), new Vector3(), new Vector3()], nearest = new Vector3(), best = new Vector3();
-  const triangle = new Triangle(a, b, c);
-  let least = Infinity;
-  for (let t = 0; t < triangles.length; t += 3) {
-    const corners = triangles.subarray(t, t + 3);
-    if (!corners.every((node) => canTouch.has(node))) continue;
-    [a, b, c].forEach((corner, i) => corner.fromArray(nodes, 3 * corners[i]));
-    const away = triangle.closestPointToPoint(point, nearest).distanceTo(point);
-    if (away < least) [least] = [away, best.copy(nearest)];
-  }
-  return best;
+  return { centre: centre.toArray(), radius: Math.cbrt((3 * volume) / (4 * Math.PI)), above: nearestPlace(body, centre.toArray())?.point ?? [0, 0, 0] };
 }

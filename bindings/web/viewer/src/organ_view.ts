@@ -3,7 +3,7 @@ import {
   AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, HemisphereLight, LineBasicMaterial, LineSegments,
   type Material, Mesh as Object3, MeshBasicMaterial, type Object3D, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
-import { colourByDisplacement, colourOwnByDisplacement, roundUp, TISSUE } from "./colours";
+import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { frontOf, OrganCamera } from "./organ_camera";
 import { LinkFigures } from "./link_figures";
@@ -123,35 +123,21 @@ export class OrganView {
   open(mesh: Mesh, frame: string, own: Float32Array | null = null, from: Vector3 = frontOf(frame)) {
     this.own = own;
     const nodes = mesh.positions.length / 3;
-    this.geometry.dispose();
-    this.geometry = new BufferGeometry();
-    const attribute = (numbers: Float32Array) => new BufferAttribute(numbers, 3).setUsage(DynamicDrawUsage);
-    this.geometry.setAttribute("position", attribute(mesh.positions.slice()));
-    this.geometry.setAttribute("color", attribute(new Float32Array(3 * nodes)));
-    this.geometry.setIndex(new BufferAttribute(mesh.triangles, 1));
+    const position = changing(mesh.positions.slice());
+    this.geometry = this.wire.geometry = renewed(this.surface, { position, color: changing(new Float32Array(3 * nodes)) }, mesh.triangles);
     this.geometry.computeVertexNormals();
     this.rest = mesh.positions;
     this.restNormals = (this.geometry.getAttribute("normal").array as Float32Array).slice();
-    this.surface.geometry = this.wire.geometry = this.geometry;
-    // Points that share the array of the surface's positions.
-    for (const [points, list] of [[this.fixed, mesh.fixed], [this.touchable, mesh.touchable]] as const) {
-      points.geometry.dispose();
-      points.geometry = new BufferGeometry();
-      points.geometry.setAttribute("position", this.geometry.getAttribute("position"));
-      points.geometry.setIndex(new BufferAttribute(Uint32Array.from(list), 1));
-      points.frustumCulled = false;
-    }
-    this.soft.geometry.dispose();
-    this.soft.geometry = new BufferGeometry();
-    this.soft.geometry.setAttribute("position", this.geometry.getAttribute("position"));
-    this.soft.geometry.setIndex(new BufferAttribute(Uint32Array.from([...mesh.soft].flatMap((t) => [...mesh.triangles.subarray(3 * t, 3 * t + 3)])), 1));
-    this.soft.frustumCulled = this.surface.frustumCulled = this.wire.frustumCulled = this.fine.frustumCulled = this.inside.frustumCulled = false;
+    // Marks that share the array of the surface's positions.
+    renewed(this.fixed, { position }, Uint32Array.from(mesh.fixed));
+    renewed(this.touchable, { position }, Uint32Array.from(mesh.touchable));
+    renewed(this.soft, { position }, Uint32Array.from([...mesh.soft].flatMap((t) => [...mesh.triangles.subarray(3 * t, 3 * t + 3)])));
+    this.wire.frustumCulled = false;
     this.geometry.computeBoundingSphere();
     const sphere = this.geometry.boundingSphere!;
     this.radius = sphere.radius;
     this.openFine(null);
-    this.inside.geometry.dispose();
-    this.inside.geometry = new BufferGeometry();
+    renewed(this.inside, {});
     this.tetrahedra = mesh.tetrahedra;
     this.section.open(mesh);
     this.move({ positions: mesh.positions, inside: new Float32Array(0), lengths: new Float32Array(nodes), fine: null });
@@ -166,12 +152,9 @@ export class OrganView {
 
   openFine(mesh: FineMesh | null) {
     this.again();
-    this.fine.geometry.dispose();
-    this.fine.geometry = new BufferGeometry();
-    if (!mesh) return;
-    for (const [name, numbers] of [["position", mesh.positions], ["normal", mesh.normals], ["color", mesh.positions]] as const)
-      this.fine.geometry.setAttribute(name, new BufferAttribute(numbers.slice(), 3).setUsage(DynamicDrawUsage));
-    this.fine.geometry.setIndex(new BufferAttribute(mesh.triangles, 1));
+    if (!mesh) return void renewed(this.fine, {});
+    const [position, normal, color] = [mesh.positions, mesh.normals, mesh.positions].map((numbers) => changing(numbers.slice()));
+    renewed(this.fine, { position, normal, color }, mesh.triangles);
   }
 
   // Takes the positions of a frame. A finer mesh is drawn instead of the surface, and the interior shows through it.
@@ -220,7 +203,7 @@ export class OrganView {
     if (!this.inside.visible) return;
     const { geometry } = this.inside;
     if (!geometry.hasAttribute("position")) {
-      geometry.setAttribute("position", new BufferAttribute(new Float32Array(positions.length + inside.length), 3).setUsage(DynamicDrawUsage));
+      geometry.setAttribute("position", changing(new Float32Array(positions.length + inside.length)));
       geometry.setIndex(new BufferAttribute(edgesInside(this.tetrahedra, positions.length / 3), 1));
     }
     const position = geometry.getAttribute("position") as BufferAttribute;
@@ -231,8 +214,8 @@ export class OrganView {
 
   private colour(geometry: BufferGeometry, lengths: Float32Array) {
     const colour = geometry.getAttribute("color") as BufferAttribute, colours = colour.array as Float32Array;
-    if (this.own) this.shown.colour ? colourOwnByDisplacement(lengths, this.most, this.own, colours) : colours.set(this.own);
-    else if (this.shown.colour) colourByDisplacement(lengths, this.most, colours);
+    if (this.shown.colour) colourByDisplacement(lengths, this.most, this.own, colours);
+    else if (this.own) colours.set(this.own);
     else for (let i = 0; i < colours.length; ++i) colours[i] = TISSUE[i % 3];
     colour.needsUpdate = true;
   }
@@ -246,9 +229,10 @@ export class OrganView {
     this.soft.visible = shown.soft;
   }
 
-  // Reads the colours of the style sheet, which differ between the light and the dark scheme.
-  // forces: of each tool.
-  dress(ink: string, held: string, soft: string, touchable: string, forces: string[]) {
+  // Reads the colours of an element's style, which differ between the light and the dark scheme. tools: the names of the tools' colours.
+  dress(of: Element, tools: string[]) {
+    const style = getComputedStyle(of), colourOf = (name: string) => style.getPropertyValue(name).trim();
+    const [ink, held, soft, touchable] = ["--ink", "--held", "--soft-held", "--touchable"].map(colourOf), forces = tools.map(colourOf);
     const halo = new Color(ink).getHSL({ h: 0, s: 0, l: 0 }).l < 0.5 ? "#ffffff" : "#14181b";
     this.wire.material.color = new Color(ink);
     this.inside.material.color = new Color(ink);
@@ -430,6 +414,18 @@ function edgesInside(tetrahedra: Uint32Array, surface: number): Uint32Array {
         edges.push(a, b);
       }
   return Uint32Array.from(edges);
+}
+
+const changing = (numbers: Float32Array) => new BufferAttribute(numbers, 3).setUsage(DynamicDrawUsage);
+
+// Gives an object a new geometry; it is drawn wherever the camera looks.
+function renewed(object: Pick<Object3, "geometry" | "frustumCulled">, attributes: Record<string, BufferAttribute>, index?: Uint32Array): BufferGeometry {
+  object.geometry.dispose();
+  object.geometry = new BufferGeometry();
+  for (const [name, attribute] of Object.entries(attributes)) object.geometry.setAttribute(name, attribute);
+  if (index) object.geometry.setIndex(new BufferAttribute(index, 1));
+  object.frustumCulled = false;
+  return object.geometry;
 }
 
 function put(geometry: BufferGeometry, name: string, numbers: Float32Array) {

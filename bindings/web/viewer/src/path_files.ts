@@ -1,6 +1,7 @@
 // Reads paths: the CSV that palpate-run reads (path_csv, in metres).
+import { along, boxOf, distance } from "./geometry";
 import { TOOL_COUNT, TOUCH_HZ, type Path, type Vector } from "./messages";
-import { decimal, word } from "./words";
+import { brief, word } from "./words";
 
 export const LONGEST_PATH = 600; // s
 
@@ -53,7 +54,7 @@ export function alongRows(rows: number[][]): (time: number) => Vector {
 
 // Throws an Error where the whole path is farther from the organ than the organ is large. organ: positions at rest, m.
 export function checkPlaceOfPath({ points }: Path, organ: Float32Array) {
-  const [low, high] = boxOf(organ), size = Math.hypot(...high.map((x, d) => x - low[d]));
+  const { low, high, diagonal: size } = boxOf(organ);
   let nearest = Infinity, nearestInMm = Infinity;
   const away = (at: number, unit: number) => Math.hypot(...low.map((least, d) => Math.max(0, least - unit * points[at + d], unit * points[at + d] - high[d])));
   for (let at = 0; at < points.length; at += 3) {
@@ -62,19 +63,8 @@ export function checkPlaceOfPath({ points }: Path, organ: Float32Array) {
     nearestInMm = Math.min(nearestInMm, away(at, 1e-3));
   }
   if (nearest <= size) return;
-  throw new Error(word(nearestInMm <= size ? "path.away.mm" : "path.away", { away: brief(nearest) }));
+  throw new Error(word(nearestInMm <= size ? "path.away.mm" : "path.away", { away: brief(nearest, 3) }));
 }
-
-function boxOf(points: Float32Array): [low: number[], high: number[]] {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  points.forEach((x, i) => {
-    low[i % 3] = Math.min(low[i % 3], x);
-    high[i % 3] = Math.max(high[i % 3], x);
-  });
-  return [low, high];
-}
-
-const brief = (value: number) => decimal(Number(value.toPrecision(3)));
 
 // The step at which the path's tools are farthest, in sum, from where each of them came.
 export function farthestStep({ points, steps }: Path): number {
@@ -86,7 +76,7 @@ export function farthestStep({ points, steps }: Path): number {
       const point = [...points.subarray(row * step + 3 * tool, row * step + 3 * tool + 3)];
       if (Number.isNaN(point[0])) continue;
       from[tool] ??= point;
-      sum += Math.hypot(...point.map((x, d) => x - from[tool]![d]));
+      sum += distance(point, from[tool]!);
     }
     if (sum > most) [farthest, most] = [step, sum];
   }
@@ -96,18 +86,18 @@ export function farthestStep({ points, steps }: Path): number {
 // The press that a replay plays before the user's first touch: the tool goes in, stays, and comes out. A pull: the tool comes to the
 // surface, takes hold, and goes out.
 export function demonstration(place: Vector, normal: Vector, depth = 0.012): Path {
-  const at = (height: number) => place.map((x, d) => x + height * normal[d]);
-  const keys: [number, number][] = [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]];
-  return pathOfFile(keys.map(([time, height]) => [time, ...at(height)].join(",")).join("\n"));
+  return moved(place, normal, [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]]);
 }
 
 export function demonstrationOfPull(place: Vector, normal: Vector, height = 0.008): Path {
-  const at = (above: number) => place.map((x, d) => x + above * normal[d]);
-  const keys: [number, number][] = [[0, 0.002], [0.15, -3e-4], [1.1, height], [1.9, height]];
-  const path = pathOfFile(keys.map(([time, above]) => [time, ...at(above)].join(",")).join("\n"));
+  const path = moved(place, normal, [[0, 0.002], [0.15, -3e-4], [1.1, height], [1.9, height]]);
   for (let step = 0; step < path.steps; ++step) path.hold[TOOL_COUNT * step] = 1;
   return path;
 }
+
+// keys: s, and m along the normal.
+const moved = (place: Vector, normal: Vector, keys: [number, number][]) =>
+  pathOfFile(keys.map(([time, height]) => [time, ...along(place, normal, height)].join(",")).join("\n"));
 
 export function save(name: string, text: string) {
   const link = document.createElement("a");

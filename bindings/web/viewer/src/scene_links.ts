@@ -1,6 +1,7 @@
 // The links of a scene in a world: those of one organ, and those between organs, as palpate-run holds them (programs/player/held_tissue.cpp,
 // organ_links.cpp).
 import type { LinkState, WorldLink } from "../../module/links.js";
+import { distance } from "./geometry";
 import type { DrawnLink, Hold, Vector } from "./messages";
 import { valueAt } from "./motion_clocks";
 import { placeOn } from "./surface_places";
@@ -91,7 +92,7 @@ function stretchesOf(link: SceneLink, parts: WorldPart[], names: string[], frame
     points.push(at);
   });
   if (link.world) (ends.push({ world: link.world }), points.push(link.world));
-  const apart = points.slice(1).map((point, i) => Math.hypot(...point.map((x, d) => x - points[i][d]))), length = apart.reduce((sum, one) => sum + one, 0);
+  const apart = points.slice(1).map((point, i) => distance(point, points[i])), length = apart.reduce((sum, one) => sum + one, 0);
   return apart.map((own, i) => ({
     of: link, share: length > 0 ? own / length : 1 / apart.length,
     link: {

@@ -1,4 +1,5 @@
 // The bundles that the page's server has: the one that it was started with, and those of its data folder.
+import { decimal, word } from "./words";
 
 export interface ServedBundle {
   organ: string;
@@ -52,3 +53,6 @@ export async function fetched(url: string | null) {
 }
 
 export const megabytes = (bytes: number) => (bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0);
+
+export const progressWords = (done: number, total: number) =>
+  word(total ? "loading.progress" : "loading.done", { done: decimal(megabytes(done)), total: decimal(megabytes(total)) });

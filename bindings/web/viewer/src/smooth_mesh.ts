@@ -1,6 +1,7 @@
 // A smoother mesh to draw: normals without the steps of the image's slices, and each triangle in four whose new vertices lie on a curve
 // between the old ones. The vertices of the file stay where they are, and first.
 import type { RenderMesh } from "../../module/palpate.js";
+import { normalise } from "./geometry";
 
 export interface DrawnMesh extends Required<RenderMesh> {
   triangles: Uint32Array;
@@ -25,7 +26,7 @@ function smoothNormals(normals: Float32Array, triangles: Uint32Array): Float32Ar
       const from = 3 * triangles[i], to = 3 * triangles[i % 3 === 2 ? i - 2 : i + 1];
       for (let d = 0; d < 3; ++d) next[to + d] += now[from + d];
     }
-    for (let v = 0; v < next.length; v += 3) normalise(next, v);
+    normalise(next);
     now = next;
   }
   return now;
@@ -59,12 +60,7 @@ function split(positions: Float32Array, normals: Float32Array, triangles: Uint32
       places[at + d] = (positions[a + d] + positions[b + d]) / 2 - (fromA * normals[a + d] + fromB * normals[b + d]) / 8;
       turned[at + d] = normals[a + d] + normals[b + d];
     }
-    normalise(turned, at);
   }
+  normalise(turned, 3 * count);
   return { positions: places, normals: turned, triangles: finer, parents: Uint32Array.from(parents) };
-}
-
-function normalise(vectors: Float32Array, at: number) {
-  const length = Math.hypot(vectors[at], vectors[at + 1], vectors[at + 2]) || 1;
-  for (let d = 0; d < 3; ++d) vectors[at + d] /= length;
 }

@@ -1,4 +1,5 @@
 // What colours the organ: the length of each vertex' displacement, or its dent (local_dent.ts).
+import { cross, distance, lengthOf, normalise } from "./geometry";
 import { LocalDent } from "./local_dent";
 import type { ColourBy } from "./messages";
 
@@ -44,13 +45,10 @@ export function surfaceOf(rest: Float32Array, triangles: ArrayLike<number>): Sur
   for (let t = 0; t < triangles.length; t += 3) {
     const [a, b, c] = [triangles[t], triangles[t + 1], triangles[t + 2]].map((n) => rest.subarray(3 * n, 3 * n + 3));
     const u = [0, 1, 2].map((d) => b[d] - a[d]), v = [0, 1, 2].map((d) => c[d] - a[d]);
-    const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    const normal = cross(u, v);
     for (let i = 0; i < 3; ++i) for (let d = 0; d < 3; ++d) normals[3 * triangles[t + i] + d] += normal[d];
-    sum += Math.hypot(...u) + Math.hypot(...v) + Math.hypot(...u.map((x, d) => v[d] - x));
+    sum += lengthOf(u) + lengthOf(v) + distance(u, v);
   }
-  for (let n = 0; n < normals.length; n += 3) {
-    const length = Math.hypot(normals[n], normals[n + 1], normals[n + 2]) || 1;
-    for (let d = 0; d < 3; ++d) normals[n + d] /= length;
-  }
+  normalise(normals);
   return { rest, normals, spacing: sum / triangles.length };
 }

@@ -1,5 +1,6 @@
 // The difference between two displacements of one organ's surface, which two bundles may have cut into different triangles.
 import { Triangle, Vector3 } from "three";
+import { nearestIndex } from "./geometry";
 
 export interface Surface {
   positions: Float32Array; // rest, [node][3] m
@@ -22,7 +23,7 @@ export class NearestPoints {
     for (let n = 0; n < count; ++n) {
       point.fromArray(of.positions, 3 * n);
       let least = Infinity;
-      for (const t of around[nearestNode(of.positions, 3 * n, on.positions)]) {
+      for (const t of around[nearestIndex(point.toArray(), on.positions)]) {
         const corners = on.triangles.subarray(3 * t, 3 * t + 3);
         triangle.set(...([...corners].map((corner) => new Vector3().fromArray(on.positions, 3 * corner)) as [Vector3, Vector3, Vector3]));
         const away = triangle.closestPointToPoint(point, nearest).distanceTo(point);
@@ -60,14 +61,4 @@ function trianglesAround({ positions, triangles }: Surface): number[][] {
   const around: number[][] = Array.from({ length: positions.length / 3 }, () => []);
   triangles.forEach((node, i) => around[node].push(Math.floor(i / 3)));
   return around;
-}
-
-function nearestNode(points: Float32Array, at: number, nodes: Float32Array): number {
-  const x = points[at], y = points[at + 1], z = points[at + 2];
-  let least = Infinity, nearest = 0;
-  for (let n = 0; n < nodes.length; n += 3) {
-    const square = (nodes[n] - x) ** 2 + (nodes[n + 1] - y) ** 2 + (nodes[n + 2] - z) ** 2;
-    if (square < least) [least, nearest] = [square, n / 3];
-  }
-  return nearest;
 }

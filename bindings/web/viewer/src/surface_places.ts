@@ -1,6 +1,7 @@
 // Places on an organ's touchable surface by the point that they are near to, as palpate-run finds them (programs/player/tool_places.cpp).
 import { Triangle, Vector3 } from "three";
 import type { Bundle } from "../../module/palpate.js";
+import { boxOf, distance } from "./geometry";
 import type { Vector } from "./messages";
 import { word } from "./words";
 
@@ -12,7 +13,7 @@ export interface SurfacePlace {
 }
 
 // null where no triangle has three touchable nodes. near: m, in the organ's frame. within: links end on the whole surface.
-export function nearestPlace({ info, nodes, triangles, touchable }: Bundle, near: Vector, within: "touchable" | "surface" = "touchable"): SurfacePlace | null {
+export function nearestPlace({ info, nodes, triangles, touchable }: Pick<Bundle, "info" | "nodes" | "triangles" | "touchable">, near: Vector, within: "touchable" | "surface" = "touchable"): SurfacePlace | null {
   const canTouch = new Uint8Array(info.surfaceNodeCount), p = new Vector3(...near), on = new Vector3(), triangle = new Triangle();
   if (within === "surface") canTouch.fill(1);
   else for (const node of touchable) canTouch[node] = 1;
@@ -56,16 +57,12 @@ export function farthestPlace(bundle: Bundle, direction: Vector): Omit<SurfacePl
 
 // As nearestPlace(); throws an Error where the place is farther away than the organ is large. what: the part of the scene that asks, for the Error.
 export function placeOn(bundle: Bundle, near: Vector, what: string, organ: string, within: "touchable" | "surface" = "touchable"): SurfacePlace {
-  const place = nearestPlace(bundle, near, within), away = place ? Math.hypot(...place.point.map((x, d) => x - near[d])) : 0;
+  const place = nearestPlace(bundle, near, within), away = place ? distance(place.point, near) : 0;
   if (!place || away > diagonalOf(bundle)) throw new Error(word(place ? "world.far" : "world.untouchable", { what, organ, away: (1000 * away).toPrecision(3) }));
   return place;
 }
 
-function diagonalOf({ info, nodes }: Bundle): number {
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < 3 * info.surfaceNodeCount; ++i) (low[i % 3] = Math.min(low[i % 3], nodes[i])), (high[i % 3] = Math.max(high[i % 3], nodes[i]));
-  return Math.hypot(...low.map((x, d) => high[d] - x));
-}
+const diagonalOf = ({ info, nodes }: Bundle) => boxOf(nodes.subarray(0, 3 * info.surfaceNodeCount)).diagonal;
 
 function normalAtNode(node: number, triangles: Int32Array, nodes: Float64Array): Vector {
   const at = Math.floor(triangles.indexOf(node) / 3), corners = [...triangles.subarray(3 * at, 3 * at + 3)];

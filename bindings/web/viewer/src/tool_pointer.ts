@@ -1,4 +1,5 @@
 // Turns the input of mouse, pen, fingers and keys into targets of the tools.
+import { along, distance } from "./geometry";
 import { TOOL_COUNT, type ToolTarget, type Vector } from "./messages";
 import type { Hit, OrganView } from "./organ_view";
 
@@ -112,7 +113,7 @@ export class ToolPointer {
   // places: of the tools.
   tick(places: (Vector | null)[]) {
     const [index, next] = this.coming, target = this.targets[index], at = places[index];
-    if (target && at && Math.hypot(...at.map((x, d) => x - target.point[d])) < ARRIVED) {
+    if (target && at && distance(at, target.point) < ARRIVED) {
       this.coming.shift();
       if (this.targets[next]) this.options.send(next, this.targets[next]);
     }
@@ -229,8 +230,6 @@ export class ToolPointer {
     return held;
   }
 }
-
-const along = (from: Vector, direction: Vector, by: number) => from.map((x, d) => x + by * direction[d]) as Vector;
 
 function limited(from: Vector, to: Vector, most: number): Vector {
   const way = to.map((x, d) => x - from[d]), length = Math.hypot(...way);

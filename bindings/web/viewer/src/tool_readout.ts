@@ -1,6 +1,7 @@
 // The force and the depth of each tool: in the headline, and the force beside the tool's arrow. A tool has the same number and
 // colour here, in the plot and in three dimensions.
-import type { ToolFrame, Vector } from "./messages";
+import { lengthOf } from "./geometry";
+import type { ToolFrame } from "./messages";
 import { fixed } from "./words";
 
 export const TOOL_COLOURS = ["--force", "--second"]; // of the style sheet
@@ -19,7 +20,7 @@ export class ToolReadout {
     this.rows.forEach(({ row, newtons, depth }, t) => {
       const tool = tools[t];
       row.hidden = !tool && (t > 0 || tools.some(Boolean));
-      newtons.textContent = fixed(tool ? length(tool.force) : 0, 2);
+      newtons.textContent = fixed(tool ? lengthOf(tool.force) : 0, 2);
       depth.textContent = fixed(tool ? 1000 * tool.depth : 0, 1);
     });
   }
@@ -47,7 +48,7 @@ export function forceLabels(labels: HTMLElement, tools: (ToolFrame | null)[], pl
     label.hidden = !at || !tool;
     if (label.hidden) continue;
     label.style.color = `var(${colourOf(t, colours)})`;
-    label.textContent = `${names?.[t] ?? t + 1}: ${fixed(length(tool!.force), 2)} N`;
+    label.textContent = `${names?.[t] ?? t + 1}: ${fixed(lengthOf(tool!.force), 2)} N`;
     label.style.transform = `translate(${at![0].toFixed(1)}px, ${at![1].toFixed(1)}px) translate(-50%, -110%)`;
   }
 }
@@ -56,5 +57,3 @@ function partsOf(row: Element) {
   const part = (name: string) => row.querySelector<HTMLElement>(`.${name}`)!;
   return { row: row as HTMLElement, newtons: part("newtons"), depth: part("depth") };
 }
-
-const length = (v: Vector) => Math.hypot(...v);

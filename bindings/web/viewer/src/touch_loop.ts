@@ -1,18 +1,21 @@
 // Steps touches at a fixed rate. A browser wakes a worker about every 4 ms; it then makes the touches that are due.
 import { TOUCH_HZ } from "./messages";
 
+const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
 const MOST_DUE = 100; // a late loop runs at most this many touches to catch up and leaves out the others
 
 export class TouchLoop {
   lost = 0; // touches that were left out; the reader resets it
   steps = 0; // since it began to run, those left out too
+  quiet = 0; // touches since the last tool left
   private running = false;
   private began = 0; // ms: the time at which step 0 was due
 
-  // step: makes one touch, and says whether the loop goes on. after: the touches of one wake-up.
+  // step: makes one touch, and says whether there are tools or motions. after: the touches of one wake-up.
   constructor(private step: () => boolean, private after: () => void = () => {}) {}
 
   run() {
+    this.quiet = 0;
     if (this.running) return;
     this.running = true;
     this.began = performance.now();
@@ -29,7 +32,8 @@ export class TouchLoop {
     }
     for (let made = 0; made < due && this.running; ++made) {
       ++this.steps;
-      this.running = this.step();
+      this.quiet = this.step() ? 0 : this.quiet + 1;
+      this.running = this.quiet <= LINGER;
     }
     if (due) this.after();
     if (this.running) setTimeout(() => this.tick(), 0);

@@ -3,22 +3,17 @@ import { Spread, TouchRate } from "./clocks";
 import { GRADIENT } from "./colours";
 import { Cross } from "./cross";
 import { flagWords } from "./effects";
+import { byId, isOn, mode } from "./elements";
 import { Gamepads } from "./gamepad";
 import { Keys } from "./keys";
-import type { ColourBy, TouchFrame } from "./messages";
+import { frameArrays, frameBytes, type ColourBy, type TouchFrame } from "./messages";
 import { OrganView, type Shape } from "./organ_view";
-import { megabytes } from "./served";
+import { progressWords } from "./served";
 import { ToolPointer, type PointerOptions } from "./tool_pointer";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
-import { chosenLanguage, count, decimal, fill, fixed, offerLanguages, speak, word, type Key } from "./words";
+import { brief, chosenLanguage, count, fill, offerLanguages, speak, threeDigits, word, type Key } from "./words";
 
-export const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
-export const input = (id: string) => byId<HTMLInputElement>(id);
-export const isOn = (id: string) => input(id).checked;
-export const mode = (value: "push" | "pull") => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!;
 export const isReady = () => document.body.dataset.state === "ready";
-export const brief = (value: number) => decimal(Number(value.toPrecision(2)));
-const threeDigits = (value: number) => fixed(value, value < 99.5 ? 1 : 0);
 
 export type State = "loading" | "ready" | "empty" | "error" | "unable";
 export function state(now: State) {
@@ -60,7 +55,10 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
 
   // hints: the words below the organ, by the pointer's mode.
   constructor(private canvas: HTMLCanvasElement, protected view: OrganView, private worker: Worker, private hints: { push: Key; pull: Key }) {
-    this.pointer = new ToolPointer(canvas, view, this.pointing());
+    this.pointer = new ToolPointer(canvas, view, {
+      ...this.pointing(), pulls: () => mode("pull").checked, keeps: () => isOn("keep"),
+      send: (index, target) => this.tell({ type: "tool", index, target } as Message), withdraw: (index) => this.tell({ type: "withdraw", index } as Message),
+    });
     this.cross = new Cross(canvas, byId("cross"));
     this.gamepads = new Gamepads(this.cross, {
       isOpen: isReady, turn: (right, up) => view.camera.turn(right, up), home: () => view.camera.home(), reset: () => this.reset(),
@@ -68,7 +66,8 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     });
   }
 
-  protected abstract pointing(): PointerOptions;
+  // What else the pointer asks and tells.
+  protected abstract pointing(): Omit<PointerOptions, "pulls" | "keeps" | "send" | "withdraw">;
   protected abstract reset(): void;
   protected abstract replay(): void;
   protected abstract openFiles(files: Iterable<File>): void;
@@ -135,8 +134,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     const bar = byId<HTMLProgressElement>("progress");
     if (total) bar.value = done / total;
     else bar.removeAttribute("value");
-    const values = { done: decimal(megabytes(done)), total: decimal(megabytes(total)) };
-    byId("progress-text").textContent = (name ? `${name}: ` : "") + word(total ? "loading.progress" : "loading.done", values);
+    byId("progress-text").textContent = (name ? `${name}: ` : "") + progressWords(done, total);
   }
 
   protected showError(text: string, byteOffset: number) {
@@ -169,8 +167,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   }
 
   private dress() {
-    const style = getComputedStyle(document.documentElement), colour = (name: string) => style.getPropertyValue(name).trim();
-    this.view.dress(colour("--ink"), colour("--held"), colour("--soft-held"), colour("--touchable"), TOOL_COLOURS.map(colour));
+    this.view.dress(document.documentElement, TOOL_COLOURS);
     byId("ramp").style.background = GRADIENT;
     this.showChoices();
   }
@@ -178,7 +175,6 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   // ---- frames --------------------------------------------------------------------------------------------------------
 
   protected abstract draw(): void;
-  protected abstract askFrame(buffer: ArrayBuffer | null): Message;
 
   // Moves what is drawn on, and asks the worker for its next frame. radius: m, of the tools' disc.
   protected moveOn(now: number, radius: number) {
@@ -188,11 +184,23 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     this.pointer.tick(tools.map((tool) => tool && tool.point));
     if (!this.waiting) {
       this.waiting = true;
-      this.tell(this.askFrame(this.buffer), this.buffer ? [this.buffer] : []);
+      this.tell({ type: "frame", buffer: this.buffer } as Message, this.buffer ? [this.buffer] : []);
       this.buffer = null;
     }
     this.view.moveLinks(links);
     this.readout.label(tools, this.view.moveTools(tools, radius, this.pointer.places));
+  }
+
+  // Takes a frame and its shape, where they are of what is open now. fine: vertices of the finer mesh that is drawn.
+  protected takes(frame: Frame, nodes: number, inside = 0, vertices = 0, fine = vertices): boolean {
+    this.waiting = false;
+    if (frame.buffer.byteLength !== frameBytes(nodes, inside, vertices) || (vertices && vertices !== fine)) return false;
+    if (frame.changed || !this.newest) {
+      const { fine: mesh, ...shape } = frameArrays(frame.buffer.slice(0), nodes, inside, vertices);
+      this.newest = { shape: { ...shape, fine: vertices ? mesh : null }, frame };
+    } else this.newest.frame = frame;
+    this.buffer = frame.buffer;
+    return true;
   }
 
   // says: whether the page tells of flags now.

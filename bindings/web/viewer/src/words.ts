@@ -18,7 +18,9 @@ export function word(key: Key, values: Record<string, string | number> = {}): st
 export const count = (value: number) => value.toLocaleString(language);
 // A number's digits with the language's decimal mark.
 export const decimal = (digits: string | number) => String(digits).replace(".", word("decimal"));
+export const brief = (value: number, digits = 2) => decimal(Number(value.toPrecision(digits)));
 export const fixed = (value: number, digits: number) => decimal(value.toFixed(digits));
+export const threeDigits = (value: number) => fixed(value, value < 99.5 ? 1 : 0);
 
 // The word as an element's content.
 export function tell(element: HTMLElement, key: Key, values?: Record<string, string | number>) {

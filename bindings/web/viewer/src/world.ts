@@ -3,14 +3,13 @@ import { Vector3 } from "three";
 import { clearestDirection } from "./clear_view";
 import { organColour } from "./colours";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL } from "./effects";
-import { element } from "./elements";
+import { byId, element, input, isOn, mode } from "./elements";
 import { playedWords } from "./holds";
 import { JoinedOrgans } from "./joined_organs";
-import { frameArrays, frameBytes, type ToolTarget } from "./messages";
 import type { ClockState } from "./motion_clocks";
 import { frontOf } from "./organ_camera";
 import type { Hit, OrganView } from "./organ_view";
-import { begin, byId, input, isOn, mode, state, TouchPage } from "./touch_page";
+import { begin, state, TouchPage } from "./touch_page";
 import { droppedWorld, servedWorld, type WorldFiles } from "./world_files";
 import type { FromWorldWorker, OpenedOrgan, OrganForces, ToWorldWorker, WorldFrame, WorldSettings } from "./world_messages";
 import type { WorldScene } from "./world_scene";
@@ -43,12 +42,8 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
 
   protected pointing() {
     return {
-      pulls: () => mode("pull").checked,
-      keeps: () => isOn("keep"),
       followsDeformed: (hit: Hit) => this.scene!.organs[this.joined!.organAt(hit)].effects.collision === "deformed",
       radiusAt: (hit: Hit) => this.joined!.radiusAt(hit),
-      send: (index: number, target: ToolTarget) => this.tell({ type: "tool", index, target }),
-      withdraw: (index: number) => this.tell({ type: "withdraw", index }),
       pressed: () => byId("hint").classList.add("done"),
     };
   }
@@ -249,10 +244,6 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
 
   // ---- frames --------------------------------------------------------------------------------------------------------
 
-  protected askFrame(buffer: ArrayBuffer | null): ToWorldWorker {
-    return { type: "frame", buffer };
-  }
-
   protected draw() {
     this.moveOn(performance.now(), this.discDrawn);
     this.view.render();
@@ -264,13 +255,7 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
   }
 
   private take(frame: WorldFrame) {
-    this.waiting = false;
-    const nodes = (this.joined?.mesh.positions.length ?? 0) / 3;
-    if (frame.buffer.byteLength !== frameBytes(nodes, 0, 0)) return; // of the scene that was open before
-    if (frame.changed || !this.newest) this.newest = { shape: { ...frameArrays(frame.buffer.slice(0), nodes, 0, 0), fine: null }, frame };
-    else this.newest.frame = frame;
-    this.buffer = frame.buffer;
-    this.numbers(frame);
+    if (this.takes(frame, (this.joined?.mesh.positions.length ?? 0) / 3)) this.numbers(frame);
   }
 
   protected numbers(frame: WorldFrame) {

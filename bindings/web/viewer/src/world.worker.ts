@@ -1,12 +1,12 @@
 // The engine's thread of the page of several organs: opens a scene's bundles, touches all organs at a fixed rate, moves them by their
 // motions, and computes their shapes when the page asks for a frame.
-import baselineUrl from "@wasm/baseline/palpate.wasm?url";
-import simdUrl from "@wasm/simd/palpate.wasm?url";
-import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime } from "../../module/palpate.js";
+import { PalpateError, type Bundle, type Runtime } from "../../module/palpate.js";
 import { meshOf, provenanceOf } from "./bundle_mesh";
 import { DEFAULT_TOOL } from "./effects";
+import { answerOf, FrameCounts, openStream, startRuntime } from "./engine_thread";
+import { lengthOf } from "./geometry";
 import { HeldTools } from "./held_tools";
-import { frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type ToolFrame, type ToolTarget, type Vector } from "./messages";
+import { frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type ToolFrame, type ToolTarget } from "./messages";
 import { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
 import { SceneLinks } from "./scene_links";
@@ -19,7 +19,6 @@ import type { FromWorldWorker, OrganForces, ToWorldWorker, WorldFile, WorldFrame
 import type { WorldScene } from "./world_scene";
 import { useLanguage, word } from "./words";
 
-const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
 const PAIRS = 200; // where organs touch one another and the scene's file says nothing else
 
 const say = (message: FromWorldWorker, transfer: Transferable[] = []) => postMessage(message, { transfer });
@@ -49,7 +48,7 @@ let openings = 0; // so far; an earlier one that is still under way is given up
 async function open(scene: WorldScene, files: WorldFile[], of: number[], wanted: WorldSettings) {
   const bundles: Bundle[] = [], number = ++openings;
   try {
-    runtime ??= await loadRuntime(fetch(hasSimd() ? simdUrl : baselineUrl));
+    runtime = await startRuntime();
     for (const file of files) {
       const bundle = await bundleOf(runtime, file);
       bundles.push(bundle);
@@ -75,14 +74,9 @@ async function open(scene: WorldScene, files: WorldFile[], of: number[], wanted:
 function bundleOf(engine: Runtime, { name, source }: WorldFile): Promise<Bundle> {
   return named(name, async () => {
     if (typeof source !== "string") return engine.openBundle(new Uint8Array(source));
-    const answer = await fetch(source).catch(() => null);
-    if (!answer?.ok || !answer.body) throw new Error(word("world.absent"));
-    const total = Number(answer.headers.get("content-length") ?? 0);
-    let told = 0;
-    return engine.openBundleStream(answer.body, total, (done) => {
-      if (done - told < total / 100 && done < total) return;
-      say({ type: "progress", name, done: (told = done), total });
-    });
+    const answer = await answerOf(source);
+    if (!answer) throw new Error(word("world.absent"));
+    return openStream(engine, answer, (done, total) => say({ type: "progress", name, done, total }));
   });
 }
 
@@ -160,28 +154,15 @@ function change(wanted: WorldSettings) {
 const held = new HeldTools();
 const loop = new TouchLoop(() => world !== null && step());
 let play: ScenePlay | null = null;
-let quiet = 0; // touches since the last tool left
-let flags = 0;
-let stale = true; // touches have changed the contacts since the last shape
-let touches = 0; // since the last frame
-let shapeMs = 0; // time of the newest shape
+const counts = new FrameCounts();
 let present: RecordedTool[] = Array(TOOL_COUNT).fill(null);
 
-function run() {
-  quiet = 0;
-  loop.run();
-}
-
-// Returns whether the loop goes on.
+// Returns whether there are tools or motions.
 function step(): boolean {
   if (play?.isDone) endPlay();
-  flags |= play ? touchOf(play) : touch();
-  ++touches;
-  stale = true;
+  counts.addTouch(play ? touchOf(play) : touch());
   present.forEach((tool, index) => held.meet(index, tool, world!.world.contactCount(inRuntime(index))));
-  const active = play !== null || present.some(Boolean) || held.active || opened!.clocks.play;
-  quiet = active ? 0 : quiet + 1;
-  return quiet <= LINGER;
+  return play !== null || present.some(Boolean) || held.active || opened!.clocks.play;
 }
 
 // The tool of the runtime that a tool of the page was in the last touch.
@@ -212,7 +193,7 @@ function beginPlay() {
     touchNothing(); // what the page shows until the first touch of the scene
     world.reset();
     play = next;
-    run();
+    loop.run();
   } catch (error) {
     say({ type: "refused", what: "play", message: (error as Error).message, byteOffset: 0 });
   }
@@ -225,13 +206,13 @@ function endPlay() {
 }
 
 function place(index: number, target: ToolTarget) {
-  if (!play && held.place(index, target)) run();
+  if (!play && held.place(index, target)) loop.run();
 }
 
 function setMotion(name: string, plays: boolean, share?: number) {
   if (!opened || play) return;
   opened.clocks.set(name, plays, share);
-  run();
+  loop.run();
 }
 
 // Takes the tools away.
@@ -246,8 +227,8 @@ function forget() {
 function touchNothing() {
   if (!opened || !world) return;
   opened.clocks.move(world.world);
-  flags |= world.touch([]);
-  stale = true;
+  counts.flags |= world.touch([]);
+  counts.stale = true;
 }
 
 function reset() {
@@ -260,21 +241,13 @@ function reset() {
 
 function answerFrame(recycled: ArrayBuffer | null) {
   if (!world || !opened) return;
-  const bytes = frameBytes(opened.nodes, 0, 0), buffer = recycled?.byteLength === bytes ? recycled : new ArrayBuffer(bytes), changed = stale;
-  if (stale) {
-    const start = performance.now();
-    flags |= world.shape();
-    shapeMs = performance.now() - start;
-    stale = false;
-  }
+  const bytes = frameBytes(opened.nodes, 0, 0), buffer = recycled?.byteLength === bytes ? recycled : new ArrayBuffer(bytes), touched = world;
+  const changed = counts.renewShape(() => touched.shape());
   fillFrame(buffer, opened, world);
   const frame: WorldFrame = {
     type: "frame", buffer, tools: present.map(toolFrame), organs: world.world.organStates.map(forcesOf), clocks: opened.clocks.states,
-    playing: play && play.time, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), changed, flags, lost: loop.lost, touches, at: performance.now(),
-    touchUs: touches ? (1000 * world.touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0,
+    playing: play && play.time, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), changed, ...counts.take(world, loop),
   };
-  touches = world.touchMs = 0;
-  flags = loop.lost = 0;
   say(frame, [buffer]);
 }
 
@@ -294,7 +267,6 @@ function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
 }
 
 const forcesOf = ({ force, pressed }: { force: number[]; pressed: number[] }): OrganForces => ({ tools: lengthOf(force), organs: lengthOf(pressed) });
-const lengthOf = ([x, y, z]: number[] | Vector) => Math.hypot(x, y, z);
 
 addEventListener("message", ({ data }: MessageEvent<ToWorldWorker>) => {
   if (data.type === "open") void open(data.scene, data.files, data.of, data.settings);
@@ -308,6 +280,6 @@ addEventListener("message", ({ data }: MessageEvent<ToWorldWorker>) => {
   if (data.type === "language") useLanguage(data.name);
   if (data.type === "colour") {
     colourBy = data.by;
-    stale = true;
+    counts.stale = true;
   }
 });
