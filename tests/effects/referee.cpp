@@ -78,7 +78,7 @@ void Referee::miss(const char* kind, double error, double scale) {
 
 Vector3d Referee::place(std::int32_t triangle, const double* k, const VectorXd& u) const {
   Vector3d sum = Vector3d::Zero();
-  const auto& nodes = body_.touched.body.triangles[static_cast<std::size_t>(triangle)];
+  const auto& nodes = body_.touched.body.triangles[triangle];
   for (int v = 0; v < 3; ++v) sum += k[v] * (rest(nodes[v]) + u.segment<3>(3 * nodes[v]));
   return sum;
 }
@@ -118,7 +118,7 @@ void Referee::read(Organ& organ, int k) {
   const bool large = of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR;
   const auto nodes =
       static_cast<std::int32_t>(of_.def.shape == PALPATE_SHAPE_VOLUME ? body.dofs() / 3 : body.body.surface_nodes);
-  std::vector<float> at(3 * static_cast<std::size_t>(nodes));
+  std::vector<float> at(3 * nodes);
   organ.told.assign(at.size(), NAN);
   palpate_shape_out out = shape_out(organ.told.data(), at.data(), nodes);
   miss("shape flags", palpate_scene_shape(organ.scene, organ.contacts, &out) & ~of_response_range(), 1);
@@ -212,7 +212,7 @@ void Referee::check(int s) {
   step_ = s;
   const bool large = of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR;
   last_u_ = s == 0 ? VectorXd(VectorXd::Zero(rest_.size())) : organs_[0].u;
-  for (int k = 0; k < stage_.organs(); ++k) read(organs_[static_cast<std::size_t>(k)], k);
+  for (int k = 0; k < stage_.organs(); ++k) read(organs_[k], k);
   if (s == 0) {
     for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
       for (int d = 0; d < 3; ++d) position_.push_back(rest_[3 * n + d]);
@@ -333,7 +333,7 @@ void Referee::check_contacts(const Organ& organ) {
 }
 
 void Referee::check_contact(const Organ& organ, const palpate_contact& contact) {
-  const auto& nodes = body_.touched.body.triangles[static_cast<std::size_t>(contact.triangle)];
+  const auto& nodes = body_.touched.body.triangles[contact.triangle];
   const double* const k = contact.barycentric;
   miss("places of contacts", (place(contact.triangle, k, organ.u) - vector(contact.place)).norm(), kLength);
   const Held held = held_by(organ, PALPATE_SOURCE_TOOL, contact.tool, contact.point);
@@ -433,7 +433,7 @@ void Referee::check_grasp(const Organ& organ) {
   MatrixXd h = MatrixXd::Zero(3 * static_cast<Eigen::Index>(index.size()), count);
   VectorXd ahead = VectorXd::Zero(count);
   for (Eigen::Index r = 0; r < count; ++r)
-    for (const studies::Row::Term& term : jaws_.rows[static_cast<std::size_t>(r)].terms) {
+    for (const studies::Row::Term& term : jaws_.rows[r].terms) {
       const auto node = static_cast<std::int32_t>(term.dof / 3);
       const auto at = index.find(node);
       if (at == index.end()) return miss("nodes of the jaws", 1, 1);
@@ -447,10 +447,7 @@ void Referee::check_grasp(const Organ& organ) {
   miss("forces of the jaws' rows", (h * reaction - held).norm(), largest_force_);
   // Of a gradient times the radius.
   for (Eigen::Index r = 0; r < count; ++r)
-    miss("jaws",
-         std::fabs(ahead[r] + jaws_.rows[static_cast<std::size_t>(r)].softness * reaction[r]) *
-             (r < 3 ? 1 : grasp.radius),
-         kLength);
+    miss("jaws", std::fabs(ahead[r] + jaws_.rows[r].softness * reaction[r]) * (r < 3 ? 1 : grasp.radius), kLength);
 }
 
 void Referee::check_needle(const Organ& organ) {
@@ -518,8 +515,8 @@ void Referee::check_links(const Organ& organ) {
       const palpate_link_end& end = link.ends[e];
       ends[e] = end.kind == PALPATE_END_WORLD ? vector(end.point) : place(end.triangle, end.barycentric, organ.u);
       for (int v = 0; v < 3 && end.kind == PALPATE_END_SURFACE_POINT; ++v)
-        expected.try_emplace(body_.touched.body.triangles[static_cast<std::size_t>(end.triangle)][v], Vector3d::Zero())
-            .first->second += (e == 0 ? 1 : -1) * end.barycentric[v] * vector(state.force);
+        expected.try_emplace(body_.touched.body.triangles[end.triangle][v], Vector3d::Zero()).first->second +=
+            (e == 0 ? 1 : -1) * end.barycentric[v] * vector(state.force);
     }
     for (std::size_t e = 0; e < organ.of_node.size(); ++e) {
       const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e));
@@ -537,7 +534,7 @@ void Referee::check_world_links() {
     const palpate_link_state& state = *palpate_world_link_state(stage_.world(), static_cast<std::int32_t>(l));
     Vector3d ends[2];
     for (int e = 0; e < 2; ++e) {
-      const Organ& organ = organs_[static_cast<std::size_t>(link.organ[e])];
+      const Organ& organ = organs_[link.organ[e]];
       ends[e] = stage_.in_world(link.organ[e], place(link.ends[e].triangle, link.ends[e].barycentric, organ.u));
       Vector3d sum = Vector3d::Zero();
       for (std::size_t i = 0; i < organ.of_node.size(); ++i) {
@@ -558,8 +555,7 @@ void Referee::check_pairs() {
   Vector3d sum[2] = {Vector3d::Zero(), Vector3d::Zero()};
   for (std::int32_t i = 0; i < contacts->pair_count; ++i) {
     const palpate_world_pair& pair = *palpate_world_contacts_pair(contacts.get(), i);
-    const Organ &a = organs_[static_cast<std::size_t>(pair.organ[0])],
-                &b = organs_[static_cast<std::size_t>(pair.organ[1])];
+    const Organ &a = organs_[pair.organ[0]], &b = organs_[pair.organ[1]];
     const Vector3d vertex = stage_.in_world(pair.organ[0], rest(pair.node) + a.u.segment<3>(3 * pair.node)),
                    other = stage_.in_world(pair.organ[1], place(pair.triangle, pair.barycentric, b.u)),
                    normal(pair.normal), force(pair.force);
@@ -573,7 +569,7 @@ void Referee::check_pairs() {
     if (step_ == kSteps - 1) miss("pairs in one another", std::max(0.0, -pair.gap), kLength);
   }
   for (int k = 0; k < 2; ++k) {
-    const Organ& organ = organs_[static_cast<std::size_t>(k)];
+    const Organ& organ = organs_[k];
     Vector3d nodes = Vector3d::Zero();
     for (std::size_t i = 0; i < organ.of_node.size(); ++i)
       if (is_of(*palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(i)), PALPATE_SOURCE_ORGAN, 1 - k))
@@ -591,9 +587,7 @@ void Referee::check_surface(const Organ& organ) {
   DeformedTruth truth(body_.touched.body);
   std::vector<float> moved;
   for (Eigen::Index i = 0; i < 3 * body_.touched.body.surface_nodes; ++i)
-    moved.push_back(static_cast<float>(
-        organ.u[i] + rest_[i] -
-        body_.touched.body.mesh.nodes[static_cast<std::size_t>(i / 3)][static_cast<std::size_t>(i % 3)]));
+    moved.push_back(static_cast<float>(organ.u[i] + rest_[i] - body_.touched.body.mesh.nodes[i / 3][i % 3]));
   truth.move(moved);
   for (const Vector3d& p : {Vector3d(0.041, 0.024, 0.043), Vector3d(0.05, 0.045, 0.02), Vector3d(0.03, 0.02, 0.02)}) {
     double distance = 0;
@@ -605,7 +599,7 @@ void Referee::check_surface(const Organ& organ) {
 void Referee::check_skin(Organ& organ) {
   if (!of_.skin) return;
   const palpate_render_mesh& mesh = effect_skin();
-  std::vector<float> positions(3 * static_cast<std::size_t>(mesh.vertex_count));
+  std::vector<float> positions(3 * mesh.vertex_count);
   const std::int32_t nodes = static_cast<std::int32_t>(organ.told.size() / 3);
   palpate_shape_out shape = shape_out(organ.told.data(), nullptr, nodes);
   shape.node_count = nodes;
@@ -615,8 +609,7 @@ void Referee::check_skin(Organ& organ) {
   for (std::int32_t t = 0; t < mesh.vertex_count; ++t) {
     const double k[3] = {0.5, 0.3, 0.2};
     const Vector3d expected = place(t, k, organ.drawn),
-                   found =
-                       Eigen::Map<const Eigen::Vector3f>(&positions[3 * static_cast<std::size_t>(t)]).cast<double>();
+                   found = Eigen::Map<const Eigen::Vector3f>(&positions[3 * t]).cast<double>();
     // A dent goes inwards, below the finger alone.
     const Vector3d out_of = body_.touched.outward(t);
     const bool dented = of_.def.dent.dent != PALPATE_DENT_OFF && out_of[2] > 0.99;
@@ -645,8 +638,8 @@ void Referee::check_inside(Organ& organ) {
   for (const auto& t : mesh.tetrahedra) {
     Matrix3d edges, moved;
     for (int a = 0; a < 3; ++a) {
-      edges.col(a) = body_.touched.node(t[static_cast<std::size_t>(a + 1)]) - body_.touched.node(t[0]);
-      const auto n = t[static_cast<std::size_t>(a + 1)];
+      edges.col(a) = body_.touched.node(t[a + 1]) - body_.touched.node(t[0]);
+      const auto n = t[a + 1];
       moved.col(a) =
           rest(n) + organ.drawn.segment<3>(3 * n) - rest(t[0]) - organ.drawn.segment<3>(3 * t[0]) - edges.col(a);
     }
@@ -654,8 +647,7 @@ void Referee::check_inside(Organ& organ) {
     const Matrix3d strain = 0.5 * (gradient + gradient.transpose() +
                                    (large ? Matrix3d(gradient.transpose() * gradient) : Matrix3d(Matrix3d::Zero())));
     const double size = std::fabs(edges.determinant());
-    for (const auto n : t)
-      mean[static_cast<std::size_t>(n)] += size * strain, volume[static_cast<std::size_t>(n)] += size;
+    for (const auto n : t) mean[n] += size * strain, volume[n] += size;
   }
   const double shear = 5400 / (2 * 1.45);
   for (std::size_t n = 0; n < nodes; ++n) {
@@ -685,7 +677,7 @@ void Referee::check_large(Organ& organ) {
   VectorXd load = VectorXd::Zero(rest_.size()), found = rest_ - meshed + organ.u;
   if (of_.def.preload == PALPATE_PRELOAD_ON) load = body_.touched.stiffness() * body_.preload;
   for (Eigen::Index i = 0; i < load.size(); ++i)
-    if (body_.touched.fixed[static_cast<std::size_t>(i)]) load[i] = 0;
+    if (body_.touched.fixed[i]) load[i] = 0;
   if (of_.def.shape != PALPATE_SHAPE_VOLUME) return;
   VectorXd exact = found;
   reference.balance(load + organ.f, &exact);

@@ -215,7 +215,7 @@ void Stage::move_organs(int s) {
 Vector3d Stage::rest_of(const palpate_link_end& end) const {
   if (end.kind == PALPATE_END_WORLD) return Vector3d(end.point);
   Vector3d place = body_.place(end.triangle, Vector3d(end.barycentric));
-  const auto& nodes = body_.body.triangles[static_cast<std::size_t>(end.triangle)];
+  const auto& nodes = body_.body.triangles[end.triangle];
   for (int v = 0; v < 3 && of_.def.preload == PALPATE_PRELOAD_ON; ++v)
     place += end.barycentric[v] * body_of(of_.store).preload.segment<3>(3 * nodes[v]);
   return place;

@@ -33,12 +33,12 @@ class Stage {
   palpate_world* world() { return world_.get(); }
   WorldContacts& world_contacts() { return *world_contacts_; }
   // As the host means it, in the frame of organ 0; the scene gets it in the world.
-  const palpate_tool& tool(int t) const { return tools_[static_cast<std::size_t>(t)]; }
+  const palpate_tool& tool(int t) const { return tools_[t]; }
   int tool_of_grasp() const { return tool_of_grasp_; }
   int tool_of_needle() const { return tool_of_needle_; }
   const Eigen::Vector4d& amounts() const { return amounts_; }
   double held_volume() const { return held_volume_; }  // m^3; NaN: none is held
-  const palpate_pose& pose(int organ) const { return poses_[static_cast<std::size_t>(organ)]; }
+  const palpate_pose& pose(int organ) const { return poses_[organ]; }
   const std::vector<palpate_link>& links() const { return links_; }
   const std::vector<palpate_world_link>& world_links() const { return world_links_; }
   palpate_step_flags flags = 0;

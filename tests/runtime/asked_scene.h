@@ -47,11 +47,17 @@ inline std::string plan_text(const palpate_scene* scene) {
   return text;
 }
 
-// `to` goes on from the state of `from`.
-inline void restore_from(palpate_scene* from, palpate_scene* to) {
-  std::vector<std::uint64_t> state(palpate_scene_state_bytes(from) / 8 + 1);
+inline std::vector<std::uint64_t> state_of(const palpate_scene* scene) {
+  std::vector<std::uint64_t> state(palpate_scene_state_bytes(scene) / 8);
   palpate_error error = {};
-  ASSERT_EQ(palpate_scene_save(from, state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  EXPECT_EQ(palpate_scene_save(scene, state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  return state;
+}
+
+// `to` goes on from the state of `from`.
+inline void restore_from(const palpate_scene* from, palpate_scene* to) {
+  const std::vector<std::uint64_t> state = state_of(from);
+  palpate_error error = {};
   ASSERT_EQ(palpate_scene_restore(to, state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
 }
 

@@ -98,9 +98,8 @@ TEST(BundleFile, GivesTheSameStepsAsItsBytesHoweverItIsOpened) {
   const SceneDef def;
   const std::vector<palpate_grip> grips = {grip_at_place(box.far_triangle(), {.2, .3, .5}, {-.002, .001, 0})};
   const palpate_tool tool = tool_of(grips);
-  const ScenePointer of_bytes = box.scene(def);
-  Contacts expected(of_bytes.get());
-  palpate_scene_touch(of_bytes.get(), &tool, 1, 1e-3, expected.get(), expected.bytes());
+  TouchedScene of_bytes(box, def);
+  of_bytes.touch({tool});
   for (const palpate_file_access access : {PALPATE_FILE_MAP, PALPATE_FILE_MAP_GUARDED, PALPATE_FILE_COPY}) {
     const palpate_bundle_options options = options_for(access);
     palpate_bundle* opened = nullptr;
@@ -111,9 +110,8 @@ TEST(BundleFile, GivesTheSameStepsAsItsBytesHoweverItIsOpened) {
     const ScenePointer scene(created);
     Contacts contacts(created);
     palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    EXPECT_EQ(contacts.memory, expected.memory);
-    EXPECT_EQ(displacements(created, contacts.get(), box.body.surface_nodes),
-              displacements(of_bytes.get(), expected.get(), box.body.surface_nodes));
+    EXPECT_EQ(contacts.memory, of_bytes.contacts.memory);
+    EXPECT_EQ(displacements(created, contacts.get(), box.body.surface_nodes), of_bytes.shape());
     EXPECT_EQ(palpate_bundle_check(bundle.get(), nullptr), PALPATE_OK);
   }
   std::filesystem::remove(file);

@@ -41,29 +41,18 @@ TEST(Collision, AgreesWithTestingEveryTriangle) {
 }
 
 // One tool of points, moved step by step.
-struct Hand {
-  Hand(const TouchedBox& box, const SceneDef& def) : scene(box.scene(def)), contacts(scene.get()) {}
-  palpate_step_flags move(const std::vector<Eigen::Vector3d>& tools, int hold = 0) {
-    points.assign(tools.size(), {});
-    std::vector<palpate_tool> list(tools.size());
-    for (std::size_t t = 0; t < tools.size(); ++t) {
-      points[t] = {tools[t][0], tools[t][1], tools[t][2]};
-      list[t] = point_tool(points[t].data(), 1, 0, 0, hold);
-    }
-    return palpate_scene_touch(scene.get(), list.data(), static_cast<std::int32_t>(list.size()), 1e-3, contacts.get(),
-                               contacts.bytes());
+struct Hand : TouchedScene {
+  explicit Hand(const TouchedBox& box = tiny_box(), const SceneDef& def = unlimited_def()) : TouchedScene(box, def) {}
+  palpate_step_flags move(const std::vector<Eigen::Vector3d>& points, int hold = 0) {
+    std::vector<palpate_tool> tools = tools_of(points);
+    for (palpate_tool& tool : tools) tool.hold = hold;
+    return touch(tools);
   }
-  bool touches(int tool = 0) { return palpate_contacts_tool(contacts, tool)->contact_count > 0; }
-  Eigen::Vector3d force(int tool = 0) { return Eigen::Vector3d(palpate_contacts_tool(contacts, tool)->force_raw); }
-
-  ScenePointer scene;
-  Contacts contacts;
-  std::vector<std::array<double, 3>> points;
 };
 
 TEST(Collision, MakesAContactOnTheWayInAndEndsItOnTheWayOut) {
-  const TouchedBox box;
-  Hand hand(box, unlimited_def());
+  const TouchedBox& box = tiny_box();
+  Hand hand;
   const std::int32_t triangle = box.far_triangle(5);
   const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
   EXPECT_EQ(hand.move({place + 0.002 * out}), 0u);
@@ -83,8 +72,8 @@ TEST(Collision, MakesAContactOnTheWayInAndEndsItOnTheWayOut) {
 }
 
 TEST(Collision, SticksToItsMaterialPlace) {
-  const TouchedBox box;
-  Hand hand(box, unlimited_def());
+  const TouchedBox& box = tiny_box();
+  Hand hand;
   const std::int32_t triangle = box.far_triangle(5);
   const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle), side(0, 0.001, 0.0005);
   hand.move({place + 0.001 * out});
@@ -92,7 +81,7 @@ TEST(Collision, SticksToItsMaterialPlace) {
   hand.move({place - 0.001 * out + side});
   ASSERT_TRUE(hand.touches());
   // The anchor follows the tool sideways too.
-  const auto u = displacements(hand.scene.get(), hand.contacts.get(), box.body.surface_nodes);
+  const auto u = hand.shape();
   Eigen::Vector3d moved = Eigen::Vector3d::Zero();
   for (int v = 0; v < 3; ++v)
     for (int i = 0; i < 3; ++i) moved[i] += Eigen::Vector3d(.3, .3, .4)[v] * u[3 * box.body.triangles[triangle][v] + i];
@@ -115,8 +104,8 @@ TEST(Collision, FindsTheContactOfAToolThatStopsExactlyOnTheSurface) {
 }
 
 TEST(Collision, HoldsOnWhenAskedTo) {
-  const TouchedBox box;
-  Hand hand(box, unlimited_def());
+  const TouchedBox& box = tiny_box();
+  Hand hand;
   const std::int32_t triangle = box.far_triangle(5);
   const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
   hand.move({place + 0.001 * out}, 1);
@@ -129,8 +118,8 @@ TEST(Collision, HoldsOnWhenAskedTo) {
 }
 
 TEST(Collision, TouchesNothingFromInsideUntilItHasBeenOutside) {
-  const TouchedBox box;
-  Hand hand(box, unlimited_def());
+  const TouchedBox& box = tiny_box();
+  Hand hand;
   const std::int32_t triangle = box.far_triangle(5);
   const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
   hand.move({place - 0.002 * out});
@@ -148,7 +137,7 @@ TEST(Collision, LosesAToolThatShootsThroughInOneStep) {
   EXPECT_EQ(hand.move({{0.031, 0.022, 0.07}}), 0u);
   EXPECT_EQ(hand.move({{0.031, 0.022, -0.03}}), unsigned{PALPATE_STEP_TRACKING_LOST});
   EXPECT_FALSE(hand.touches());
-  EXPECT_EQ(palpate_contacts_tool(hand.contacts, 0)->flags, unsigned{PALPATE_STEP_TRACKING_LOST});
+  EXPECT_EQ(hand.tool().flags, unsigned{PALPATE_STEP_TRACKING_LOST});
   EXPECT_EQ(hand.force().norm(), 0);
   EXPECT_EQ(hand.move({{0.031, 0.022, 0.02}}), 0u);  // back inside, by the other side: a contact with that side
   EXPECT_TRUE(hand.touches());
@@ -156,16 +145,14 @@ TEST(Collision, LosesAToolThatShootsThroughInOneStep) {
 }
 
 TEST(Collision, LeavesAToolAloneThatClipsACornerInOneStep) {
-  const TouchedBox box;
-  Hand hand(box, unlimited_def());
+  Hand hand;
   hand.move({{0.055, 0.025, 0.045}});
   hand.move({{0.065, 0.025, 0.035}});  // across the edge x = 60 mm, z = 40 mm
   EXPECT_FALSE(hand.touches());
 }
 
 TEST(Collision, OfAToolThatLeavesSidewaysEnds) {
-  const TouchedBox box;
-  Hand hand(box, unlimited_def());
+  Hand hand;
   hand.move({{0.058, 0.025, 0.041}});
   hand.move({{0.058, 0.025, 0.039}});
   EXPECT_TRUE(hand.touches());
@@ -174,8 +161,8 @@ TEST(Collision, OfAToolThatLeavesSidewaysEnds) {
 }
 
 TEST(Collision, GivesTwoToolsInOneTriangleTheirOwnForces) {
-  const TouchedBox box;
-  Hand hand(box, unlimited_def());
+  const TouchedBox& box = tiny_box();
+  Hand hand;
   const std::int32_t triangle = box.far_triangle(5);
   const Eigen::Vector3d out = box.outward(triangle), p = box.place(triangle, {.6, .2, .2}),
                         q = box.place(triangle, {.2, .2, .6});
@@ -192,13 +179,11 @@ TEST(Collision, GivesTwoToolsInOneTriangleTheirOwnForces) {
 // Presses one tool 4 mm into the face x = 60 mm and lowers a second one beside it.
 std::pair<double, double> onset_beside_a_dent(palpate_collision collision) {
   const TouchedBox box({.cells = {4, 4, 4}});
-  SceneDef def = unlimited_def();
-  def.collision = collision;
-  Hand hand(box, def);
+  Hand hand(box, unlimited_def(collision));
   const Eigen::Vector3d first(0.06, 0.024, 0.021), second(0.06, 0.029, 0.021), out(1, 0, 0);
   for (int ms = 0; ms <= 50; ++ms) hand.move({first + (0.001 - 0.0001 * ms) * out, second + 0.002 * out});
   // The true height of the deformed surface under the second tool, from the displacement of the point below it.
-  const auto u = displacements(hand.scene.get(), hand.contacts.get(), box.body.surface_nodes);
+  const auto u = hand.shape();
   double surface = 0;
   for (std::size_t t = 0; t < box.body.triangles.size(); ++t) {
     if (box.outward(static_cast<std::int32_t>(t))[0] < 0.99) continue;
@@ -231,10 +216,7 @@ TEST(Collision, MeetsTheRestSurfaceAtRestAndTheDeformedSurfaceWhenItFollows) {
 
 TEST(Collision, DoesNotLetAMovingSurfacePassARestingPoint) {
   const TouchedBox box({.cells = {4, 4, 4}});
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED;
-  const ScenePointer scene = box.scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(box, unlimited_def(PALPATE_COLLISION_DEFORMED));
   // A grip pulls the face out past a point that rests 1 mm above it, a few mm beside the grip.
   double point[3] = {0.061, 0.028, 0.022};
   std::int32_t node = -1;
@@ -245,17 +227,15 @@ TEST(Collision, DoesNotLetAMovingSurfacePassARestingPoint) {
   for (int ms = 0; ms <= 60; ++ms) {
     const std::vector<palpate_grip> grips = {grip_at_node(node, {1e-4 * ms, 0, 0})};
     const palpate_tool tools[2] = {tool_of(grips), point_tool(point)};
-    EXPECT_EQ(palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes()) &
-                  ~static_cast<unsigned>(PALPATE_STEP_REGULARISED),
-              0u);
-    if (palpate_contacts_tool(contacts, 1)->contact_count > 0 && !touched) {
+    EXPECT_EQ(scene.touch(tools) & ~static_cast<unsigned>(PALPATE_STEP_REGULARISED), 0u);
+    if (scene.touches(1) && !touched) {
       touched = true;
       EXPECT_GT(ms, 10);  // the grip itself passes 1 mm at the tenth step
     }
-    EXPECT_EQ(palpate_contacts_tool(contacts, 1)->contact_count > 0, touched) << ms;  // and is held down from then on
+    EXPECT_EQ(scene.touches(1), touched) << ms;  // and is held down from then on
   }
   EXPECT_TRUE(touched);
-  EXPECT_GT(palpate_contacts_tool(contacts, 1)->force_raw[0], 0);  // the face presses against the point
+  EXPECT_GT(scene.tool(1).force_raw[0], 0);  // the face presses against the point
 }
 
 Unrest unrest_on_a_bar(palpate_contact_law law, bool pinched) {
@@ -264,7 +244,7 @@ Unrest unrest_on_a_bar(palpate_contact_law law, bool pinched) {
 }
 
 TEST(Collision, OfTwoToolsThatPressAThinPartAwayFromEachOtherDoesNotEndAndBeginInEveryStep) {
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const auto law : kEveryLaw)
     for (const bool pinched : {false, true}) {
       const Unrest unrest = unrest_on_a_bar(law, pinched);
       // A disc that slides off an edge meets the next face again, so some beginnings are right: at most 12, 21 and 631 are found.
@@ -286,16 +266,14 @@ TEST(Collision, OfTwoToolsThatPinchAThinPartSeldomEndsForTheSakeOfTheOtherOne) {
 // deformed surface carries it, is from its point in the end.
 double beside_the_place(palpate_contact_law law) {
   const TouchedBox box({.cells = {4, 4, 4}});
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = law, def.contact = PALPATE_CONTACT_POINT;
-  Hand hand(box, def);
+  Hand hand(box, unlimited_def(PALPATE_COLLISION_DEFORMED, law, PALPATE_CONTACT_POINT));
   const Eigen::Vector3d first(0.06, 0.022, 0.021), second(0.06, 0.029, 0.018), out(1, 0, 0);
   for (int ms = 0; ms <= 160; ++ms) {
     const double height = 0.001 - 1e-4 * std::min(ms, 60);
     hand.move({first + height * out, second + 0.8 * height * out});
   }
   EXPECT_TRUE(hand.touches(0) && hand.touches(1));
-  const auto u = displacements(hand.scene.get(), hand.contacts.get(), box.body.surface_nodes);
+  const auto u = hand.shape();
   Eigen::Vector3d place[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   for (int e = 0; e < hand.contacts->node_count; ++e) {
     const palpate_contact_node& node = hand.contacts.nodes()[e];
@@ -313,10 +291,7 @@ TEST(Collision, KeepsTheToolsThatSlideOverThePlacesThatAreUnderThem) {
 
 TEST(Collision, MeetsAPointThatTheSurfaceSpringsBackOver) {
   const TouchedBox plate({.cells = {6, 6, 1}, .size = {0.06, 0.06, 0.006}});
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED;
-  const ScenePointer scene = plate.scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(plate, unlimited_def(PALPATE_COLLISION_DEFORMED));
   // A grip presses the plate down by twice its thickness. A point follows the plate, a millimetre above it.
   const auto step = [&](bool grips, double down) {
     std::vector<palpate_grip> pressed;
@@ -325,13 +300,13 @@ TEST(Collision, MeetsAPointThatTheSurfaceSpringsBackOver) {
         pressed.push_back(grip_at_node(n, {0, 0, -down}));
     const double point[3] = {0.04, 0.03, 0.007 - down};
     const palpate_tool tools[2] = {tool_of(pressed), point_tool(point)};
-    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
-    return palpate_contacts_tool(contacts, 1)->contact_count > 0;
+    scene.touch(tools);
+    return scene.touches(1);
   };
   for (int ms = 0; ms <= 120; ++ms) ASSERT_FALSE(step(true, 1e-4 * ms)) << ms;
   step(false, 0.012);
   EXPECT_TRUE(step(false, 0.012));  // the grip was gone in the last step: the plate does not pass through the point
-  EXPECT_GT(palpate_contacts_tool(contacts, 1)->force_raw[2], 0);
+  EXPECT_GT(scene.tool(1).force_raw[2], 0);
 }
 
 }  // namespace

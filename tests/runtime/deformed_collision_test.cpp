@@ -92,9 +92,7 @@ TEST(DeformedCollision, AJumpIsLostTrackingAndNoContact) {
   const TouchedBox box;
   for (const auto contact : {PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
     for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-      SceneDef def;
-      def.contact = contact, def.law = law, def.collision = PALPATE_COLLISION_DEFORMED;
-      Watched watched(box, def);
+      Watched watched(box, with(SceneDef(), contact, law, PALPATE_COLLISION_DEFORMED));
       const auto lost = [&] { return (watched.flags() & PALPATE_STEP_TRACKING_LOST) != 0; };
       // From above to below in one step of 1 ms: 80 m/s.
       watched.step({.031, .022, .060}, {});
@@ -165,24 +163,21 @@ TEST(DeformedCollision, AContactThatHoldsEndsAtTheReleaseDistanceAndDoesNotBegin
       def.collision = PALPATE_COLLISION_DEFORMED, def.contact = contact, def.release_distance = given;
       const double release =
           given > 0 ? given : std::sqrt(.06 * .06 + .05 * .05 + .04 * .04) / 5;  // of the body's diagonal
-      const ScenePointer scene = box.scene(def);
-      Contacts contacts(scene.get());
+      TouchedScene scene(box, def);
       double farthest = 0;
       int began = 0, lost = 0;
       bool touches = false;
       for (int s = 0; s < 300; ++s) {
         const double height = 1e-4 * (s < 60 ? 50 - s : s - 70);
         const double point[3] = {.031, .022, .04 + height};
-        const palpate_tool tool = point_tool(point, 1, .004, .3, true);
-        lost += (palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()) &
-                 PALPATE_STEP_TRACKING_LOST) != 0;
-        began += !touches && palpate_contacts_tool(contacts, 0)->contact_count > 0;
-        touches = palpate_contacts_tool(contacts, 0)->contact_count > 0;
+        lost += (scene.touch({point_tool(point, 1, .004, .3, true)}) & PALPATE_STEP_TRACKING_LOST) != 0;
+        began += !touches && scene.tool().contact_count > 0;
+        touches = scene.tool().contact_count > 0;
         if (touches) farthest = std::max(farthest, height);
       }
       EXPECT_EQ(began, 1) << given << " " << contact;
       EXPECT_EQ(lost, 1) << given << " " << contact;
-      EXPECT_EQ(Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).norm(), 0);
+      EXPECT_EQ(scene.force().norm(), 0);
       EXPECT_NEAR(farthest, release, 1.001e-4) << given << " " << contact;  // the motion of a step
     }
 }

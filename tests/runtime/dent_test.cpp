@@ -27,7 +27,7 @@ struct Drawn {
     for (std::size_t t = 0; t < fine.triangles.size(); t += 3) {
       const std::int32_t* n = &fine.triangles[t];
       const Vector3d area = (fine.vertex(n[1]) - fine.vertex(n[0])).cross(fine.vertex(n[2]) - fine.vertex(n[0]));
-      for (int v = 0; v < 3; ++v) sum[static_cast<std::size_t>(n[v])] += area;
+      for (int v = 0; v < 3; ++v) sum[n[v]] += area;
     }
     for (const Vector3d& n : sum)
       for (int d = 0; d < 3; ++d) normals.push_back(static_cast<float>(n.normalized()[d]));
@@ -44,39 +44,36 @@ const Drawn& drawn() {
 }
 
 SceneDef dent_def(palpate_contact_law law = PALPATE_LAW_STICKING) {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = law;
-  def.report.report = PALPATE_REPORT_CONTACTS, def.dent.dent = PALPATE_DENT_DISCS;
+  return unlimited_def(PALPATE_COLLISION_DEFORMED, law, PALPATE_REPORT_CONTACTS, PALPATE_DENT_DISCS);
+}
+
+SceneDef drawn_def(SceneDef def, const palpate_render_mesh& mesh) {
+  def.render_mesh = mesh;
   return def;
 }
 
 // A scene with a render mesh, and what it draws after each step.
-struct Drawing {
-  explicit Drawing(SceneDef def = dent_def(), const Drawn& of = drawn(), const TouchedBody& body = box(),
+struct Drawing : TouchedScene {
+  explicit Drawing(const SceneDef& def = dent_def(), const Drawn& of = drawn(), const TouchedBody& body = box(),
                    bool with_normals = true)
-      : body_(body) {
-    const palpate_render_mesh mesh = of.view(with_normals);
-    def.render_mesh = mesh;
-    scene = body.scene(def);
-    contacts = std::make_unique<Contacts>(scene.get());
-    positions.resize(of.fine.positions.size());
-    if (with_normals) normals.resize(positions.size());
+      : TouchedScene(body, drawn_def(def, of.view(with_normals))),
+        positions(of.fine.positions.size()),
+        normals(with_normals ? positions.size() : 0) {
     draw(palpate_scene_report(scene.get()));
   }
   void touch(const std::vector<palpate_tool>& tools) {
-    palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts->get(),
-                        contacts->bytes());
+    TouchedScene::touch(tools);
     draw(palpate_scene_report(scene.get()));
   }
   void touch(const Vector3d& p, double radius) { touch({point_tool(p.data(), 1, radius, .3)}); }
   void draw(const palpate_contact_report* report) {
-    std::vector<float> u = displacements(scene.get(), *contacts, body_.body.surface_nodes);
-    palpate_shape_out shape = shape_out(u.data(), nullptr, 0);
-    shape.node_count = body_.body.surface_nodes;
+    std::vector<float> u = shape();
+    palpate_shape_out surface = shape_out(u.data(), nullptr, 0);
+    surface.node_count = static_cast<std::int32_t>(u.size() / 3);
     palpate_skin_out out = skin_out(positions.data(), normals.empty() ? nullptr : normals.data(),
                                     static_cast<std::int32_t>(positions.size() / 3));
     out.report = report, out.disc_normals = disc_normals, out.disc_capacity = 8;
-    flags = palpate_scene_skin(scene.get(), &shape, &out);
+    flags = palpate_scene_skin(scene.get(), &surface, &out);
     discs = out.disc_count;
   }
   std::size_t vertices() const { return positions.size() / 3; }
@@ -87,15 +84,9 @@ struct Drawing {
     return *palpate_report_contact(palpate_scene_report(scene.get()), c);
   }
 
-  ScenePointer scene;
-  std::unique_ptr<Contacts> contacts;
   std::vector<float> positions, normals;
   float disc_normals[24] = {};
   std::int32_t discs = 0;
-  palpate_step_flags flags = 0;
-
- private:
-  const TouchedBody& body_;
 };
 
 // Over the top face, z = 40 mm: beside a node, on an edge, in a triangle, and near the face's rim.
@@ -289,7 +280,7 @@ TEST(Dent, NormalsAreThoseOfTheDrawnTriangles) {
     const std::int32_t* n = &flat.fine.triangles[t];
     const auto at = [&](int v) { return drawing.position(static_cast<std::size_t>(n[v])); };
     const Vector3d area = (at(1) - at(0)).cross(at(2) - at(0));
-    for (int v = 0; v < 3; ++v) sum[static_cast<std::size_t>(n[v])] += area;
+    for (int v = 0; v < 3; ++v) sum[n[v]] += area;
   }
   int under = 0, beside = 0;
   for (std::size_t v = 0; v < drawing.vertices(); ++v) {
@@ -400,8 +391,7 @@ TEST(Dent, NeedsARenderMeshAReportAndDiscs) {
       [](SceneDef& def) { def.dent.dent = static_cast<palpate_dent_model>(2); },
   };
   for (const auto& lack : lacks) {
-    SceneDef def = dent_def();
-    def.render_mesh = mesh;
+    SceneDef def = drawn_def(dent_def(), mesh);
     lack(def);
     EXPECT_EQ(refusal_of(box(), def).status, PALPATE_ERROR_ARGUMENT);
   }

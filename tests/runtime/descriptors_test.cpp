@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "runtime/complete/effects.h"
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/touched_box.h"
 #include "tests/support/test_files.h"
 
@@ -102,14 +103,6 @@ TEST(Descriptors, SayWordsOfAllValuesAndReasons) {
     }
 }
 
-std::string refusal_of(const TouchedBox& box, const SceneDef& def) {
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  EXPECT_NE(palpate_scene_create(box.bundle(), &def, &scene, &error), PALPATE_OK);
-  palpate_scene_destroy(scene);
-  return error.text;
-}
-
 // Every field of the core is refused by its name outside of its limits.
 TEST(Descriptors, SayTheLimitsOfTheCore) {
   const TouchedBox box;
@@ -119,7 +112,7 @@ TEST(Descriptors, SayTheLimitsOfTheCore) {
       if (value > 1e300) continue;
       SceneDef def;
       palpate_set_key(&key, &def, value);
-      EXPECT_THAT(refusal_of(box, def), testing::HasSubstr(std::string("palpate_scene_def: ") + key.name));
+      EXPECT_THAT(refusal_of(box, def).text, testing::HasSubstr(std::string("palpate_scene_def: ") + key.name));
     }
   }
 }
@@ -139,7 +132,7 @@ TEST(Descriptors, DoNotReachBeyondTheHostsStruct) {
 // A value outside of its limits is refused by its name, and one that the effect excludes with the reason.
 TEST(Descriptors, AreWhatASceneIsCheckedBy) {
   const TouchedBox box;
-  const auto refusal = [&](const SceneDef& def) { return refusal_of(box, def); };
+  const auto refusal = [&](const SceneDef& def) { return std::string(refusal_of(box, def).text); };
   const float vertex[3] = {};
   const auto with = [&](SceneDef def, const palpate_key& key, double value) {
     if (key.type == PALPATE_KEY_POINTER)

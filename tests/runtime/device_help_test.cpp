@@ -126,22 +126,19 @@ TEST(DeviceHelp, RefusesWhatItCannotUseWithASentence) {
 
   const palpate_device device = known_device();
   const palpate_coupling_def good = palpate_default_coupling_def(&device);
-  for (const double bad : {0.0, -1.0, double(NAN), double(INFINITY), 10 * good.stiffness}) {
-    palpate_coupling_def def = good;
-    def.stiffness = bad;
-    EXPECT_EQ(palpate_coupling_init(&coupling, &device, &def, &error), PALPATE_ERROR_ARGUMENT);
-    EXPECT_NE(std::string(error.text).find("stiffness"), std::string::npos) << error.text;
-  }
-  for (const double bad : {-1.0, double(NAN), double(INFINITY), 5.0}) {
-    palpate_coupling_def def = good;
-    def.damping = bad;
-    EXPECT_EQ(palpate_coupling_init(&coupling, &device, &def, &error), PALPATE_ERROR_ARGUMENT);
-    EXPECT_NE(std::string(error.text).find("damping"), std::string::npos) << error.text;
-  }
+  const auto bad_coupling = [&](double palpate_coupling_def::*field, std::initializer_list<double> values,
+                                const char* word) {
+    for (const double bad : values) {
+      palpate_coupling_def def = good;
+      def.*field = bad;
+      EXPECT_EQ(palpate_coupling_init(&coupling, &device, &def, &error), PALPATE_ERROR_ARGUMENT) << bad;
+      EXPECT_NE(std::string(error.text).find(word), std::string::npos) << error.text;
+    }
+  };
+  bad_coupling(&palpate_coupling_def::stiffness, {0, -1, NAN, INFINITY, 10 * good.stiffness}, "stiffness");
+  bad_coupling(&palpate_coupling_def::damping, {-1, NAN, INFINITY, 5}, "damping");
+  bad_coupling(&palpate_coupling_def::tool_mass, {0, -1, NAN}, "tool_mass");
   for (const double bad : {0.0, -1.0, double(NAN)}) {
-    palpate_coupling_def def = good;
-    def.tool_mass = bad;
-    EXPECT_EQ(palpate_coupling_init(&coupling, &device, &def, &error), PALPATE_ERROR_ARGUMENT);
     palpate_watchdog_def w = palpate_default_watchdog_def();
     (bad == 0 ? w.timeout : bad < 0 ? w.fade : w.slew) = bad;
     EXPECT_EQ(palpate_watchdog_init(&watchdog, &w, &error), PALPATE_ERROR_ARGUMENT);

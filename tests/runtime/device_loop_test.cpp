@@ -22,48 +22,28 @@ Organ spring_organ(double stiffness) {
 }
 
 // The box of gel, touched in the middle of its face x = size by a disc.
-class BoxOrgan {
+class BoxOrgan : private TouchedBox, private TouchedScene {
  public:
   explicit BoxOrgan(double young, palpate_contact_law law = PALPATE_LAW_STICKING, double friction = 0)
-      : box_(form(young)), friction_(friction) {
-    SceneDef def = unlimited_def();
-    def.law = law, def.shape = PALPATE_SHAPE_OFF;
-    def.collision = PALPATE_COLLISION_DEFORMED;
-    scene_ = box_.scene(def);
-    contacts_ = std::make_unique<Contacts>(scene_.get());
-    middle_ = Vector3d(0.06, 0.027, 0.018);
-  }
+      : TouchedBox({.young = young, .interior = false}),
+        TouchedScene(*this, unlimited_def(law, PALPATE_SHAPE_OFF, PALPATE_COLLISION_DEFORMED)),
+        friction_(friction) {}
   Vector3d operator()(const Vector3d& at) {
     // In the box's frame the outward normal is x, so x turns round, and y with it.
-    const Vector3d p = middle_ + Vector3d(-at[0], -at[1], at[2]);
-    palpate_tool tool = palpate_default_tool();
-    tool.points = p.data(), tool.point_count = 1;
-    tool.disc_radius = 0.006, tool.friction = friction_;
-    flags = palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts_->get(), contacts_->bytes());
-    const Vector3d force(palpate_contacts_tool(contacts_->get(), 0)->force_raw);
-    return {-force[0], -force[1], force[2]};
+    press(Vector3d(0.06, 0.027, 0.018) + Vector3d(-at[0], -at[1], at[2]), 0.006, friction_);
+    return {-force()[0], -force()[1], force()[2]};
   }
   // N/m, against a push of 1 mm.
   double stiffness() {
-    palpate_scene_reset(scene_.get());
+    reset();
     (*this)({-1e-3, 0, 0});
     const double found = -(*this)({1e-3, 0, 0})[0] / 1e-3;
-    palpate_scene_reset(scene_.get());
+    reset();
     return found;
   }
-  palpate_step_flags flags = 0;
 
  private:
-  static TinyBox form(double young) {
-    TinyBox tiny;
-    tiny.young = young, tiny.interior = false;
-    return tiny;
-  }
-  TouchedBox box_;
   double friction_;
-  ScenePointer scene_;
-  std::unique_ptr<Contacts> contacts_;
-  Vector3d middle_;
 };
 
 // The Young's modulus with which the box presents that stiffness.

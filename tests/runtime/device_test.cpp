@@ -4,27 +4,17 @@
 namespace palpate::tests {
 namespace {
 
-const TouchedBox& box() {
-  static const TouchedBox shared;
-  return shared;
-}
-
 // A tool point pressed 1 mm into the far face.
-struct Pressed {
-  explicit Pressed(const SceneDef& def) : scene(box().scene(def)), contacts(scene.get()) {
-    const std::int32_t triangle = box().far_triangle(5);
-    place = box().place(triangle, {.3, .3, .4}), out = box().outward(triangle);
+struct Pressed : TouchedScene {
+  explicit Pressed(const SceneDef& def) : TouchedScene(tiny_box(), def) {
+    const std::int32_t triangle = tiny_box().far_triangle(5);
+    place = tiny_box().place(triangle, {.3, .3, .4}), out = tiny_box().outward(triangle);
     move(place + 0.001 * out);
     move(place - 0.001 * out);
   }
-  palpate_step_flags move(const Eigen::Vector3d& p, double dt = 1e-3) {
-    const palpate_tool tool = point_tool(p.data());
-    return palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
-  }
-  Eigen::Vector3d force() { return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force); }
-  Eigen::Vector3d raw() { return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
-  ScenePointer scene;
-  Contacts contacts;
+  palpate_step_flags move(const Eigen::Vector3d& p, double dt = 1e-3) { return press(p, 0, 0, dt); }
+  Eigen::Vector3d force() { return Eigen::Vector3d(tool().force); }
+  Eigen::Vector3d raw() { return TouchedScene::force(); }
   Eigen::Vector3d place, out;
 };
 
@@ -35,7 +25,7 @@ TEST(Device, KeepsTheLastGoodInputWhenItSendsNonsense) {
   for (const double bad : {double(NAN), double(INFINITY), -double(INFINITY), 1e300, -1e7}) {
     EXPECT_EQ(tool.move({bad, 0, 0}), PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(tool.raw(), before);
-    EXPECT_EQ(palpate_contacts_tool(tool.contacts, 0)->flags, PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(tool.tool().flags, PALPATE_STEP_BAD_INPUT);
   }
   EXPECT_EQ(tool.move(tool.place - 0.001 * tool.out), 0u);
   EXPECT_EQ(tool.raw(), before);
@@ -55,8 +45,7 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
     return both;
   };
   const auto expect_kept = [&](const palpate_tool* tools, std::int32_t count) {
-    EXPECT_EQ(palpate_scene_touch(tool.scene.get(), tools, count, 1e-3, tool.contacts.get(), tool.contacts.bytes()),
-              PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(tool.touch(tools, count), PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(tool.raw(), before);
   };
   static double packed[4] = {};  // a device's record, at an odd address
@@ -70,9 +59,10 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
         point_tool(p, 1, -1e-3), point_tool(p, 1, .003, 101), point_tool(p, 1, .003, -1e-3)})
     expect_kept(&bad, 1);
   std::vector<palpate_grip> bad_grips;
-  for (const std::int32_t node : {1 << 30, box().body.surface_nodes})
+  for (const std::int32_t node : {1 << 30, tiny_box().body.surface_nodes})
     bad_grips.push_back(grip_at_node(node, {0, 0, 0}));
-  for (const std::int32_t triangle : {-1, INT32_MAX, INT32_MIN, static_cast<std::int32_t>(box().body.triangles.size())})
+  for (const std::int32_t triangle :
+       {-1, INT32_MAX, INT32_MIN, static_cast<std::int32_t>(tiny_box().body.triangles.size())})
     bad_grips.push_back(grip_at_place(triangle, {.2, .3, .5}, {0, 0, 0}));
   for (const Eigen::Vector3d& k :
        {Eigen::Vector3d(.5, .5, .5), Eigen::Vector3d(2, -1, 0), Eigen::Vector3d(NAN, .5, .5)})
@@ -81,15 +71,14 @@ TEST(Device, KeepsTheLastGoodInputWhenCountsAndPointersAreWrong) {
   bad_grips.push_back(grip_at_node(3, {0, 0, 0}, 0));
   bad_grips.push_back(grip_at_node(3, {0, 0, 0}, 8));
   for (const palpate_grip& bad : bad_grips) {
-    const palpate_tool with = grip_tool(&bad);
-    expect_kept(&with, 1);
+    const palpate_tool with_bad = grip_tool(&bad);
+    expect_kept(&with_bad, 1);
   }
   EXPECT_EQ(palpate_scene_touch(nullptr, nullptr, 0, 1e-3, tool.contacts.get(), tool.contacts.bytes()),
             PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, nullptr, SIZE_MAX), PALPATE_STEP_BAD_INPUT);
   const std::vector<palpate_tool> many(20, point_tool(p));  // more than the scene has
-  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), many.data(), 20, 1e-3, tool.contacts.get(), tool.contacts.bytes()),
-            PALPATE_STEP_CONTACTS_DROPPED);
+  EXPECT_EQ(tool.touch(many), PALPATE_STEP_CONTACTS_DROPPED);
 }
 
 TEST(Device, IsNotSentAForceAboveTheLimitNorAJump) {
@@ -118,40 +107,34 @@ TEST(Device, IsNotSentAForceAboveTheLimitNorAJump) {
 }
 
 TEST(Device, LeavesTheOtherToolsAsTheyAreWhenOneHasNoSoundRadius) {
-  const ScenePointer scene = box().scene(unlimited_def());
-  Contacts contacts(scene.get());
-  const std::int32_t far[2] = {box().far_triangle(5), box().far_triangle(11)};
+  TouchedScene scene(tiny_box());
+  const std::int32_t far[2] = {tiny_box().far_triangle(5), tiny_box().far_triangle(11)};
   const auto touch = [&](double depth, double radius) {
     Eigen::Vector3d p[2];
-    palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
-    for (int t = 0; t < 2; ++t) {
-      p[t] = box().place(far[t], {.3, .3, .4}) - depth * box().outward(far[t]);
-      tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = t == 0 ? 0.003 : radius;
-    }
-    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
-    return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
+    for (int t = 0; t < 2; ++t) p[t] = tiny_box().place(far[t], {.3, .3, .4}) - depth * tiny_box().outward(far[t]);
+    const palpate_tool tools[2] = {point_tool(p[0].data(), 1, 0.003), point_tool(p[1].data(), 1, radius)};
+    scene.touch(tools);
+    return scene.force();
   };
   touch(-1e-4, 0.003);
   const Eigen::Vector3d good = touch(1e-3, 0.003);
   ASSERT_GT(good.norm(), 0);
   for (const double radius : {double(NAN), -1.0, double(INFINITY), 1e300}) {
     EXPECT_EQ(touch(1e-3, radius), good) << radius;  // the other one keeps its last good input, radius included
-    EXPECT_EQ(palpate_contacts_tool(contacts, 0)->flags, 0u);
-    EXPECT_EQ(palpate_contacts_tool(contacts, 1)->flags, PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(scene.tool().flags, 0u);
+    EXPECT_EQ(scene.tool(1).flags, PALPATE_STEP_BAD_INPUT);
   }
-  // A disc with a tiny radius has no noticeable stiffness. The contacts beside it must stay solvable.
+  // A disc with a tiny radius has no noticeable stiffness. The scene.contacts beside it must stay solvable.
   for (const double radius : {5e-324, 1e-300, 1e-12}) {
     EXPECT_GT(touch(1e-3, radius).norm(), 0.5 * good.norm()) << radius;
-    EXPECT_EQ(contacts->flags, 0u);
-    EXPECT_LT(Eigen::Vector3d(palpate_contacts_tool(contacts, 1)->force_raw).norm(), 1e-3 * good.norm());
+    EXPECT_EQ(scene.contacts->flags, 0u);
+    EXPECT_LT(scene.force(1).norm(), 1e-3 * good.norm());
   }
 }
 
 TEST(Device, HoldsAFrozenPointWithASteadyForce) {
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
-    SceneDef def = unlimited_def();
-    def.collision = collision;
-    Pressed tool(def);
+    Pressed tool(unlimited_def(collision));
     for (int s = 0; s < 10; ++s) tool.move(tool.place - 0.001 * tool.out);
     const Eigen::Vector3d held = tool.force();
     ASSERT_GT(held.norm(), 0);
@@ -165,23 +148,21 @@ TEST(Device, HoldsAFrozenPointWithASteadyForce) {
 TEST(Device, IsNotSentASpikeWhenTheContactBudgetIsExhausted) {
   SceneDef def;
   def.force_limit = 0.5, def.force_slew = 20, def.max_points = def.max_contact_nodes = 3;
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(tiny_box(), def);
   std::vector<std::int32_t> triangles;
-  for (int which = 0; which < 6; ++which) triangles.push_back(box().far_triangle(which));
+  for (int which = 0; which < 6; ++which) triangles.push_back(tiny_box().far_triangle(which));
   Eigen::Vector3d last = Eigen::Vector3d::Zero();
   bool dropped = false;
   for (int s = 0; s < 400; ++s) {  // points that come and go, three of which have room
     std::vector<Eigen::Vector3d> points;
     for (std::size_t t = 0; t < triangles.size(); ++t)
-      points.push_back(box().place(triangles[t], {.3, .3, .4}) +
-                       0.002 * std::cos(0.1 * s + static_cast<double>(t)) * box().outward(triangles[t]));
-    const palpate_tool tool = point_tool(points[0].data(), static_cast<std::int32_t>(points.size()));
-    dropped = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()) &
+      points.push_back(tiny_box().place(triangles[t], {.3, .3, .4}) +
+                       0.002 * std::cos(0.1 * s + static_cast<double>(t)) * tiny_box().outward(triangles[t]));
+    dropped = scene.touch({point_tool(points[0].data(), static_cast<std::int32_t>(points.size()))}) &
                   PALPATE_STEP_CONTACTS_DROPPED ||
               dropped;
-    const Eigen::Vector3d force(palpate_contacts_tool(contacts, 0)->force);
-    ASSERT_LE(contacts->node_count, 3);
+    const Eigen::Vector3d force(scene.tool().force);
+    ASSERT_LE(scene.contacts->node_count, 3);
     ASSERT_LE(force.norm(), 0.5 * (1 + 1e-12));
     ASSERT_LE((force - last).norm(), 20 * 1e-3 * (1 + 1e-12));
     last = force;
@@ -206,17 +187,17 @@ TEST(Device, DoesNothingWithOutputsThatAreNotAligned) {
 
 TEST(Device, FeelsNothingWhenTheToolIsGone) {
   Pressed tool(unlimited_def());
-  EXPECT_EQ(palpate_scene_touch(tool.scene.get(), nullptr, 0, 1e-3, tool.contacts.get(), tool.contacts.bytes()), 0u);
+  EXPECT_EQ(tool.touch(), 0u);
   EXPECT_EQ(tool.contacts->node_count, 0);
   EXPECT_EQ(tool.contacts->tool_count, 0);
   tool.move(tool.place - 0.001 * tool.out);  // back, inside: nothing until it has been outside
-  EXPECT_EQ(palpate_contacts_tool(tool.contacts, 0)->contact_count, 0);
+  EXPECT_EQ(tool.tool().contact_count, 0);
 }
 
 TEST(Shape, TrustsNothingInTheContactsItIsGiven) {
   Pressed tool(unlimited_def());
-  const std::int32_t nodes = box().body.surface_nodes;
-  const auto good = displacements(tool.scene.get(), tool.contacts.get(), nodes);
+  const std::int32_t nodes = tiny_box().body.surface_nodes;
+  const auto good = tool.shape();
   const auto with = [&](auto change) {
     Contacts bad(tool.scene.get());
     bad.memory = tool.contacts.memory;
@@ -238,7 +219,7 @@ TEST(Shape, TrustsNothingInTheContactsItIsGiven) {
             PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(with([](palpate_contacts&, Node& n) { n.index = 99; }), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(with([](palpate_contacts&, Node& n) { n.modified_displacement[1] = NAN; }), PALPATE_STEP_BAD_INPUT);
-  EXPECT_EQ(displacements(tool.scene.get(), tool.contacts.get(), nodes), good);
+  EXPECT_EQ(tool.shape(), good);
 
   palpate_step_flags flags = 0;
   for (const float x : displacements(tool.scene.get(), nullptr, nodes, &flags)) EXPECT_EQ(x, 0);
@@ -261,13 +242,11 @@ TEST(Device, GetsNoForceFromABundleWhoseTensorsAreNotFinite) {
     const auto shape = parts.sections[formats::SectionId::displacement_surface].shape;
     parts.set(formats::SectionId::displacement_surface, shape, tensors);
   });
-  const ScenePointer scene = bad.scene(unlimited_def());
-  Contacts contacts(scene.get());
+  TouchedScene scene(bad);
   const std::vector<palpate_grip> grips = {grip_at_node(bad.touchable[3], {0, 0, .001}),
                                            grip_at_node(bad.touchable[9], {0, 0, .001})};
-  const palpate_tool tool = tool_of(grips);
-  EXPECT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), PALPATE_STEP_UNSOLVED);
-  EXPECT_EQ(Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force).norm(), 0);
+  EXPECT_EQ(scene.hold(grips), PALPATE_STEP_UNSOLVED);
+  EXPECT_EQ(Eigen::Vector3d(scene.tool().force).norm(), 0);
 }
 
 }  // namespace

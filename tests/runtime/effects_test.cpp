@@ -35,17 +35,11 @@ const palpate_fine_surface& fine_surface() {
   return view;
 }
 
-template <class Each>
-void play(palpate_scene* scene, Contacts& contacts, int steps, Each each) {
-  play(box(), scene, contacts, steps, each);
-}
-
 TEST(Scene, TakesAllItsMemoryFromTheHostAndGivesItBack) {
   struct Host {
     long taken = 0, given = 0, limit = 1000;
   } host;
-  SceneDef def;
-  def.render_mesh = vertices(), def.fine_surface = fine_surface();
+  SceneDef def = with(SceneDef(), vertices(), fine_surface());
   def.allocator.user = &host;
   def.allocator.allocate = [](void* user, std::size_t bytes, std::size_t alignment) -> void* {
     Host& h = *static_cast<Host*>(user);
@@ -100,24 +94,23 @@ TEST(Scene, TakesMemoryForAsManyContactNodesAsTheBundleHasColumns) {
 // All output bytes of a scene in a played run. forces: include the forces of tools and nodes.
 std::string played(const SceneDef& def, const std::function<void(palpate_scene*)>& before = {},
                    const TouchedBox& on = box(), bool forces = true, double radius = 0.004) {
-  const ScenePointer scene = on.scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(on, def);
   if (before) before(scene.get());
-  std::vector<float> u(3 * static_cast<std::size_t>(on.body.surface_nodes)), x(u.size());
+  std::vector<float> u(3 * on.body.surface_nodes), x(u.size());
   palpate_shape_out out = shape_out(u.data(), x.data(), on.body.surface_nodes);
   std::string bytes;
   const auto add = [&](const auto* numbers, std::size_t count) {
     bytes.append(reinterpret_cast<const char*>(numbers), count * sizeof *numbers);
   };
   play(
-      on, scene.get(), contacts, 150,
+      on, scene.get(), scene.contacts, 150,
       [&](palpate_step_flags) {
-        palpate_scene_shape(scene.get(), contacts.get(), &out);
-        contacts->bundle = 0;  // which is another one
-        if (forces) add(reinterpret_cast<const char*>(contacts.get()), contacts->used_bytes);
-        for (int n = 0; n < contacts->node_count; ++n) {
-          add(&contacts.nodes()[n].node, 4);
-          add(contacts.nodes()[n].modified_displacement, 3);
+        palpate_scene_shape(scene.get(), scene.contacts.get(), &out);
+        scene.contacts->bundle = 0;  // which is another one
+        if (forces) add(reinterpret_cast<const char*>(scene.contacts.get()), scene.contacts->used_bytes);
+        for (int n = 0; n < scene.contacts->node_count; ++n) {
+          add(&scene.contacts.nodes()[n].node, 4);
+          add(scene.contacts.nodes()[n].modified_displacement, 3);
         }
         add(u.data(), u.size());
         add(x.data(), x.size());
@@ -137,22 +130,20 @@ TEST(Scene, IsBitIdenticalWhenAnEffectThatDoesNothingIsAddedOrLeftOut) {
   bigger.max_tools = 8, bigger.max_points = 100;
   bigger.max_contact_nodes = 512;  // as for 64 points: the contacts name it
   EXPECT_EQ(played(bigger), reference);
-  SceneDef drawn = plain;
-  drawn.render_mesh = vertices();
+  SceneDef drawn = with(plain, vertices());
   EXPECT_EQ(played(drawn), reference);
   drawn.report.report = PALPATE_REPORT_CONTACTS, drawn.dent.dent = PALPATE_DENT_DISCS;
   EXPECT_EQ(played(drawn), reference);
 }
 
 TEST(Scene, FeelsAndDrawsOnTwoThreadsAsItDoesOnOne) {
-  SceneDef def;
-  def.collision = PALPATE_COLLISION_DEFORMED, def.radial = PALPATE_RADIAL_RESPONSE;
+  SceneDef def = with(SceneDef(), PALPATE_COLLISION_DEFORMED, PALPATE_RADIAL_RESPONSE);
   const ScenePointer scene = box().scene(def), reference = box().scene(def);
   constexpr int kSteps = 400;
   Contacts alone(reference.get());
   std::vector<std::vector<std::uint64_t>> felt, felt_alone;
   std::vector<std::vector<float>> drawn_alone, drawn(kSteps);
-  play(reference.get(), alone, kSteps, [&](palpate_step_flags) {
+  play(box(), reference.get(), alone, kSteps, [&](palpate_step_flags) {
     felt_alone.push_back(alone.memory);
     drawn_alone.push_back(displacements(reference.get(), alone.get(), box().body.surface_nodes));
   });
@@ -171,7 +162,7 @@ TEST(Scene, FeelsAndDrawsOnTwoThreadsAsItDoesOnOne) {
   for (int round = 0; round < 20; ++round) {
     felt.clear();
     palpate_scene_reset(scene.get());
-    play(scene.get(), contacts, kSteps, [&](palpate_step_flags) { felt.push_back(contacts.memory); });
+    play(box(), scene.get(), contacts, kSteps, [&](palpate_step_flags) { felt.push_back(contacts.memory); });
   }
   done = true;
   render.join();
@@ -224,25 +215,17 @@ TEST(Plan, HasAFineSurfaceOnlyWhereTheSceneHasOne) {
 // Every combination of effects, with half of the laws, because the other laws map the same sections.
 template <class Each>
 void for_every_scene(Each each) {
-  SceneDef def;
-  for (const int collision : {0, 1, 2})
-    for (const int contact : {0, 1, 2, 3})
-      for (const int law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB})
-        for (const int force : {0, 1, 2})
-          for (const int shape : {0, 1, 2})
-            for (const int radial : {0, 1})
-              for (const int preload : {0, 1})
+  for (const auto collision : {PALPATE_COLLISION_OFF, PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
+    for (const auto contact : kEveryContact)
+      for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB})
+        for (const auto force : {PALPATE_FORCE_OFF, PALPATE_FORCE_LINEAR, PALPATE_FORCE_RESPONSE})
+          for (const auto shape : {PALPATE_SHAPE_OFF, PALPATE_SHAPE_SURFACE, PALPATE_SHAPE_VOLUME})
+            for (const auto radial : {PALPATE_RADIAL_OFF, PALPATE_RADIAL_RESPONSE})
+              for (const auto preload : {PALPATE_PRELOAD_OFF, PALPATE_PRELOAD_ON})
                 for (const int relaxation : {0, 1}) {
                   if ((radial && !shape) || (relaxation && !force)) continue;
-                  def.render_mesh = palpate_default_render_mesh();
-                  def.collision = static_cast<palpate_collision>(collision);
-                  def.contact = static_cast<palpate_contact_model>(contact);
-                  def.law = static_cast<palpate_contact_law>(law);
-                  def.force = static_cast<palpate_force_model>(force);
-                  def.shape = static_cast<palpate_shape_model>(shape);
-                  def.radial = static_cast<palpate_radial_model>(radial);
-                  def.preload = static_cast<palpate_preload_model>(preload);
-                  def.relaxation = relaxation ? relaxation_of({{0.5, 1}}) : palpate_default_relaxation_def();
+                  SceneDef def = with(SceneDef(), collision, contact, law, force, shape, radial, preload);
+                  if (relaxation) def.relaxation = relaxation_of({{0.5, 1}});
                   each(def);
                   if (!shape || radial) continue;
                   def.render_mesh = vertices();
@@ -289,8 +272,7 @@ TEST(Plan, StatesAllMemoryOfAScene) {
     unplanned.insert(bytes_of(def, box(), &planned) - planned);
   });
   for (const int collision : {1, 2}) {
-    SceneDef def;
-    def.collision = static_cast<palpate_collision>(collision), def.fine_surface = fine_surface();
+    SceneDef def = with(SceneDef(), static_cast<palpate_collision>(collision), fine_surface());
     std::uint64_t planned = 0;
     unplanned.insert(bytes_of(def, box(), &planned) - planned);
   }
@@ -308,7 +290,7 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
       def.render_mesh = vertices();
       def.report.report = PALPATE_REPORT_CONTACTS, def.dent.dent = PALPATE_DENT_DISCS;
     }
-    const ScenePointer scene = box().scene(def), plain = box().scene(def);
+    TouchedScene scene(box(), def), plain(box(), def);
     const std::vector<palpate_plan_pass> plan = plan_of(scene.get());
     std::vector<std::string> planned, passed;
     for (const palpate_plan_pass& pass : plan)
@@ -324,16 +306,15 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
           if (names->empty() || names->back() != passes[p].name) names->push_back(passes[p].name);
         },
         &watch);
-    Contacts contacts(scene.get()), unwatched(plain.get());
-    std::vector<float> x(3 * static_cast<std::size_t>(box().body.surface_nodes)), y(x.size()), u(x.size());
+    std::vector<float> x(3 * box().body.surface_nodes), y(x.size()), u(x.size());
     palpate_shape_out out = shape_out(u.data(), x.data(), box().body.surface_nodes),
                       other = shape_out(nullptr, y.data(), out.node_capacity);
     std::vector<std::string> of_plain;
-    play(plain.get(), unwatched, 40, [](palpate_step_flags) {});
-    palpate_scene_shape(plain.get(), unwatched.get(), &other);
-    play(scene.get(), contacts, 40, [&](palpate_step_flags) { of_plain.swap(passed), passed.clear(); });
+    play(box(), plain.get(), plain.contacts, 40, [](palpate_step_flags) {});
+    palpate_scene_shape(plain.get(), plain.contacts.get(), &other);
+    play(box(), scene.get(), scene.contacts, 40, [&](palpate_step_flags) { of_plain.swap(passed), passed.clear(); });
     passed = of_plain;  // of one touch, the last but one
-    palpate_scene_shape(scene.get(), contacts.get(), &out);
+    palpate_scene_shape(scene.get(), scene.contacts.get(), &out);
     float moved[6];
     palpate_skin_out skin = skin_out(moved, nullptr, 2);
     skin.report = palpate_scene_report(scene.get());
@@ -345,10 +326,10 @@ TEST(Plan, IsWhatAStepRunsThroughInOrder) {
       if (std::find(distinct.begin(), distinct.end(), name) == distinct.end()) distinct.push_back(name);
     EXPECT_EQ(distinct, planned);
     EXPECT_EQ(x, y);
-    EXPECT_EQ(std::memcmp(contacts.get(), unwatched.get(), contacts->used_bytes), 0);
+    EXPECT_EQ(std::memcmp(scene.contacts.get(), plain.contacts.get(), scene.contacts->used_bytes), 0);
     passed.clear();
     palpate_watch_passes(scene.get(), nullptr, nullptr);
-    palpate_scene_shape(scene.get(), contacts.get(), &out);
+    palpate_scene_shape(scene.get(), scene.contacts.get(), &out);
     EXPECT_TRUE(passed.empty());
   }
 }
@@ -388,8 +369,7 @@ SceneDef limits_of(palpate_contact_model contact, std::int32_t points, std::int3
 TEST(Limits, ThatCannotMeetAreRefused) {
   EXPECT_THAT(refusal_of(limits_of(PALPATE_CONTACT_PATCH, 64, 60)),
               testing::HasSubstr("max_contact_nodes is 60, expected 0 or at least 64"));
-  for (const auto contact :
-       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
+  for (const auto contact : kEveryContact) {
     const std::int32_t fewest = contact == PALPATE_CONTACT_TRIANGLE ? 192 : 64;
     EXPECT_NE(refusal_of(limits_of(contact, 64, fewest - 1)), "") << contact;
     EXPECT_EQ(refusal_of(limits_of(contact, 64, fewest)), "") << contact;
@@ -414,21 +394,19 @@ TEST(Limits, OfMorePointsThanThereMayBeNodesAreTakenWithAllNodes) {
 
 // What the condition promises: with the fewest nodes that are taken, no contact is dropped.
 TEST(Limits, ThatAreTakenHoldEveryContact) {
-  for (const auto contact :
-       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
+  for (const auto contact : kEveryContact) {
     constexpr int count = 12;
     SceneDef def = limits_of(contact, count, contact == PALPATE_CONTACT_TRIANGLE ? 3 * count : count);
     def.max_operations = INT64_MAX;
-    const ScenePointer scene = box().scene(def);
+    TouchedScene scene(box(), def);
     std::vector<palpate_grip> grips;
     for (int g = 0; g < count; ++g)
       grips.push_back(grip_at_place(box().far_triangle(g % 6), {0.2 + 0.02 * g, 0.3, 0.5 - 0.02 * g}, {-1e-4, 0, 0}));
     palpate_tool tool = tool_of(grips);
     tool.disc_radius = 0.004;
-    Contacts contacts(scene.get());
-    const palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    const palpate_step_flags flags = scene.touch({tool});
     EXPECT_EQ(flags & PALPATE_STEP_CONTACTS_DROPPED, 0u) << contact;
-    EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, count) << contact;
+    EXPECT_EQ(scene.tool().contact_count, count) << contact;
   }
 }
 
@@ -477,7 +455,7 @@ TEST(Plan, NamesTheSectionsThatTheProcessMapsInEveryScene) {
       ASSERT_EQ(palpate_scene_create(bundle.get(), &def, &made, &error), PALPATE_OK) << error.text;
       const ScenePointer scene(made);
       Contacts contacts(made);
-      play(made, contacts, 2, [&](palpate_step_flags) {
+      play(box(), made, contacts, 2, [&](palpate_step_flags) {
         if (def.shape != PALPATE_SHAPE_OFF) displacements(made, contacts.get(), box().body.surface_nodes);
       });
       std::set<std::string> planned;
@@ -531,8 +509,7 @@ TEST(Scene, IsBitIdenticalInWhatAnEffectDoesNotActOn) {
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
     for (const auto contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
       for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-        SceneDef plain;
-        plain.collision = collision, plain.contact = contact, plain.law = law;
+        SceneDef plain = with(SceneDef(), collision, contact, law);
         SceneDef volume = plain, relaxing = plain, none = plain, response = plain;
         volume.shape = PALPATE_SHAPE_VOLUME;  // the same surface first
         relaxing.relaxation = relaxation_of({{0.5, 0.1}});
@@ -556,22 +533,19 @@ TEST(Scene, IsBitIdenticalUnderPatchAndPointWhereNoToolHasARadius) {
 }
 
 TEST(Preload, MovesTheRestShapeThatToolsMeetAndPositionsStartFrom) {
-  SceneDef def = unlimited_def();
-  def.preload = PALPATE_PRELOAD_ON;
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(box(), unlimited_def(PALPATE_PRELOAD_ON));
   // At x = 40 mm the top has gone down by 0.04 mm.
   double above[3] = {0.04, 0.024, 0.03998}, below[3] = {0.04, 0.024, 0.03994};
   const palpate_tool tool_above = point_tool(above), tool_below = point_tool(below);
-  palpate_scene_touch(scene.get(), &tool_above, 1, 1e-3, contacts.get(), contacts.bytes());
-  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 0);
-  palpate_scene_touch(scene.get(), &tool_below, 1, 1e-3, contacts.get(), contacts.bytes());
-  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 1);
-  palpate_scene_reset(scene.get());
-  palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
-  std::vector<float> x(3 * static_cast<std::size_t>(box().body.surface_nodes));
+  scene.touch({tool_above});
+  EXPECT_EQ(scene.tool().contact_count, 0);
+  scene.touch({tool_below});
+  EXPECT_EQ(scene.tool().contact_count, 1);
+  scene.reset();
+  scene.touch();
+  std::vector<float> x(3 * box().body.surface_nodes);
   palpate_shape_out out = shape_out(nullptr, x.data(), box().body.surface_nodes);
-  EXPECT_EQ(palpate_scene_shape(scene.get(), contacts.get(), &out), 0u);
+  EXPECT_EQ(palpate_scene_shape(scene.get(), scene.contacts.get(), &out), 0u);
   for (int n = 0; n < box().body.surface_nodes; ++n)
     EXPECT_NEAR(x[3 * n + 2], box().node(n)[2] - 0.001 * box().node(n)[0], 1e-8);  // f32 at 4 cm
 }

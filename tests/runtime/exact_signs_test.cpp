@@ -17,7 +17,7 @@ Vec3 rounded(const IntegerPoint& p, double unit) {
   return {unit * static_cast<double>(p[0]), unit * static_cast<double>(p[1]), unit * static_cast<double>(p[2])};
 }
 Integer minus(const IntegerPoint& a, const IntegerPoint& b, int d) {
-  return static_cast<Integer>(a[static_cast<std::size_t>(d)]) - b[static_cast<std::size_t>(d)];
+  return static_cast<Integer>(a[d]) - b[d];
 }
 int sign(Integer x) {
   return (x > 0) - (x < 0);

@@ -22,34 +22,26 @@ const FineHost& sphere() {
 
 SceneDef ball_def(const palpate_fine_surface* fine, palpate_collision collision = PALPATE_COLLISION_DEFORMED,
                   palpate_contact_model contact = PALPATE_CONTACT_POINT) {
-  SceneDef def = unlimited_def();
-  def.collision = collision, def.contact = contact;
+  SceneDef def = unlimited_def(collision, contact);
   if (fine) def.fine_surface = *fine;
   def.report.report = PALPATE_REPORT_CONTACTS, def.queries.queries = PALPATE_QUERIES_ON;
   return def;
 }
 
 // A scene with one tool of one point.
-class Touching {
- public:
-  Touching(const TouchedBody& body, const SceneDef& def) : scene(body.scene(def)), contacts(scene.get()) {}
+struct Touching : TouchedScene {
+  Touching(const TouchedBody& body, const SceneDef& def) : TouchedScene(body, def) {}
   // Whether the point touches.
   bool touch(const Vector3d& p, double radius = 0) {
-    const palpate_tool tool = point_tool(p.data(), 1, radius);
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    return palpate_contacts_tool(contacts, 0)->contact_count > 0;
+    press(p, radius);
+    return touches();
   }
   const palpate_contact& contact() const { return *palpate_report_contact(palpate_scene_report(scene.get()), 0); }
-  Vector3d force() { return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
   palpate_surface_hit closest(const Vector3d& p) {
     palpate_surface_hit hit = palpate_default_surface_hit();
     palpate_scene_closest_point(scene.get(), contacts, p.data(), INFINITY, &hit);
     return hit;
   }
-
-  ScenePointer scene;
-  Contacts contacts;
-  palpate_step_flags flags = 0;
 };
 
 // Directions from the middle of the ball, away from its held part.
@@ -131,21 +123,16 @@ TEST(FineSurface, ALinearPushBringsItsPlaceToTheTool) {
 // m: the largest distance between the vertices of the mesh that is drawn and the surface that queries, and so tools, meet.
 double drawn_to_met(const palpate_fine_surface* fine, double depth, double* moved) {
   palpate_render_mesh drawn = render_mesh(sphere().positions.data(), nullptr, sphere().vertices());
-  SceneDef def = ball_def(fine);
-  def.render_mesh = drawn;
-  Touching scene(ball(), def);
-  const palpate_grip grip = grip_at_place(7, {.2, .3, .5}, -depth * ball().outward(7));
-  const palpate_tool tool = grip_tool(&grip);
-  palpate_scene_touch(scene.scene.get(), &tool, 1, 1e-3, scene.contacts.get(), scene.contacts.bytes());
-  std::vector<float> u = displacements(scene.scene.get(), scene.contacts, ball().body.surface_nodes),
-                     x(sphere().positions.size());
+  Touching scene(ball(), with(ball_def(fine), drawn));
+  scene.hold({grip_at_place(7, {.2, .3, .5}, -depth * ball().outward(7))});
+  std::vector<float> u = scene.shape(), x(sphere().positions.size());
   palpate_shape_out shape = shape_out(u.data(), nullptr, ball().body.surface_nodes);
   shape.node_count = ball().body.surface_nodes;
   palpate_skin_out out = skin_out(x.data(), nullptr, sphere().vertices());
   palpate_scene_skin(scene.scene.get(), &shape, &out);
   double farthest = 0;
   for (std::int32_t v = 0; v < sphere().vertices(); ++v) {
-    const Vector3d at = Eigen::Map<const Eigen::Vector3f>(&x[3 * static_cast<std::size_t>(v)]).cast<double>();
+    const Vector3d at = Eigen::Map<const Eigen::Vector3f>(&x[3 * v]).cast<double>();
     farthest = std::max(farthest, scene.closest(at).distance);
     *moved = std::max(*moved, (at - sphere().vertex(v)).norm());
   }
@@ -178,10 +165,9 @@ TEST(FineSurface, TurnsWithTheWhole) {
     const std::vector<float> moved = fine.moved_by(u);
     double worst = 0;
     for (std::int32_t v = 0; v < sphere().vertices(); ++v)
-      worst =
-          std::max(worst, (Eigen::Map<const Eigen::Vector3f>(&moved[3 * static_cast<std::size_t>(v)]).cast<double>() -
-                           (turn * sphere().vertex(v) + shift - sphere().vertex(v)))
-                              .norm());
+      worst = std::max(worst, (Eigen::Map<const Eigen::Vector3f>(&moved[3 * v]).cast<double>() -
+                               (turn * sphere().vertex(v) + shift - sphere().vertex(v)))
+                                  .norm());
     // Of second order in the angle, times the farthest offset, 3.2 mm; floats.
     EXPECT_LT(worst, 1e-8 + 0.0032 * angle * angle) << angle;
   }
@@ -205,8 +191,8 @@ TEST(FineSurface, NoVertexMovesFartherThanItsReach) {
       apart[n] = length(b[n] - a[n]);
     }
     for (std::int32_t v = 0; v < sphere().vertices(); ++v) {
-      const Vec3 u = fine->displacement(v, [&](std::int32_t n) { return a[static_cast<std::size_t>(n)]; }),
-                 w = fine->displacement(v, [&](std::int32_t n) { return b[static_cast<std::size_t>(n)]; });
+      const Vec3 u = fine->displacement(v, [&](std::int32_t n) { return a[n]; }),
+                 w = fine->displacement(v, [&](std::int32_t n) { return b[n]; });
       const double reach = fine->reach(v, apart.data());
       ASSERT_LE(length(w - u), reach * (1 + 1e-9) + 1e-15 * size) << v;  // rounding
       if (reach > 0) tightest = std::max(tightest, length(w - u) / reach);
@@ -221,9 +207,8 @@ TEST(FineSurface, TheMeshsOwnTrianglesChangeNothing) {
   const FineHost own = fine_of(box.body, 0, 0);
   const palpate_fine_surface fine = own.view();
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
-    for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-      SceneDef def = unlimited_def();
-      def.collision = collision, def.law = law, def.contact = PALPATE_CONTACT_POINT;
+    for (const auto law : kEveryLaw) {
+      SceneDef def = unlimited_def(collision, law, PALPATE_CONTACT_POINT);
       Touching mesh(box, def);
       def.fine_surface = fine;
       Touching same(box, def);
@@ -243,12 +228,10 @@ TEST(FineSurface, ADiscTakesTheMeanNormalOverItself) {
   const TouchedBox box;
   const FineHost bumpy = fine_of(box.body, 3, 0.00025);
   const palpate_fine_surface fine = bumpy.view();
-  SceneDef def = unlimited_def();
-  def.law = PALPATE_LAW_SLIDING, def.fine_surface = fine;
   double worst[2] = {0, 0};
   for (int place = 0; place < 20; ++place)
     for (const bool disc : {false, true}) {
-      Touching scene(box, def);
+      Touching scene(box, unlimited_def(PALPATE_LAW_SLIDING, fine));
       const double y = .018 + .0007 * place, z = .016 + .0004 * place;
       for (int ms = 0; ms <= 20; ++ms) scene.touch({.061 - 1e-4 * ms, y, z}, disc ? .006 : 0);
       ASSERT_GT(scene.force()[0], 0);
@@ -261,9 +244,7 @@ TEST(FineSurface, ADiscTakesTheMeanNormalOverItself) {
 TEST(FineSurface, QueriesMeetIt) {
   const palpate_fine_surface fine = sphere().view();
   const SurfaceFirst surface = sphere().surface();
-  SceneDef def = ball_def(&fine);
-  def.collision = PALPATE_COLLISION_OFF, def.report.report = PALPATE_REPORT_OFF;
-  Touching scene(ball(), def);
+  Touching scene(ball(), with(ball_def(&fine), PALPATE_COLLISION_OFF, PALPATE_REPORT_OFF));
   for (const Vector3d& out : directions()) {
     const double r = radius_along(surface, out);
     const Vector3d from = 0.05 * out, along = -out;

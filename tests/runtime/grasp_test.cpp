@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "studies/coupled/grasped_rows.h"
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/played_box.h"
 #include "tests/support/box_corridor.h"
 
@@ -10,7 +11,6 @@ namespace palpate::tests {
 namespace {
 
 using Eigen::AngleAxisd;
-using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -18,12 +18,9 @@ using Eigen::VectorXd;
 
 constexpr double kRadius = 0.012;
 
+const TinyBox kForm = {.cells = {6, 9, 7}, .poisson = 0.4, .interior = false};
 const TouchedBox& box() {
-  static const TouchedBox shared([] {
-    TinyBox form;
-    form.cells = {6, 9, 7}, form.interior = false, form.poisson = 0.4;
-    return form;
-  }());
+  static const TouchedBox shared(kForm);
   return shared;
 }
 
@@ -46,15 +43,13 @@ void move(palpate_grasp& grasp, Vector3d way, Quaterniond turn = Quaterniond::Id
 }
 
 SceneDef grasping_def() {
-  SceneDef def = unlimited_def();
-  def.torque_limit = def.torque_slew = INFINITY;
-  def.collision = PALPATE_COLLISION_OFF, def.grasps.grasps = 1;
+  SceneDef def = unlimited_def(PALPATE_COLLISION_OFF);
+  def.torque_limit = def.torque_slew = INFINITY, def.grasps.grasps = 1;
   return def;
 }
 
-struct Grasping {
-  explicit Grasping(const SceneDef& def = grasping_def(), const TouchedBox& of = box())
-      : scene(of.scene(def)), contacts(scene.get()) {}
+struct Grasping : TouchedScene {
+  explicit Grasping(const SceneDef& def = grasping_def(), const TouchedBox& of = box()) : TouchedScene(of, def) {}
   palpate_step_flags step(const palpate_grasp* grasp, Vector3d reference = kMiddle,
                           const std::vector<palpate_tool>& others = {}) {
     palpate_tool tool = palpate_default_tool();
@@ -63,15 +58,9 @@ struct Grasping {
     std::vector<palpate_tool> tools = others;
     for (std::size_t i = 0; i < tools.size(); ++i) tools[i].id = 10 + static_cast<std::int32_t>(i);
     tools.insert(tools.begin(), tool);
-    return palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
-                               contacts.bytes());
+    return touch(tools);
   }
-  Vector3d force() { return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
-  Vector3d torque() { return Vector3d(palpate_contacts_tool(contacts, 0)->torque_raw); }
   const palpate_grasp_state& state() { return *palpate_scene_grasp_state(scene.get(), 3); }
-
-  ScenePointer scene;
-  Contacts contacts;
 };
 
 // Every node of the face within kRadius of the middle held at the rigid motion; the force and the torque about the moved middle that
@@ -82,9 +71,8 @@ struct Held {
 Held all_nodes_held(Vector3d way, Quaterniond turn) {
   static const MatrixXd stiffness = box().stiffness();
   VectorXd u = VectorXd::Zero(box().dofs());
-  std::vector<bool> is_held(static_cast<std::size_t>(box().dofs()));
+  std::vector<bool> is_held(box().fixed.begin(), box().fixed.end());
   std::vector<std::int32_t> nodes;
-  for (Eigen::Index i = 0; i < box().dofs(); ++i) is_held[i] = box().fixed[i] != 0;
   for (std::int32_t n = 0; n < box().body.surface_nodes; ++n) {
     const Vector3d x = box().node(n) - kMiddle;
     if (std::fabs(x[0]) > 1e-9 || x.norm() > kRadius) continue;
@@ -92,12 +80,7 @@ Held all_nodes_held(Vector3d way, Quaterniond turn) {
     u.segment<3>(3 * n) = turn * x - x + way;
     for (int d = 0; d < 3; ++d) is_held[3 * n + d] = true;
   }
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index i = 0; i < box().dofs(); ++i)
-    if (!is_held[i]) free.push_back(i);
-  const VectorXd right = -(stiffness * u)(free), solved = MatrixXd(stiffness(free, free)).llt().solve(right);
-  for (std::size_t i = 0; i < free.size(); ++i) u[free[i]] = solved[static_cast<Eigen::Index>(i)];
-  const VectorXd f = stiffness * u;
+  const VectorXd f = stiffness * solve_imposed(stiffness, is_held, u, VectorXd::Zero(u.size()));
   Held held;
   for (const std::int32_t n : nodes) {
     held.force -= f.segment<3>(3 * n);
@@ -132,11 +115,7 @@ TEST(Grasp, OfASmallDiscHasTheStiffnessOfARigidDiscOnAHalfSpace) {
 
 // A disc that the mesh resolves, one that it does not, and both beside a node that is gripped.
 TEST(Grasp, HasForceTorqueAndShapeOfADenseSolveWithItsRows) {
-  const MatrixXd c = dense_compliance([] {
-    TinyBox form;
-    form.cells = {6, 9, 7}, form.interior = false, form.poisson = 0.4;
-    return dense_box(form);
-  }());
+  const MatrixXd c = dense_compliance(dense_box(kForm));
   const studies::CoupledBody body{[&](const MatrixXd& loads) { return MatrixXd(c * loads); }, c.rows()};
   const studies::GraspedSurface surface =
       studies::grasped_surface(box().body.mesh.nodes, box().body.surface_nodes, box().body.triangles, box().touchable);
@@ -157,7 +136,7 @@ TEST(Grasp, HasForceTorqueAndShapeOfADenseSolveWithItsRows) {
       std::vector<studies::Row> rows = disc.rows(kMiddle, way, turn);
       for (int d = 0; gripped && d < 3; ++d) {
         studies::Row& row = rows.emplace_back();
-        row.add(0, box().body.triangles[static_cast<std::size_t>(grip.triangle)][0], Vector3d::Unit(d));
+        row.add(0, box().body.triangles[grip.triangle][0], Vector3d::Unit(d));
         row.target = grip.displacement[d];
       }
       const studies::CoupledAnswer full = studies::solve_coupled(rows, {body});
@@ -165,7 +144,7 @@ TEST(Grasp, HasForceTorqueAndShapeOfADenseSolveWithItsRows) {
       // Columns are stored in single precision, 6e-8, and the shape is given in it.
       EXPECT_LT((grasping.force() - felt.force).norm(), 1e-6 * felt.force.norm()) << radius << " " << gripped;
       EXPECT_LT((grasping.torque() - felt.torque).norm(), 1e-6 * felt.torque.norm()) << radius << " " << gripped;
-      const std::vector<float> u = displacements(grasping.scene.get(), grasping.contacts, box().body.surface_nodes);
+      const std::vector<float> u = grasping.shape();
       for (std::size_t i = 0; i < u.size(); ++i)
         EXPECT_NEAR(u[i], full.u[0][static_cast<Eigen::Index>(i)], 4e-6 * full.u[0].cwiseAbs().maxCoeff());
     }
@@ -256,7 +235,7 @@ TEST(Grasp, ClosesWithoutAForceWhereverTheTissueIsAndReleasesClean) {
   const palpate_tool other = grip_tool(&grip, 1, 0.004);
   palpate_grasp grasp = grasp_of_the_middle();
   grasping.step(nullptr, kMiddle, {other});
-  const Vector3d alone(palpate_contacts_tool(grasping.contacts, 1)->force_raw);
+  const Vector3d alone = grasping.force(1);
   const auto nodes = grasping.contacts->node_count;
   for (int s = 0; s < 3; ++s) EXPECT_EQ(grasping.step(&grasp, kMiddle, {other}), 0u);
   // Displacements of the last step are those of the single precision of the tensors.
@@ -268,7 +247,7 @@ TEST(Grasp, ClosesWithoutAForceWhereverTheTissueIsAndReleasesClean) {
   grasping.step(nullptr, kMiddle, {other});
   EXPECT_EQ(grasping.force().norm(), 0);
   EXPECT_EQ(grasping.contacts->node_count, nodes);
-  EXPECT_EQ(Vector3d(palpate_contacts_tool(grasping.contacts, 1)->force_raw), alone);
+  EXPECT_EQ(grasping.force(1), alone);
   EXPECT_EQ(grasping.state().condition, PALPATE_GRASP_OPEN);
 }
 
@@ -307,10 +286,10 @@ TEST(Grasp, ChangesTheForceThatIsSentByItsSlewWhenItOpens) {
   grasping.step(&grasp);
   move(grasp, {0.004, 0, 0});
   for (int s = 0; s < 100; ++s) grasping.step(&grasp);
-  const Vector3d held(palpate_contacts_tool(grasping.contacts, 0)->force);
+  const Vector3d held(grasping.tool().force);
   EXPECT_EQ(held, grasping.force());
   grasping.step(nullptr);
-  EXPECT_NEAR((Vector3d(palpate_contacts_tool(grasping.contacts, 0)->force) - held).norm(), 0.02, 1e-12);
+  EXPECT_NEAR((Vector3d(grasping.tool().force) - held).norm(), 0.02, 1e-12);
 }
 
 TEST(Grasp, SlipsAtItsFrictionAndLetsGoBeyondItsRadius) {
@@ -347,9 +326,7 @@ TEST(Grasp, SlipsAtItsFrictionAndLetsGoBeyondItsRadius) {
 }
 
 TEST(Grasp, TellsTheReportWhatBecameOfIt) {
-  SceneDef def = grasping_def();
-  def.report.report = PALPATE_REPORT_CONTACTS;
-  Grasping grasping(def);
+  Grasping grasping(with(grasping_def(), PALPATE_REPORT_CONTACTS));
   palpate_grasp grasp = grasp_of_the_middle();
   grasp.friction = 0.4, grasp.clamp_force = 1.5;
   std::vector<std::pair<int, std::uint64_t>> told;  // kind, step
@@ -389,7 +366,7 @@ TEST(Grasp, TellsTheReportWhatBecameOfIt) {
   EXPECT_EQ(told[before].first, PALPATE_EVENT_GRASP_CLOSED);
   EXPECT_EQ(told[before + 1].first, PALPATE_EVENT_GRASP_OPENED);
   step(&grasp);
-  palpate_scene_touch(grasping.scene.get(), nullptr, 0, 1e-3, grasping.contacts.get(), grasping.contacts.bytes());
+  grasping.touch();
   const palpate_contact_report* report = palpate_scene_report(grasping.scene.get());
   ASSERT_EQ(report->event_count, 1) << "a tool that is not sent opens its jaws";
   EXPECT_EQ(palpate_report_event(report, 0)->kind, PALPATE_EVENT_GRASP_OPENED);
@@ -397,23 +374,12 @@ TEST(Grasp, TellsTheReportWhatBecameOfIt) {
 
 // A plate between two discs: they press it together, the tool feels nothing of that, and the pressure gives the friction.
 TEST(Grasp, OfAFoldPressesItTogetherAndSlipsByItsPressure) {
-  TinyBox form;
-  form.cells = {6, 6, 2}, form.size = {0.06, 0.05, 0.008}, form.interior = false, form.poisson = 0.4;
-  const TouchedBox plate(form);
+  const TouchedBox plate({.cells = {6, 6, 2}, .size = {0.06, 0.05, 0.008}, .poisson = 0.4, .interior = false});
   const Vector3d above(0.045, 0.024, 0.008), below(0.045, 0.024, 0);
   palpate_grasp grasp = grasp_of(place_at(plate, {0, 0, 1}, above), above, 0.005);
-  // The weights of a place on z = 0 do not follow from its coordinates alone: shift the plane.
-  for (std::size_t t = 0; t < plate.body.triangles.size(); ++t) {
-    const auto triangle = static_cast<std::int32_t>(t);
-    if (plate.outward(triangle)[2] > -0.99) continue;
-    Matrix3d corners;
-    for (int v = 0; v < 3; ++v) corners.col(v) = plate.node(plate.body.triangles[t][v]) + Vector3d::UnitZ();
-    const Vector3d k = corners.fullPivLu().solve(below + Vector3d::UnitZ());
-    if (k.minCoeff() < 0) continue;
-    grasp.opposite_triangle = triangle;
-    Eigen::Map<Vector3d>(grasp.opposite_barycentric) = k;
-  }
-  ASSERT_GE(grasp.opposite_triangle, 0);
+  const PlaceOnFace opposite = place_at(plate, {0, 0, -1}, below);
+  grasp.opposite_triangle = opposite.triangle;
+  Eigen::Map<Vector3d>(grasp.opposite_barycentric) = opposite.weights;
   Grasping grasping(grasping_def(), plate);
   grasping.step(&grasp, above);
   grasp.closing = 0.002, grasp.friction = 0.5;
@@ -466,10 +432,7 @@ TEST(Grasp, GoesOnFromASavedStateWithTheSameBits) {
   one.step(&grasp, kMiddle, {disc});
   for (int s = 0; s < 20; ++s) move(grasp, {0.1e-3, 0.1e-3, 0}), one.step(&grasp, kMiddle, {disc});
   EXPECT_GT(one.state().slipped, 0);
-  std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8);
-  ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
-  palpate_error error = {};
-  ASSERT_EQ(palpate_scene_restore(other.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+  restore_from(one.scene.get(), other.scene.get());
   for (int s = 0; s < 20; ++s) {
     move(grasp, {0.1e-3, -0.2e-3, 0});
     grasp.id = s / 10;
@@ -487,9 +450,7 @@ TEST(Grasp, SlipsAtItsFrictionBesideWhatHoldsTheSameTissue) {
     for (const auto collision : {PALPATE_COLLISION_OFF, PALPATE_COLLISION_DEFORMED})
       for (const double radius : {0.003, kRadius})
         for (const Vector3d& way : {Vector3d(2e-4, 0, 0), Vector3d(0, 2e-4, 1e-4)}) {
-          SceneDef def = grasping_def();
-          def.collision = collision;
-          Grasping grasping(def);
+          Grasping grasping(with(grasping_def(), collision));
           const PlaceOnFace place = place_at(box(), {1, 0, 0}, kMiddle);
           palpate_grasp mine = grasp_of(place, kMiddle, radius), its = mine;
           mine.friction = 0.4, mine.clamp_force = 0.5;
@@ -517,9 +478,7 @@ TEST(Grasp, SlipsAtItsFrictionBesideWhatHoldsTheSameTissue) {
 // A disc that slips beside the jaws gives way, and the tissue is softer for the jaws than it would be with a disc that held. The slips of a
 // step tell by how much.
 TEST(Grasp, SlipsAtItsFrictionBesideADiscThatSlips) {
-  SceneDef def = grasping_def();
-  def.law = PALPATE_LAW_COULOMB, def.collision = PALPATE_COLLISION_REST;
-  Grasping grasping(def);
+  Grasping grasping(with(grasping_def(), PALPATE_LAW_COULOMB, PALPATE_COLLISION_REST));
   palpate_grasp grasp = grasp_of_the_middle();
   grasp.friction = 0.2, grasp.clamp_force = 0.5;
   int slipped = 0;
@@ -571,7 +530,7 @@ TEST(Grasp, AgainstGraspStaysFiniteAndBounded) {
     const palpate_step_flags flags = grasping.step(&mine, kMiddle, {other});
     EXPECT_EQ(flags & ~palpate_step_flags{PALPATE_STEP_REGULARISED}, 0u);
     for (int t = 0; t < 2; ++t) {
-      const palpate_tool_state& state = *palpate_contacts_tool(grasping.contacts, t);
+      const palpate_tool_state& state = grasping.tool(t);
       ASSERT_TRUE(Vector3d(state.force_raw).allFinite() && Vector3d(state.torque_raw).allFinite());
       // The whole box hangs on a spring of E A / l = 180 N/m: 1,024 times that for each metre is beyond every limit.
       ASSERT_LT(Vector3d(state.force_raw).norm(), 1024 * 180 * 0.05);
@@ -609,12 +568,9 @@ TEST(Grasp, ThatIsBadKeepsTheLastGoodOne) {
   Grasping without(off);
   EXPECT_TRUE(without.step(&good) & PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_grasp_state(without.scene.get(), 3), nullptr);
-  palpate_scene* scene = nullptr;
-  palpate_error error = {};
-  SceneDef def = grasping_def();
-  def.contact = PALPATE_CONTACT_POINT;
-  EXPECT_EQ(palpate_scene_create(box().bundle(), &def, &scene, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_NE(std::string(error.text).find("contact PATCH"), std::string::npos) << error.text;
+  const palpate_error error = refusal_of(box(), with(grasping_def(), PALPATE_CONTACT_POINT));
+  EXPECT_EQ(error.status, PALPATE_ERROR_ARGUMENT);
+  EXPECT_THAT(error.text, testing::HasSubstr("contact PATCH"));
 }
 
 }  // namespace

@@ -5,11 +5,6 @@
 namespace palpate::tests {
 namespace {
 
-const TouchedBox& box() {
-  static const TouchedBox shared;
-  return shared;
-}
-
 template <class Struct>
 std::uint32_t& size_of(Struct& of) {
   if constexpr (requires { of.part; })
@@ -37,23 +32,22 @@ Struct earlier(Struct from, std::size_t bytes) {
 }
 
 palpate_error refusal_of(const palpate_scene_def& def) {
-  return refusal_of(box(), def);
+  return refusal_of(tiny_box(), def);
 }
 
 TEST(HostStruct, SceneDefOfAnEarlierHeaderGetsTheDefaultsOfTheFieldsItLacks) {
   palpate_scene_def def = palpate_default_scene_def();
   def.max_contact_nodes = 70, def.force_limit = 1e-3;
-  const ScenePointer whole = box().scene(def);
-  const ScenePointer without_limit = box().scene(earlier(def, offsetof(palpate_scene_def, force_limit)));
-  const ScenePointer without_nodes = box().scene(earlier(def, offsetof(palpate_scene_def, max_tools)));
+  TouchedScene whole(tiny_box(), def);
+  TouchedScene without_limit(tiny_box(), earlier(def, offsetof(palpate_scene_def, force_limit)));
+  const ScenePointer without_nodes = tiny_box().scene(earlier(def, offsetof(palpate_scene_def, max_tools)));
   EXPECT_EQ(palpate_contacts_bytes(without_limit.get()), palpate_contacts_bytes(whole.get()));
   EXPECT_GT(palpate_contacts_bytes(without_nodes.get()),
             palpate_contacts_bytes(whole.get()));  // 192 nodes, the default
-  Contacts limited(whole.get()), free(without_limit.get());
-  play(box(), whole.get(), limited, 40, [](palpate_step_flags) {});
-  play(box(), without_limit.get(), free, 40, [](palpate_step_flags) {});
-  EXPECT_LE(Eigen::Vector3d(palpate_contacts_tool(limited, 0)->force).norm(), 1e-3 * (1 + 1e-12));
-  EXPECT_GT(Eigen::Vector3d(palpate_contacts_tool(free, 0)->force).norm(), 1e-2);
+  for (TouchedScene* each : {&whole, &without_limit})
+    play(tiny_box(), each->get(), each->contacts, 40, [](palpate_step_flags) {});
+  EXPECT_LE(Eigen::Vector3d(whole.tool().force).norm(), 1e-3 * (1 + 1e-12));
+  EXPECT_GT(Eigen::Vector3d(without_limit.tool().force).norm(), 1e-2);
 }
 
 TEST(HostStruct, SceneDefOfALaterHeaderIsTakenUnlessItSetsAFieldThatTheLibraryDoesNotKnow) {
@@ -80,28 +74,24 @@ TEST(HostStruct, SceneDefWithoutItsSizeIsRefusedWithASentence) {
 // Bits of a run of two tools of which one holds two grips, passed as `Tool` and `Grip`.
 template <class Tool, class Grip>
 std::vector<std::uint64_t> touched_with(std::size_t tool_bytes, std::size_t grip_bytes) {
-  SceneDef def = unlimited_def();
-  def.law = PALPATE_LAW_SLIDING;
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
-  const std::int32_t triangle = box().far_triangle(5);
+  TouchedScene scene(tiny_box(), unlimited_def(PALPATE_LAW_SLIDING));
+  const std::int32_t triangle = tiny_box().far_triangle(5);
   std::vector<unsigned char> grip_memory(2 * grip_bytes), tool_memory(2 * tool_bytes);
   for (int g = 0; g < 2; ++g) {
-    Grip grip(grip_at_node(box().touchable[4 + g], {0, 0, 1e-3}));
+    Grip grip(grip_at_node(tiny_box().touchable[4 + g], {0, 0, 1e-3}));
     std::memcpy(grip_memory.data() + g * grip_bytes, &grip, grip_bytes);
   }
   for (int s = 0; s < 8; ++s) {
-    const Eigen::Vector3d p = box().place(triangle, {.3, .3, .4}) + (0.001 - 5e-4 * s) * box().outward(triangle);
+    const Eigen::Vector3d p =
+        tiny_box().place(triangle, {.3, .3, .4}) + (0.001 - 5e-4 * s) * tiny_box().outward(triangle);
     Tool first(grip_tool(reinterpret_cast<palpate_grip*>(grip_memory.data()), 2)), second(point_tool(p.data()));
     std::memcpy(tool_memory.data(), &first, tool_bytes);
     std::memcpy(tool_memory.data() + tool_bytes, &second, tool_bytes);
-    EXPECT_EQ(palpate_scene_touch(scene.get(), reinterpret_cast<palpate_tool*>(tool_memory.data()), 2, 1e-3,
-                                  contacts.get(), contacts.bytes()),
-              0u);
+    EXPECT_EQ(scene.touch(reinterpret_cast<palpate_tool*>(tool_memory.data()), 2), 0u);
   }
-  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 2);
-  EXPECT_EQ(palpate_contacts_tool(contacts, 1)->contact_count, 1);
-  return contacts.memory;
+  EXPECT_EQ(scene.tool().contact_count, 2);
+  EXPECT_EQ(scene.tool(1).contact_count, 1);
+  return scene.contacts.memory;
 }
 
 // A tool without disc radius, friction and hold, which a still earlier header did not have.
@@ -119,35 +109,28 @@ TEST(HostStruct, ToolsAndGripsAreReadOverTheirOwnSize) {
 }
 
 // A tool point pressed into the far face, and what a touch answers to other structs for it.
-class Pressed {
+class Pressed : public TouchedScene {
  public:
-  Pressed() : scene_(box().scene(unlimited_def())), contacts_(scene_.get()) {
-    const std::int32_t triangle = box().far_triangle(5);
-    inside_ = box().place(triangle, {.3, .3, .4}) - 0.001 * box().outward(triangle);
-    const Eigen::Vector3d outside = inside_ + 0.002 * box().outward(triangle);
+  Pressed() : TouchedScene(tiny_box()) {
+    const std::int32_t triangle = tiny_box().far_triangle(5);
+    inside_ = tiny_box().place(triangle, {.3, .3, .4}) - 0.001 * tiny_box().outward(triangle);
+    const Eigen::Vector3d outside = inside_ + 0.002 * tiny_box().outward(triangle);
     good_ = point_tool(outside.data());
-    touch(&good_, 1);
+    touch({good_});
     good_.points = inside_.data();
-    EXPECT_EQ(touch(&good_, 1), 0u);
+    EXPECT_EQ(touch({good_}), 0u);
     before_ = force();
     EXPECT_GT(before_.norm(), 0);
   }
-  palpate_step_flags touch(const palpate_tool* tools, std::int32_t count) {
-    return palpate_scene_touch(scene_.get(), tools, count, 1e-3, contacts_.get(), contacts_.bytes());
-  }
   void expect_kept(const palpate_tool* tools, std::int32_t count, const std::string& why) {
     EXPECT_EQ(touch(tools, count), PALPATE_STEP_BAD_INPUT) << why;
-    ASSERT_EQ(contacts_->tool_count, 1) << why;
+    ASSERT_EQ(contacts->tool_count, 1) << why;
     EXPECT_EQ(force(), before_) << why;
-    EXPECT_EQ(palpate_contacts_tool(contacts_, 0)->flags, PALPATE_STEP_BAD_INPUT) << why;
+    EXPECT_EQ(tool().flags, PALPATE_STEP_BAD_INPUT) << why;
   }
-  Eigen::Vector3d force() { return Eigen::Vector3d(palpate_contacts_tool(contacts_, 0)->force_raw); }
   const palpate_tool& good() const { return good_; }
-  palpate_scene* scene() { return scene_.get(); }
 
  private:
-  ScenePointer scene_;
-  Contacts contacts_;
   Eigen::Vector3d inside_, before_;
   palpate_tool good_;
 };
@@ -169,7 +152,7 @@ TEST(HostStruct, ToolWithoutItsSizeOrWithAnUnknownFieldKeepsTheLastGoodInput) {
 
 TEST(HostStruct, GripWithoutItsSizeOrWithAnUnknownFieldIsBadInput) {
   Pressed pressed;
-  const palpate_grip good = grip_at_node(box().touchable[4], {0, 0, 1e-3});
+  const palpate_grip good = grip_at_node(tiny_box().touchable[4], {0, 0, 1e-3});
   for (const std::uint32_t bytes : {0u, 8u, static_cast<std::uint32_t>(sizeof good) - 8, 2000u}) {
     palpate_grip bad = good;
     bad.struct_bytes = bytes;
@@ -183,7 +166,7 @@ TEST(HostStruct, GripWithoutItsSizeOrWithAnUnknownFieldIsBadInput) {
 }
 
 TEST(HostStruct, ShapeAndSkinFillWhatTheHostsStructHas) {
-  SceneDef def = unlimited_def();
+  const SceneDef def = unlimited_def();
   const float vertex[3] = {0.06f, 0.02f, 0.02f}, normal[3] = {1, 0, 0};
   // An earlier render mesh has no normals; a later one is taken as long as its new field is zero.
   const palpate_render_mesh plain = earlier(render_mesh(vertex, normal, 1), offsetof(palpate_render_mesh, normals));
@@ -193,29 +176,28 @@ TEST(HostStruct, ShapeAndSkinFillWhatTheHostsStructHas) {
     with_mesh.parts = &mesh.part;
     return with_mesh;
   };
-  const ScenePointer scene = box().scene(with(plain));
-  box().scene(with(later.known));
+  TouchedScene scene(tiny_box(), with(plain));
+  tiny_box().scene(with(later.known));
   later.added = 1;
   EXPECT_THAT(refusal_of(with(later.known)).text, testing::HasSubstr("palpate_render_mesh: struct_bytes is"));
   palpate_render_mesh none = palpate_default_render_mesh();
   none.part.struct_bytes = 0;
   EXPECT_THAT(refusal_of(with(none)).text, testing::HasSubstr("start from palpate_default_render_mesh()"));
 
-  Contacts contacts(scene.get());
-  play(box(), scene.get(), contacts, 40, [](palpate_step_flags) {});
-  const std::int32_t nodes = box().body.surface_nodes;
-  std::vector<float> u(3 * static_cast<std::size_t>(nodes)), x(u), expected = u;
+  play(tiny_box(), scene.get(), scene.contacts, 40, [](palpate_step_flags) {});
+  const std::int32_t nodes = tiny_box().body.surface_nodes;
+  std::vector<float> u(3 * nodes), x(u), expected = u;
   palpate_shape_out whole = shape_out(expected.data(), nullptr, nodes);
-  EXPECT_EQ(palpate_scene_shape(scene.get(), contacts, &whole), 0u);
+  EXPECT_EQ(palpate_scene_shape(scene.get(), scene.contacts, &whole), 0u);
   palpate_shape_out without_positions =
       earlier(shape_out(u.data(), x.data(), nodes), offsetof(palpate_shape_out, positions));
-  EXPECT_EQ(palpate_scene_shape(scene.get(), contacts, &without_positions), 0u);
+  EXPECT_EQ(palpate_scene_shape(scene.get(), scene.contacts, &without_positions), 0u);
   EXPECT_EQ(without_positions.node_count, nodes);
   EXPECT_EQ(u, expected);
   Later<palpate_shape_out> later_shape(shape_out(u.data(), x.data(), nodes));
-  EXPECT_EQ(palpate_scene_shape(scene.get(), contacts, &later_shape.known), 0u);
+  EXPECT_EQ(palpate_scene_shape(scene.get(), scene.contacts, &later_shape.known), 0u);
   later_shape.added = 1;
-  EXPECT_EQ(palpate_scene_shape(scene.get(), contacts, &later_shape.known), PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(palpate_scene_shape(scene.get(), scene.contacts, &later_shape.known), PALPATE_STEP_BAD_INPUT);
 
   float moved[3] = {}, turned[3] = {};
   palpate_skin_out skin = earlier(skin_out(moved, turned, 1), offsetof(palpate_skin_out, normals));
@@ -230,18 +212,16 @@ TEST(HostStruct, ShapeAndSkinFillWhatTheHostsStructHas) {
     palpate_shape_out shape = shape_out(u.data(), nullptr, nodes);
     palpate_skin_out out = skin_out(moved, nullptr, 1);
     shape.struct_bytes = out.struct_bytes = bytes;
-    EXPECT_EQ(palpate_scene_shape(scene.get(), contacts, &shape), PALPATE_STEP_BAD_INPUT) << bytes;
+    EXPECT_EQ(palpate_scene_shape(scene.get(), scene.contacts, &shape), PALPATE_STEP_BAD_INPUT) << bytes;
     EXPECT_EQ(palpate_scene_skin(scene.get(), &whole, &out), PALPATE_STEP_BAD_INPUT) << bytes;
     EXPECT_EQ(palpate_scene_skin(scene.get(), &shape, &skin), PALPATE_STEP_BAD_INPUT) << bytes;
   }
 }
 
 TEST(HostStruct, InsideOutIsReadByItsOwnSize) {
-  SceneDef def = unlimited_def();
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
-  const ScenePointer scene = box().scene(def);
-  const auto nodes = static_cast<std::int32_t>(box().body.mesh.nodes.size());
-  std::vector<float> u(3 * static_cast<std::size_t>(nodes)), strain(2 * u.size(), NAN), stress = strain;
+  const ScenePointer scene = tiny_box().scene(unlimited_def(PALPATE_SHAPE_VOLUME, PALPATE_INSIDE_ON));
+  const auto nodes = static_cast<std::int32_t>(tiny_box().body.mesh.nodes.size());
+  std::vector<float> u(3 * nodes), strain(2 * u.size(), NAN), stress = strain;
   palpate_shape_out shape = shape_out(u.data(), nullptr, nodes);
   shape.node_count = nodes;
   palpate_inside_out out = palpate_default_inside_out();
@@ -263,7 +243,7 @@ TEST(HostStruct, InsideOutIsReadByItsOwnSize) {
 }
 
 TEST(HostStruct, StepLoadAndBundleInfoHaveTheHostsSize) {
-  const ScenePointer scene = box().scene(unlimited_def());
+  const ScenePointer scene = tiny_box().scene(unlimited_def());
   palpate_step_load load = palpate_default_step_load();
   load.tools = load.points = load.contacts = 1, load.rows = 3, load.nodes = 12, load.slips = 5;
   const auto steps = [&](const palpate_step_load& of) {
@@ -282,13 +262,13 @@ TEST(HostStruct, StepLoadAndBundleInfoHaveTheHostsSize) {
 
   Later<palpate_scene_def> memory(palpate_default_scene_def());  // any memory
   auto* bytes = reinterpret_cast<unsigned char*>(&memory);
-  const palpate_bundle_info info = palpate_bundle_describe(box().bundle());
+  const palpate_bundle_info info = palpate_bundle_describe(tiny_box().bundle());
   EXPECT_NE(info.identity, 0u);
   std::memset(bytes, 0xa5, sizeof memory);
-  palpate_bundle_fill_info(box().bundle(), reinterpret_cast<palpate_bundle_info*>(bytes), 16);
+  palpate_bundle_fill_info(tiny_box().bundle(), reinterpret_cast<palpate_bundle_info*>(bytes), 16);
   EXPECT_EQ(std::memcmp(bytes, &info, 16), 0);
   EXPECT_EQ(bytes[16], 0xa5);
-  palpate_bundle_fill_info(box().bundle(), reinterpret_cast<palpate_bundle_info*>(bytes), sizeof info + 8);
+  palpate_bundle_fill_info(tiny_box().bundle(), reinterpret_cast<palpate_bundle_info*>(bytes), sizeof info + 8);
   EXPECT_EQ(std::memcmp(bytes, &info, sizeof info), 0);
   for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(bytes[sizeof info + i], 0);
 }
@@ -313,10 +293,10 @@ TEST(HostStruct, InitWritesTheHostsSizeAndNoByteMore) {
 // The buffer is exactly as large as the host says, so that a sanitizer reports a byte behind it; in other builds the
 // bytes behind are compared.
 TEST(TouchBuffer, ThatIsTooSmallIsBadInputAndNotWritten) {
-  const ScenePointer scene = box().scene(unlimited_def());
+  const ScenePointer scene = tiny_box().scene(unlimited_def());
   const std::size_t enough = palpate_contacts_bytes(scene.get());
   std::vector<palpate_grip> grips;
-  for (int g = 0; g < 8; ++g) grips.push_back(grip_at_node(box().touchable[static_cast<std::size_t>(g)], {0, 0, 1e-3}));
+  for (int g = 0; g < 8; ++g) grips.push_back(grip_at_node(tiny_box().touchable[g], {0, 0, 1e-3}));
   const palpate_tool tool = tool_of(grips);
   for (const std::size_t bytes : {std::size_t{0}, std::size_t{8}, sizeof(palpate_contacts),
                                   sizeof(palpate_contacts) + sizeof(palpate_tool_state), enough - 8, enough - 1}) {
@@ -341,12 +321,11 @@ TEST(TouchBuffer, ThatIsTooSmallIsBadInputAndNotWritten) {
 TEST(TouchBuffer, HoldsAsManyToolsAndNodesAsTheSceneAllows) {
   SceneDef def = unlimited_def();
   def.max_tools = PALPATE_MAX_TOOLS, def.max_points = def.max_contact_nodes = 16;
-  const ScenePointer scene = box().scene(def);
+  const ScenePointer scene = tiny_box().scene(def);
   std::vector<palpate_grip> grips;
-  for (int g = 0; g < 2 * PALPATE_MAX_TOOLS; ++g)
-    grips.push_back(grip_at_node(box().touchable[static_cast<std::size_t>(g)], {0, 0, 1e-3}));
+  for (int g = 0; g < 2 * PALPATE_MAX_TOOLS; ++g) grips.push_back(grip_at_node(tiny_box().touchable[g], {0, 0, 1e-3}));
   std::vector<palpate_tool> tools;
-  for (int t = 0; t < PALPATE_MAX_TOOLS; ++t) tools.push_back(grip_tool(&grips[static_cast<std::size_t>(2 * t)], 2));
+  for (int t = 0; t < PALPATE_MAX_TOOLS; ++t) tools.push_back(grip_tool(&grips[2 * t], 2));
   const std::size_t bytes = palpate_contacts_bytes(scene.get());
   const std::unique_ptr<void, decltype(&std::free)> memory(std::malloc(bytes), &std::free);
   auto* contacts = static_cast<palpate_contacts*>(memory.get());

@@ -5,71 +5,58 @@
 namespace palpate::tests {
 namespace {
 
-const TouchedBox& box() {
-  static const TouchedBox shared;
-  return shared;
-}
-
 // ---- tools --------------------------------------------------------------------------------------------------------------
 
 // Everything that follows a tool from step to step: contacts that slip, a force that slews, forces that relax.
 SceneDef remembering_def() {
-  SceneDef def;
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
-  def.relaxation = relaxation_of({{0.5, 0.02}});
-  def.force_slew = 20;
+  SceneDef def = with(SceneDef(), PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
+  def.relaxation = relaxation_of({{0.5, 0.02}}), def.force_slew = 20;
   return def;
 }
 
 // Three tools that touch at different places and times: two discs with friction and a grip.
-class Three {
+class Three : public TouchedScene {
  public:
   static constexpr std::int32_t kIds[3] = {70, 3, 11};
 
-  explicit Three(const SceneDef& def = remembering_def()) : scene_(box().scene(def)), contacts_(scene_.get()) {}
+  explicit Three(const SceneDef& def = remembering_def()) : TouchedScene(tiny_box(), def) {}
 
   // order: which tool comes first, second, ...; a tool that is not in it is not sent.
   palpate_step_flags step(int s, const std::vector<int>& order, bool with_ids = true) {
     palpate_tool all[3];
     for (int t = 0; t < 2; ++t) {
-      const std::int32_t triangle = box().far_triangle(t == 0 ? 2 : 9);
-      points_[t] = box().place(triangle, {.3, .3, .4}) + (0.002 * std::cos(0.15 * s + t)) * box().outward(triangle) +
-                   Eigen::Vector3d(0, 2e-4 * s, 0);
+      const std::int32_t triangle = tiny_box().far_triangle(t == 0 ? 2 : 9);
+      points_[t] = tiny_box().place(triangle, {.3, .3, .4}) +
+                   (0.002 * std::cos(0.15 * s + t)) * tiny_box().outward(triangle) + Eigen::Vector3d(0, 2e-4 * s, 0);
       all[t] = point_tool(points_[t].data(), 1, 0.003, 0.2);
     }
-    grip_ = grip_at_node(box().touchable[4], {0, 0, 0.001 * std::sin(0.1 * s)});
+    grip_ = grip_at_node(tiny_box().touchable[4], {0, 0, 0.001 * std::sin(0.1 * s)});
     all[2] = grip_tool(&grip_);
     std::vector<palpate_tool> tools;
     for (const int t : order) {
       tools.push_back(all[t]);
       if (with_ids) tools.back().id = kIds[t];
     }
-    return palpate_scene_touch(scene_.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
-                               contacts_.get(), contacts_.bytes());
+    return touch(tools);
   }
 
   // The state of tool t of the last step, found by its id; a tool that was not sent has none.
   std::optional<palpate_tool_state> state(int t) {
-    for (std::int32_t i = 0; i < contacts_->tool_count; ++i)
-      if (palpate_contacts_tool(contacts_, i)->id == kIds[t]) return *palpate_contacts_tool(contacts_, i);
+    for (std::int32_t i = 0; i < contacts->tool_count; ++i)
+      if (tool(i).id == kIds[t]) return tool(i);
     return std::nullopt;
   }
   std::vector<palpate_contact_node> nodes_of(int t) {
     std::vector<palpate_contact_node> nodes;
-    for (std::int32_t n = 0; n < contacts_->node_count; ++n)
-      if (const auto& node = *palpate_contacts_node(contacts_, n);
-          palpate_contacts_tool(contacts_, node.index)->id == kIds[t]) {
+    for (std::int32_t n = 0; n < contacts->node_count; ++n)
+      if (const auto& node = contacts.nodes()[n]; tool(node.index).id == kIds[t]) {
         nodes.push_back(node);
         nodes.back().index = 0;  // its index may differ
       }
     return nodes;
   }
-  palpate_scene* scene() { return scene_.get(); }
-  Contacts& contacts() { return contacts_; }
 
  private:
-  ScenePointer scene_;
-  Contacts contacts_;
   Eigen::Vector3d points_[2];
   palpate_grip grip_;
 };
@@ -95,7 +82,7 @@ TEST(ToolIdentity, StateFollowsTheIdWhenToolsAreReordered) {
     EXPECT_EQ(shuffled.step(s, orders[s % 6]), flags) << s;
     for (int t = 0; t < 3; ++t) expect_same(kept, shuffled, t, s);
     for (int t = 0; t < 2; ++t) touching += kept.state(t)->contact_count > 0, slipping += kept.state(t)->slip_count > 0;
-    EXPECT_EQ(palpate_contacts_tool(shuffled.contacts(), 0)->id, Three::kIds[orders[s % 6][0]]);
+    EXPECT_EQ(palpate_contacts_tool(shuffled.contacts, 0)->id, Three::kIds[orders[s % 6][0]]);
   }
   EXPECT_GT(touching, 50);
   EXPECT_GT(slipping, 5);
@@ -111,13 +98,13 @@ TEST(ToolIdentity, TheOthersKeepTheirStateWhenAToolDisappears) {
       palpate_tool tools[3] = {palpate_default_tool(), palpate_default_tool(), palpate_default_tool()};
       tools[0].id = Three::kIds[0];
       // As Three::step, with an empty first tool.
-      Eigen::Vector3d point = box().place(box().far_triangle(9), {.3, .3, .4}) +
-                              (0.002 * std::cos(0.15 * s + 1)) * box().outward(box().far_triangle(9)) +
+      Eigen::Vector3d point = tiny_box().place(tiny_box().far_triangle(9), {.3, .3, .4}) +
+                              (0.002 * std::cos(0.15 * s + 1)) * tiny_box().outward(tiny_box().far_triangle(9)) +
                               Eigen::Vector3d(0, 2e-4 * s, 0);
-      const palpate_grip grip = grip_at_node(box().touchable[4], {0, 0, 0.001 * std::sin(0.1 * s)});
+      const palpate_grip grip = grip_at_node(tiny_box().touchable[4], {0, 0, 0.001 * std::sin(0.1 * s)});
       tools[1] = point_tool(point.data(), 1, 0.003, 0.2), tools[1].id = Three::kIds[1];
       tools[2] = grip_tool(&grip), tools[2].id = Three::kIds[2];
-      palpate_scene_touch(all.scene(), tools, 3, 1e-3, all.contacts().get(), all.contacts().bytes());
+      all.touch(tools);
     } else {
       all.step(s, {0, 1, 2});
     }
@@ -144,7 +131,7 @@ TEST(ToolIdentity, WithoutIdsAToolIsKnownByItsIndex) {
   for (int s = 0; s < 60; ++s) {
     with.step(s, {0, 1, 2}), without.step(s, {0, 1, 2}, false);
     for (int t = 0; t < 3; ++t) {
-      palpate_tool_state state = *palpate_contacts_tool(without.contacts(), t);
+      palpate_tool_state state = *palpate_contacts_tool(without.contacts, t);
       EXPECT_EQ(state.id, t);
       state.id = Three::kIds[t];
       const auto expected = with.state(t);
@@ -160,9 +147,7 @@ TEST(ToolIdentity, DuplicateAndImpossibleIdsAreBadInput) {
   const auto send = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
     palpate_tool tools[3] = {point_tool(p.data()), point_tool(p.data()), point_tool(p.data())};
     tools[0].id = a, tools[1].id = b, tools[2].id = c;
-    const palpate_step_flags flags =
-        palpate_scene_touch(three.scene(), tools, 3, 1e-3, three.contacts().get(), three.contacts().bytes());
-    return flags & PALPATE_STEP_BAD_INPUT;
+    return three.touch(tools) & PALPATE_STEP_BAD_INPUT;
   };
   for (const auto& [a, b, c] :
        {std::tuple{5, 5, 6}, {5, 6, 5}, {1, -1, 7}, {-1, -1, 0}, {5, -2, 6}, {INT32_MIN, 1, 2}}) {
@@ -181,14 +166,14 @@ TEST(ToolIdentity, DuplicateAndImpossibleIdsAreBadInput) {
 TEST(ToolIdentity, ResetOfOneToolLeavesTheOthersAlone) {
   Three reset, kept;
   for (int s = 0; s < 12; ++s) reset.step(s, {0, 1, 2}), kept.step(s, {0, 1, 2});
-  palpate_scene_reset_tool(reset.scene(), 12345);  // nobody's
-  palpate_scene_reset_tool(reset.scene(), -1);
+  palpate_scene_reset_tool(reset.get(), 12345);  // nobody's
+  palpate_scene_reset_tool(reset.get(), -1);
   palpate_scene_reset_tool(nullptr, 3);
   reset.step(12, {0, 1, 2}), kept.step(12, {0, 1, 2});
   for (int t = 0; t < 3; ++t) expect_same(reset, kept, t, 12);
   ASSERT_GT(kept.state(1)->contact_count, 0);
 
-  palpate_scene_reset_tool(reset.scene(), Three::kIds[1]);
+  palpate_scene_reset_tool(reset.get(), Three::kIds[1]);
   reset.step(13, {0, 1, 2}), kept.step(13, {0, 1, 2});
   ASSERT_GT(kept.state(1)->contact_count, 0);
   EXPECT_EQ(reset.state(1)->contact_count, 0) << "a point that is inside when it is first seen touches nothing";
@@ -200,11 +185,10 @@ TEST(ToolIdentity, ResetOfOneToolLeavesTheOthersAlone) {
 TEST(ToolIdentity, ResetForgetsTheLastGoodInput) {
   Three three;
   for (int s = 0; s < 30; ++s) three.step(s, {0, 1, 2});
-  palpate_scene_reset_tool(three.scene(), Three::kIds[2]);
+  palpate_scene_reset_tool(three.get(), Three::kIds[2]);
   palpate_tool tools[2] = {point_tool(nullptr), palpate_default_tool()};  // a point that is NULL
   tools[0].id = tools[1].id = 3;                                          // and a list that is no list
-  EXPECT_TRUE(palpate_scene_touch(three.scene(), tools, 2, 1e-3, three.contacts().get(), three.contacts().bytes()) &
-              PALPATE_STEP_BAD_INPUT);
+  EXPECT_TRUE(three.touch(tools) & PALPATE_STEP_BAD_INPUT);
   ASSERT_TRUE(three.state(2));
   EXPECT_EQ(three.state(2)->contact_count, 0);
 }
@@ -212,13 +196,11 @@ TEST(ToolIdentity, ResetForgetsTheLastGoodInput) {
 // ---- grips --------------------------------------------------------------------------------------------------------------
 
 TEST(GripKind, MustBeSaid) {
-  const ScenePointer scene = box().scene(unlimited_def());
-  Contacts contacts(scene.get());
+  TouchedScene scene(tiny_box());
   const auto made = [&](const palpate_grip& grip) {
-    const palpate_tool tool = grip_tool(&grip);
-    const palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    EXPECT_EQ(flags == PALPATE_STEP_BAD_INPUT, contacts->node_count == 0);
-    return contacts->node_count;
+    const palpate_step_flags flags = scene.touch({grip_tool(&grip)});
+    EXPECT_EQ(flags == PALPATE_STEP_BAD_INPUT, scene.contacts->node_count == 0);
+    return scene.contacts->node_count;
   };
   palpate_grip grip = {};
   EXPECT_EQ(made(grip), 0) << "all zero";
@@ -231,11 +213,11 @@ TEST(GripKind, MustBeSaid) {
     EXPECT_EQ(made(grip), 0) << kind;
   }
   grip.kind = PALPATE_GRIP_SURFACE_POINT;
-  grip.triangle = box().far_triangle(3);
+  grip.triangle = tiny_box().far_triangle(3);
   EXPECT_GT(made(grip), 1);
-  grip.kind = PALPATE_GRIP_NODE, grip.node = box().touchable[3], grip.triangle = -5;
+  grip.kind = PALPATE_GRIP_NODE, grip.node = tiny_box().touchable[3], grip.triangle = -5;
   EXPECT_EQ(made(grip), 1);
-  EXPECT_EQ(contacts.nodes()[0].node, box().touchable[3]);
+  EXPECT_EQ(scene.contacts.nodes()[0].node, tiny_box().touchable[3]);
 }
 
 // ---- bundles ------------------------------------------------------------------------------------------------------------
@@ -244,20 +226,20 @@ TEST(BundleIdentity, ContactsOfAnotherBundleGiveTheShapeAtRestAndAFlag) {
   TinyBox stiffer;
   stiffer.young *= 2;
   const TouchedBox other(stiffer), again;
-  EXPECT_EQ(palpate_bundle_describe(again.bundle()).identity, palpate_bundle_describe(box().bundle()).identity);
-  EXPECT_NE(palpate_bundle_describe(other.bundle()).identity, palpate_bundle_describe(box().bundle()).identity);
-  const ScenePointer touching = box().scene(unlimited_def()), drawing = again.scene(unlimited_def()),
+  EXPECT_EQ(palpate_bundle_describe(again.bundle()).identity, palpate_bundle_describe(tiny_box().bundle()).identity);
+  EXPECT_NE(palpate_bundle_describe(other.bundle()).identity, palpate_bundle_describe(tiny_box().bundle()).identity);
+  const ScenePointer touching = tiny_box().scene(unlimited_def()), drawing = again.scene(unlimited_def()),
                      foreign = other.scene(unlimited_def());
   Contacts contacts(touching.get());
-  play(box(), touching.get(), contacts, 40, [](palpate_step_flags) {});
+  play(tiny_box(), touching.get(), contacts, 40, [](palpate_step_flags) {});
   ASSERT_GT(contacts->node_count, 0);
-  EXPECT_EQ(contacts->bundle, palpate_bundle_describe(box().bundle()).identity);
+  EXPECT_EQ(contacts->bundle, palpate_bundle_describe(tiny_box().bundle()).identity);
   palpate_step_flags flags = 0;
-  const auto drawn = displacements(drawing.get(), contacts, box().body.surface_nodes, &flags);
+  const auto drawn = displacements(drawing.get(), contacts, tiny_box().body.surface_nodes, &flags);
   EXPECT_EQ(flags, 0u);
-  EXPECT_EQ(drawn, displacements(touching.get(), contacts, box().body.surface_nodes));
+  EXPECT_EQ(drawn, displacements(touching.get(), contacts, tiny_box().body.surface_nodes));
   EXPECT_NE(drawn, std::vector<float>(drawn.size(), 0));
-  EXPECT_EQ(displacements(foreign.get(), contacts, box().body.surface_nodes, &flags),
+  EXPECT_EQ(displacements(foreign.get(), contacts, tiny_box().body.surface_nodes, &flags),
             std::vector<float>(drawn.size(), 0));
   EXPECT_EQ(flags, PALPATE_STEP_OTHER_BUNDLE);
 }

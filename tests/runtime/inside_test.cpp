@@ -25,9 +25,7 @@ using ::testing::HasSubstr;
 constexpr double kYoung = 5400, kPoisson = 0.45;
 
 SceneDef inside_def() {
-  SceneDef def = unlimited_def();
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
-  return def;
+  return unlimited_def(PALPATE_SHAPE_VOLUME, PALPATE_INSIDE_ON);
 }
 
 template <class Number>
@@ -76,8 +74,8 @@ struct Shaped {
     for (std::int32_t n = 0; n < nodes; ++n) {
       const Vector3d at = body.node(n), moved = field(at);
       for (int d = 0; d < 3; ++d) {
-        u[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] = static_cast<float>(moved[d]);
-        x[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] = static_cast<float>(at[d] + moved[d]);
+        u[3 * n + d] = static_cast<float>(moved[d]);
+        x[3 * n + d] = static_cast<float>(at[d] + moved[d]);
       }
     }
   }
@@ -146,7 +144,7 @@ TEST(Inside, ALinearFieldHasItsStrainAndHookesStressAtEveryNodeAndPlace) {
   Answer at(places.size());
   ASSERT_EQ(palpate_scene_inside_at(shaped.scene.get(), places.data(), 300, &at.out), 0u);
   ASSERT_EQ(at.out.count, 300);
-  for (std::int32_t i = 0; i < 300; ++i) expect(at, i, gradient * points[static_cast<std::size_t>(i)] + shift);
+  for (std::int32_t i = 0; i < 300; ++i) expect(at, i, gradient * points[i] + shift);
 }
 
 TEST(Inside, APulledBlockHasYoungsModulusTimesItsStrainAndNothingAcross) {
@@ -155,9 +153,7 @@ TEST(Inside, APulledBlockHasYoungsModulusTimesItsStrainAndNothingAcross) {
   for (std::size_t n = 0; n < dense.body.mesh.nodes.size(); ++n)
     for (std::size_t d = 0; d < 3; ++d) dense.fixed[3 * n + d] = dense.body.mesh.nodes[n][d] == 0;
   const TouchedBody block(dense);
-  SceneDef def = inside_def();
-  def.contact = PALPATE_CONTACT_NODE, def.collision = PALPATE_COLLISION_OFF;
-  Shaped shaped(block, def);
+  Shaped shaped(block, with(inside_def(), PALPATE_CONTACT_NODE, PALPATE_COLLISION_OFF));
   constexpr double pull = 0.0012;
   std::vector<palpate_grip> grips;
   for (const std::int32_t node : block.touchable)
@@ -271,7 +267,7 @@ TEST(Inside, ATurnedBodyUnderLargeDeformationHasNoStrainAndALinearOneHas) {
   const Matrix3d turn(Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()));
   std::vector<float> u;
   for (std::int32_t n = 0; n < body.get().node_count; ++n) {
-    const Vector3d p(body.elastic().nodes[static_cast<std::size_t>(n)].data()), moved = turn * p - p;
+    const Vector3d p(body.elastic().nodes[n].data()), moved = turn * p - p;
     for (int d = 0; d < 3; ++d) u.push_back(static_cast<float>(moved[d]));
   }
   Field large(body.get(), true), linear(body.get(), false);
@@ -297,7 +293,7 @@ TEST(Inside, AThickSphereUnderPressureHasLamesStress) {
     return (std::abs(p[0]) < 1e-9 ? 1 : 0) | (std::abs(p[1]) < 1e-9 ? 2 : 0) | (std::abs(p[2]) < 1e-9 ? 4 : 0);
   });
   VectorXd load = VectorXd::Zero(static_cast<Eigen::Index>(3 * body.nodes.size()));
-  const auto place = [&](std::int32_t n) { return Vector3d(body.nodes[static_cast<std::size_t>(n)].data()); };
+  const auto place = [&](std::int32_t n) { return Vector3d(body.nodes[n].data()); };
   for (const auto& t : body.triangles) {
     if (place(t[0]).norm() > 1.001 * a || place(t[1]).norm() > 1.001 * a || place(t[2]).norm() > 1.001 * a) continue;
     const Vector3d third = pressure / 6 * (place(t[1]) - place(t[0])).cross(place(t[2]) - place(t[0]));
@@ -307,7 +303,7 @@ TEST(Inside, AThickSphereUnderPressureHasLamesStress) {
   // The stiffness at rest is that of the precomputation; what the planes hold gets a stiff spring.
   LargeReference::Sparse stiffness = LargeReference(seen.get()).tangent(VectorXd::Zero(load.size()));
   for (Eigen::Index i = 0; i < load.size(); ++i)
-    if (body.fixed[static_cast<std::size_t>(i / 3)][static_cast<std::size_t>(i % 3)]) stiffness.coeffRef(i, i) += 1e9;
+    if (body.fixed[i / 3][i % 3]) stiffness.coeffRef(i, i) += 1e9;
   const VectorXd u = Eigen::SimplicialLDLT<LargeReference::Sparse>(stiffness).solve(load);
   const std::vector<float> single(u.begin(), u.end());
   Field field(seen.get(), false);
@@ -349,7 +345,7 @@ TEST(Inside, StressJumpsWhereRegionsMeetAndStrainDoesNot) {
     std::vector<std::int32_t> region;
     for (std::size_t e = 0; e < tetrahedra.size() / 4; ++e) {
       double x = 0;
-      for (std::size_t c = 0; c < 4; ++c) x += nodes[3 * static_cast<std::size_t>(tetrahedra[4 * e + c])] / 4;
+      for (std::size_t c = 0; c < 4; ++c) x += nodes[3 * tetrahedra[4 * e + c]] / 4;
       region.push_back(x > 0.04);
     }
     parts.set(formats::SectionId::region, {region.size()}, region);
@@ -377,9 +373,7 @@ TEST(Inside, TheStrainOfThePreloadIsPartOfTheStrain) {
     for (std::size_t n = 0; n < nodes.size(); n += 3) sag[n + 2] = -0.01 * nodes[n + 2];
     parts.set(formats::SectionId::preload_displacement, {nodes.size() / 3, 3}, sag);
   });
-  SceneDef def = inside_def();
-  def.preload = PALPATE_PRELOAD_ON;
-  Shaped shaped(loaded, def);
+  Shaped shaped(loaded, with(inside_def(), PALPATE_PRELOAD_ON));
   shaped.fill([](const Vector3d& p) { return Vector3d(0.02 * p[0], 0, 0); });
   Answer field(static_cast<std::size_t>(shaped.nodes));
   ASSERT_EQ(palpate_scene_inside(shaped.scene.get(), &shaped.shape, &field.out), 0u);
@@ -423,7 +417,7 @@ TEST(InsidePlaces, AreWhereThePointsAre) {
     Vector3d sum = Vector3d::Zero();
     for (std::size_t c = 0; c < 4; ++c) {
       ASSERT_GE(places[i].weight[c], -1e-9);
-      const auto& t = box().body.mesh.tetrahedra[static_cast<std::size_t>(places[i].tetrahedron)];
+      const auto& t = box().body.mesh.tetrahedra[places[i].tetrahedron];
       sum += places[i].weight[c] * box().node(t[c]);
     }
     ASSERT_LT((sum - points[i]).norm(), 1e-15);
@@ -466,10 +460,9 @@ TEST(InsidePlaces, CarriedPointsMoveAsTheVolumeDoesAndThoseJustOutsideGoOnInAStr
   double farthest = 0;
   for (std::size_t i = 0; i < 200; ++i) {
     Vector3d expected = Vector3d::Zero();
-    const auto& t = box().body.mesh.tetrahedra[static_cast<std::size_t>(places[i].tetrahedron)];
+    const auto& t = box().body.mesh.tetrahedra[places[i].tetrahedron];
     for (std::size_t c = 0; c < 4; ++c)
-      expected += places[i].weight[c] *
-                  Eigen::Map<const Eigen::Vector3f>(&shaped.x[3 * static_cast<std::size_t>(t[c])]).cast<double>();
+      expected += places[i].weight[c] * Eigen::Map<const Eigen::Vector3f>(&shaped.x[3 * t[c]]).cast<double>();
     const Vector3d found = Eigen::Map<const Eigen::Vector3f>(&moved[3 * i]).cast<double>();
     ASSERT_LT((found - expected).norm(), 1e-8);
     farthest = std::max(farthest, (found - points[i]).norm());
@@ -555,9 +548,8 @@ std::string refusal(const TouchedBody& on, SceneDef def, palpate_status status) 
 }
 
 TEST(Inside, IsRefusedWhereItCannotBeRight) {
-  SceneDef def = inside_def();
-  def.shape = PALPATE_SHAPE_SURFACE;
-  EXPECT_THAT(refusal(box(), def, PALPATE_ERROR_ARGUMENT), HasSubstr("shape VOLUME"));
+  EXPECT_THAT(refusal(box(), with(inside_def(), PALPATE_SHAPE_SURFACE), PALPATE_ERROR_ARGUMENT),
+              HasSubstr("shape VOLUME"));
   const auto changed = [](const std::function<void(BundleParts&)>& change) {
     return TouchedBody(dense_box({}), change);
   };
@@ -659,8 +651,7 @@ TEST(Inside, PlacesAreFoundInOtherThreadsWhileAFieldIsComputed) {
 
 TEST(Inside, AScenesLargeDeformationHasGreenAndLagrangesStrain) {
   const TouchedBody body = large_body(true);
-  SceneDef def = large_def(PALPATE_CONTACT_NODE);
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
+  SceneDef def = with(large_def(PALPATE_CONTACT_NODE), PALPATE_SHAPE_VOLUME, PALPATE_INSIDE_ON);
   Shaped shaped(body, def);
   Matrix3d gradient;
   gradient << 0.3, 0.2, 0, -0.1, 0.1, 0.05, 0, 0.1, -0.2;

@@ -39,7 +39,7 @@ struct Touching {
       rows_of.push_back({{3 * p, 3 * p + 1, 3 * p + 2}});
     }
   }
-  double& at(int i, int j) { return matrix[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)]; }
+  double& at(int i, int j) { return matrix[i * stride + j]; }
   double largest() const {
     return Eigen::Map<const Eigen::VectorXd>(target.data(), 3 * count).lpNorm<Eigen::Infinity>();
   }
@@ -116,7 +116,7 @@ TEST(LawSolver, MeetsTheLawsOfOneToManyContacts) {
       for (unsigned seed = 0; seed < 5; ++seed) {
         const Touching touching(contacts, friction, seed);
         Solver solver(3 * contacts);
-        std::vector<double> r(3 * static_cast<std::size_t>(contacts));
+        std::vector<double> r(3 * contacts);
         const double tolerance = 1e-10 * touching.largest();
         const double missed = solver.laws.solve(touching.system(), tolerance, std::int64_t{1} << 40, r.data());
         ASSERT_LE(missed, tolerance) << contacts << " contacts, friction " << friction << ", seed " << seed;
@@ -156,7 +156,7 @@ TEST(LawSolver, MeetsTheLawsOfManyContactsOnAnOrganThatSwings) {
         for (unsigned seed = 440; seed < 490; ++seed) {
           const Touching touching = on_a_swinging_organ(friction, spread, along, seed);
           Solver solver(3 * touching.count);
-          std::vector<double> r(3 * static_cast<std::size_t>(touching.count));
+          std::vector<double> r(3 * touching.count);
           const double tolerance = 1e-10 * touching.largest();
           // 20 million operations: ten times the mean. The last correction of the forces may miss by some tolerances again.
           ASSERT_LE(solver.laws.solve(touching.system(), tolerance, 20'000'000, r.data()), 10 * tolerance)
@@ -264,14 +264,10 @@ TEST(FactorLu, SolvesTheSystemWithTheSameBitsWithAllInstructions) {
     std::vector<double> start(stride * static_cast<std::size_t>(n) + 16, 0);
     Eigen::MatrixXd a(n, n);
     for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j)
-        a(i, j) = start[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)] =
-            any(random) + (i == j ? 0.7 * n : 0);
+      for (int j = 0; j < n; ++j) a(i, j) = start[i * stride + j] = any(random) + (i == j ? 0.7 * n : 0);
     // The definition, entry by entry.
     std::vector<double> expected = start;
-    const auto entry = [&](int i, int j) -> double& {
-      return expected[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)];
-    };
+    const auto entry = [&](int i, int j) -> double& { return expected[i * stride + j]; };
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
         for (int k = 0; k < std::min(i, j); ++k) {
@@ -286,8 +282,7 @@ TEST(FactorLu, SolvesTheSystemWithTheSameBitsWithAllInstructions) {
       ASSERT_TRUE(factor_lu(static_cast<Instructions>(set), n, lu.data(), stride));
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
-          ASSERT_EQ(lu[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(j)], entry(i, j))
-              << set << " " << n << " " << i << " " << j;
+          ASSERT_EQ(lu[i * stride + j], entry(i, j)) << set << " " << n << " " << i << " " << j;
       Eigen::VectorXd x = b;
       solve_lu(n, lu.data(), stride, x.data());
       // Rounding: the diagonal dominates, so no factor grows.

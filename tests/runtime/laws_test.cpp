@@ -12,37 +12,21 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 const TouchedBox& box() {
-  TinyBox form;
-  form.cells = {3, 6, 5};
-  static const TouchedBox shared(form);
+  static const TouchedBox shared({.cells = {3, 6, 5}});
   return shared;
 }
 
 // One tool point on the far face x = 60 mm, whose outward normal is +x.
-struct Probe {
-  explicit Probe(palpate_contact_law law, double friction = 0, double radius = 0.004,
+struct Probe : TouchedScene {
+  explicit Probe(palpate_contact_law law, double mu = 0, double disc_radius = 0.004,
                  palpate_contact_model contact = PALPATE_CONTACT_PATCH)
-      : tool(palpate_default_tool()) {
-    SceneDef def = unlimited_def();
-    def.law = law, def.contact = contact;
-    scene = box().scene(def);
-    contacts = std::make_unique<Contacts>(scene.get());
-    tool.points = p.data(), tool.point_count = 1;
-    tool.disc_radius = radius, tool.friction = friction;
-  }
+      : TouchedScene(box(), unlimited_def(law, contact)), friction(mu), radius(disc_radius) {}
   // N, force on the tool.
   Vector3d move(const Vector3d& to) {
-    p = to;
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
-    return Vector3d(state().force_raw);
+    press(to, radius, friction);
+    return force();
   }
-  const palpate_tool_state& state() { return *palpate_contacts_tool(contacts->get(), 0); }
-
-  ScenePointer scene;
-  std::unique_ptr<Contacts> contacts;
-  palpate_tool tool;
-  Vector3d p = Vector3d::Zero();
-  palpate_step_flags flags = 0;
+  double friction, radius;
 };
 
 // Force on the organ per displacement of the anchor of a sticking disc: columns x, y, z.
@@ -69,14 +53,14 @@ TEST(Coulomb, SticksUntilFrictionIsUsedUpAndThenSlips) {
   probe.move(kPlace + 1e-4 * kOut);
   // Down in one straight step, then sideways.
   probe.move(kPlace - depth * kOut);
-  EXPECT_EQ(probe.state().slip_count, 0);
+  EXPECT_EQ(probe.tool().slip_count, 0);
   bool slipped = false;
   for (double y = 0; y < 0.003 && !slipped; y += 1e-5) {
     const Vector3d d(-depth, y, 0);
     const Vector3d f = -probe.move(kPlace + d);  // on the organ
     const Vector3d stick = k * d;
     const double push = -stick[0], hold = std::hypot(stick[1], stick[2]);
-    slipped = probe.state().slip_count > 0;
+    slipped = probe.tool().slip_count > 0;
     EXPECT_EQ(slipped, hold > friction * push) << y;
     if (!slipped) {
       // The closed form while the contact sticks. 1e-6: the frame is that of the point of entry, which collision finds to rounding.
@@ -90,8 +74,8 @@ TEST(Coulomb, SticksUntilFrictionIsUsedUpAndThenSlips) {
     EXPECT_NEAR(std::hypot(f[1], f[2]), friction * -f[0], 1e-9 * std::abs(f[0]));
     EXPECT_LT(missed[1], 0);
     EXPECT_NEAR(missed[1] * f[2] - missed[2] * f[1], 0, 1e-6 * depth * std::abs(f[1]));
-    EXPECT_GT((*probe.contacts)->sweeps, 0);
-    EXPECT_LT((*probe.contacts)->residual_displacement, 2e-6 * depth);
+    EXPECT_GT(probe.contacts->sweeps, 0);
+    EXPECT_LT(probe.contacts->residual_displacement, 2e-6 * depth);
   }
   EXPECT_TRUE(slipped);
 }
@@ -110,7 +94,7 @@ TEST(Coulomb, DragsAtFrictionTimesThePushAndTurnsRoundThroughSticking) {
     if (s > 400 && s < 800) {
       EXPECT_NEAR(f[1], friction * push, 0.02 * friction * push) << s;  // the surface is pulled along
     }
-    if (s >= 800 && probe.state().slip_count == 0) ++stuck_after_turn;
+    if (s >= 800 && probe.tool().slip_count == 0) ++stuck_after_turn;
     if (s > 1300) {
       EXPECT_NEAR(f[1], -friction * push, 0.02 * friction * push) << s;
     }
@@ -172,7 +156,7 @@ TEST(Coulomb, NeverProducesEnergy) {
         work += step, effort += std::abs(step);
         before = p, force = f;
       }
-    EXPECT_EQ(probe.state().contact_count, 0);
+    EXPECT_EQ(probe.tool().contact_count, 0);
     EXPECT_GT(work, -1e-3 * effort) << tour;
   }
 }
@@ -181,7 +165,7 @@ TEST(Contact, OfARestingToolIsSteadyAndOfATremblingOneChangesByNoMoreThanItsStif
   const double stiffness = stiffness_at(kPlace).norm();
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-1, 1);
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const auto law : kEveryLaw)
     for (const double depth : {0.0, 0.0003, 0.003}) {  // on the very surface, and in it
       Probe probe(law, 0.3);
       probe.move(kPlace + 1e-4 * kOut);
@@ -206,23 +190,17 @@ TEST(Contact, OfARestingToolIsSteadyAndOfATremblingOneChangesByNoMoreThanItsStif
 
 TEST(Unilateral, ToolNeverPullsWhereAnotherDrawsTheSurfaceAway) {
   const auto forces = [](palpate_contact_law law) {
-    SceneDef def = unlimited_def();
-    def.law = law;
-    const ScenePointer scene = box().scene(def);
-    Contacts contacts(scene.get());
+    TouchedScene scene(box(), unlimited_def(law));
     Vector3d light = kPlace, deep = kPlace + Vector3d(0, 0.007, 0);
     const auto touch = [&](double light_depth, double deep_depth) {
       Vector3d a = light - light_depth * kOut, b = deep - deep_depth * kOut;
-      palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
-      tools[0].points = a.data(), tools[1].points = b.data();
-      for (auto& tool : tools) tool.point_count = 1, tool.disc_radius = 0.003, tool.friction = 0.4;
-      palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+      scene.touch({point_tool(a.data(), 1, 0.003, 0.4), point_tool(b.data(), 1, 0.003, 0.4)});
     };
     touch(-1e-4, -1e-4);
     touch(2e-4, -1e-4);
     touch(2e-4, 5e-3);
-    EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 1);
-    return std::pair{*palpate_contacts_tool(contacts, 0), *palpate_contacts_tool(contacts, 1)};
+    EXPECT_EQ(scene.tool().contact_count, 1);
+    return std::pair{scene.tool(), scene.tool(1)};
   };
   // Force on the tool: outward where the tool pushes. Under STICKING the lightly pressed tool is drawn in.
   const auto [stuck, stuck_deep] = forces(PALPATE_LAW_STICKING);
@@ -261,17 +239,10 @@ TEST(Sliding, ToolFeelsNoFrictionAndFindsItsPlaceAnew) {
 // ---- several tools whose discs overlap ----------------------------------------------------------------------------
 
 // Discs of 4 mm radius, 3 mm apart on the far face, so that they share nodes.
-struct Neighbours {
+struct Neighbours : TouchedScene {
   static constexpr int kCount = 3;
-  explicit Neighbours(palpate_contact_law law, double friction = 0, SceneDef def = unlimited_def()) {
-    def.law = law;
-    scene = box().scene(def);
-    contacts = std::make_unique<Contacts>(scene.get());
-    for (int t = 0; t < kCount; ++t) {
-      tools[t] = palpate_default_tool();
-      tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.004,
-      tools[t].friction = friction;
-    }
+  explicit Neighbours(palpate_contact_law law, double mu = 0, const SceneDef& def = unlimited_def())
+      : TouchedScene(box(), with(def, law)), friction(mu) {
     move(above());
   }
   static Eigen::VectorXd places() {
@@ -283,19 +254,13 @@ struct Neighbours {
   static Eigen::VectorXd above() { return places() + out(1e-4); }
   // N, force on each tool.
   Eigen::VectorXd move(const Eigen::VectorXd& to, double dt = 1e-3) {
-    for (int t = 0; t < kCount; ++t) p[t] = to.segment<3>(3 * t);
-    flags = palpate_scene_touch(scene.get(), tools, kCount, dt, contacts->get(), contacts->bytes());
+    const Vector3d p[kCount] = {to.segment<3>(0), to.segment<3>(3), to.segment<3>(6)};
+    touch(tools_of(p, 0.004, friction), dt);
     Eigen::VectorXd forces(3 * kCount);
-    for (int t = 0; t < kCount; ++t) forces.segment<3>(3 * t) = Vector3d(state(t).force_raw);
+    for (int t = 0; t < kCount; ++t) forces.segment<3>(3 * t) = force(t);
     return forces;
   }
-  const palpate_tool_state& state(int t) { return *palpate_contacts_tool(contacts->get(), t); }
-
-  ScenePointer scene;
-  std::unique_ptr<Contacts> contacts;
-  palpate_tool tools[kCount];
-  Vector3d p[kCount];
-  palpate_step_flags flags = 0;
+  double friction;
 };
 
 // Force on the organ per displacement of the tools: columns are the tools' x, y, z.
@@ -323,7 +288,7 @@ TEST(Neighbours, RestWithoutChatterUnderADevicesNoise) {
   std::mt19937 random(17);
   std::uniform_int_distribution<int> step(-1, 1);
   std::uniform_real_distribution<double> pause(2e-4, 5e-3);
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const auto law : kEveryLaw)
     for (const double depth : {0.0, 0.0003, 0.003}) {
       SceneDef def;  // with its limits: they may not add to it
       Neighbours tools(law, 0.3, def);
@@ -336,7 +301,7 @@ TEST(Neighbours, RestWithoutChatterUnderADevicesNoise) {
         EXPECT_LE((f - last).norm(), 1e-8 * std::max(last.norm(), stiffness * 1e-6)) << law << " " << depth;
         last = f;
         for (int t = 0; t < 3; ++t)
-          EXPECT_LT((Vector3d(tools.state(t).force) - Vector3d(tools.state(t).force_raw)).norm(), 1e-12);
+          EXPECT_LT((Vector3d(tools.tool(t).force) - Vector3d(tools.tool(t).force_raw)).norm(), 1e-12);
       }
       for (int s = 0; s < 300; ++s) {
         Eigen::VectorXd p = rest;
@@ -366,7 +331,7 @@ TEST(Neighbours, StickUntilFrictionIsUsedUpAndThenSlipAgainstTheirMotion) {
       ASSERT_GT(push, 0) << s;
       ASSERT_LE(hold, friction * push * (1 + 1e-9)) << s;
       would_hold = would_hold && std::hypot(sticking[1], sticking[2]) <= friction * sticking[0];
-      if (tools.state(t).slip_count == 0) continue;
+      if (tools.tool(t).slip_count == 0) continue;
       ++slipping;
       EXPECT_NEAR(hold, friction * push, 1e-8 * push) << s << " " << t;
     }
@@ -395,28 +360,19 @@ TEST(Neighbours, StickUntilFrictionIsUsedUpAndThenSlipAgainstTheirMotion) {
 // Two tools a gap apart, one 1 mm and one 2 mm deep: their targets conflict more and more as the gap closes.
 TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEveryLaw) {
   const double edge = 0.05 / 6;
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const auto law : kEveryLaw)
     for (const double radius : {0.0, 0.004}) {
       double before = 0;
       for (double gap = 1e-1; gap >= 0.9e-12; gap /= 10) {
-        SceneDef def = unlimited_def();
-        def.law = law;
-        const ScenePointer scene = box().scene(def);
-        Contacts contacts(scene.get());
-        palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
+        TouchedScene scene(box(), unlimited_def(law));
         const auto touch = [&](double first, double second) {
           const Vector3d p[2] = {kPlace - first * kOut, kPlace - second * kOut + Vector3d(0, 0, gap * edge)};
-          for (int t = 0; t < 2; ++t)
-            tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = radius,
-            tools[t].friction = 0.4;
-          palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+          scene.touch(tools_of(p, radius, 0.4));
         };
         touch(-1e-4, -1e-4);
         touch(1e-3, 2e-3);
-        ASSERT_EQ(palpate_contacts_tool(contacts, 0)->contact_count + palpate_contacts_tool(contacts, 1)->contact_count,
-                  2);
-        const Vector3d shallow(palpate_contacts_tool(contacts, 0)->force_raw),
-            deep(palpate_contacts_tool(contacts, 1)->force_raw);
+        ASSERT_EQ(scene.tool().contact_count + scene.tool(1).contact_count, 2);
+        const Vector3d shallow(scene.tool().force_raw), deep(scene.tool(1).force_raw);
         ASSERT_TRUE(shallow.allFinite() && deep.allFinite());
         // The difference of the two pushes; under a law without pulling, the whole push of the deeper tool.
         const double conflict = deep[0] - shallow[0];
@@ -440,25 +396,21 @@ TEST(Conflict, OfTwoToolsGivesAForceThatIsFiniteAndGrowsAsTheGapClosesUnderEvery
 
 TEST(Laws, HoldForManyContactsAtOnce) {
   // A rod of many points, pressed obliquely and dragged: some points push, some are in the air.
-  SceneDef def = unlimited_def();
-  def.law = PALPATE_LAW_COULOMB;
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(box(), unlimited_def(PALPATE_LAW_COULOMB));
   std::vector<Vector3d> points(12);
-  palpate_tool tool = palpate_default_tool();
-  tool.points = points[0].data(), tool.point_count = 12, tool.friction = 0.3;
+  palpate_tool tool = point_tool(points[0].data(), 12, 0, 0.3);
   for (int s = 0; s < 100; ++s) {
     for (int i = 0; i < 12; ++i)
       points[i] = Vector3d(0.0605 - 4e-5 * s - 1e-4 * (i % 3), 0.012 + 0.0025 * i + 2e-5 * s, 0.02 + 0.0004 * i);
-    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    for (int e = 0; e < contacts->node_count; ++e)
-      for (const double f : contacts.nodes()[e].force) ASSERT_TRUE(std::isfinite(f));
+    scene.touch({tool});
+    for (int e = 0; e < scene.contacts->node_count; ++e)
+      for (const double f : scene.contacts.nodes()[e].force) ASSERT_TRUE(std::isfinite(f));
     // Within a thousandth of the depth at the worst contact; the residual states what the sweeps leave.
-    EXPECT_LT(contacts->residual_displacement, 1e-3 * 0.004) << s;
-    EXPECT_GE(palpate_contacts_tool(contacts, 0)->force_raw[0], 0);
+    EXPECT_LT(scene.contacts->residual_displacement, 1e-3 * 0.004) << s;
+    EXPECT_GE(scene.tool().force_raw[0], 0);
   }
-  EXPECT_GT(palpate_contacts_tool(contacts, 0)->contact_count, 8);
-  EXPECT_GT(contacts->sweeps, 0);
+  EXPECT_GT(scene.tool().contact_count, 8);
+  EXPECT_GT(scene.contacts->sweeps, 0);
 }
 
 // Rows of contacts that slip do not join and leave the factor: their anchors move as long as the tool is dragged, at the default limit.
@@ -467,9 +419,9 @@ TEST(Laws, DeferNothingAndAreSeldomMissedWhileManyContactsSlip) {
   int slipping = 0, deferred = 0, decided = 0, missed = 0;
   for (int s = 0; s < RoughIndenter::kSteps; ++s) {
     const palpate_step_flags flags = indenter.step(s);
-    slipping += palpate_contacts_tool(indenter.contacts->get(), 0)->slip_count > 0;
+    slipping += indenter.tool().slip_count > 0;
     deferred += (flags & PALPATE_STEP_WORK_DEFERRED) != 0;
-    decided += (*indenter.contacts)->sweeps > 0, missed += (flags & PALPATE_STEP_SOLVE_INEXACT) != 0;
+    decided += indenter.contacts->sweeps > 0, missed += (flags & PALPATE_STEP_SOLVE_INEXACT) != 0;
   }
   EXPECT_GT(slipping, 100);
   EXPECT_EQ(deferred, 0);
@@ -479,17 +431,13 @@ TEST(Laws, DeferNothingAndAreSeldomMissedWhileManyContactsSlip) {
 
 // The factor that is left alone while contacts slip serves again when the tool goes back and all of them hold.
 TEST(Laws, LeaveStepsToTheFactorAgainOnceAllContactsHold) {
-  SceneDef def = unlimited_def();
-  def.law = PALPATE_LAW_COULOMB, def.contact = PALPATE_CONTACT_POINT;
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(box(), unlimited_def(PALPATE_LAW_COULOMB, PALPATE_CONTACT_POINT));
   std::vector<Vector3d> points(3);
-  palpate_tool tool = palpate_default_tool();
-  tool.points = points[0].data(), tool.point_count = 3, tool.friction = 0.3;
+  palpate_tool tool = point_tool(points[0].data(), 3, 0, 0.3);
   const auto step = [&](double depth, double along) {
     for (int i = 0; i < 3; ++i) points[i] = kPlace + Vector3d(-depth, 0.01 * i + along, 0.004 * i);
-    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    return contacts->sweeps;
+    scene.touch({tool});
+    return scene.contacts->sweeps;
   };
   step(-1e-4, 0);
   int slipped = 0;
@@ -529,10 +477,7 @@ TEST(Conflict, OfGripsBesideContactsThatSlipHasTheLimitOfSticking) {
     for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT}) {
       int limited = 0;
       for (double gap = 1e-1; gap >= 0.9e-9; gap /= 10) {
-        SceneDef def = unlimited_def();
-        def.law = law, def.contact = contact;
-        const ScenePointer scene = box().scene(def);
-        Contacts contacts(scene.get());
+        TouchedScene scene(box(), unlimited_def(law, contact));
         const std::int32_t triangle = box().far_triangle();
         const std::vector<palpate_grip> grips = {grip_at_place(triangle, {.3, .3, .4}, {-0.001, 0, 0}),
                                                  grip_at_place(triangle, {.3 + gap, .3 - gap, .4}, {-0.002, 0, 0})};
@@ -542,17 +487,17 @@ TEST(Conflict, OfGripsBesideContactsThatSlipHasTheLimitOfSticking) {
         tools[1].points = probe[0].data(), tools[1].point_count = 2, tools[1].friction = 0.3;
         palpate_step_flags flags = 0;
         for (int s = 0; s < 20; ++s) {
-          flags = palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+          flags = scene.touch(tools);
           for (int i = 0; i < 2; ++i) probe[i] += Vector3d(s > 0 ? 0 : i == 0 ? -1.1e-3 : -1.1e-4, 1e-4, 0);
         }
-        ASSERT_GT(contacts->sweeps, 0) << law << " " << contact << " " << gap;
-        const ContactConstraints& set = scene->touch.rows.set();
-        const ContactSystem system = scene->touch.solver.last_system();
+        ASSERT_GT(scene.contacts->sweeps, 0) << law << " " << contact << " " << gap;
+        const ContactConstraints& set = scene.scene->touch.rows.set();
+        const ContactSystem system = scene.scene->touch.solver.last_system();
         double target = 0, share = 0;
         for (std::int32_t p = 0; p < set.constraint_count; ++p)
           for (int i = 0; i < 3; ++i) target = std::max(target, std::fabs(set.target[p][i]));
         for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-          const Vec3 r = scene->touch.solver.reaction(p);
+          const Vec3 r = scene.scene->touch.solver.reaction(p);
           const Mat3 own = own_compliance(system, p);
           for (int i = 0; i < 3; ++i) share = std::max(share, std::fabs(r[i]) * own.m[i][i] / target);
           if (set.constraints[p].law == ContactLaw::sticking) continue;
@@ -563,14 +508,10 @@ TEST(Conflict, OfGripsBesideContactsThatSlipHasTheLimitOfSticking) {
         EXPECT_LE(share, ReactionLimit::kMostForceNear * (1 + 2e-6)) << law << " " << contact << " " << gap;
         limited += (flags & PALPATE_STEP_REGULARISED) != 0;
         // The surface between the grips is still held, between the two.
-        const auto u = displacements(scene.get(), contacts.get(), box().body.surface_nodes);
+        const auto u = scene.shape();
         double held = 0, farthest = 0;
         for (std::size_t n = 0; n < u.size(); ++n) farthest = std::max(farthest, std::fabs(double{u[n]}));
-        for (int v = 0; v < 3; ++v)
-          held +=
-              (v == 2 ? 0.4 : 0.3) *
-              double{u[3 * static_cast<std::size_t>(
-                               box().body.triangles[static_cast<std::size_t>(triangle)][static_cast<std::size_t>(v)])]};
+        for (int v = 0; v < 3; ++v) held += (v == 2 ? 0.4 : 0.3) * double{u[3 * (box().body.triangles[triangle][v])]};
         EXPECT_LT(held, -0.8e-3) << law << " " << contact << " " << gap;
         EXPECT_GT(held, -2.2e-3) << law << " " << contact << " " << gap;
         EXPECT_LE(farthest, 16 * target) << law << " " << contact << " " << gap;
@@ -582,10 +523,7 @@ TEST(Conflict, OfGripsBesideContactsThatSlipHasTheLimitOfSticking) {
 // A pair of points in one triangle, 1/20 of an edge apart, that press together and move apart by more and more.
 TEST(Conflict, MovesTheShapeContinuouslyWhereItsForceIsLimited) {
   const double gap = 0.05, step = 1e-6;
-  SceneDef def = unlimited_def();
-  def.contact = PALPATE_CONTACT_POINT;
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(box(), unlimited_def(PALPATE_CONTACT_POINT));
   const std::int32_t triangle = box().far_triangle();
   std::vector<float> before;
   int limited = 0, met = 0;
@@ -593,10 +531,9 @@ TEST(Conflict, MovesTheShapeContinuouslyWhereItsForceIsLimited) {
   for (int s = 0; s < 2000; ++s) {
     const std::vector<palpate_grip> grips = {grip_at_place(triangle, {.3, .3, .4}, {-0.001 - s * step, 0, 0}),
                                              grip_at_place(triangle, {.3 + gap, .3 - gap, .4}, {-0.001, 0, 0})};
-    const palpate_tool tool = tool_of(grips);
-    const palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    const palpate_step_flags flags = scene.hold(grips);
     (flags & PALPATE_STEP_REGULARISED ? limited : met) += 1;
-    const auto u = displacements(scene.get(), contacts.get(), box().body.surface_nodes);
+    const auto u = scene.shape();
     double moved = 0;
     for (std::size_t i = 0; i < before.size(); ++i) moved = std::max(moved, std::fabs(double{u[i]} - before[i]));
     if (s == 1) first = moved;
@@ -613,13 +550,13 @@ TEST(Conflict, MovesTheShapeContinuouslyWhereItsForceIsLimited) {
 
 TEST(Laws, AreMetAtFlagZeroUnderEveryLawAndContactModel) {
   int trusted = 0;
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const auto law : kEveryLaw)
     for (const auto contact : {PALPATE_CONTACT_NODE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
       RoughIndenter indenter(box(), kPlace, 0.3, law, contact);
       for (int s = 0; s < RoughIndenter::kSteps; ++s) {
         if (indenter.step(s) != 0) continue;
         ++trusted;
-        EXPECT_LE((*indenter.contacts)->residual_displacement, RoughIndenter::trusted())
+        EXPECT_LE(indenter.contacts->residual_displacement, RoughIndenter::trusted())
             << law << " " << contact << " " << s;
       }
     }
@@ -627,10 +564,7 @@ TEST(Laws, AreMetAtFlagZeroUnderEveryLawAndContactModel) {
 }
 
 TEST(Laws, KeepTheFlagOfContactsThatConflictWhereAnotherSlips) {
-  SceneDef def = unlimited_def();
-  def.law = PALPATE_LAW_COULOMB;
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(box(), unlimited_def(PALPATE_LAW_COULOMB));
   Vector3d p = kPlace + 1e-4 * kOut;
   const std::int32_t node = box().touchable[0];
   const std::vector<palpate_grip> grips = {grip_at_node(node, {0.001, 0, 0}), grip_at_node(node, {-0.001, 0, 0})};
@@ -639,18 +573,18 @@ TEST(Laws, KeepTheFlagOfContactsThatConflictWhereAnotherSlips) {
   tools[1] = tool_of(grips);
   const auto touch = [&](const Vector3d& to) {
     p = to;
-    return palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
+    return scene.touch(tools);
   };
   // The factor alone decides, and then the law.
   EXPECT_TRUE(touch(p) & PALPATE_STEP_REGULARISED);
   for (const double along : {0.0, 0.002}) {
     const palpate_step_flags flags = touch(kPlace + Vector3d(-0.002, along, 0));
-    EXPECT_EQ(palpate_contacts_tool(contacts, 0)->slip_count, along > 0);
+    EXPECT_EQ(scene.tool().slip_count, along > 0);
     EXPECT_EQ(flags, std::uint32_t{PALPATE_STEP_REGULARISED}) << along;
-    EXPECT_TRUE(palpate_contacts_tool(contacts, 1)->flags & PALPATE_STEP_REGULARISED) << along;
-    EXPECT_NEAR(contacts->residual_displacement, 0.001, 1e-6) << along;
+    EXPECT_TRUE(scene.tool(1).flags & PALPATE_STEP_REGULARISED) << along;
+    EXPECT_NEAR(scene.contacts->residual_displacement, 0.001, 1e-6) << along;
   }
-  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->flags, 0u);  // of the last step, in which the law decided
+  EXPECT_EQ(scene.tool().flags, 0u);  // of the last step, in which the law decided
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "tests/runtime/asked_scene.h"
+#include "tests/runtime/linked_scene.h"
 #include "tests/runtime/played_box.h"
+#include "tests/support/box_corridor.h"
 
 namespace palpate::tests {
 namespace {
@@ -15,130 +17,42 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-const TouchedBox& box() {
-  static const TouchedBox shared;
-  return shared;
-}
-
 // [3N][3N] m/N, zero on fixed dofs.
 const MatrixXd& compliance() {
-  static const MatrixXd shared = [] {
-    const MatrixXd stiffness = box().stiffness();
-    std::vector<Eigen::Index> free;
-    for (Eigen::Index i = 0; i < box().dofs(); ++i)
-      if (!box().fixed[i]) free.push_back(i);
-    MatrixXd c = MatrixXd::Zero(box().dofs(), box().dofs());
-    const MatrixXd inverse = MatrixXd(stiffness(free, free)).inverse();
-    c(free, free) = inverse;
-    return c;
-  }();
+  static const MatrixXd shared = dense_compliance(dense_box({}));
   return shared;
 }
 
-const Vector3d kMiddle(.3, .3, .4);
-
-palpate_link_end on_surface(std::int32_t triangle, Vector3d k = kMiddle) {
-  palpate_link_end end = {};
-  end.kind = PALPATE_END_SURFACE_POINT, end.triangle = triangle;
-  Eigen::Map<Vector3d>(end.barycentric) = k;
-  return end;
-}
-palpate_link_end in_world(Vector3d point) {
-  palpate_link_end end = {};
-  end.kind = PALPATE_END_WORLD;
-  Eigen::Map<Vector3d>(end.point) = point;
-  return end;
-}
-palpate_link link_of(palpate_link_kind kind, palpate_link_end a, palpate_link_end b, double rest_length = 0,
-                     double stiffness = INFINITY) {
-  palpate_link link = palpate_default_link();
-  link.kind = kind, link.ends[0] = a, link.ends[1] = b;
-  link.rest_length = rest_length, link.stiffness = stiffness;
-  return link;
-}
 // Two places of the far face, 27 mm apart.
 palpate_link thread_of(double rest_length, double stiffness = INFINITY) {
-  return link_of(PALPATE_LINK_THREAD, on_surface(box().far_triangle(0)), on_surface(box().far_triangle(14)),
+  return link_of(PALPATE_LINK_THREAD, on_surface(tiny_box().far_triangle(0)), on_surface(tiny_box().far_triangle(14)),
                  rest_length, stiffness);
 }
 double apart_at_rest(const palpate_link& link) {
-  return (box().place(link.ends[0].triangle, Vector3d(link.ends[0].barycentric)) -
-          box().place(link.ends[1].triangle, Vector3d(link.ends[1].barycentric)))
+  return (tiny_box().place(link.ends[0].triangle, Vector3d(link.ends[0].barycentric)) -
+          tiny_box().place(link.ends[1].triangle, Vector3d(link.ends[1].barycentric)))
       .norm();
 }
 
 SceneDef linked_def() {
-  SceneDef def = unlimited_def();
-  def.contact = PALPATE_CONTACT_POINT, def.collision = PALPATE_COLLISION_OFF;
+  SceneDef def = unlimited_def(PALPATE_CONTACT_POINT, PALPATE_COLLISION_OFF);
   def.links.max_links = 16;
   return def;
 }
 
 // A scene with its links and the tools of its steps.
-struct Linked {
-  explicit Linked(const SceneDef& def = linked_def(), const TouchedBox& of = box())
-      : scene(of.scene(def)), contacts(scene.get()) {}
-
-  void set(const std::vector<palpate_link>& wanted) {
-    links = wanted;
-    palpate_error error = {};
-    EXPECT_EQ(palpate_scene_set_links(scene.get(), links.data(), static_cast<std::int32_t>(links.size()), &error),
-              PALPATE_OK)
-        << error.text;
-  }
-  palpate_step_flags step(const std::vector<palpate_tool>& tools = {}) {
-    return palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
-                               contacts.bytes());
-  }
-  palpate_step_flags steps(int count, const std::vector<palpate_tool>& tools = {}) {
-    palpate_step_flags all = 0;
-    for (int s = 0; s < count; ++s) all = step(tools);
-    return all;
-  }
-  const palpate_link_state& state(std::int32_t i = 0) { return *palpate_scene_link_state(scene.get(), i); }
+struct Linked : LinkedScene {
+  explicit Linked(const SceneDef& def = linked_def(), const TouchedBox& of = tiny_box()) : LinkedScene(of, def) {}
 
   // The dense body under the forces of all contact nodes.
   VectorXd field() {
-    VectorXd force = VectorXd::Zero(box().dofs());
+    VectorXd force = VectorXd::Zero(tiny_box().dofs());
     for (std::int32_t n = 0; n < contacts->node_count; ++n)
       force.segment<3>(3 * contacts.nodes()[n].node) += Vector3d(contacts.nodes()[n].force);
     return compliance() * force;
   }
-  Vector3d end_of(const palpate_link_end& end, const VectorXd& u) {
-    if (end.kind == PALPATE_END_WORLD) return Vector3d(end.point);
-    Vector3d sum = Vector3d::Zero();
-    for (int v = 0; v < 3; ++v) {
-      const auto n = box().body.triangles[end.triangle][v];
-      sum += end.barycentric[v] * (box().node(n) + u.segment<3>(3 * n));
-    }
-    return sum;
-  }
-  // The equilibrium: places follow from the forces, and forces from the places. within: N, of the forces' directions and sizes.
-  void expect_equilibrium(double within) {
-    const VectorXd u = field();
-    for (std::size_t i = 0; i < links.size(); ++i) {
-      const palpate_link_state& found = state(static_cast<std::int32_t>(i));
-      const Vector3d a = end_of(links[i].ends[0], u), b = end_of(links[i].ends[1], u);
-      // Columns are stored in single precision: 6e-8 of a displacement of centimetres.
-      EXPECT_LT((a - Vector3d(found.ends[0])).norm(), 1e-8);
-      EXPECT_LT((b - Vector3d(found.ends[1])).norm(), 1e-8);
-      const Vector3d x = b - a, force(found.force);
-      EXPECT_NEAR(found.length, x.norm(), 2e-8);
-      if (links[i].kind == PALPATE_LINK_CLIP) {
-        EXPECT_LT((x - force / links[i].stiffness).norm(), 1e-7);
-        continue;
-      }
-      EXPECT_LT((force - found.tension * x.normalized()).norm(), within) << "along the line between the ends";
-      if (found.condition == PALPATE_LINK_TAUT)
-        EXPECT_NEAR(x.norm(), found.rest_length + found.tension / links[i].stiffness, 1e-7);
-      else
-        EXPECT_EQ(found.tension, 0);
-    }
-  }
-
-  ScenePointer scene;
-  Contacts contacts;
-  std::vector<palpate_link> links;
+  // Columns are stored in single precision: 6e-8 of a displacement of centimetres.
+  void expect_equilibrium(double within) { expect_laws(field(), 1e-8, within); }
 };
 
 // N: tension and direction of one link of length L and softness s whose ends are x0 apart at rest. Its force T t moves them by -M T t,
@@ -148,13 +62,13 @@ struct OneLink {
   Vector3d along;
 };
 OneLink solve_one(const palpate_link& link) {
-  MatrixXd h = MatrixXd::Zero(3, box().dofs());
+  MatrixXd h = MatrixXd::Zero(3, tiny_box().dofs());
   Vector3d x0 = Vector3d::Zero();
   for (int e = 0; e < 2; ++e)
     for (int v = 0; v < 3 && link.ends[e].kind == PALPATE_END_SURFACE_POINT; ++v) {
-      const auto n = box().body.triangles[link.ends[e].triangle][v];
+      const auto n = tiny_box().body.triangles[link.ends[e].triangle][v];
       h.block<3, 3>(0, 3 * n) += (e ? 1 : -1) * link.ends[e].barycentric[v] * Matrix3d::Identity();
-      x0 += (e ? 1 : -1) * link.ends[e].barycentric[v] * box().node(n);
+      x0 += (e ? 1 : -1) * link.ends[e].barycentric[v] * tiny_box().node(n);
     }
   for (int e = 0; e < 2; ++e)
     if (link.ends[e].kind == PALPATE_END_WORLD) x0 += (e ? 1 : -1) * Vector3d(link.ends[e].point);
@@ -188,8 +102,8 @@ TEST(Links, ThreadsPullAsADirectSolveOfTheTurningLine) {
 
 TEST(Links, LigamentsToTheWorldTurnWithTheTissue) {
   // To a point beside the far face, so that the line turns as the tissue gives way.
-  const std::int32_t triangle = box().far_triangle(4);
-  const Vector3d anchor = box().place(triangle, kMiddle) + Vector3d(0.01, 0.03, -0.01);
+  const std::int32_t triangle = tiny_box().far_triangle(4);
+  const Vector3d anchor = tiny_box().place(triangle, kMiddle) + Vector3d(0.01, 0.03, -0.01);
   for (const auto kind : {PALPATE_LINK_THREAD, PALPATE_LINK_SPRING}) {
     Linked linked;
     const palpate_link link = link_of(kind, on_surface(triangle), in_world(anchor), 0.02, 60);
@@ -198,7 +112,7 @@ TEST(Links, LigamentsToTheWorldTurnWithTheTissue) {
     const OneLink expected = solve_one(link);
     EXPECT_NEAR(linked.state().tension, expected.tension, 1e-3 * expected.tension);
     linked.expect_equilibrium(2e-3 * expected.tension);
-    EXPECT_GT(std::acos(expected.along.dot((anchor - box().place(triangle, kMiddle)).normalized())), 0.02)
+    EXPECT_GT(std::acos(expected.along.dot((anchor - tiny_box().place(triangle, kMiddle)).normalized())), 0.02)
         << "the case must turn the line";
   }
 }
@@ -230,10 +144,10 @@ TEST(Links, StiffnessAndLengthChangeAtRunTime) {
 TEST(Links, ClipsBringTheirEndsTogether) {
   for (const double stiffness : {double(INFINITY), 400.0}) {
     Linked linked;
-    const palpate_link clip =
-        link_of(PALPATE_LINK_CLIP, on_surface(box().far_triangle(0)), on_surface(box().far_triangle(14)), 0, stiffness);
+    const palpate_link clip = link_of(PALPATE_LINK_CLIP, on_surface(tiny_box().far_triangle(0)),
+                                      on_surface(tiny_box().far_triangle(14)), 0, stiffness);
     linked.set({clip});
-    EXPECT_EQ(linked.step(), 0u);
+    EXPECT_EQ(linked.touch(), 0u);
     linked.expect_equilibrium(0);
     EXPECT_GT(linked.state().tension, 0.1);
     if (stiffness == INFINITY) {
@@ -244,8 +158,8 @@ TEST(Links, ClipsBringTheirEndsTogether) {
 
 TEST(Links, ActAndReact) {
   Linked linked;
-  linked.set({thread_of(0.005),
-              link_of(PALPATE_LINK_CLIP, on_surface(box().far_triangle(3)), on_surface(box().far_triangle(9)))});
+  linked.set({thread_of(0.005), link_of(PALPATE_LINK_CLIP, on_surface(tiny_box().far_triangle(3)),
+                                        on_surface(tiny_box().far_triangle(9)))});
   linked.steps(10);
   for (std::int32_t link = 0; link < 2; ++link) {
     Vector3d sum = Vector3d::Zero();
@@ -265,9 +179,7 @@ TEST(Links, ActAndReact) {
 
 // A tool that plays beside them, with and without links. What is counted of a slack link changes nothing of a step.
 TEST(Links, SlackOnesLeaveEveryBitAsItIs) {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB,
-  def.report.report = PALPATE_REPORT_CONTACTS;
+  SceneDef def = unlimited_def(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB, PALPATE_REPORT_CONTACTS);
   // The defaults of a scene without links: a link adds to the contact nodes that it may have.
   def.max_contact_nodes = 600;
   Linked without(def);
@@ -278,7 +190,7 @@ TEST(Links, SlackOnesLeaveEveryBitAsItIs) {
   std::vector<std::vector<unsigned char>> runs[2];
   std::vector<std::int32_t> operations[2];
   for (Linked* linked : {&without, &with})
-    play(box(), linked->scene.get(), linked->contacts, 120, [&](palpate_step_flags) {
+    play(tiny_box(), linked->scene.get(), linked->contacts, 120, [&](palpate_step_flags) {
       const std::int32_t counted = std::exchange(linked->contacts->operations, 0);
       operations[linked == &with].push_back(counted);
       const auto* bytes = reinterpret_cast<const unsigned char*>(linked->contacts.get());
@@ -302,7 +214,7 @@ TEST(Links, BecomeTautOneStepAfterTheyWereStretchedHoweverLongTheyRested) {
     Linked linked;
     link.rest_length = (1.002 + 0.03 * std::fabs(draw(random))) * apart_at_rest(link);
     linked.set({link});
-    linked.step();
+    linked.touch();
     bool taut_next = false;
     // A tool that wanders, and now and then jumps.
     Vector3d way = Vector3d::Zero(), speed = Vector3d::Zero();
@@ -310,7 +222,7 @@ TEST(Links, BecomeTautOneStepAfterTheyWereStretchedHoweverLongTheyRested) {
       if (s % 20 == 0) speed = 4e-5 * Vector3d(draw(random), draw(random), draw(random));
       way += (s % 37 == 36 ? 30 : 1) * speed;
       const palpate_grip grip = grip_at_place(link.ends[1].triangle, {.1, .1, .8}, {way[0], way[1], way[2]});
-      linked.step({grip_tool(&grip)});
+      linked.touch({grip_tool(&grip)});
       const bool taut = linked.state().condition == PALPATE_LINK_TAUT;
       // The row of a thread that was stretched bears a force, unless the tool has come back meanwhile.
       if (taut_next) {
@@ -319,7 +231,7 @@ TEST(Links, BecomeTautOneStepAfterTheyWereStretchedHoweverLongTheyRested) {
         EXPECT_FALSE(taut) << round << " " << s;
       }
       const VectorXd u = linked.field();
-      const double length = (linked.end_of(link.ends[1], u) - linked.end_of(link.ends[0], u)).norm();
+      const double length = (linked.place_of(link.ends[1], u) - linked.place_of(link.ends[0], u)).norm();
       EXPECT_NEAR(linked.state().length, length, 2e-8)
           << "the state is that of the step, whether the bound spared it or not";
       taut_next = taut || length > link.rest_length;
@@ -331,17 +243,15 @@ TEST(Links, BecomeTautOneStepAfterTheyWereStretchedHoweverLongTheyRested) {
 }
 
 TEST(Links, TellTheReportWhenTheyBecomeTautAndSlackAndBreak) {
-  SceneDef def = linked_def();
-  def.report.report = PALPATE_REPORT_CONTACTS;
-  Linked linked(def);
+  Linked linked(with(linked_def(), PALPATE_REPORT_CONTACTS));
   palpate_link link = thread_of(0);
   link.id = 9, link.rest_length = 1.01 * apart_at_rest(link);
-  palpate_link clip = link_of(PALPATE_LINK_CLIP, in_world(box().place(box().far_triangle(4), kMiddle)),
-                              on_surface(box().far_triangle(4)));
+  palpate_link clip = link_of(PALPATE_LINK_CLIP, in_world(tiny_box().place(tiny_box().far_triangle(4), kMiddle)),
+                              on_surface(tiny_box().far_triangle(4)));
   std::vector<palpate_contact_event> told;
   const auto step = [&](double way) {
     const palpate_grip grip = grip_at_place(link.ends[1].triangle, {.1, .1, .8}, {0, way, way});
-    linked.step({grip_tool(&grip)});
+    linked.touch({grip_tool(&grip)});
     const palpate_contact_report* report = palpate_scene_report(linked.scene.get());
     told.clear();
     for (std::int32_t e = 0; e < report->event_count; ++e)
@@ -357,7 +267,7 @@ TEST(Links, TellTheReportWhenTheyBecomeTautAndSlackAndBreak) {
   step(0);
   ASSERT_EQ(kinds(), std::vector<int>{PALPATE_EVENT_LINK_TAUT}) << "of the clip, whose id is its index";
   EXPECT_EQ(told[0].point, 1);
-  EXPECT_EQ(told[0].triangle, box().far_triangle(4)) << "of its end on the surface";
+  EXPECT_EQ(told[0].triangle, tiny_box().far_triangle(4)) << "of its end on the surface";
   for (int s = 1; s <= 60; ++s) step(1e-4 * s);
   EXPECT_TRUE(kinds().empty());
   EXPECT_EQ(linked.state().condition, PALPATE_LINK_TAUT);
@@ -393,7 +303,7 @@ TEST(Links, BreakBeyondTheirForceAndStayBroken) {
   for (int s = 1; s <= 200 && step == 0; ++s) {
     link.rest_length -= 0.1e-3;
     linked.set({link});
-    const palpate_step_flags flags = linked.step();
+    const palpate_step_flags flags = linked.touch();
     if (flags & PALPATE_STEP_LINK_BROKE)
       step = s;
     else
@@ -404,13 +314,13 @@ TEST(Links, BreakBeyondTheirForceAndStayBroken) {
   EXPECT_EQ(linked.state().broken, step);
   EXPECT_GT(linked.state().tension, 0.3);
   for (int s = 0; s < 3; ++s) {
-    EXPECT_EQ(linked.step(), 0u);
+    EXPECT_EQ(linked.touch(), 0u);
     EXPECT_EQ(linked.state().tension, 0);
     EXPECT_EQ(linked.contacts->node_count, 0);
     linked.set({link});  // given again under its id it stays broken
   }
   EXPECT_EQ(linked.state().broken, step);
-  palpate_scene_reset(linked.scene.get());
+  linked.reset();
   EXPECT_EQ(linked.state().condition, PALPATE_LINK_SLACK);
 }
 
@@ -421,14 +331,14 @@ TEST(Links, OfOneThreadShareItsLengthUntilTheirTensionsAreEqual) {
   std::vector<palpate_link> links;
   double whole = 0;
   for (int i = 0; i < 3; ++i) {
-    palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(box().far_triangle(places[i])),
-                                on_surface(box().far_triangle(places[i + 1])));
+    palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(tiny_box().far_triangle(places[i])),
+                                on_surface(tiny_box().far_triangle(places[i + 1])));
     link.rest_length = (i == 0 ? 0.5 : 0.95) * apart_at_rest(link), link.runs_on = i < 2;
     whole += link.rest_length;
     links.push_back(link);
   }
   linked.set(links);
-  linked.step();
+  linked.touch();
   EXPECT_EQ(linked.state(0).tension, linked.state(2).tension);
   EXPECT_GT(linked.state(0).rest_length, 1.05 * links[0].rest_length)
       << "the part that was too short gets from the others";
@@ -459,14 +369,14 @@ std::vector<palpate_link> random_thread(std::mt19937& random, ThreadForm form) {
   constexpr int kParts = 16;
   std::uniform_real_distribution<double> draw(0, 1);
   std::vector<std::int32_t> far;
-  for (std::size_t t = 0; t < box().body.triangles.size(); ++t)
-    if (box().outward(static_cast<std::int32_t>(t))[0] > 0.99) far.push_back(static_cast<std::int32_t>(t));
+  for (std::size_t t = 0; t < tiny_box().body.triangles.size(); ++t)
+    if (tiny_box().outward(static_cast<std::int32_t>(t))[0] > 0.99) far.push_back(static_cast<std::int32_t>(t));
   const auto any_place = [&] {
     const double a = draw(random), b = (1 - a) * draw(random);
     const auto which = static_cast<std::size_t>(draw(random) * static_cast<double>(far.size()));
     return on_surface(far[std::min(which, far.size() - 1)], {a, b, 1 - a - b});
   };
-  const auto at = [](const palpate_link_end& end) { return box().place(end.triangle, Vector3d(end.barycentric)); };
+  const auto at = [](const palpate_link_end& end) { return tiny_box().place(end.triangle, Vector3d(end.barycentric)); };
   std::vector<palpate_link> links;
   palpate_link_end last = any_place();
   for (int i = 0; i < kParts; ++i) {
@@ -490,7 +400,7 @@ TEST(Links, OfOneThreadOfManyPartsHaveOneTensionInEachStepAndRestAfterTwenty) {
       linked.set(random_thread(random, form));
       double least = INFINITY, most = 0;
       for (int s = 0; s < 40; ++s) {
-        EXPECT_EQ(linked.step(), 0u);
+        EXPECT_EQ(linked.touch(), 0u);
         const double tension = linked.state().tension;
         for (std::int32_t i = 1; i < 16; ++i) ASSERT_EQ(linked.state(i).tension, tension);
         if (s >= 20) least = std::min(least, tension), most = std::max(most, tension);
@@ -514,7 +424,7 @@ TEST(Links, OfOneThreadThatBringsItsPlacesTogetherComeToRest) {
     linked.set(random_thread(random, {0.3, 500}));
     double least = INFINITY, most = 0;
     for (int s = 0; s < 45; ++s) {
-      linked.step();
+      linked.touch();
       for (std::int32_t i = 0; i < 16 && s >= 25; ++i) {
         const palpate_link_state& state = linked.state(i);
         least = std::min(least, state.tension), most = std::max(most, state.tension);
@@ -531,18 +441,18 @@ TEST(Links, OfOneThreadThatBringsItsPlacesTogetherComeToRest) {
 // In a straight line between two points of the world no tension makes a thread shorter: the force stays bounded, and the step says so.
 TEST(Links, OfOneThreadThatNothingCanShortenHaveABoundedForce) {
   Linked linked;
-  const palpate_link_end middle = on_surface(box().far_triangle(5));
-  const Vector3d at = box().place(middle.triangle, kMiddle), way(0, 0.05, 0);
+  const palpate_link_end middle = on_surface(tiny_box().far_triangle(5));
+  const Vector3d at = tiny_box().place(middle.triangle, kMiddle), way(0, 0.05, 0);
   palpate_link one = link_of(PALPATE_LINK_THREAD, in_world(at - way), middle, 0.04), next = one;
   next.ends[0] = middle, next.ends[1] = in_world(at + way), one.runs_on = 1;
   linked.set({one, next});
-  EXPECT_TRUE(linked.step() & PALPATE_STEP_REGULARISED);
+  EXPECT_TRUE(linked.touch() & PALPATE_STEP_REGULARISED);
   const palpate_link_state& state = linked.state();
   EXPECT_TRUE(std::isfinite(state.tension));
   // The 20 mm that it is too short, over 1/1,000 (kLeastOfJoined) of the compliance of one part. The place between them gives way along y by the
   // weighted compliance of its three nodes, which is no more than that of the softest, and no less than a tenth of it here.
   double softest = 0;
-  for (const std::int32_t n : box().body.triangles[middle.triangle])
+  for (const std::int32_t n : tiny_box().body.triangles[middle.triangle])
     softest = std::max(softest, compliance()(3 * n + 1, 3 * n + 1));
   EXPECT_LT(state.tension, 1000 * 0.02 / (0.1 * softest));
   // What both parts do to the place between them is nothing.
@@ -554,8 +464,8 @@ TEST(Links, OfOneThreadRunOutWhereAPartBreaks) {
   const int places[] = {0, 5, 9, 14};
   std::vector<palpate_link> links;
   for (int i = 0; i < 3; ++i) {
-    palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(box().far_triangle(places[i])),
-                                on_surface(box().far_triangle(places[i + 1])));
+    palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(tiny_box().far_triangle(places[i])),
+                                on_surface(tiny_box().far_triangle(places[i + 1])));
     link.rest_length = 0.8 * apart_at_rest(link), link.runs_on = i < 2;
     links.push_back(link);
   }
@@ -565,7 +475,7 @@ TEST(Links, OfOneThreadRunOutWhereAPartBreaks) {
   EXPECT_GT(before, 0.1);
   links[0].breaking_force = 0.5 * linked.state(0).tension;
   linked.set(links);
-  EXPECT_EQ(linked.step() & PALPATE_STEP_LINK_BROKE, palpate_step_flags{PALPATE_STEP_LINK_BROKE});
+  EXPECT_EQ(linked.touch() & PALPATE_STEP_LINK_BROKE, palpate_step_flags{PALPATE_STEP_LINK_BROKE});
   linked.steps(60);
   EXPECT_EQ(linked.state(0).condition, PALPATE_LINK_BROKEN);
   // Its tension halves in each step, and the last part follows through the middle one within some 20 steps.
@@ -597,9 +507,7 @@ TEST(Links, WithARadiusHaveAForceThatDoesNotFollowTheMesh) {
       ASSERT_EQ(nearest, 0);
     }
     for (int radius = 0; radius < 2; ++radius) {
-      SceneDef def = linked_def();
-      def.contact = PALPATE_CONTACT_PATCH;
-      Linked linked(def, body);
+      Linked linked(with(linked_def(), PALPATE_CONTACT_PATCH), body);
       link.radius = radius ? 0.003 : 0;
       linked.set({link});
       linked.steps(20);
@@ -613,7 +521,7 @@ TEST(Links, WithARadiusHaveAForceThatDoesNotFollowTheMesh) {
 TEST(Links, GoOnFromASavedStateWithTheSameBits) {
   const auto links = [] {
     palpate_link link = thread_of(0.012, 500), next = link;
-    next.ends[0] = link.ends[1], next.ends[1] = on_surface(box().far_triangle(9));
+    next.ends[0] = link.ends[1], next.ends[1] = on_surface(tiny_box().far_triangle(9));
     link.runs_on = 1;
     return std::vector<palpate_link>{link, next, thread_of(0.05)};
   }();
@@ -622,14 +530,14 @@ TEST(Links, GoOnFromASavedStateWithTheSameBits) {
   one.steps(7);
   restore_from(one.scene.get(), other.scene.get());
   for (int s = 0; s < 20; ++s) {
-    one.step(), other.step();
+    one.touch(), other.touch();
     for (int i = 0; i < 3; ++i) ASSERT_EQ(std::memcmp(&one.state(i), &other.state(i), sizeof(palpate_link_state)), 0);
   }
 }
 
 TEST(Links, FollowTheOrgansPose) {
-  const std::int32_t triangle = box().far_triangle(4);
-  const Vector3d anchor = box().place(triangle, kMiddle) + Vector3d(0.03, 0.01, 0);
+  const std::int32_t triangle = tiny_box().far_triangle(4);
+  const Vector3d anchor = tiny_box().place(triangle, kMiddle) + Vector3d(0.03, 0.01, 0);
   Linked resting, moved;
   const palpate_link link = link_of(PALPATE_LINK_SPRING, on_surface(triangle), in_world(anchor), 0.02, 50);
   resting.set({link});
@@ -681,21 +589,20 @@ TEST(Links, BadOnesAreRefusedWithASentenceAndChangeNothing) {
   linked.steps(5);
   EXPECT_GT(linked.state().tension, 0);
   linked.set({});
-  linked.step();
+  linked.touch();
   EXPECT_EQ(linked.contacts->node_count, 0);
 
-  SceneDef def = linked_def();
-  def.large.deformation = PALPATE_DEFORMATION_LARGE;
-  EXPECT_THAT(refusal_of(box(), def).text, testing::HasSubstr("deformation LINEAR"));
+  EXPECT_THAT(refusal_of(tiny_box(), with(linked_def(), PALPATE_DEFORMATION_LARGE)).text,
+              testing::HasSubstr("deformation LINEAR"));
 }
 
 TEST(Links, OnFixedTissueStandWhereItStands) {
   std::int32_t fixed = -1;
-  for (std::size_t t = 0; t < box().body.triangles.size() && fixed < 0; ++t)
-    if (box().outward(static_cast<std::int32_t>(t))[0] < -0.99) fixed = static_cast<std::int32_t>(t);
+  for (std::size_t t = 0; t < tiny_box().body.triangles.size() && fixed < 0; ++t)
+    if (tiny_box().outward(static_cast<std::int32_t>(t))[0] < -0.99) fixed = static_cast<std::int32_t>(t);
   Linked linked;
-  const palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(fixed), on_surface(box().far_triangle(4)), 0.055,
-                                    1000),
+  const palpate_link link = link_of(PALPATE_LINK_THREAD, on_surface(fixed), on_surface(tiny_box().far_triangle(4)),
+                                    0.055, 1000),
                      without_effect = link_of(PALPATE_LINK_THREAD, on_surface(fixed), on_surface(fixed, {1, 0, 0}));
   linked.set({link, without_effect});
   EXPECT_EQ(linked.steps(60), 0u);

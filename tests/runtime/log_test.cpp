@@ -54,13 +54,12 @@ TEST(Log, IsNotCalledInAStep) {
   BundleParts parts = tiny_bundle();
   add_everything(parts);
   Logged logged(bundle_bytes(parts));
-  SceneDef def;
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
-  def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
+  SceneDef def = with(SceneDef(), PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB, PALPATE_FORCE_RESPONSE,
+                      PALPATE_RADIAL_RESPONSE);
   const ScenePointer scene = logged.scene(def);
   const std::size_t notes = logged.lines.notes.size(), warnings = logged.lines.warnings.size();
   Contacts contacts(scene.get());
-  std::vector<float> u(3 * static_cast<std::size_t>(box.body.surface_nodes));
+  std::vector<float> u(3 * box.body.surface_nodes);
   palpate_shape_out out = shape_out(u.data(), nullptr, box.body.surface_nodes);
   palpate_step_flags flags = 0;
   play(box, scene.get(), contacts, 100,
@@ -73,40 +72,30 @@ TEST(Log, IsNotCalledInAStep) {
   EXPECT_EQ(logged.lines.warnings.size(), warnings);
 }
 
-TEST(Log, WarnsOfAPreloadThatIsLeftOff) {
-  BundleParts parts = tiny_bundle();
-  add_everything(parts);
-  Logged logged(bundle_bytes(parts));
-  SceneDef def;
-  def.preload = PALPATE_PRELOAD_ON;
-  logged.scene(def);
-  EXPECT_TRUE(logged.lines.warnings.empty());
-  def.preload = PALPATE_PRELOAD_OFF;
-  logged.scene(def);
-  ASSERT_EQ(logged.lines.warnings.size(), 1u);
-  EXPECT_THAT(logged.lines.warnings[0], testing::HasSubstr("preload is OFF"));
-}
-
-TEST(Log, WarnsOfMoreContactsThanHalfPrecisionBears) {
-  BundleParts parts = tiny_bundle();
-  store_as_f16(parts);
-  Logged logged(bundle_bytes(parts));
-  SceneDef def;
-  logged.scene(def);
-  EXPECT_TRUE(logged.lines.warnings.empty());
-  def.max_points = 1000;
-  logged.scene(def);
-  ASSERT_EQ(logged.lines.warnings.size(), 1u);
-  EXPECT_THAT(logged.lines.warnings[0], testing::HasSubstr("half precision"));
-}
-
-TEST(Log, WarnsOfASceneThatTakesMuchMemory) {
-  Logged logged(bundle_bytes(tiny_bundle()));
-  SceneDef def;
-  def.max_points = def.max_contact_nodes = 1500;  // 4,500 rows: two squares of 162 MB
-  logged.scene(def);
-  ASSERT_EQ(logged.lines.warnings.size(), 1u);
-  EXPECT_THAT(logged.lines.warnings[0], testing::HasSubstr("max_contact_nodes (now 1500)"));
+// What a scene is warned of, and what of the same bundle and nearly the same scene it is not.
+TEST(Log, WarnsOfAPreloadThatIsLeftOffOfHalfPrecisionAndOfMuchMemory) {
+  struct Warning {
+    const char* words;
+    void (*store)(BundleParts&);
+    SceneDef silent, told;
+  };
+  SceneDef half, much;
+  half.max_points = 1000;
+  much.max_points = much.max_contact_nodes = 1500;  // 4,500 rows: two squares of 162 MB
+  const Warning warnings[] = {
+      {"preload is OFF", add_everything, with(SceneDef(), PALPATE_PRELOAD_ON), SceneDef()},
+      {"half precision", store_as_f16, SceneDef(), half},
+      {"max_contact_nodes (now 1500)", [](BundleParts&) {}, SceneDef(), much},
+  };
+  for (const Warning& of : warnings) {
+    BundleParts parts = tiny_bundle();
+    of.store(parts);
+    Logged logged(bundle_bytes(parts));
+    logged.scene(of.silent);
+    EXPECT_TRUE(logged.lines.warnings.empty()) << of.words;
+    logged.scene(of.told);
+    EXPECT_THAT(logged.lines.warnings, testing::ElementsAre(testing::HasSubstr(of.words)));
+  }
 }
 
 TEST(Log, WarnsOfMorePointsThanThereAreContactNodes) {

@@ -7,7 +7,7 @@
 
 namespace palpate::tests {
 
-struct ManyDiscs {
+struct ManyDiscs : TouchedScene {
   static constexpr int kDiscs = 64;
   // A box whose far face is wide enough.
   static const TouchedBox& box() {
@@ -15,27 +15,22 @@ struct ManyDiscs {
     return shared;
   }
   // max_contact_nodes: below 0 for the default.
-  explicit ManyDiscs(std::int32_t max_contact_nodes) : points(kDiscs) {
-    SceneDef def = unlimited_def();
-    if (max_contact_nodes >= 0) def.max_contact_nodes = max_contact_nodes;
-    scene = box().scene(def);
-    contacts = std::make_unique<Contacts>(scene.get());
-    tool.points = points[0].data(), tool.point_count = kDiscs, tool.disc_radius = 0.003;
+  explicit ManyDiscs(std::int32_t max_contact_nodes) : TouchedScene(box(), def_of(max_contact_nodes)) {
     press(-1e-4), press(1e-3);
   }
   void press(double depth) {
+    std::vector<Eigen::Vector3d> points;
     for (int i = 0; i < kDiscs; ++i)
-      points[i] = Eigen::Vector3d(0.06 - depth, 0.008 + 0.0045 * (i / 8), 0.006 + 0.004 * (i % 8));
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
+      points.emplace_back(0.06 - depth, 0.008 + 0.0045 * (i / 8), 0.006 + 0.004 * (i % 8));
+    touch({point_tool(points[0].data(), kDiscs, 0.003)});
   }
-  const palpate_tool_state& state() { return *palpate_contacts_tool(*contacts, 0); }
-  Eigen::Vector3d force() { return Eigen::Vector3d(state().force_raw); }
 
-  ScenePointer scene;
-  std::unique_ptr<Contacts> contacts;
-  std::vector<Eigen::Vector3d> points;
-  palpate_tool tool = palpate_default_tool();
-  palpate_step_flags flags = 0;
+ private:
+  static SceneDef def_of(std::int32_t max_contact_nodes) {
+    SceneDef def = unlimited_def();
+    if (max_contact_nodes >= 0) def.max_contact_nodes = max_contact_nodes;
+    return def;
+  }
 };
 
 }  // namespace palpate::tests

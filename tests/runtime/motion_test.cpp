@@ -6,6 +6,7 @@
 
 #include "tests/runtime/asked_scene.h"
 #include "tests/runtime/moved_box.h"
+#include "tests/support/box_corridor.h"
 
 namespace palpate::tests {
 namespace {
@@ -26,18 +27,9 @@ const MovedBox& on_two() {
 }
 
 // Plays a scene step by step.
-struct Played {
-  explicit Played(const TouchedBody& box, const SceneDef& def = moved_def())
-      : scene(box.scene(def)), contacts(scene.get()) {}
-  palpate_step_flags step(const std::vector<palpate_tool>& tools) {
-    return palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
-                               contacts.bytes());
-  }
-  Vector3d force(std::int32_t tool = 0) { return Vector3d(palpate_contacts_tool(contacts.get(), tool)->force_raw); }
+struct Played : TouchedScene {
+  explicit Played(const TouchedBody& box, const SceneDef& def = moved_def()) : TouchedScene(box, def) {}
   const palpate_motion_state& state(std::int32_t motion) { return *palpate_scene_motion_state(scene.get(), motion); }
-
-  ScenePointer scene;
-  Contacts contacts;
 };
 
 // ---- against full solves ---------------------------------------------------------------------------------------------
@@ -50,25 +42,18 @@ struct FullSolve {
 FullSolve solve_fully(const MovedBox& box, const Vector4d& q, const std::vector<palpate_grip>& grips) {
   const MatrixXd k = box.stiffness();
   VectorXd load = k * box.motions.field * q, u = VectorXd::Zero(k.rows());  // on free dofs the loads of the motions
-  std::vector<Eigen::Index> free, given;
-  std::vector<char> imposed(static_cast<std::size_t>(k.rows()), 0);
+  std::vector<bool> imposed(box.fixed.begin(), box.fixed.end());
   for (Eigen::Index i = 0; i < k.rows(); ++i)
-    if (box.fixed[static_cast<std::size_t>(i)]) u[i] = box.motions.field.row(i).dot(q), imposed[i] = 1;
+    if (box.fixed[i]) u[i] = box.motions.field.row(i).dot(q);
   for (const palpate_grip& grip : grips)
     for (int d = 0; d < 3; ++d)
-      if (grip.axes >> d & 1u) u[3 * grip.node + d] = grip.displacement[d], imposed[3 * grip.node + d] = 1;
-  for (Eigen::Index i = 0; i < k.rows(); ++i) (imposed[i] ? given : free).push_back(i);
-  const VectorXd solved =
-      MatrixXd(k(free, free)).llt().solve(VectorXd(load(free)) - MatrixXd(k(free, given)) * VectorXd(u(given)));
-  u(free) = solved;
-  FullSolve result{u, k * u - load};
-  return result;
+      if (grip.axes >> d & 1u) u[3 * grip.node + d] = grip.displacement[d], imposed[3 * grip.node + d] = true;
+  u = solve_imposed(k, imposed, u, load);
+  return {u, k * u - load};
 }
 
 TEST(Motions, ABreathingOrganUnderAToolAtRestHasTheForcesOfAFullSolveAtEveryPhase) {
-  SceneDef def = moved_def();
-  def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_VOLUME;
-  Played played(on_two(), def);
+  Played played(on_two(), with(moved_def(), PALPATE_COLLISION_OFF, PALPATE_SHAPE_VOLUME));
   // Two nodes that a tool holds, one of them along two axes alone.
   const std::vector<palpate_grip> grips = {grip_at_node(on_two().touchable[20], {-0.002, 0.001, 0}),
                                            grip_at_node(on_two().touchable[9], {0.001, 0, -0.001}, 5)};
@@ -76,7 +61,7 @@ TEST(Motions, ABreathingOrganUnderAToolAtRestHasTheForcesOfAFullSolveAtEveryPhas
     const double t = 2 * std::numbers::pi * phase / 8;
     const Vector4d q(0.005 * std::sin(t), 0.05 * std::cos(t), 80 * std::sin(2 * t), 9.81 * std::cos(t));
     set_amounts(played.scene.get(), q);
-    ASSERT_EQ(played.step({tool_of(grips)}), 0u) << phase;
+    ASSERT_EQ(played.hold(grips), 0u) << phase;
     const FullSolve full = solve_fully(on_two(), q, grips);
     Vector3d expected = Vector3d::Zero();
     for (const palpate_grip& grip : grips)
@@ -84,8 +69,7 @@ TEST(Motions, ABreathingOrganUnderAToolAtRestHasTheForcesOfAFullSolveAtEveryPhas
         if (grip.axes >> d & 1u) expected[d] -= full.force[3 * grip.node + d];
     // Columns and motions are stored in single precision: 6e-8 of displacements, which the stiffness of close nodes makes 1e-5 of forces.
     EXPECT_LT((played.force() - expected).norm(), 1e-5 * (1e-3 + expected.norm())) << phase;
-    const auto nodes = static_cast<std::int32_t>(on_two().body.mesh.nodes.size());
-    const auto u = displacements(played.scene.get(), played.contacts, nodes);
+    const auto u = played.shape();
     for (std::size_t i = 0; i < u.size(); ++i)
       ASSERT_NEAR(static_cast<double>(u[i]), full.u[static_cast<Eigen::Index>(i)], 2e-8) << phase << ' ' << i;
     const double swept = on_two().motions.sweep.dot(full.u);
@@ -108,17 +92,14 @@ std::vector<float> stresses(palpate_scene* scene, std::vector<float> u) {
 }
 
 TEST(Motions, TheStressInsideAnOrganThatMotionsDeformIsThatOfAFullSolve) {
-  SceneDef def = moved_def();
-  def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
+  SceneDef def = with(moved_def(), PALPATE_COLLISION_OFF, PALPATE_SHAPE_VOLUME, PALPATE_INSIDE_ON);
   Played played(on_two(), def);
-  const auto nodes = static_cast<std::int32_t>(on_two().body.mesh.nodes.size());
   const std::vector<palpate_grip> grips = {grip_at_node(on_two().touchable[20], {-0.002, 0.001, 0})};
   const Vector4d q(0.003, 0.05, 80, 9.81);
   set_amounts(played.scene.get(), q);
-  ASSERT_EQ(played.step({tool_of(grips)}), 0u);
+  ASSERT_EQ(played.hold(grips), 0u);
   const VectorXd full = solve_fully(on_two(), q, grips).u;
-  const std::vector<float> found =
-      stresses(played.scene.get(), displacements(played.scene.get(), played.contacts, nodes));
+  const std::vector<float> found = stresses(played.scene.get(), played.shape());
   const std::vector<float> expected = stresses(played.scene.get(), {full.begin(), full.end()});
   const float most = std::abs(*std::ranges::max_element(expected, {}, [](float x) { return std::abs(x); }));
   ASSERT_GT(most, 100);
@@ -127,22 +108,17 @@ TEST(Motions, TheStressInsideAnOrganThatMotionsDeformIsThatOfAFullSolve) {
 }
 
 TEST(Motions, ARigidMotionOfAllSupportsMakesNoStressInside) {
-  SceneDef def = moved_def();
-  def.shape = PALPATE_SHAPE_VOLUME, def.inside.inside = PALPATE_INSIDE_ON;
-  Played played(on_one(), def);
-  const auto nodes = static_cast<std::int32_t>(on_one().body.mesh.nodes.size());
+  Played played(on_one(), with(moved_def(), PALPATE_SHAPE_VOLUME, PALPATE_INSIDE_ON));
   set_amounts(played.scene.get(), {0.004, 0, 0, 0});
-  ASSERT_EQ(played.step({}), 0u);
-  const auto u = displacements(played.scene.get(), played.contacts, nodes);
+  ASSERT_EQ(played.touch(), 0u);
+  const auto u = played.shape();
   for (std::size_t i = 0; i < u.size(); ++i) ASSERT_NEAR(u[i], i % 3 == 0 ? 0.004 : 0, 1e-8);
   for (const float stress : stresses(played.scene.get(), u))
     ASSERT_LT(std::abs(stress), 0.01);  // rounding of 4 mm: 2e-10 m
 }
 
 TEST(Motions, AHeldVolumeHasThePressureOfAFullSolve) {
-  SceneDef def = moved_def();
-  def.collision = PALPATE_COLLISION_OFF;
-  Played played(on_two(), def);
+  Played played(on_two(), with(moved_def(), PALPATE_COLLISION_OFF));
   const std::vector<palpate_grip> grips = {grip_at_node(on_two().touchable[20], {-0.002, 0.001, 0}),
                                            grip_at_node(on_two().touchable[21], {-0.002, 0, 0})};
   const Vector4d q(0.003, 0.02, 0, 5);
@@ -151,18 +127,18 @@ TEST(Motions, AHeldVolumeHasThePressureOfAFullSolve) {
   constexpr double volume = 3e-6;
   ASSERT_EQ(palpate_scene_hold_volume(played.scene.get(), kFilling, 1, volume, &error), PALPATE_OK) << error.text;
   // In the first step the secant has met it; its tolerance is 1e-7 of the displacement.
-  ASSERT_EQ(played.step({tool_of(grips)}), 0u);
+  ASSERT_EQ(played.hold(grips), 0u);
   const double pressure = played.state(kFilling).amount;
   EXPECT_NEAR(played.state(kFilling).volume, volume, 1e-5 * volume);
   const FullSolve full = solve_fully(on_two(), Vector4d(q[0], q[1], pressure, q[3]), grips);
   EXPECT_NEAR(on_two().motions.sweep.dot(full.u), volume, 1e-5 * volume);
   // Without the tool another pressure holds the same volume; and it stays when the volume is let go.
-  played.step({});
+  played.touch();
   EXPECT_NE(played.state(kFilling).amount, pressure);
   EXPECT_NEAR(played.state(kFilling).volume, volume, 1e-9 * volume);
   const double last = played.state(kFilling).amount;
   ASSERT_EQ(palpate_scene_hold_volume(played.scene.get(), kFilling, 0, 0, &error), PALPATE_OK);
-  played.step({});
+  played.touch();
   EXPECT_EQ(played.state(kFilling).amount, last);
 }
 
@@ -177,32 +153,17 @@ VectorXd solve_under_forces(const MovedBox& box, const MatrixXd& compliance, con
   return box.motions.field * q + compliance * force;
 }
 
-// Of the free dofs, m/N.
-MatrixXd dense_compliance(const MovedBox& box) {
-  const MatrixXd k = box.stiffness();
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index i = 0; i < k.rows(); ++i)
-    if (!box.fixed[static_cast<std::size_t>(i)]) free.push_back(i);
-  MatrixXd compliance = MatrixXd::Zero(k.rows(), k.rows());
-  const MatrixXd inverse = MatrixXd(k(free, free)).inverse();
-  compliance(free, free) = inverse;
-  return compliance;
-}
-
 // Points that stick, slide and release while the volume jumps up and down: the dense body holds the volume under what the step tells, and lies
 // where each point that presses is.
 TEST(Motions, AHeldVolumeIsMetUnderContactsOfEveryLaw) {
-  static const MatrixXd compliance = dense_compliance(on_two());
+  static const MatrixXd compliance = dense_compliance(box_on_supports(true));
   std::vector<std::int32_t> far;
   for (std::int32_t t = 0; t < static_cast<std::int32_t>(on_two().body.triangles.size()); ++t)
     if (on_two().outward(t)[0] > 0.9) far.push_back(t);
   constexpr double most = 5e-6;  // m^3
-  for (const palpate_contact_law law :
-       {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const palpate_contact_law law : kEveryLaw)
     for (const palpate_contact_model contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
-      SceneDef def = moved_def();
-      def.law = law, def.contact = contact, def.report.report = PALPATE_REPORT_CONTACTS;
-      Played played(on_two(), def);
+      Played played(on_two(), with(moved_def(), law, contact, PALPATE_REPORT_CONTACTS));
       int pressed = 0, met = 0;
       for (int s = 0; s < 40; ++s) {
         const double volume = most * std::sin(1.7 * s * s);
@@ -214,11 +175,11 @@ TEST(Motions, AHeldVolumeIsMetUnderContactsOfEveryLaw) {
           points.push_back(on_two().place(triangle, {.3, .3, .4}) - depth * on_two().outward(triangle));
         }
         const double radius = contact == PALPATE_CONTACT_PATCH ? 0.004 : 0;
-        const palpate_step_flags flags = played.step({point_tool(points[0].data(), 3, radius, 0.2)});
+        const palpate_step_flags flags = played.touch({point_tool(points[0].data(), 3, radius, 0.2)});
         // Discs of the far face reach the held side, and volumes jump.
         ASSERT_EQ(flags & ~(PALPATE_STEP_MOTION_LIMITED | PALPATE_STEP_NOT_TOUCHABLE), 0u)
             << law << ' ' << contact << ' ' << s;
-        pressed += palpate_contacts_tool(played.contacts.get(), 0)->contact_count > 0;
+        pressed += played.tool().contact_count > 0;
         const palpate_motion_state& filling = played.state(kFilling);
         const VectorXd full =
             solve_under_forces(on_two(), compliance, {0, 0, filling.amount, 0}, played.contacts.get());
@@ -245,15 +206,13 @@ TEST(Motions, AHeldVolumeIsMetUnderContactsOfEveryLaw) {
 
 // Under a tool at rest: what holds the volume that is there is the pressure that is there.
 TEST(Motions, AVolumeThatBeginsOrCeasesToBeHeldChangesNothing) {
-  SceneDef def = moved_def();
-  def.law = PALPATE_LAW_COULOMB, def.contact = PALPATE_CONTACT_PATCH;
-  Played played(on_two(), def);
+  Played played(on_two(), with(moved_def(), PALPATE_LAW_COULOMB, PALPATE_CONTACT_PATCH));
   const std::int32_t triangle = on_two().far_triangle(5);
   set_amounts(played.scene.get(), {0.002, 0, 60, 3});
   const auto step = [&](int s) {
     const Vector3d p = on_two().place(triangle, {.3, .3, .4}) + Vector3d(0.002, 0, 0) +
                        (0.002 - 1e-4 * std::min(s, 50)) * on_two().outward(triangle);
-    return played.step({point_tool(p.data(), 1, 0.005, 0.4)});
+    return played.press(p, 0.005, 0.4);
   };
   for (int s = 0; s < 120; ++s) step(s);
   const Vector3d force = played.force();
@@ -277,8 +236,7 @@ TEST(Motions, AVolumeThatBeginsOrCeasesToBeHeldChangesNothing) {
 TEST(Motions, AnOrganThatMovesAgainstAToolAtRestIsMetLikeAToolThatMoves) {
   for (const palpate_contact_law law : {PALPATE_LAW_STICKING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
     for (const palpate_contact_model contact : {PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH}) {
-      SceneDef def = moved_def();
-      def.law = law, def.contact = contact;
+      SceneDef def = with(moved_def(), law, contact);
       Played moved(on_one(), def);
       def.motions.motions = 0;
       Played still(on_one(), def);
@@ -290,18 +248,16 @@ TEST(Motions, AnOrganThatMovesAgainstAToolAtRestIsMetLikeAToolThatMoves) {
         const Vector3d met = above - Vector3d(q, 0, 0);
         set_amounts(moved.scene.get(), {q, 0, 0, 0});
         const double radius = contact == PALPATE_CONTACT_PATCH ? 0.008 : 0;
-        const palpate_step_flags flags = moved.step({point_tool(above.data(), 1, radius, 0.3)});
-        still.step({point_tool(met.data(), 1, radius, 0.3)});
+        const palpate_step_flags flags = moved.press(above, radius, 0.3);
+        still.press(met, radius, 0.3);
         ASSERT_EQ(flags, 0u) << s;
-        const int here = palpate_contacts_tool(moved.contacts.get(), 0)->contact_count,
-                  there = palpate_contacts_tool(still.contacts.get(), 0)->contact_count;
+        const int here = moved.tool().contact_count, there = still.tool().contact_count;
         ASSERT_EQ(here, there) << "contacts begin and end in the same steps";
         in_contact += here;
         // Both are stored in single precision; what the moved organ holds is the difference of two such numbers.
         EXPECT_LT((moved.force() - still.force()).norm(), 2e-5 * (0.01 + still.force().norm())) << law << ' ' << s;
         if (s % 40 != 7 || here == 0) continue;
-        const auto u = displacements(moved.scene.get(), moved.contacts, on_one().body.surface_nodes),
-                   v = displacements(still.scene.get(), still.contacts, on_one().body.surface_nodes);
+        const auto u = moved.shape(), v = still.shape();
         for (std::size_t i = 0; i < u.size(); ++i)
           ASSERT_NEAR(static_cast<double>(u[i]), static_cast<double>(v[i]) + (i % 3 == 0 ? q : 0), 1e-7);
       }
@@ -317,8 +273,8 @@ TEST(Motions, AToolIsLeftWhereTheOrganGoesAwayAndMetWhereItComesBack) {
   for (int s = 0; s < 1000; ++s) {
     const double q = 0.002 * std::sin(2 * std::numbers::pi * s / 250);
     set_amounts(played.scene.get(), {q, 0, 0, 0});
-    ASSERT_EQ(played.step({point_tool(p.data())}), 0u);
-    const int count = palpate_contacts_tool(played.contacts.get(), 0)->contact_count;
+    ASSERT_EQ(played.press(p), 0u);
+    const int count = played.tool().contact_count;
     begun += count > last, last = count;
     // 1 mm away at rest: the force is none while the organ is away, and pushes the tool outwards while it presses.
     if (q < 0.0009) {
@@ -348,9 +304,9 @@ TEST(Motions, AGraspFollowsARigidMotionAsIfTheJawsMovedBack) {
     // The jaws close where the organ already moves.
     const std::vector<palpate_tool> tools = s < 10 ? std::vector<palpate_tool>{} : std::vector<palpate_tool>{tool};
     grasp.position[0] = 0.001 * s;
-    moved.step(tools);
+    moved.touch(tools);
     grasp.position[0] = 0.001 * s - q;
-    still.step(tools);
+    still.touch(tools);
     if (tools.empty()) continue;
     const Vector3d f(palpate_scene_grasp_state(moved.scene.get(), 0)->force),
         g(palpate_scene_grasp_state(still.scene.get(), 0)->force);
@@ -359,13 +315,11 @@ TEST(Motions, AGraspFollowsARigidMotionAsIfTheJawsMovedBack) {
 }
 
 TEST(Motions, QueriesAndTheReportSeeTheOrganWhereTheMotionsBringIt) {
-  SceneDef def = moved_def();
-  def.queries.queries = PALPATE_QUERIES_ON, def.report.report = PALPATE_REPORT_CONTACTS;
-  Played played(on_one(), def);
+  Played played(on_one(), with(moved_def(), PALPATE_QUERIES_ON, PALPATE_REPORT_CONTACTS));
   const std::int32_t triangle = on_one().far_triangle(5);
   const Vector3d at = on_one().place(triangle, {.3, .3, .4}), out = on_one().outward(triangle);
   set_amounts(played.scene.get(), {0.003, 0, 0, 0});
-  ASSERT_EQ(played.step({}), 0u);
+  ASSERT_EQ(played.touch(), 0u);
   const Vector3d from = at + 0.05 * out, along = -out;
   palpate_surface_hit hit = palpate_default_surface_hit();
   EXPECT_EQ(palpate_scene_cast_ray(played.scene.get(), played.contacts, from.data(), along.data(), 1, &hit), 0u);
@@ -376,7 +330,7 @@ TEST(Motions, QueriesAndTheReportSeeTheOrganWhereTheMotionsBringIt) {
   const Vector3d p = at + 0.004 * out;
   for (int s = 0; s < 40; ++s) {
     set_amounts(played.scene.get(), {0.003 + 5e-5 * s, 0, 0, 0});
-    played.step({point_tool(p.data())});
+    played.press(p);
   }
   const palpate_contact_report* report = palpate_scene_report(played.scene.get());
   ASSERT_EQ(report->contact_count, 1);
@@ -394,20 +348,20 @@ TEST(Motions, AJumpIsTakenStepByStepAndSaid) {
   Played played(on_one(), def);
   // The first step takes what was set.
   set_amounts(played.scene.get(), {0.02, 0, 0, 0});
-  EXPECT_EQ(played.step({}), 0u);
+  EXPECT_EQ(played.touch(), 0u);
   EXPECT_EQ(played.state(kPiston).amount, 0.02);
   set_amounts(played.scene.get(), {0.02 - 0.0095, 0, 0, 0});
   int limited = 0;
   double last = 0.02;
   for (int s = 0; s < 12; ++s) {
-    limited += (played.step({}) & PALPATE_STEP_MOTION_LIMITED) != 0;
+    limited += (played.touch() & PALPATE_STEP_MOTION_LIMITED) != 0;
     EXPECT_LE(std::abs(played.state(kPiston).amount - last), 0.001 * (1 + 1e-9)) << "1 m/s for a millisecond";
     last = played.state(kPiston).amount;
   }
   EXPECT_EQ(limited, 9);
   EXPECT_EQ(last, 0.02 - 0.0095);
-  palpate_scene_reset(played.scene.get());
-  EXPECT_EQ(played.step({}), 0u) << "after a reset the first step takes them again";
+  played.reset();
+  EXPECT_EQ(played.touch(), 0u) << "after a reset the first step takes them again";
   EXPECT_EQ(played.state(kPiston).amount, 0.02 - 0.0095);
 }
 
@@ -433,7 +387,7 @@ TEST(Motions, BadInputIsRefusedAndChangesNothing) {
   held(kPiston, 0, "of kind PRESSURE");
   held(kFilling, NAN, "a finite volume");
   held(kFilling, 1e30, "a finite volume");
-  EXPECT_EQ(played.step({}), 0u);
+  EXPECT_EQ(played.touch(), 0u);
   EXPECT_EQ(played.state(kPiston).amount, 0.001);
   EXPECT_EQ(played.state(kWeight).amount, 4);
   EXPECT_EQ(palpate_scene_motion_state(played.scene.get(), 4), nullptr);
@@ -483,7 +437,7 @@ TEST(Motions, AVolumeThatTheHeldOnesDecideIsRefused) {
       EXPECT_EQ(palpate_scene_hold_volume(scene, kFilling, 1, volume, &error), PALPATE_ERROR_ARGUMENT);
       EXPECT_THAT(error.text, HasSubstr("volume does not follow from those that are held; motion 2"));
       // What was held still is, alone.
-      EXPECT_EQ(played.step({}), 0u);
+      EXPECT_EQ(played.touch(), 0u);
       EXPECT_NEAR(played.state(kPiston).volume, volume, 1e-9 * volume);
       EXPECT_EQ(played.state(kFilling).amount, 0);
       ASSERT_EQ(palpate_scene_hold_volume(scene, kPiston, 0, 0, &error), PALPATE_OK);
@@ -552,9 +506,9 @@ TEST(Motions, AreNamedByTheBundle) {
 TEST(Motions, ContactsWithOtherAmountsThanAScenesAreBadInput) {
   Played played(on_one());
   set_amounts(played.scene.get(), {0.003, 0, 0, 0});
-  played.step({});
+  played.touch();
   palpate_step_flags flags = 0;
-  const auto u = displacements(played.scene.get(), played.contacts, on_one().body.surface_nodes, &flags);
+  const auto u = played.shape(&flags);
   EXPECT_EQ(flags, 0u);
   EXPECT_FLOAT_EQ(u[0], 0.003f);
   Contacts changed = played.contacts;
@@ -568,14 +522,13 @@ TEST(Motions, ContactsWithOtherAmountsThanAScenesAreBadInput) {
 }
 
 TEST(Motions, ARestoredStateGoesOnWithTheSameBits) {
-  SceneDef def = moved_def();
-  def.law = PALPATE_LAW_COULOMB, def.report.report = PALPATE_REPORT_CONTACTS;
+  SceneDef def = with(moved_def(), PALPATE_LAW_COULOMB, PALPATE_REPORT_CONTACTS);
   Played one(on_two(), def), two(on_two(), def);
   const std::int32_t triangle = on_two().far_triangle(5);
   const Vector3d p = on_two().place(triangle, {.3, .3, .4}) + 0.0005 * on_two().outward(triangle);
   const auto play = [&](Played& played, int s) {
     set_amounts(played.scene.get(), {0.002 * std::sin(0.05 * s), 0.02 * std::sin(0.03 * s), 0, 2});
-    played.step({point_tool(p.data(), 1, 0, 0.3)});
+    played.press(p, 0, 0.3);
   };
   palpate_error error = {};
   ASSERT_EQ(palpate_scene_hold_volume(one.scene.get(), kFilling, 1, 1e-7, &error), PALPATE_OK);
@@ -583,8 +536,7 @@ TEST(Motions, ARestoredStateGoesOnWithTheSameBits) {
   restore_from(one.scene.get(), two.scene.get());
   for (int s = 60; s < 120; ++s) {
     play(one, s), play(two, s);
-    ASSERT_EQ(one.contacts->used_bytes, two.contacts->used_bytes);
-    ASSERT_EQ(std::memcmp(one.contacts.get(), two.contacts.get(), one.contacts->used_bytes), 0) << s;
+    ASSERT_TRUE(one.has_bytes_of(two)) << s;
   }
 }
 
@@ -592,28 +544,27 @@ TEST(Motions, CostNothingWhereTheyAreOff) {
   SceneDef def = moved_def();
   const auto plan_with = plan_of(on_one().scene(def).get());
   def.motions.motions = 0;
-  const ScenePointer scene = on_one().scene(def);
+  TouchedScene scene(on_one(), def);
   for (const palpate_plan_pass& pass : plan_of(scene.get())) {
     EXPECT_STRNE(pass.name, "motions");
     EXPECT_THAT(pass.sections, testing::Not(HasSubstr("motion/")));
   }
   EXPECT_EQ(plan_of(scene.get()).size() + 1, plan_with.size());
-  // The same bytes in memory, and the same bits of a step, as on the bundle that has no motions.
+  // The same bytes in memory, and the same bits of scene.contacts step, as on the bundle that has no motions.
   const TouchedBody plain(box_on_supports(false));
-  const ScenePointer other = plain.scene(def);
+  TouchedScene other(plain, def);
   std::uint64_t bytes[2] = {};
   for (const palpate_plan_pass& pass : plan_of(scene.get())) bytes[0] += pass.memory_bytes + pass.mapped_bytes;
   for (const palpate_plan_pass& pass : plan_of(other.get())) bytes[1] += pass.memory_bytes + pass.mapped_bytes;
   EXPECT_EQ(bytes[0], bytes[1]);
-  Contacts a(scene.get()), b(other.get());
   const std::int32_t triangle = on_one().far_triangle(5);
   for (int s = 0; s < 50; ++s) {
     const Vector3d p = on_one().place(triangle, {.3, .3, .4}) + (0.001 - 5e-5 * s) * on_one().outward(triangle);
     const palpate_tool tool = point_tool(p.data());
-    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, a.get(), a.bytes());
-    palpate_scene_touch(other.get(), &tool, 1, 1e-3, b.get(), b.bytes());
-    b->bundle = a->bundle;
-    ASSERT_EQ(std::memcmp(a.get(), b.get(), a->used_bytes), 0) << s;
+    scene.touch({tool});
+    other.touch({tool});
+    other.contacts->bundle = scene.contacts->bundle;
+    ASSERT_EQ(std::memcmp(scene.contacts.get(), other.contacts.get(), scene.contacts->used_bytes), 0) << s;
   }
 }
 

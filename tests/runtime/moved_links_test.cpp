@@ -4,7 +4,9 @@
 #include <numbers>
 
 #include "tests/runtime/asked_scene.h"
+#include "tests/runtime/linked_scene.h"
 #include "tests/runtime/moved_box.h"
+#include "tests/support/box_corridor.h"
 
 namespace palpate::tests {
 namespace {
@@ -24,28 +26,13 @@ std::int32_t free_triangle(int which) {
   for (int i = 0;; ++i) {
     const std::int32_t triangle = box().far_triangle(i);
     bool held = false;
-    for (const auto node : box().body.triangles[static_cast<std::size_t>(triangle)])
-      held = held || box().fixed[3 * static_cast<std::size_t>(node)];
+    for (const auto node : box().body.triangles[triangle]) held = held || box().fixed[3 * node];
     if (!held && which-- == 0) return triangle;
   }
 }
 
-palpate_link_end on_surface(std::int32_t triangle) {
-  palpate_link_end end = {};
-  end.kind = PALPATE_END_SURFACE_POINT, end.triangle = triangle;
-  Eigen::Map<Vector3d>(end.barycentric) = Vector3d(.3, .3, .4);
-  return end;
-}
-palpate_link link_of(palpate_link_kind kind, palpate_link_end a, palpate_link_end b, double rest_length, double k) {
-  palpate_link link = palpate_default_link();
-  link.kind = kind, link.ends[0] = a, link.ends[1] = b, link.rest_length = rest_length, link.stiffness = k;
-  return link;
-}
 palpate_link_end beside(std::int32_t triangle, const Vector3d& way) {
-  palpate_link_end end = {};
-  end.kind = PALPATE_END_WORLD;
-  Eigen::Map<Vector3d>(end.point) = box().place(triangle, {.3, .3, .4}) + way;
-  return end;
+  return in_world(box().place(triangle, kMiddle) + way);
 }
 
 SceneDef linked_def() {
@@ -54,41 +41,16 @@ SceneDef linked_def() {
   return def;
 }
 
-struct Played {
-  explicit Played(const std::vector<palpate_link>& given, const SceneDef& def = linked_def())
-      : links(given), scene(box().scene(def)), contacts(scene.get()) {
-    set();
-  }
-  void set() {
-    palpate_error error = {};
-    EXPECT_EQ(palpate_scene_set_links(scene.get(), links.data(), static_cast<std::int32_t>(links.size()), &error),
-              PALPATE_OK)
-        << error.text;
-  }
-  palpate_step_flags steps(int count) {
-    palpate_step_flags flags = 0;
-    for (int s = 0; s < count; ++s)
-      flags = palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
-    return flags;
-  }
-  const palpate_link_state& state(std::size_t i = 0) {
-    return *palpate_scene_link_state(scene.get(), static_cast<std::int32_t>(i));
-  }
-
-  std::vector<palpate_link> links;
-  ScenePointer scene;
-  Contacts contacts;
+struct Played : LinkedScene {
+  explicit Played(const std::vector<palpate_link>& given) : LinkedScene(box(), linked_def()) { set(given); }
 };
 
 // The dense body under motions, and the forces that the links report on their ends.
 VectorXd solve_fully(const Vector4d& q, Played& played) {
   const MatrixXd k = box().stiffness();
   VectorXd load = k * box().motions.field * q, u = VectorXd::Zero(k.rows());
-  std::vector<Eigen::Index> free, held;
-  for (Eigen::Index i = 0; i < k.rows(); ++i) {
-    (box().fixed[static_cast<std::size_t>(i)] ? held : free).push_back(i);
-    if (box().fixed[static_cast<std::size_t>(i)]) u[i] = box().motions.field.row(i).dot(q);
-  }
+  for (Eigen::Index i = 0; i < k.rows(); ++i)
+    if (box().fixed[i]) u[i] = box().motions.field.row(i).dot(q);
   for (std::size_t l = 0; l < played.links.size(); ++l)
     for (int e = 0; e < 2; ++e) {
       const palpate_link_end& end = played.links[l].ends[e];
@@ -96,43 +58,13 @@ VectorXd solve_fully(const Vector4d& q, Played& played) {
         load.segment<3>(3 * box().body.triangles[end.triangle][v]) +=
             (e ? -1 : 1) * end.barycentric[v] * Vector3d(played.state(l).force);
     }
-  const VectorXd solved =
-      MatrixXd(k(free, free)).llt().solve(VectorXd(load(free)) - MatrixXd(k(free, held)) * VectorXd(u(held)));
-  u(free) = solved;
-  return u;
-}
-Vector3d place_of(const palpate_link_end& end, const VectorXd& u) {
-  if (end.kind == PALPATE_END_WORLD) return Vector3d(end.point);
-  Vector3d sum = Vector3d::Zero();
-  for (int v = 0; v < 3; ++v) {
-    const auto n = box().body.triangles[end.triangle][v];
-    sum += end.barycentric[v] * (box().node(n) + u.segment<3>(3 * n));
-  }
-  return sum;
+  return solve_imposed(k, {box().fixed.begin(), box().fixed.end()}, u, load);
 }
 
-// The equilibrium: the places follow from the forces in the dense body, and the forces from the places by the links' laws.
+// Columns and motions are stored in single precision: 6e-8 of displacements of a centimetre, some of them. A line that turned by less than
+// 0.1 milliradian keeps its row.
 void expect_equilibrium(const Vector4d& q, Played& played) {
-  const VectorXd u = solve_fully(q, played);
-  for (std::size_t l = 0; l < played.links.size(); ++l) {
-    const palpate_link& link = played.links[l];
-    const palpate_link_state& found = played.state(l);
-    const Vector3d a = place_of(link.ends[0], u), b = place_of(link.ends[1], u), x = b - a, force(found.force);
-    // Columns and motions are stored in single precision: 6e-8 of displacements of a centimetre, some of them.
-    EXPECT_LT((a - Vector3d(found.ends[0])).norm(), 2e-8) << l;
-    EXPECT_LT((b - Vector3d(found.ends[1])).norm(), 2e-8) << l;
-    if (link.kind == PALPATE_LINK_CLIP) {
-      EXPECT_LT((x - force / link.stiffness).norm(), 1e-7) << l;
-      continue;
-    }
-    // A line that turned by less than 0.1 milliradian keeps its row.
-    EXPECT_LT((force - found.tension * x.normalized()).norm(), 2e-3 * std::fabs(found.tension)) << l;
-    if (found.condition == PALPATE_LINK_TAUT) {
-      EXPECT_NEAR(x.norm(), found.rest_length + found.tension / link.stiffness, 1e-7) << l;
-    } else {
-      EXPECT_LT(x.norm(), found.rest_length + 1e-7) << l;
-    }
-  }
+  played.expect_laws(solve_fully(q, played), 2e-8, 0, 2e-3);
 }
 
 Vector4d phase(double t) {
@@ -184,7 +116,7 @@ TEST(MovedLinks, ALinkToAFixedPlaceFollowsTheSupportThatHoldsIt) {
   std::int32_t fixed = -1;
   for (std::int32_t f = 0; f < static_cast<std::int32_t>(box().body.triangles.size()) && fixed < 0; ++f) {
     bool all = true;
-    for (int v = 0; v < 3; ++v) all = all && box().fixed[3 * static_cast<std::size_t>(box().body.triangles[f][v])];
+    for (int v = 0; v < 3; ++v) all = all && box().fixed[3 * (box().body.triangles[f][v])];
     if (all) fixed = f;
   }
   ASSERT_GE(fixed, 0);
@@ -220,7 +152,7 @@ TEST(MovedLinks, GoOnFromASavedStateWithTheSameBits) {
   restore_from(saved.scene.get(), restored.scene.get());
   for (int s = 40; s < 120; ++s) {
     breathe(saved, s), breathe(restored, s);
-    ASSERT_EQ(std::memcmp(saved.contacts.get(), restored.contacts.get(), saved.contacts->used_bytes), 0) << s;
+    ASSERT_TRUE(saved.has_bytes_of(restored)) << s;
     ASSERT_EQ(std::memcmp(&saved.state(), &restored.state(), sizeof(palpate_link_state)), 0) << s;
   }
 }

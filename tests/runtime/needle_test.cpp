@@ -25,9 +25,7 @@ using Eigen::VectorXd;
 constexpr double kRadius = 0.5e-3, kStep = 0.6e-3;
 
 DenseBody pierced_body() {
-  TinyBox form;
-  form.cells = {6, 7, 7}, form.poisson = 0.4;
-  return dense_box(form);
+  return dense_box({.cells = {6, 7, 7}, .poisson = 0.4});
 }
 const TouchedBody& box() {
   static const TouchedBody shared(pierced_body(),
@@ -48,16 +46,13 @@ palpate_needle needle_at(Vector3d tip, Vector3d direction = kInwards) {
 }
 
 SceneDef piercing_def() {
-  SceneDef def = unlimited_def();
-  def.torque_limit = def.torque_slew = INFINITY;
-  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT, def.needles.needles = 1;
-  def.shape = PALPATE_SHAPE_VOLUME;
+  SceneDef def = unlimited_def(PALPATE_COLLISION_OFF, PALPATE_CONTACT_POINT, PALPATE_SHAPE_VOLUME);
+  def.torque_limit = def.torque_slew = INFINITY, def.needles.needles = 1;
   return def;
 }
 
-struct Piercing {
-  explicit Piercing(const SceneDef& def = piercing_def(), const TouchedBody& of = box())
-      : scene(of.scene(def)), contacts(scene.get()) {}
+struct Piercing : TouchedScene {
+  explicit Piercing(const SceneDef& def = piercing_def(), const TouchedBody& of = box()) : TouchedScene(of, def) {}
   palpate_step_flags step(const palpate_needle* needle, const std::vector<palpate_grip>& grips = {}) {
     palpate_tool tool = palpate_default_tool();
     tool.id = 3, tool.parts = needle ? &needle->part : nullptr, tool.has_torque = 1;
@@ -65,28 +60,24 @@ struct Piercing {
     palpate_tool other = tool_of(grips);
     other.id = 4;
     const palpate_tool tools[] = {tool, other};
-    return palpate_scene_touch(scene.get(), tools, grips.empty() ? 1 : 2, 1e-3, contacts.get(), contacts.bytes());
+    return touch(tools, grips.empty() ? 1 : 2);
   }
   // Drives the needle along its direction from `depth` to `to`, in steps of kStep.
   palpate_step_flags drive(palpate_needle needle, double to) {
-    palpate_step_flags flags = 0;
+    palpate_step_flags raised = 0;
     const double way = to - depth;
     const int steps = std::max(1, static_cast<int>(std::ceil(std::fabs(way) / kStep - 1e-9)));
     for (int i = 1; i <= steps; ++i) {
       const double at = depth + way * i / steps;
       Eigen::Map<Vector3d>(needle.tip) = kEntry + at * Vector3d(needle.direction);
-      flags |= step(&needle);
+      raised |= step(&needle);
       last = needle;
     }
     depth = to;
-    return flags;
+    return raised;
   }
-  Vector3d force() { return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
-  Vector3d torque() { return Vector3d(palpate_contacts_tool(contacts, 0)->torque_raw); }
   const palpate_needle_state& state() { return *palpate_scene_needle_state(scene.get(), 3); }
 
-  ScenePointer scene;
-  Contacts contacts;
   double depth = -2e-3;
   palpate_needle last = {};
 };
@@ -157,9 +148,7 @@ TEST(Needle, WithoutFrictionAndCuttingForceItLeavesTheTissueAtRest) {
   EXPECT_EQ(piercing.state().places, 5);
   EXPECT_NEAR(piercing.state().depth, 0.03, 1e-6);
   EXPECT_LT(piercing.force().norm(), 1e-6);
-  for (const float u :
-       displacements(piercing.scene.get(), piercing.contacts, static_cast<std::int32_t>(box().body.mesh.nodes.size())))
-    EXPECT_LT(std::fabs(u), 1e-7f);
+  for (const float u : piercing.shape()) EXPECT_LT(std::fabs(u), 1e-7f);
 }
 
 TEST(Needle, MovedSidewaysAndTiltedItHoldsTheTissueAsADenseSolveDoes) {
@@ -178,8 +167,7 @@ TEST(Needle, MovedSidewaysAndTiltedItHoldsTheTissueAsADenseSolveDoes) {
     // The stored columns are in single precision, and the tip goes on in the tissue where tilting has drawn it back.
     EXPECT_LT((Vector3d(piercing.state().force) - dense.force).norm(), 1e-4 * dense.force.norm()) << gripped;
     EXPECT_LT((Vector3d(piercing.state().torque) - dense.torque).norm(), 1e-4 * dense.torque.norm()) << gripped;
-    const std::vector<float> u =
-        displacements(piercing.scene.get(), piercing.contacts, static_cast<std::int32_t>(box().body.mesh.nodes.size()));
+    const std::vector<float> u = piercing.shape();
     for (std::size_t i = 0; i < u.size(); ++i)
       EXPECT_NEAR(u[i], dense.u[static_cast<Eigen::Index>(i)], 1e-4 * dense.u.cwiseAbs().maxCoeff());
   }
@@ -193,7 +181,7 @@ TEST(Needle, MovesSurfaceAndInteriorInAnyTypeAsInSinglePrecision) {
     palpate_needle moved = piercing.last;
     Eigen::Map<Vector3d>(moved.tip) += Vector3d(0, 2e-3, 1e-3);
     piercing.step(&moved);
-    return displacements(piercing.scene.get(), piercing.contacts, static_cast<std::int32_t>(body.dofs() / 3));
+    return piercing.shape();
   };
   const std::vector<float> expected = field_of(box());
   const float largest = *std::max_element(expected.begin(), expected.end());
@@ -240,10 +228,8 @@ TEST(Needle, CutsWithItsCuttingForceAfterItHasPuncturedTheSurface) {
 
 // From the first touch on, before it holds a place.
 TEST(Needle, PressesAndPiercesWithAForceThatRelaxes) {
-  SceneDef def = piercing_def();
-  def.relaxation = palpate_default_relaxation_def();
-  def.relaxation.terms = 1;
-  def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.02;
+  SceneDef def = with(piercing_def(), palpate_default_relaxation_def());
+  def.relaxation.terms = 1, def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.02;
   PronySeries series;
   ASSERT_TRUE(series.set(def.relaxation));
   PronySeries::Memory memory;
@@ -383,8 +369,7 @@ TEST(Needle, InAWorldHasTheBitsThatItHasInTheSceneAlone) {
 // The field of the contacts is remembered at nodes of the surface; a needle holds nodes inside as well.
 TEST(Needle, BesideAToolPointOnTheDeformedSurfaceStaysWithinTheMemoryOfTheScene) {
   GuardedMemory memory;
-  SceneDef def = piercing_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
+  SceneDef def = with(piercing_def(), PALPATE_COLLISION_DEFORMED, PALPATE_LAW_UNILATERAL);
   def.allocator = memory.allocator();
   {
     Piercing piercing(def);
@@ -396,11 +381,9 @@ TEST(Needle, BesideAToolPointOnTheDeformedSurfaceStaysWithinTheMemoryOfTheScene)
       const Vector3d p(0.06 - pressed, 0.014 + 4e-5 * s, 0.019);
       palpate_tool tools[2] = {palpate_default_tool(), point_tool(p.data())};
       tools[0].id = 3, tools[0].parts = &needle.part, tools[1].id = 4;
-      ASSERT_EQ(
-          palpate_scene_touch(piercing.scene.get(), tools, 2, 1e-3, piercing.contacts.get(), piercing.contacts.bytes()),
-          0u);
+      ASSERT_EQ(piercing.touch(tools), 0u);
     }
-    EXPECT_EQ(palpate_contacts_tool(piercing.contacts, 1)->contact_count, 1);
+    EXPECT_EQ(piercing.tool(1).contact_count, 1);
     EXPECT_GT(piercing.state().places, 2);
     EXPECT_EQ(memory.written_outside(), 0);
   }
@@ -434,8 +417,7 @@ TEST(Needle, PlacesForWhichTheGripsLeaveNoRoomBearNothingAndTheStepIsFlagged) {
   ASSERT_EQ(piercing.state().places, 5);
   ASSERT_GT(piercing.state().shaft_force, 0.02);
   std::vector<palpate_grip> grips;
-  for (int i = 0; i < 16; ++i)
-    grips.push_back(grip_at_node(box().touchable[static_cast<std::size_t>(5 * i)], {2e-3, 1e-3, 1e-3}));
+  for (int i = 0; i < 16; ++i) grips.push_back(grip_at_node(box().touchable[5 * i], {2e-3, 1e-3, 1e-3}));
   // 48 nodes: 16 of the grips, 8 of the tip and 20 of the places. With 28, the places have 4.
   ASSERT_EQ(piercing.step(&piercing.last, grips), 0u);
   def.max_contact_nodes = 28;
@@ -466,20 +448,18 @@ TEST(Needle, BadInputKeepsTheLastGoodNeedle) {
 
 TEST(Needle, ASceneWithoutNeedlesMapsNoCorridorAndABundleWithoutACorridorIsRefused) {
   SceneDef def = piercing_def();
-  const auto names_corridor = [](const palpate_plan_pass& pass) {
-    return std::string(pass.sections).find("corridor") != std::string::npos;
+  const auto passes_that_map_it = [&def] {
+    const ScenePointer scene = box().scene(def);
+    return std::ranges::count_if(plan_of(scene.get()), [](const palpate_plan_pass& pass) {
+      return std::string(pass.sections).find("corridor") != std::string::npos;
+    });
   };
-  const ScenePointer scene = box().scene(def);
-  const auto with = plan_of(scene.get());
-  EXPECT_EQ(std::count_if(with.begin(), with.end(), names_corridor), 1);
-  const TouchedBox without;
-  const palpate_error error = refusal_of(without, def);
+  EXPECT_EQ(passes_that_map_it(), 1);
+  const palpate_error error = refusal_of(tiny_box(), def);
   EXPECT_EQ(error.status, PALPATE_ERROR_EFFECT);
   EXPECT_THAT(error.text, ::testing::HasSubstr("[[corridor]]"));
   def.needles.needles = 0;
-  const ScenePointer scene_without = box().scene(def);
-  const auto off = plan_of(scene_without.get());
-  EXPECT_EQ(std::count_if(off.begin(), off.end(), names_corridor), 0);
+  EXPECT_EQ(passes_that_map_it(), 0);
 }
 
 TEST(Needle, ASavedStateGoesOnWithTheSameBits) {

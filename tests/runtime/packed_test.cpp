@@ -3,6 +3,7 @@
 
 #include "formats/errors.h"
 #include "tests/runtime/touched_box.h"
+#include "tests/support/box_corridor.h"
 #include "tests/support/packed_bundle.h"
 
 namespace palpate::tests {
@@ -14,29 +15,25 @@ using formats::SectionId;
 // A bar long enough for separate clusters of 32 nodes. One node is fixed along x alone, the face x = 0 in all directions.
 const TinyBox kLong = {.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}, .single_dof = true};
 
+using Store = std::function<void(BundleParts&)>;
 struct Form {
   const char* name;
   double error;  // relative, of a column
-  std::function<void(BundleParts&)> store;
+  Store store;
 };
+Store in_blocks(
+    ElementType type, std::optional<double> error, const Store& before = [](BundleParts&) {}) {
+  return [=](BundleParts& parts) { before(parts), store_in_blocks(parts, {type, error}); };
+}
 
 // f16: half a unit in the last of 11 bits; f32 blocks: a C_kk of condition 10 rounded, times T^f. Low rank as asked for,
 // plus rounding of U and V.
 const Form kForms[] = {
     {"f64 rows", 1e-7, store_as_f64},
     {"f16 rows", 5e-4, store_as_f16},
-    {"f32 blocks, all dense", 1e-6,
-     [](BundleParts& p) {
-       store_in_blocks(p, {ElementType::f32, {}});
-     }},
-    {"f32 blocks, 1e-4", 1.1e-4,
-     [](BundleParts& p) {
-       store_in_blocks(p, {ElementType::f32, 1e-4});
-     }},
-    {"f16 blocks, 1e-3", 3e-3,
-     [](BundleParts& p) {
-       store_in_blocks(p, {ElementType::f16, 1e-3});
-     }},
+    {"f32 blocks, all dense", 1e-6, in_blocks(ElementType::f32, {})},
+    {"f32 blocks, 1e-4", 1.1e-4, in_blocks(ElementType::f32, 1e-4)},
+    {"f16 blocks, 1e-3", 3e-3, in_blocks(ElementType::f16, 1e-3)},
 };
 
 const TouchedBox& rows() {
@@ -57,9 +54,7 @@ double relative(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 SceneDef gripped(palpate_shape_model shape) {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.shape = shape;
-  return def;
+  return unlimited_def(PALPATE_COLLISION_OFF, PALPATE_CONTACT_NODE, shape);
 }
 
 struct Felt {
@@ -68,16 +63,15 @@ struct Felt {
   palpate_step_flags flags;
 };
 Felt felt(const TouchedBox& box, const SceneDef& def, const std::vector<palpate_grip>& grips) {
-  const ScenePointer scene = box.scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(box, def);
   const palpate_tool tool = tool_of(grips);
   Felt found;
-  found.flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-  found.force = Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force);
+  found.flags = scene.touch({tool});
+  found.force = Eigen::Vector3d(scene.tool().force);
   const auto nodes =
       static_cast<std::int32_t>(def.shape == PALPATE_SHAPE_VOLUME ? box.dofs() / 3 : box.body.surface_nodes);
   palpate_step_flags raised = 0;
-  found.u = displacements(scene.get(), contacts.get(), nodes, &raised);
+  found.u = displacements(scene.get(), scene.contacts.get(), nodes, &raised);
   found.flags |= raised;
   if (def.inside.inside == PALPATE_INSIDE_OFF) return found;
   palpate_shape_out shape = shape_out(found.u.data(), nullptr, nodes);
@@ -100,7 +94,7 @@ TEST(PackedBundle, GivesEachColumnWithinTheErrorOfItsForm) {
   for (std::size_t f = 0; f < std::size(kForms); ++f)
     for (std::size_t k = 0; k < rows().touchable.size(); k += 7)
       for (int j = 0; j < 3; ++j) {
-        if (rows().fixed[3 * static_cast<std::size_t>(rows().touchable[k]) + static_cast<std::size_t>(j)]) continue;
+        if (rows().fixed[3 * (rows().touchable[k]) + j]) continue;
         const auto grip = grip_at_node(rows().touchable[k], 0.001 * Eigen::Vector3d::Unit(j));
         const auto def = gripped(PALPATE_SHAPE_SURFACE);
         const Felt expected = felt(rows(), def, {grip}), found = felt(in_form(f), def, {grip});
@@ -158,22 +152,15 @@ TEST(PackedBundle, PacksBlocksThatAreWithinTheErrorBeforeTheFirstRank) {
 TEST(PackedBundle, GivesTheInteriorInItsOwnTypeBesideASurfaceInAnyOther) {
   const Form forms[] = {
       {"f16 beside f32 rows", 5e-4, store_interior_as_f16},
-      {"f16 beside f32 blocks", 5e-4,
-       [](BundleParts& p) {
-         store_interior_as_f16(p), store_in_blocks(p, {ElementType::f32, 1e-4});
-       }},
-      {"f16 beside f16 blocks", 5e-4,
-       [](BundleParts& p) {
-         store_interior_as_f16(p), store_in_blocks(p, {ElementType::f16, 1e-3});
-       }},
+      {"f16 beside f32 blocks", 5e-4, in_blocks(ElementType::f32, 1e-4, store_interior_as_f16)},
+      {"f16 beside f16 blocks", 5e-4, in_blocks(ElementType::f16, 1e-3, store_interior_as_f16)},
       {"f32 beside f16 rows", 1e-6,
        [](BundleParts& p) {
          const auto interior = p.sections.at(SectionId::displacement_interior);
          store_as_f16(p), p.sections.insert_or_assign(SectionId::displacement_interior, interior);
        }},
   };
-  SceneDef def = gripped(PALPATE_SHAPE_VOLUME);
-  def.inside.inside = PALPATE_INSIDE_ON;
+  SceneDef def = with(gripped(PALPATE_SHAPE_VOLUME), PALPATE_INSIDE_ON);
   const std::vector<palpate_grip> grips = {grip_at_node(rows().touchable[40], {0.001, -0.002, 0.003})};
   const Felt expected = felt(rows(), def, grips);
   const auto relative_inside = [](const std::vector<float>& found, const std::vector<float>& right,
@@ -197,16 +184,14 @@ TEST(PackedBundle, FillsAShortArrayAsFarAsItGoes) {
   const auto def = gripped(PALPATE_SHAPE_SURFACE);
   const std::vector<palpate_grip> grips = {grip_at_node(rows().touchable[5], {0.001, -0.002, 0.003})};
   for (std::size_t f = 0; f < std::size(kForms); ++f) {
-    const ScenePointer scene = in_form(f).scene(def);
-    Contacts contacts(scene.get());
-    const palpate_tool tool = tool_of(grips);
-    ASSERT_EQ(palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
-    const std::vector<float> whole = displacements(scene.get(), contacts.get(), in_form(f).body.surface_nodes);
+    TouchedScene scene(in_form(f), def);
+    ASSERT_EQ(scene.hold(grips), 0u);
+    const std::vector<float> whole = scene.shape();
     for (const std::int32_t capacity : {1, 2, 7, in_form(f).body.surface_nodes}) {
       const auto filled = 3 * static_cast<std::ptrdiff_t>(capacity);
       std::vector<float> u(static_cast<std::size_t>(filled) + 3, 9);
       palpate_shape_out out = shape_out(u.data(), nullptr, capacity);
-      EXPECT_EQ(palpate_scene_shape(scene.get(), contacts.get(), &out), 0u);
+      EXPECT_EQ(palpate_scene_shape(scene.get(), scene.contacts.get(), &out), 0u);
       EXPECT_TRUE(std::equal(u.begin(), u.begin() + filled, whole.begin())) << kForms[f].name << ", " << capacity;
       EXPECT_EQ(std::count(u.begin() + filled, u.end(), 9.0f), 3) << kForms[f].name << ", " << capacity;
     }
@@ -215,14 +200,8 @@ TEST(PackedBundle, FillsAShortArrayAsFarAsItGoes) {
 
 TEST(PackedBundle, GivesSeveralContactsAsTheConditionOfTheirSystemAllows) {
   std::vector<palpate_grip> grips;
-  Eigen::MatrixXd c = Eigen::MatrixXd::Zero(rows().dofs(), rows().dofs());
-  std::vector<Eigen::Index> free, held;
-  for (Eigen::Index i = 0; i < rows().dofs(); ++i)
-    if (!rows().fixed[static_cast<std::size_t>(i)]) free.push_back(i);
-  const Eigen::MatrixXd k = rows().stiffness();
-  const Eigen::MatrixXd unit_loads = Eigen::MatrixXd::Identity(free.size(), free.size());
-  const Eigen::MatrixXd on_free_dofs = Eigen::MatrixXd(k(free, free)).llt().solve(unit_loads);
-  c(free, free) = on_free_dofs;
+  const Eigen::MatrixXd c = dense_compliance(dense_box(kLong));
+  std::vector<Eigen::Index> held;
   for (std::size_t g = 0; g < 6; ++g) {
     const std::int32_t node = rows().touchable[g * (rows().touchable.size() - 2) / 6];
     grips.push_back(grip_at_node(node, {0.001, 0.0005 * static_cast<double>(g), -0.0003}));
@@ -247,31 +226,24 @@ TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
     parts.set(SectionId::response_range, {2}, std::vector<double>{1, 1});
   };
   const TouchedBox plain(kLong, with_curves);
-  const TouchedBox packed(kLong, [&](BundleParts& parts) {
-    with_curves(parts);
-    store_in_blocks(parts, {ElementType::f32, {}});
-  });
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.radial = PALPATE_RADIAL_RESPONSE;
+  const TouchedBox packed(kLong, in_blocks(ElementType::f32, {}, with_curves));
+  SceneDef def = unlimited_def(PALPATE_COLLISION_DEFORMED, PALPATE_RADIAL_RESPONSE);
   const std::int32_t triangle = plain.far_triangle(3);
   const Eigen::Vector3d place = plain.place(triangle, {.3, .3, .4}), out = plain.outward(triangle);
-  const ScenePointer a = plain.scene(def), b = packed.scene(def);
-  Contacts in_a(a.get()), in_b(b.get());
+  TouchedScene a(plain, def), b(packed, def);
   for (int s = 0; s < 60; ++s) {
     const Eigen::Vector3d p = place + 0.002 * std::cos(0.1 * s) * out;
     const palpate_grip grip = grip_at_node(plain.touchable[40], {0, 0, 0.001});
     const palpate_tool tools[2] = {point_tool(p.data()), grip_tool(&grip)};
-    palpate_scene_touch(a.get(), tools, 2, 1e-3, in_a.get(), in_a.bytes());
-    palpate_scene_touch(b.get(), tools, 2, 1e-3, in_b.get(), in_b.bytes());
-    ASSERT_EQ(palpate_contacts_tool(in_a, 0)->contact_count, palpate_contacts_tool(in_b, 0)->contact_count) << s;
-    EXPECT_LE((Eigen::Vector3d(palpate_contacts_tool(in_a, 0)->force) -
-               Eigen::Vector3d(palpate_contacts_tool(in_b, 0)->force))
-                  .norm(),
-              1e-5)
-        << s;
+    a.touch(tools);
+    b.touch(tools);
+    ASSERT_EQ(a.tool().contact_count, b.tool().contact_count) << s;
+    EXPECT_LE((Eigen::Vector3d(a.tool().force) - Eigen::Vector3d(b.tool().force)).norm(), 1e-5) << s;
     const auto nodes = plain.body.surface_nodes;
     // 1e-7 for rounding, times a condition of some hundreds for three neighbouring nodes.
-    EXPECT_LE(relative(displacements(b.get(), in_b.get(), nodes), displacements(a.get(), in_a.get(), nodes)), 1e-4)
+    EXPECT_LE(
+        relative(displacements(b.get(), b.contacts.get(), nodes), displacements(a.get(), a.contacts.get(), nodes)),
+        1e-4)
         << s;
   }
 }
@@ -279,30 +251,23 @@ TEST(PackedBundle, FollowsCollisionsAndCorrectsToolByTool) {
 // Two discs on the far face: one is pressed and dragged until it slips, the other comes down beside it. Collision follows the
 // deformed surface. A disc's local compliance is not in the tensors, so it is the same in every form.
 TEST(PackedBundle, FeelsDiscsThatStickAndSlipInEveryForm) {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
+  SceneDef def = unlimited_def(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB);
   const Eigen::Vector3d out = Eigen::Vector3d::UnitX(), place(0.28, 0.0221, 0.0312);
   for (std::size_t f = 0; f < std::size(kForms); ++f) {
-    const ScenePointer plain = rows().scene(def), packed = in_form(f).scene(def);
-    Contacts in_rows(plain.get()), in_other(packed.get());
+    TouchedScene plain(rows(), def), packed(in_form(f), def);
     double largest = 0, off = 0;
     int slips = 0;
     for (int s = 0; s < 120; ++s) {
       Eigen::Vector3d p[2] = {place + 1e-4 * out, place + 1e-4 * out + Eigen::Vector3d(0, 0.013, 0)};
       p[0] += -5e-5 * std::min(s, 40) * out + 5e-5 * std::max(0, s - 40) * Eigen::Vector3d(0, 0, -1);
       p[1] += -2e-5 * s * out;
-      palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
-      for (int t = 0; t < 2; ++t)
-        tools[t].points = p[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.004 + 0.003 * t,
-        tools[t].friction = 0.3;
-      palpate_scene_touch(plain.get(), tools, 2, 1e-3, in_rows.get(), in_rows.bytes());
-      palpate_scene_touch(packed.get(), tools, 2, 1e-3, in_other.get(), in_other.bytes());
-      slips += palpate_contacts_tool(in_rows, 0)->slip_count;
+      const palpate_tool tools[2] = {point_tool(p[0].data(), 1, 0.004, 0.3), point_tool(p[1].data(), 1, 0.007, 0.3)};
+      plain.touch(tools);
+      packed.touch(tools);
+      slips += plain.tool().slip_count;
       for (int t = 0; t < 2; ++t) {
-        ASSERT_EQ(palpate_contacts_tool(in_other, t)->contact_count, palpate_contacts_tool(in_rows, t)->contact_count)
-            << kForms[f].name << " " << s;
-        const Eigen::Vector3d expected(palpate_contacts_tool(in_rows, t)->force_raw),
-            found(palpate_contacts_tool(in_other, t)->force_raw);
+        ASSERT_EQ(packed.tool(t).contact_count, plain.tool(t).contact_count) << kForms[f].name << " " << s;
+        const Eigen::Vector3d expected(plain.tool(t).force_raw), found(packed.tool(t).force_raw);
         largest = std::max(largest, expected.norm()), off = std::max(off, (found - expected).norm());
       }
     }

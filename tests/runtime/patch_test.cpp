@@ -6,6 +6,7 @@
 #include <random>
 
 #include "runtime/contact/thinned_disc.h"
+#include "tests/runtime/asked_scene.h"
 #include "tests/runtime/many_discs.h"
 
 namespace palpate::tests {
@@ -202,11 +203,9 @@ TEST(PatchContact, ThatCreepsLeavesAHoveringPointAlone) {
   TinyBox form;
   form.cells = {3, 6, 5};
   const TouchedBox box(form);
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED;
+  SceneDef def = unlimited_def(PALPATE_COLLISION_DEFORMED);
   const auto operations = [&](double per_step) {
-    const ScenePointer scene = box.scene(def);
-    Contacts contacts(scene.get());
+    TouchedScene scene(box, def);
     std::int64_t sum = 0;
     for (int s = 0; s < 200; ++s) {
       const PlaceOnFace place = place_at(box, {1, 0, 0}, {0.06, 0.02 + per_step * s, 0.021});
@@ -215,8 +214,8 @@ TEST(PatchContact, ThatCreepsLeavesAHoveringPointAlone) {
       tools[0].disc_radius = 0.004;
       const double hovers[3] = {0.064, 0.04, 0.04};
       tools[1].points = hovers, tools[1].point_count = 1;
-      EXPECT_EQ(palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes()), 0u);
-      if (s >= 100) sum += contacts.get()->operations;
+      EXPECT_EQ(scene.touch(tools), 0u);
+      if (s >= 100) sum += scene.contacts.get()->operations;
     }
     return sum;
   };
@@ -234,9 +233,7 @@ TEST(PatchContact, OfALargerDiscIsStifferAndAPointIsThePointModel) {
     EXPECT_GT(force, before);
     before = force;
   }
-  SceneDef def = unlimited_def();
-  def.contact = PALPATE_CONTACT_POINT;
-  const ScenePointer point = box.scene(def);
+  const ScenePointer point = box.scene(unlimited_def(PALPATE_CONTACT_POINT));
   EXPECT_EQ(force_at(box, scene.get(), 0.024, 0, {-1, 0, 0}), force_at(box, point.get(), 0.024, 0, {-1, 0, 0}));
   EXPECT_EQ(force_at(box, point.get(), 0.024, 0.003, {-1, 0, 0}), force_at(box, point.get(), 0.024, 0, {-1, 0, 0}));
 }
@@ -279,7 +276,7 @@ TEST(PatchContact, TakesItsStiffnessFromTheRegionUnderIt) {
     std::vector<std::int32_t> region(tetrahedra.size() / 4);
     for (std::size_t e = 0; e < region.size(); ++e) {
       double y = 0;
-      for (int v = 0; v < 4; ++v) y += nodes[3 * static_cast<std::size_t>(tetrahedra[4 * e + v]) + 1] / 4;
+      for (int v = 0; v < 4; ++v) y += nodes[3 * tetrahedra[4 * e + v] + 1] / 4;
       region[e] = y > 0.025;
     }
     parts.set(formats::SectionId::region, {region.size()}, region);
@@ -301,15 +298,10 @@ TEST(PatchContact, TakesItsStiffnessFromTheRegionUnderIt) {
 
 // Many more discs than nodes, as those of an instrument with close points. What the mesh does not resolve below them is the larger part of
 // their compliance: the force is that of all discs, four times that of one, where each has that part of its own.
-class DiscsAtOnePlace {
+class DiscsAtOnePlace : public TouchedScene {
  public:
-  DiscsAtOnePlace(int discs, palpate_contact_law law, palpate_collision collision) : points_(discs) {
-    SceneDef def = unlimited_def();
-    def.law = law, def.collision = collision;
-    scene_ = ManyDiscs::box().scene(def);
-    contacts_ = std::make_unique<Contacts>(scene_.get());
-    tool_.points = points_[0].data(), tool_.point_count = discs, tool_.disc_radius = 0.001, tool_.friction = 0.3;
-  }
+  DiscsAtOnePlace(int discs, palpate_contact_law law, palpate_collision collision)
+      : TouchedScene(ManyDiscs::box(), unlimited_def(law, collision)), points_(discs) {}
   // N, at a depth of 1 mm and after a drag by so much, m, in steps.
   Eigen::Vector3d press(double drag) {
     for (int step = -2; step <= 20; ++step) touch(5e-5 * step, 0);
@@ -321,29 +313,16 @@ class DiscsAtOnePlace {
       const double apart = 2e-6 * static_cast<double>(i);
       points_[i] = Eigen::Vector3d(0.06 - depth, 0.0201 + along + apart, 0.0203 - apart);
     }
-    flags = palpate_scene_touch(scene_.get(), &tool_, 1, 1e-3, contacts_->get(), contacts_->bytes());
+    TouchedScene::touch({point_tool(points_[0].data(), static_cast<std::int32_t>(points_.size()), 0.001, 0.3)});
   }
-  Eigen::Vector3d force() { return Eigen::Vector3d(palpate_contacts_tool(*contacts_, 0)->force_raw); }
-  std::vector<std::uint64_t> saved() {
-    std::vector<std::uint64_t> state(palpate_scene_state_bytes(scene_.get()) / 8);
-    EXPECT_EQ(palpate_scene_save(scene_.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
-    return state;
-  }
-  void restore(const std::vector<std::uint64_t>& state) {
-    EXPECT_EQ(palpate_scene_restore(scene_.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
-  }
-  palpate_step_flags flags = 0;
 
  private:
   std::vector<Eigen::Vector3d> points_;
-  ScenePointer scene_;
-  std::unique_ptr<Contacts> contacts_;
-  palpate_tool tool_ = palpate_default_tool();
 };
 
 TEST(Discs, OfThirtySixClosePointsPressAndDragLikeOneUnderEveryLaw) {
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
-    for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+    for (const auto law : kEveryLaw) {
       DiscsAtOnePlace one(1, law, collision), many(36, law, collision);
       const Eigen::Vector3d expected = one.press(1e-4), found = many.press(1e-4);
       EXPECT_EQ(many.flags, 0u) << law;
@@ -360,13 +339,13 @@ TEST(Discs, ThatOverlapGoOnWithTheSameBitsAfterARestore) {
     played.press(5e-5);
     restored.touch(-1e-3, 0);  // it has been elsewhere
     restored.touch(2e-3, 0);
-    restored.restore(played.saved());
+    restore_from(played.get(), restored.get());
     for (int step = 0; step < 20; ++step) {
       const double depth = 1e-3 - 2e-5 * step, along = 5e-5 + 2e-6 * step;
       played.touch(depth, along), restored.touch(depth, along);
       EXPECT_EQ(played.force(), restored.force()) << step;
     }
-    EXPECT_EQ(played.saved(), restored.saved());
+    EXPECT_EQ(state_of(played.get()), state_of(restored.get()));
   }
 }
 
@@ -374,9 +353,9 @@ TEST(Discs, AreThinnedWhereNodesAreShortAndNoContactIsDropped) {
   ManyDiscs all(3000);
   for (const std::int32_t nodes : {512, 256, 192, 128, 64}) {
     ManyDiscs some(nodes);
-    EXPECT_EQ(some.state().contact_count, 64) << nodes;
+    EXPECT_EQ(some.tool().contact_count, 64) << nodes;
     EXPECT_EQ(some.flags & PALPATE_STEP_CONTACTS_DROPPED, 0u) << nodes;
-    EXPECT_LE((*some.contacts)->node_count, nodes);
+    EXPECT_LE(some.contacts->node_count, nodes);
     // A disc is softer on fewer nodes, and on two or one it is a poor disc.
     const double share = some.force()[0] / all.force()[0];
     EXPECT_LT(share, 1.01) << nodes;
@@ -396,14 +375,13 @@ TEST(Discs, ThatAreThinnedWithoutAFlagKeepTheirForce) {
       const auto press = [&](std::int32_t limit, palpate_step_flags* flags) {
         SceneDef def = unlimited_def();
         def.max_points = 1, def.max_contact_nodes = limit;
-        const ScenePointer scene = ManyDiscs::box().scene(def);
-        Contacts contacts(scene.get());
+        TouchedScene scene(ManyDiscs::box(), def);
         const std::vector<palpate_grip> grips = {
             grip_at_place(ManyDiscs::box().far_triangle(37), {.5, .3, .2}, {-0.001, 0.0005, 0})};
         palpate_tool tool = tool_of(grips);
         tool.disc_radius = radius;
-        *flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-        return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
+        *flags = scene.touch({tool});
+        return scene.force();
       };
       palpate_step_flags flags = 0, of_all = 0;
       const Eigen::Vector3d thinned = press(nodes, &flags), all = press(3000, &of_all);
@@ -425,7 +403,7 @@ TEST(ThinnedDisc, KeepsItsWeightAndItsMean) {
   int moved = 0;
   for (int disc = 0; disc < 200; ++disc) {
     const int count = 4 + static_cast<int>(random() % 20), most = 1 + static_cast<int>(random() % (count - 1));
-    std::vector<double> rest(3 * static_cast<std::size_t>(count)), weight(count);
+    std::vector<double> rest(3 * count), weight(count);
     std::vector<std::int32_t> node(count);
     double sum = 0;
     for (double& x : rest) x = any(random);

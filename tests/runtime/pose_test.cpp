@@ -11,17 +11,9 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-const TouchedBox& box() {
-  static const TouchedBox shared;
-  return shared;
-}
-
 SceneDef sliding_def(palpate_contact_law law = PALPATE_LAW_COULOMB,
                      palpate_collision collision = PALPATE_COLLISION_DEFORMED) {
-  SceneDef def;
-  def.collision = collision, def.law = law;
-  def.relaxation = relaxation_of({{0.5, 0.02}});
-  return def;
+  return with(SceneDef(), collision, law, relaxation_of({{0.5, 0.02}}));
 }
 
 palpate_pose pose_at(const Vector3d& position, const Quaterniond& turn = Quaterniond::Identity()) {
@@ -34,35 +26,23 @@ palpate_pose pose_at(const Vector3d& position, const Quaterniond& turn = Quatern
 
 // Where the tool is in the organ's frame: it comes down on the far face, slides over it with friction and goes out.
 Vector3d in_organ(int s) {
-  const std::int32_t triangle = box().far_triangle(5);
-  return box().place(triangle, {.3, .3, .4}) + 0.002 * std::cos(0.05 * s) * box().outward(triangle) +
+  const std::int32_t triangle = tiny_box().far_triangle(5);
+  return tiny_box().place(triangle, {.3, .3, .4}) + 0.002 * std::cos(0.05 * s) * tiny_box().outward(triangle) +
          Vector3d(0, 0.0005 * std::sin(0.03 * s), 2e-5 * s);
 }
 
 // A scene with one disc.
-class Played {
- public:
-  explicit Played(const SceneDef& def = sliding_def()) : scene(box().scene(def)), contacts(scene.get()) {}
+struct Played : TouchedScene {
+  explicit Played(const SceneDef& def = sliding_def()) : TouchedScene(tiny_box(), def) {}
 
   void pose(const palpate_pose& pose) {
     palpate_error error = {};
     ASSERT_EQ(palpate_scene_set_pose(scene.get(), &pose, &error), PALPATE_OK) << error.text;
   }
-  palpate_step_flags step(const Vector3d& p, double dt = 1e-3) {
-    const palpate_tool tool = point_tool(p.data(), 1, 0.004, 0.2);
-    return palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
-  }
-  const palpate_tool_state& tool() { return *palpate_contacts_tool(contacts, 0); }
+  palpate_step_flags step(const Vector3d& p) { return press(p, 0.004, 0.2); }
   Vector3d force() { return Vector3d(tool().force); }
-  Vector3d raw() { return Vector3d(tool().force_raw); }
-
-  ScenePointer scene;
-  Contacts contacts;
+  Vector3d raw() { return TouchedScene::force(); }
 };
-
-Vector3d world_force_of(const Quaterniond& turn, const Vector3d& f) {
-  return turn * f;
-}
 
 // The contact nodes, which are in the organ's frame, to the bit; -0 is 0.
 void expect_same_nodes(Played& a, Played& b, int s) {
@@ -82,15 +62,14 @@ TEST(Pose, OfIdentityGivesTheSameBits) {
   for (int s = 0; s < 150; ++s) {
     with.pose(s % 2 ? pose_at(Vector3d::Zero(), turn) : palpate_default_pose());
     without.step(in_organ(s)), with.step(in_organ(s));
-    ASSERT_EQ(without.contacts->used_bytes, with.contacts->used_bytes);
     // All but the quaternion's sign.
     std::copy_n(without.contacts->organ_orientation, 4, with.contacts->organ_orientation);
-    ASSERT_EQ(std::memcmp(without.contacts.get(), with.contacts.get(), with.contacts->used_bytes), 0) << s;
+    ASSERT_TRUE(without.has_bytes_of(with)) << s;
   }
 }
 
 TEST(Pose, OfAnOrganThatMovesAgainstAToolAtRestGivesTheBitsOfAToolThatMoves) {
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const auto law : kEveryLaw)
     for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
       Played tool_moves(sliding_def(law, collision)), organ_moves(sliding_def(law, collision));
       const Vector3d resting(0.25, -0.5, 0.75);
@@ -127,8 +106,8 @@ TEST(Pose, OfAnOrganThatTurnsAndMovesAgainstATool) {
     organ_moves.pose(pose_at(position, turn));
     const palpate_step_flags flags = organ_moves.step(position + turn * in_organ(s));
     EXPECT_EQ(tool_moves.step(in_organ(s)), flags) << s;
-    EXPECT_LT((organ_moves.force() - world_force_of(turn, tool_moves.force())).norm(), kRounding) << s;
-    EXPECT_LT((organ_moves.raw() - world_force_of(turn, tool_moves.raw())).norm(), kRounding) << s;
+    EXPECT_LT((organ_moves.force() - turn * tool_moves.force()).norm(), kRounding) << s;
+    EXPECT_LT((organ_moves.raw() - turn * tool_moves.raw()).norm(), kRounding) << s;
     ASSERT_EQ(organ_moves.contacts->node_count, tool_moves.contacts->node_count) << s;
     for (std::int32_t n = 0; n < organ_moves.contacts->node_count; ++n)
       EXPECT_LT(
@@ -271,7 +250,7 @@ TEST(Pose, LeavesAToolWithBadInputWhereItWasInTheWorld) {
   ASSERT_GT(before.norm(), 0.05);
   Played moved(sliding_def(PALPATE_LAW_STICKING));
   for (int s = 0; s < 60; ++s) moved.step(in_organ(s));
-  for (Played* each : {&played, &moved}) each->pose(pose_at(1e-3 * box().outward(box().far_triangle(5))));
+  for (Played* each : {&played, &moved}) each->pose(pose_at(1e-3 * tiny_box().outward(tiny_box().far_triangle(5))));
   EXPECT_EQ(played.step({NAN, 0, 0}), PALPATE_STEP_BAD_INPUT);
   moved.step(p);
   EXPECT_EQ(played.raw(), moved.raw());
@@ -281,7 +260,7 @@ TEST(Pose, LeavesAToolWithBadInputWhereItWasInTheWorld) {
 TEST(Pose, StaysWhenTheSceneIsReset) {
   Played played;
   played.pose(pose_at({1, 2, 3}));
-  palpate_scene_reset(played.scene.get());
+  played.reset();
   played.step({9, 9, 9});
   EXPECT_EQ(Vector3d(played.contacts->organ_position), Vector3d(1, 2, 3));
 }

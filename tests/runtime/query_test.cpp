@@ -14,21 +14,17 @@ namespace {
 constexpr double kStored = 1e-7;
 
 SceneDef query_def() {
-  SceneDef def = unlimited_def();
-  def.contact = PALPATE_CONTACT_POINT, def.queries.queries = PALPATE_QUERIES_ON;
-  return def;
+  return unlimited_def(PALPATE_CONTACT_POINT, PALPATE_QUERIES_ON);
 }
 
 // A scene under contacts, and its surface as the reference sees it.
-class Queried {
- public:
+struct Queried : TouchedScene {
   explicit Queried(const TouchedBody& touched, const SceneDef& def = query_def())
-      : body(touched), scene(body.scene(def)), contacts(scene.get()), truth(body.body) {}
+      : TouchedScene(touched, def), body(touched), truth(body.body) {}
 
   void touch(const std::vector<palpate_grip>& grips) {
-    const palpate_tool tool = tool_of(grips);
-    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    truth.move(displacements(scene.get(), contacts, body.body.surface_nodes));
+    hold(grips);
+    truth.move(shape());
   }
   palpate_surface_hit ray(const Eigen::Vector3d& origin, const Eigen::Vector3d& along, double longest = INFINITY) {
     palpate_surface_hit hit = palpate_default_surface_hit();
@@ -47,10 +43,7 @@ class Queried {
   }
 
   const TouchedBody& body;
-  ScenePointer scene;
-  Contacts contacts;
   DeformedTruth truth;
-  palpate_step_flags flags = 0;
 };
 
 Eigen::Vector3d vector(const double* x) {
@@ -264,9 +257,7 @@ TEST(Query, DefinesWhatBadAndDegenerateInputGives) {
     EXPECT_EQ(palpate_scene_cast_ray(scene, nullptr, p.data(), down.data(), 1, &hit), PALPATE_STEP_BAD_INPUT);
     EXPECT_EQ(hit.struct_bytes, bytes);
   }
-  SceneDef without = query_def();
-  without.queries.queries = PALPATE_QUERIES_OFF;
-  const ScenePointer other = box.scene(without);
+  const ScenePointer other = box.scene(with(query_def(), PALPATE_QUERIES_OFF));
   hit = palpate_default_surface_hit();
   EXPECT_EQ(palpate_scene_cast_ray(other.get(), nullptr, p.data(), down.data(), 1, &hit), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(hit.hit, 0);
@@ -297,16 +288,14 @@ TEST(Query, DefinesWhatBadAndDegenerateInputGives) {
 
 // The bytes of every contact of a run, with queries between its steps or without.
 std::vector<std::uint64_t> bytes_of_run(const TouchedBody& body, palpate_query_model queries) {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.queries.queries = queries;
-  Queried queried(body, def);
+  Queried queried(body, unlimited_def(PALPATE_COLLISION_DEFORMED, queries));
   std::vector<std::uint64_t> all;
   Random random;
   for (int s = 0; s < 200; ++s) {
     const Eigen::Vector3d p(.045 + 1e-5 * s, .013, .0131 - 2e-5 * s), q(.08, .017, .0131 - 2e-5 * s);
     const std::vector<palpate_grip> grips = {grip_at_node(body.touchable[9], {0, 0, -1e-5 * s})};
     const palpate_tool tools[3] = {tool_of(grips), point_tool(p.data(), 1, .003), point_tool(q.data())};
-    palpate_scene_touch(queried.scene.get(), tools, 3, 1e-3, queried.contacts.get(), queried.contacts.bytes());
+    queried.TouchedScene::touch(tools);
     all.insert(all.end(), queried.contacts.memory.begin(), queried.contacts.memory.end());
     if (queries == PALPATE_QUERIES_OFF) continue;
     for (int i = 0; i < 5; ++i) {
@@ -336,17 +325,13 @@ TEST(Query, TakesMemoryOnlyWhereASceneAsks) {
   EXPECT_GT(more, 28 * nodes);
   EXPECT_LT(more, 220 * triangles + 40 * nodes + 192 * 90);
   // A scene that neither collides nor touches triangles answers queries, too.
-  SceneDef def = query_def();
-  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;
-  Queried queried(box, def);
+  Queried queried(box, with(query_def(), PALPATE_COLLISION_OFF, PALPATE_CONTACT_NODE));
   EXPECT_NEAR(queried.distance({.03, .02, .06}), .02, 1e-12);
 }
 
 TEST(Query, RunsBesideTouchAndShape) {
   const TouchedBox box;
-  SceneDef def = query_def();
-  def.collision = PALPATE_COLLISION_DEFORMED;
-  Queried queried(box, def);
+  Queried queried(box, with(query_def(), PALPATE_COLLISION_DEFORMED));
   queried.touch({grip_at_node(box.touchable[3], {.004, .001, -.002})});
   Contacts drawn(queried.scene.get()), touched(queried.scene.get());
   drawn.memory = queried.contacts.memory;
@@ -389,10 +374,9 @@ struct Shaped {
 
 TEST(Normals, OfABoxDoNotDependOnItsDiagonals) {
   const TouchedBox box;
-  const ScenePointer scene = box.scene(SceneDef());
-  Contacts contacts(scene.get());
-  palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
-  const Shaped shaped(box, scene.get(), contacts);
+  TouchedScene scene(box, SceneDef());
+  scene.touch();
+  const Shaped shaped(box, scene.get(), scene.contacts);
   EXPECT_EQ(shaped.flags, 0u);
   const Eigen::Vector3d size(.06, .05, .04);
   for (std::int32_t n = 0; n < shaped.nodes; ++n) {
@@ -407,8 +391,7 @@ TEST(Normals, OfABoxDoNotDependOnItsDiagonals) {
 
 TEST(Normals, AreTheMeanOfTheTrianglesWeightedByTheirAngles) {
   const TouchedBody block(slotted_block());
-  SceneDef def = query_def();
-  Queried queried(block, def);
+  Queried queried(block, query_def());
   queried.touch(
       {grip_at_node(block.touchable[30], {.004, .003, -.005}), grip_at_node(block.touchable[60], {0, .006, 0})});
   const Shaped shaped(block, queried.scene.get(), queried.contacts);
@@ -425,10 +408,9 @@ TEST(Normals, AreTheMeanOfTheTrianglesWeightedByTheirAngles) {
 
 TEST(Normals, RefuseWhatTheyCannotReadAndSkipWhatIsNotFinite) {
   const TouchedBox box;
-  const ScenePointer scene = box.scene(SceneDef());
-  Contacts contacts(scene.get());
-  palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
-  Shaped shaped(box, scene.get(), contacts);
+  TouchedScene scene(box, SceneDef());
+  scene.touch();
+  Shaped shaped(box, scene.get(), scene.contacts);
   const std::vector<float> before = shaped.normals;
   palpate_shape_out less = shaped.out;
   less.node_count = shaped.nodes - 1;
@@ -437,9 +419,8 @@ TEST(Normals, RefuseWhatTheyCannotReadAndSkipWhatIsNotFinite) {
             PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_normals(scene.get(), &shaped.out, nullptr, shaped.nodes), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(palpate_scene_normals(scene.get(), nullptr, shaped.normals.data(), shaped.nodes), PALPATE_STEP_BAD_INPUT);
-  SceneDef without;
-  without.collision = PALPATE_COLLISION_OFF, without.contact = PALPATE_CONTACT_NODE;
-  EXPECT_EQ(palpate_scene_normals(box.scene(without).get(), &shaped.out, shaped.normals.data(), shaped.nodes),
+  EXPECT_EQ(palpate_scene_normals(box.scene(with(SceneDef(), PALPATE_COLLISION_OFF, PALPATE_CONTACT_NODE)).get(),
+                                  &shaped.out, shaped.normals.data(), shaped.nodes),
             PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(shaped.normals, before);
   shaped.positions[0] = NAN;

@@ -3,9 +3,7 @@
 namespace palpate::tests {
 
 SceneDef deformed_def() {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT;
-  return def;
+  return unlimited_def(PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_POINT);
 }
 
 void Watched::step(const Eigen::Vector3d& p, const std::vector<palpate_grip>& grips) {

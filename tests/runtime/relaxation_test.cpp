@@ -6,18 +6,10 @@
 
 #include "runtime/base/exponential.h"
 #include "tests/runtime/asked_scene.h"
+#include "tests/support/relaxation.h"
 
 namespace palpate::tests {
 namespace {
-
-// Swine brain: Miller and Chinzei 1997.
-palpate_relaxation_def brain() {
-  palpate_relaxation_def relaxation = palpate_default_relaxation_def();
-  relaxation.terms = 2;
-  relaxation.share[0] = 0.45, relaxation.time[0] = 0.5;
-  relaxation.share[1] = 0.365, relaxation.time[1] = 50;
-  return relaxation;
-}
 
 // Force at time t where F_e rises to 1 in `rise` seconds and stays: the integral of R over the ramp.
 double ramp_and_hold(double t, double rise) {
@@ -97,44 +89,36 @@ TEST(Relaxation, OfTheModelAtOnceGivesThePublishedStressesAtEachRate) {
 TEST(Relaxation, ActsOnAToolsForceAndOnNothingElse) {
   const TouchedBox box;
   SceneDef def = unlimited_def();
-  const ScenePointer elastic = box.scene(def);
+  TouchedScene elastic(box, def);
   def.relaxation = brain();
-  const ScenePointer relaxing = box.scene(def);
-  Contacts a(elastic.get()), b(relaxing.get());
+  TouchedScene relaxing(box, def);
   const std::vector<palpate_grip> grips = {grip_at_node(box.touchable[5], {-0.001, 0.0005, 0.0002})};
   palpate_tool tool = tool_of(grips);
   tool.hold = 1;
-  palpate_scene_touch(elastic.get(), &tool, 1, 0.01, a.get(), a.bytes());
-  const Eigen::Vector3d whole(palpate_contacts_tool(a, 0)->force_raw);
+  elastic.touch({tool}, 0.01);
+  const Eigen::Vector3d whole(elastic.tool().force_raw);
   for (int s = 1; s <= 400; ++s) {
-    palpate_scene_touch(relaxing.get(), &tool, 1, 0.01, b.get(), b.bytes());
-    const Eigen::Vector3d force(palpate_contacts_tool(b, 0)->force_raw);
+    relaxing.touch({tool}, 0.01);
+    const Eigen::Vector3d force(relaxing.tool().force_raw);
     EXPECT_LT((force - ramp_and_hold(0.01 * s, 0.01) * whole).norm(), 1e-11 * whole.norm()) << s;
-    EXPECT_EQ(Eigen::Vector3d(b.nodes()[0].force), Eigen::Vector3d(a.nodes()[0].force));
+    EXPECT_EQ(Eigen::Vector3d(relaxing.contacts.nodes()[0].force), Eigen::Vector3d(elastic.contacts.nodes()[0].force));
   }
-  EXPECT_EQ(displacements(relaxing.get(), b.get(), box.body.surface_nodes),
-            displacements(elastic.get(), a.get(), box.body.surface_nodes));
+  EXPECT_EQ(relaxing.shape(), elastic.shape());
   // Reset clears the memory.
-  palpate_scene_reset(relaxing.get());
-  palpate_scene_touch(relaxing.get(), &tool, 1, 0.01, b.get(), b.bytes());
-  EXPECT_LT((Eigen::Vector3d(palpate_contacts_tool(b, 0)->force_raw) - ramp_and_hold(0.01, 0.01) * whole).norm(),
-            1e-12 * whole.norm());
+  relaxing.reset();
+  relaxing.touch({tool}, 0.01);
+  EXPECT_LT((relaxing.force() - ramp_and_hold(0.01, 0.01) * whole).norm(), 1e-12 * whole.norm());
 }
 
 TEST(Relaxation, NeverPullsAToolThatDoesNotHold) {
   const TouchedBox box;
-  SceneDef def = unlimited_def();
-  def.relaxation = brain();
-  const ScenePointer scene = box.scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(box, unlimited_def(brain()));
   const std::int32_t triangle = box.far_triangle(5);
   const Eigen::Vector3d place = box.place(triangle, {.3, .3, .4}), out = box.outward(triangle);
   const auto press = [&](double depth, double dt) {
     const Eigen::Vector3d p = place - depth * out;
-    palpate_tool tool = palpate_default_tool();
-    tool.points = p.data(), tool.point_count = 1;
-    palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
-    return Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).dot(out);
+    scene.touch({point_tool(p.data())}, dt);
+    return scene.force().dot(out);
   };
   press(-1e-4, 0.001);
   EXPECT_GT(press(0.003, 0.01), 0);
@@ -153,8 +137,7 @@ TEST(Relaxation, NeverPullsAToolThatDoesNotHold) {
 TEST(Relaxation, RefusesNumbersThatAreNone) {
   const TouchedBox box;
   const auto status = [&](auto change) {
-    SceneDef def;
-    def.relaxation = brain();
+    SceneDef def = with(SceneDef(), brain());
     change(def);
     return refusal_of(box, def).status;
   };

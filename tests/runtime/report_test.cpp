@@ -16,19 +16,14 @@ const TouchedBox& box() {
 
 SceneDef report_def(palpate_contact_model contact = PALPATE_CONTACT_POINT,
                     palpate_contact_law law = PALPATE_LAW_STICKING) {
-  SceneDef def = unlimited_def();
-  def.contact = contact, def.law = law, def.collision = PALPATE_COLLISION_DEFORMED;
-  def.report.report = PALPATE_REPORT_CONTACTS;
-  return def;
+  return unlimited_def(contact, law, PALPATE_COLLISION_DEFORMED, PALPATE_REPORT_CONTACTS);
 }
 
-class Reporting {
- public:
-  explicit Reporting(const SceneDef& def) : scene(box().scene(def)), contacts(scene.get()) {}
+struct Reporting : TouchedScene {
+  explicit Reporting(const SceneDef& def) : TouchedScene(box(), def) {}
 
   void touch(const std::vector<palpate_tool>& tools, double dt = 1e-3) {
-    flags = palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), dt, contacts.get(),
-                                contacts.bytes());
+    TouchedScene::touch(tools, dt);
     report = palpate_scene_report(scene.get());
     ASSERT_NE(report, nullptr);
     ASSERT_EQ(report->step, contacts->step);
@@ -43,10 +38,7 @@ class Reporting {
     return all;
   }
 
-  ScenePointer scene;
-  Contacts contacts;
   const palpate_contact_report* report = nullptr;
-  palpate_step_flags flags = 0;
 };
 
 Eigen::Vector3d vector(const double* x) {
@@ -60,7 +52,7 @@ palpate_tool named(palpate_tool tool, std::int32_t id) {
 
 // The displacement of a place by the shape that the scene draws.
 Eigen::Vector3d displacement_at(Reporting& reporting, std::int32_t triangle, const double* barycentric) {
-  const std::vector<float> u = displacements(reporting.scene.get(), reporting.contacts, box().body.surface_nodes);
+  const std::vector<float> u = reporting.shape();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int v = 0; v < 3; ++v)
     sum += barycentric[v] * Eigen::Map<const Eigen::Vector3f>(&u[3 * box().body.triangles[triangle][v]]).cast<double>();
@@ -68,9 +60,8 @@ Eigen::Vector3d displacement_at(Reporting& reporting, std::int32_t triangle, con
 }
 
 TEST(Report, PlacesForcesAndMotionsAreThoseOfTheStep) {
-  for (const auto contact :
-       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
-    for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+  for (const auto contact : kEveryContact)
+    for (const auto law : kEveryLaw) {
       SCOPED_TRACE(testing::Message() << "contact " << contact << ", law " << law);
       Reporting reporting(report_def(contact, law));
       Eigen::Vector3d last_p[2];
@@ -81,8 +72,7 @@ TEST(Report, PlacesForcesAndMotionsAreThoseOfTheStep) {
         palpate_tool tools[2] = {point_tool(p[0].data(), 1, .004, .2), point_tool(p[1].data(), 1, .004, .2)};
         tools[1].grips = &grip, tools[1].grip_count = 1;
         const std::vector<float> before =
-            s == 0 ? std::vector<float>(3 * static_cast<std::size_t>(box().body.surface_nodes))
-                   : displacements(reporting.scene.get(), reporting.contacts, box().body.surface_nodes);
+            s == 0 ? std::vector<float>(3 * static_cast<std::size_t>(box().body.surface_nodes)) : reporting.shape();
         reporting.touch({named(tools[0], 5), named(tools[1], 9)});
         Eigen::Vector3d sum[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
         int count[2] = {}, slips[2] = {}, releases[2] = {};
@@ -121,7 +111,7 @@ TEST(Report, PlacesForcesAndMotionsAreThoseOfTheStep) {
           }
         }
         for (int t = 0; t < 2; ++t) {
-          const palpate_tool_state& state = *palpate_contacts_tool(reporting.contacts, t);
+          const palpate_tool_state& state = reporting.tool(t);
           // Rounding of the sums of the nodes' forces, which cancel under TRIANGLE.
           double nodes = 0;
           for (int n = 0; n < reporting.contacts->node_count; ++n)
@@ -145,28 +135,23 @@ TEST(Report, PlacesForcesAndMotionsAreThoseOfTheStep) {
 TEST(Report, VelocitiesAreFiniteInTheShortestStepAndAShorterOneIsBadInput) {
   Reporting reporting(report_def(PALPATE_CONTACT_POINT, PALPATE_LAW_STICKING));
   double depth = 0;
-  palpate_step_flags flags = 0;
   const auto step = [&](double dt) {
     const Eigen::Vector3d p(.031, .022, .0405 - depth);
-    const palpate_tool tool = point_tool(p.data(), 1, .004);
     depth += 1e-4;
-    flags =
-        palpate_scene_touch(reporting.scene.get(), &tool, 1, dt, reporting.contacts.get(), reporting.contacts.bytes());
-    const palpate_contact_report* report = palpate_scene_report(reporting.scene.get());
-    return report->contact_count > 0 ? vector(palpate_report_contact(report, 0)->velocity).lpNorm<Eigen::Infinity>()
-                                     : 0.0;
+    reporting.touch({point_tool(p.data(), 1, .004)}, dt);
+    return reporting.report->contact_count > 0 ? vector(reporting.contact(0).velocity).lpNorm<Eigen::Infinity>() : 0.0;
   };
   for (int s = 0; s < 20; ++s) step(1e-3);
   const double usual = step(1e-3);
   for (const double dt : {1e-9, 1e-300}) {
     const double velocity = step(dt);
     EXPECT_TRUE(std::isfinite(velocity) && velocity > 1e5 * usual) << velocity;
-    EXPECT_EQ(flags, 0u);
+    EXPECT_EQ(reporting.flags, 0u);
   }
   step(1e-3);
   for (const double dt : {1e-312, 5e-324, 9e-301, 0.0, -1e-3, double{NAN}, 2e6, HUGE_VAL}) {
     EXPECT_NEAR(step(dt), usual, 0.1 * usual) << dt << ": the last good dt is taken";
-    EXPECT_TRUE(flags & PALPATE_STEP_BAD_INPUT) << dt;
+    EXPECT_TRUE(reporting.flags & PALPATE_STEP_BAD_INPUT) << dt;
   }
 }
 
@@ -193,7 +178,7 @@ TEST(Report, MotionIsThatOfTheToolAgainstAnOrganThatMovesAndTurns) {
     EXPECT_LT(vector(made.velocity).norm(), made.begun == reporting.report->step ? .0201 : 1e-6);
     double force[3];
     palpate_vector_to_world(pose.orientation, made.force, force);
-    EXPECT_LT((vector(force) - vector(palpate_contacts_tool(reporting.contacts, 0)->force_raw)).norm(), 1e-12);
+    EXPECT_LT((vector(force) - reporting.force()).norm(), 1e-12);
   }
   EXPECT_GT(pressed, 45);
 }
@@ -203,9 +188,9 @@ TEST(Report, TellsBeginAndEndOfATouchAndOfAGrip) {
   int begun = 0, ended = 0;
   for (int s = 0; s < 100; ++s) {
     const Eigen::Vector3d p(.031, .022, .0405 - 5e-5 * (s < 50 ? s : 100 - s));
-    const int before = s == 0 ? 0 : palpate_contacts_tool(reporting.contacts, 0)->contact_count;
+    const int before = s == 0 ? 0 : reporting.tool().contact_count;
     reporting.touch({named(point_tool(p.data()), 3)});
-    const int now = palpate_contacts_tool(reporting.contacts, 0)->contact_count;
+    const int now = reporting.tool().contact_count;
     ASSERT_EQ(reporting.report->event_count, before != now) << s;
     if (before == now) continue;
     const palpate_contact_event& event = reporting.event(0);
@@ -282,7 +267,7 @@ TEST(Report, KnowsContactsByTheirToolsIdInAnyOrder) {
   reporting.touch({a, b});
   EXPECT_THAT(reporting.kinds(), ElementsAre(PALPATE_EVENT_BEGIN));
   EXPECT_EQ(reporting.event(0).tool_id, 10);
-  palpate_scene_reset(reporting.scene.get());
+  reporting.reset();
   EXPECT_EQ(palpate_scene_report(reporting.scene.get())->step, 0u);
   EXPECT_EQ(palpate_scene_report(reporting.scene.get())->contact_count, 0);
   reporting.touch({a});
@@ -348,8 +333,7 @@ std::vector<std::uint64_t> play_at_random(Reporting& reporting, const std::funct
     }
     std::shuffle(tools.begin(), tools.end(), random);
     if (s % 400 == 399) palpate_scene_reset_tool(reporting.scene.get(), 1);
-    palpate_scene_touch(reporting.scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
-                        reporting.contacts.get(), reporting.contacts.bytes());
+    reporting.TouchedScene::touch(tools);
     reporting.report = palpate_scene_report(reporting.scene.get());
     const auto* bytes = reinterpret_cast<const std::uint64_t*>(reporting.contacts.get());
     all.insert(all.end(), bytes, bytes + reporting.contacts->used_bytes / 8);
@@ -424,11 +408,7 @@ TEST(Report, ChangesNoBitOfAStepAndTakesNothingWhereItIsOff) {
     EXPECT_EQ(palpate_scene_report(off.scene.get()), nullptr);
   }
   EXPECT_EQ(palpate_scene_report(nullptr), nullptr);
-  const auto bytes = [&](palpate_report_model report) {
-    SceneDef def;
-    def.report.report = report;
-    return bytes_of(def, box());
-  };
+  const auto bytes = [&](palpate_report_model report) { return bytes_of(with(SceneDef(), report), box()); };
   // 64 contacts, twice as many events, 4 tools with 64 points each.
   const std::size_t more = bytes(PALPATE_REPORT_CONTACTS) - bytes(PALPATE_REPORT_OFF);
   EXPECT_GT(more, 64 * (sizeof(palpate_contact) + 2 * sizeof(palpate_contact_event)));

@@ -30,9 +30,7 @@ const TouchedBox& box() {
   return shared;
 }
 SceneDef corrected_def() {
-  SceneDef def = unlimited_def();
-  def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE;
-  return def;
+  return unlimited_def(PALPATE_RADIAL_RESPONSE, PALPATE_FORCE_RESPONSE);
 }
 Eigen::Vector3d at(const std::vector<float>& u, int n) {
   return {u[3 * n], u[3 * n + 1], u[3 * n + 2]};
@@ -58,11 +56,10 @@ std::vector<double> coefficients_of(int count, const std::function<double(double
   std::vector<double> c(static_cast<std::size_t>(count), 0.0);
   for (int p = 0; p < count; ++p) {
     const double angle = M_PI * (p + 0.5) / count, value = y((std::cos(angle) + 1) / 2);
-    for (int k = 0; k < count; ++k)
-      c[static_cast<std::size_t>(k)] += (k == 0 ? 1.0 : 2.0) / count * value * std::cos(k * angle);
+    for (int k = 0; k < count; ++k) c[k] += (k == 0 ? 1.0 : 2.0) / count * value * std::cos(k * angle);
   }
   c[0] = 0;  // such that y(0) = sum (-1)^k c_k is zero
-  for (int k = 1; k < count; ++k) c[0] += (k % 2 ? 1 : -1) * c[static_cast<std::size_t>(k)];
+  for (int k = 1; k < count; ++k) c[0] += (k % 2 ? 1 : -1) * c[k];
   return c;
 }
 formats::ResponseFault fault_of(const std::vector<double>& c, double range = 1) {
@@ -140,16 +137,14 @@ struct Step {
   palpate_step_flags touch_flags, shape_flags;
 };
 Step step(const SceneDef& def, const std::vector<std::vector<palpate_grip>>& grips) {
-  const ScenePointer scene = box().scene(def);
+  TouchedScene scene(box(), def);
   std::vector<palpate_tool> tools;
   for (const auto& one : grips) tools.push_back(tool_of(one));
-  Contacts contacts(scene.get());
   Step result;
-  result.touch_flags = palpate_scene_touch(scene.get(), tools.data(), static_cast<int>(tools.size()), 1e-3,
-                                           contacts.get(), contacts.bytes());
-  result.u = displacements(scene.get(), contacts.get(), box().body.surface_nodes, &result.shape_flags);
-  result.force = Eigen::Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
-  for (int e = 0; e < contacts->node_count; ++e) result.node_force.emplace_back(contacts.nodes()[e].force);
+  result.touch_flags = scene.touch(tools);
+  result.u = scene.shape(&result.shape_flags);
+  result.force = scene.force();
+  for (int e = 0; e < scene.contacts->node_count; ++e) result.node_force.emplace_back(scene.contacts.nodes()[e].force);
   return result;
 }
 
@@ -258,18 +253,16 @@ TEST(Response, SharesQOfAToolsResultantAmongItsNodesAsTheirPartsAlongItsMotion) 
 }
 
 TEST(Response, ReportsContactsAndTorqueOfTheCorrectedForces) {
-  SceneDef def = corrected_def();
-  def.report.report = PALPATE_REPORT_CONTACTS, def.contact = PALPATE_CONTACT_PATCH;
+  SceneDef def = with(corrected_def(), PALPATE_REPORT_CONTACTS, PALPATE_CONTACT_PATCH);
   def.torque_limit = def.torque_slew = INFINITY;
-  const ScenePointer scene = box().scene(def);
+  TouchedScene scene(box(), def);
   const Eigen::Vector3d d(-0.002, 0.0004, 0.0002), reference(0.1, -0.02, 0.05);
   const std::vector<palpate_grip> grips = grips_of_far_triangle(d);
   palpate_tool tool = tool_of(grips);
   tool.has_torque = 1;
   Eigen::Map<Eigen::Vector3d>(tool.reference) = reference;
-  Contacts contacts(scene.get());
-  palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-  const palpate_tool_state& state = *palpate_contacts_tool(contacts, 0);
+  scene.touch({tool});
+  const palpate_tool_state& state = scene.tool();
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = force;
   for (std::size_t i = 0; i < grips.size(); ++i) {
     const palpate_contact& contact =
@@ -290,8 +283,7 @@ TEST(Response, AddsToAGraspsTorqueTheMomentOfWhatItAddsToItsForces) {
   const auto held = [&](SceneDef def, const Eigen::Vector3d& reference) {
     def.torque_limit = def.torque_slew = INFINITY;
     def.collision = PALPATE_COLLISION_OFF, def.grasps.grasps = 1;
-    const ScenePointer scene = box().scene(def);
-    Contacts contacts(scene.get());
+    TouchedScene scene(box(), def);
     palpate_tool tool = palpate_default_tool();
     tool.parts = &grasp.part, tool.has_torque = 1;
     Eigen::Map<Eigen::Vector3d>(tool.reference) = reference;
@@ -300,9 +292,9 @@ TEST(Response, AddsToAGraspsTorqueTheMomentOfWhatItAddsToItsForces) {
       moved.position[0] = -0.002 * way, moved.position[1] = 0.001 * way;
       moved.orientation[0] = std::cos(0.1 * way), moved.orientation[2] = std::sin(0.1 * way);
       tool.parts = &moved.part;
-      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+      scene.touch({tool});
     }
-    return *palpate_contacts_tool(contacts, 0);
+    return scene.tool();
   };
   const Eigen::Vector3d here(0.05, 0.01, 0.02), there(-0.1, 0.3, 0.2);
   const palpate_tool_state linear = held(unlimited_def(), here), corrected = held(corrected_def(), here),
@@ -353,8 +345,7 @@ std::vector<palpate_grip> pinch(const Eigen::Vector3d& first, const Eigen::Vecto
 
 TEST(Response, FadesWithTheDirectionAsAToolsMotionsCancel) {
   // From a push of both grips in one direction to a pinch, in small steps: direction, force and shape change in small steps.
-  const ScenePointer scene = box().scene(corrected_def());
-  Contacts contacts(scene.get());
+  TouchedScene scene(box(), corrected_def());
   Eigen::Vector3d direction_before = Eigen::Vector3d::Zero(), force_before = Eigen::Vector3d::Zero();
   double longest_step = 0, largest_jump = 0, shortest = 1, longest = 0;
   constexpr int kSteps = 2000;
@@ -362,9 +353,8 @@ TEST(Response, FadesWithTheDirectionAsAToolsMotionsCancel) {
     const double angle = 3.14159265358979 * s / kSteps;
     const Eigen::Vector3d first(0, 0, 0.002), second(0, 0.002 * std::sin(angle), 0.002 * std::cos(angle));
     const std::vector<palpate_grip> grips = pinch(first, second);
-    const palpate_tool tool = tool_of(grips);
-    palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    const palpate_tool_state* state = palpate_contacts_tool(contacts, 0);
+    scene.hold(grips);
+    const palpate_tool_state* state = palpate_contacts_tool(scene.contacts, 0);
     const Eigen::Vector3d direction(state->direction), force(state->force_raw);
     shortest = std::min(shortest, direction.norm()), longest = std::max(longest, direction.norm());
     if (angle < 2.09) {  // 120 degrees: the sum is half of the lengths' sum

@@ -11,7 +11,7 @@
 
 namespace palpate::tests {
 
-struct RoughIndenter {
+struct RoughIndenter : TouchedScene {
   static constexpr int kPoints = 24, kSteps = 300;
   static constexpr double kDepth = 0.004, kDrag = 0.008;
   // What palpate.h trusts: 1e-6 of the largest u*, and 1e-9 m. A vertex gets at most 1.34 times the displacement of its point: the
@@ -22,15 +22,10 @@ struct RoughIndenter {
   RoughIndenter(const TouchedBox& box, const Eigen::Vector3d& first, double friction,
                 palpate_contact_law law = PALPATE_LAW_COULOMB, palpate_contact_model contact = PALPATE_CONTACT_TRIANGLE,
                 std::int64_t max_operations = 1'500'000)  // for some steps of Newton's method with 216 rows
-      : place(first), points(kPoints) {
-    SceneDef def = unlimited_def();
-    def.law = law, def.contact = contact;
-    def.max_operations = max_operations;
-    scene = box.scene(def);
-    contacts = std::make_unique<Contacts>(scene.get());
-    tool.points = points[0].data(), tool.point_count = kPoints, tool.friction = friction;
-    tool.disc_radius = 0.002;  // under PATCH
-  }
+      : TouchedScene(box, with_operations(unlimited_def(law, contact), max_operations)),
+        place(first),
+        points(kPoints),
+        mu(friction) {}
   palpate_step_flags step(int s) {
     std::mt19937 random(29);
     std::uniform_real_distribution<double> rough(-1e-4, 1e-4);
@@ -38,9 +33,9 @@ struct RoughIndenter {
     for (int i = 0; i < kPoints; ++i)
       points[i] = place + Eigen::Vector3d(rough(random) - depth, 0.0024 * (i % 6) + along, 0.0024 * (i / 6));  // NOLINT
     const std::vector<PointState> before(scene->touch.points.of_tool[0], scene->touch.points.of_tool[0] + kPoints);
-    const auto flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
+    touch({point_tool(points[0].data(), kPoints, 0.002, mu)});
     for (int i = 0; i < kPoints; ++i) {
-      const PointState &old = before[static_cast<std::size_t>(i)], &now = scene->touch.points.of_tool[0][i];
+      const PointState &old = before[i], &now = scene->touch.points.of_tool[0][i];
       if (!old.contact || !now.contact || old.outward.x < 1) continue;
       const Vec3 way = now.anchor_at_rest - old.anchor_at_rest;
       const double ahead = std::hypot(points[i].y() - old.anchor_at_rest.y, points[i].z() - old.anchor_at_rest.z);
@@ -66,7 +61,7 @@ struct RoughIndenter {
       const Vec3 r = scene->touch.solver.reaction(p);
       const Mat3 own = own_compliance(system, p);
       found.pull = std::max(found.pull, -r.x);
-      found.beyond_friction = std::max(found.beyond_friction, std::hypot(r.y, r.z) - tool.friction * r.x * (1 + 1e-9));
+      found.beyond_friction = std::max(found.beyond_friction, std::hypot(r.y, r.z) - mu * r.x * (1 + 1e-9));
       for (int i = 0; i < 3; ++i)
         found.over_limit =
             std::max(found.over_limit, std::fabs(r[i]) * own.m[i][i] / (ReactionLimit::kMostForce * target));
@@ -75,12 +70,10 @@ struct RoughIndenter {
   }
 
   Eigen::Vector3d place;
-  ScenePointer scene;
-  std::unique_ptr<Contacts> contacts;
   std::vector<Eigen::Vector3d> points;
-  double farthest_slide =
-      0;  // m, of an anchor on that face in a step, beyond its distance from the tool point across the normal
-  palpate_tool tool = palpate_default_tool();
+  double mu;
+  // m, of an anchor on that face in a step, beyond its distance from the tool point across the normal
+  double farthest_slide = 0;
 };
 
 }  // namespace palpate::tests

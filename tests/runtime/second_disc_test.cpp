@@ -37,10 +37,7 @@ constexpr double kDeep = 0.004, kAbove = 0.0005, kStep = 2e-5;
 class SecondDisc : public testing::Test {
  public:
   void start(palpate_contact_law law, First first, double radius, double apart) {
-    SceneDef def = unlimited_def();
-    def.collision = PALPATE_COLLISION_DEFORMED, def.law = law, def.contact = PALPATE_CONTACT_PATCH;
-    scene_ = block().scene(def);
-    contacts_ = std::make_unique<Contacts>(scene_.get());
+    scene_ = std::make_unique<TouchedScene>(block(), unlimited_def(PALPATE_COLLISION_DEFORMED, law));
     first_ = first, radius_ = radius, node_ = -1;
     place_ = {0.027, 0.029, kHeight};
     for (const std::int32_t n : block().touchable)
@@ -54,17 +51,13 @@ class SecondDisc : public testing::Test {
   double move(double first, double second) {
     const Vector3d point[2] = {place_ - first * Vector3d::UnitZ(), beside_ - second * Vector3d::UnitZ()};
     const palpate_grip grip = grip_at_node(node_, {0, 0, -first});
-    palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
-    for (int t = 0; t < 2; ++t) {
-      tools[t].points = point[t].data(), tools[t].point_count = 1, tools[t].friction = 0.5;
-      tools[t].disc_radius = t == 0 ? first_.radius : radius_;
-    }
-    if (node_ >= 0) tools[0].point_count = 0, tools[0].grips = &grip, tools[0].grip_count = 1;
+    const palpate_tool tools[2] = {node_ >= 0 ? grip_tool(&grip) : point_tool(point[0].data(), 1, first_.radius, 0.5),
+                                   point_tool(point[1].data(), 1, radius_, 0.5)};
     // A disc that slides into the dent of one node, which no mesh resolves, may not meet its law in the step in which it comes.
     const palpate_step_flags may_raise = node_ >= 0 ? PALPATE_STEP_SOLVE_INEXACT : 0;
-    EXPECT_EQ(palpate_scene_touch(scene_.get(), tools, 2, 1e-3, contacts_->get(), contacts_->bytes()) & ~may_raise, 0u);
-    first_force = palpate_contacts_tool(*contacts_, 0)->force_raw[2];
-    return palpate_contacts_tool(*contacts_, 1)->force_raw[2];
+    EXPECT_EQ(scene_->touch(tools) & ~may_raise, 0u);
+    first_force = scene_->force(0)[2];
+    return scene_->force(1)[2];
   }
   Course play() {
     for (double first = -kAbove; first < kDeep; first += 1e-4) move(first, -0.01);
@@ -77,16 +70,12 @@ class SecondDisc : public testing::Test {
   double first_force = 0;  // N
 
  private:
-  ScenePointer scene_;
-  std::unique_ptr<Contacts> contacts_;
+  std::unique_ptr<TouchedScene> scene_;
   First first_ = {};
   double radius_ = 0;
   std::int32_t node_ = -1;
   Vector3d place_, beside_;
 };
-
-constexpr palpate_contact_law kLaws[] = {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL,
-                                         PALPATE_LAW_COULOMB};
 
 double least_of(const std::vector<double>& force) {
   return *std::min_element(force.begin(), force.end());
@@ -114,7 +103,7 @@ void expect_smooth(const Course& course, const std::string& what) {
 }
 
 TEST_F(SecondDisc, BesideADeepOneBeginsAndEndsWithoutAForceAndNeverPulls) {
-  for (const auto law : kLaws)
+  for (const auto law : kEveryLaw)
     for (const double radius : {0.003, 0.006})
       for (const double share : {1.0, 0.5})
         for (const double radii : {0.5, 1.0, 2.0}) {
@@ -126,7 +115,7 @@ TEST_F(SecondDisc, BesideADeepOneBeginsAndEndsWithoutAForceAndNeverPulls) {
 
 // The disc meets the mean of a dent that is narrower than it is, not the place below its centre.
 TEST_F(SecondDisc, BesideANodeThatAGripPressesBeginsAndEndsWithoutAForceAndNeverPulls) {
-  for (const auto law : kLaws)
+  for (const auto law : kEveryLaw)
     for (const double apart : {0.0015, 0.003, 0.006}) {
       start(law, {0}, 0.003, apart);
       expect_smooth(play(), "law " + std::to_string(law) + ", " + std::to_string(apart) + " m apart");
@@ -134,7 +123,7 @@ TEST_F(SecondDisc, BesideANodeThatAGripPressesBeginsAndEndsWithoutAForceAndNever
 }
 
 TEST_F(SecondDisc, HasTheForceOfALoneOneWhenTheFirstOneHasGone) {
-  for (const auto law : kLaws) {
+  for (const auto law : kEveryLaw) {
     double force[2];
     for (const bool alone : {false, true}) {
       start(law, {0.003}, 0.003, 0.0015);

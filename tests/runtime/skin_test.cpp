@@ -196,9 +196,7 @@ TEST(Skin, ScalesWithTheOrgan) {
 TEST(Skin, IsMovedByAPreloadAsTheNodesAre) {
   Mesh mesh;
   for (int n = 0; n < box().body.surface_nodes; ++n) mesh.add(box().node(n), {0, 0, 1});
-  SceneDef def;
-  def.preload = PALPATE_PRELOAD_ON;
-  const ScenePointer scene = scene_of(box(), mesh, def);
+  const ScenePointer scene = scene_of(box(), mesh, with(SceneDef(), PALPATE_PRELOAD_ON));
   const Skinned found = skinned(scene.get(), mesh, moved_by(box(), Matrix3d::Zero(), Vector3d::Zero()));
   for (std::size_t v = 0; v < mesh.places.size(); ++v)
     EXPECT_LT((found.position(v) - (mesh.places[v] - Vector3d(0, 0, 0.001 * mesh.places[v][0]))).norm(), kRounding);
@@ -237,9 +235,7 @@ TEST(Skin, RefusesAMeshThatIsNoneWithASentence) {
   const auto* misaligned = reinterpret_cast<const float*>(odd + 1);
   const auto refused = [&](palpate_render_mesh mesh, const char* word,
                            palpate_shape_model shape = PALPATE_SHAPE_SURFACE) {
-    SceneDef def;
-    def.render_mesh = mesh, def.shape = shape;
-    const palpate_error error = refusal_of(box(), def);
+    const palpate_error error = refusal_of(box(), with(SceneDef(), mesh, shape));
     EXPECT_EQ(error.status, PALPATE_ERROR_ARGUMENT) << word;
     EXPECT_THAT(error.text, testing::HasSubstr(word));
   };
@@ -262,12 +258,10 @@ TEST(Skin, SaysWhenAStepHasWhatItCannotUseAndFillsNothing) {
   Mesh bare = mesh;
   palpate_render_mesh no_normals = bare.view();
   no_normals.normals = nullptr;
-  SceneDef def;
-  def.render_mesh = no_normals;
-  const ScenePointer plain = box().scene(def);
+  const ScenePointer plain = box().scene(with(SceneDef(), no_normals));
 
   const std::int32_t nodes = box().body.surface_nodes;
-  std::vector<float> u(3 * static_cast<std::size_t>(nodes)), x(mesh.positions.size() + 3, 7), n(x);
+  std::vector<float> u(3 * nodes), x(mesh.positions.size() + 3, 7), n(x);
   palpate_shape_out shape = shape_out(u.data(), nullptr, nodes);
   shape.node_count = nodes;
   const auto bad = [&](palpate_scene* s, const palpate_shape_out* from, palpate_skin_out out) {
@@ -303,7 +297,7 @@ TEST(Skin, StaysFiniteUnderDisplacementsThatAreNot) {
   const ScenePointer scene = scene_of(box(), mesh);
   for (const float evil : {NAN, INFINITY, -INFINITY, 3e38f, 1e6f, -1e5f, 1e-42f})
     for (const bool everywhere : {false, true}) {
-      std::vector<float> u(3 * static_cast<std::size_t>(box().body.surface_nodes), 0.001f);
+      std::vector<float> u(3 * box().body.surface_nodes, 0.001f);
       for (std::size_t i = 0; i < u.size(); i += everywhere ? 2 : 40) u[i] = evil;
       const Skinned found = skinned(scene.get(), mesh, u);
       for (const float x : found.positions) ASSERT_TRUE(std::isfinite(x)) << evil;
@@ -344,7 +338,7 @@ TEST(Skin, FollowsASurfaceWhoseTrianglesHaveNoArea) {
   });
   const Mesh mesh = mesh_over(box(), 0.002);
   const ScenePointer scene = scene_of(flat, mesh);
-  std::vector<float> u(3 * static_cast<std::size_t>(flat.body.surface_nodes));
+  std::vector<float> u(3 * flat.body.surface_nodes);
   for (std::size_t i = 0; i < u.size(); ++i) u[i] = 0.003f * std::sin(static_cast<float>(i));
   const Skinned found = skinned(scene.get(), mesh, u);
   EXPECT_EQ(found.flags, 0u);

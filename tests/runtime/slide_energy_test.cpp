@@ -25,32 +25,21 @@ struct Contact {
 };
 
 // A scene with one tool or two of one point each, and the work that they have done.
-class Touching {
+class Touching : private TouchedScene {
  public:
   Touching(Contact contact, palpate_contact_law law, double friction,
-           palpate_collision collision = PALPATE_COLLISION_DEFORMED, int tools = 1)
-      : tools_(static_cast<std::size_t>(tools), palpate_default_tool()),
-        points_(tools_.size()),
-        forces_(tools_.size()) {
-    SceneDef def;
-    def.collision = collision, def.contact = contact.model, def.law = law;
-    def.force = PALPATE_FORCE_LINEAR, def.force_limit = def.force_slew = 1e9;
-    def.release_distance = 0.1, def.max_operations = 100'000'000;
-    scene_ = bulged_block().scene(def);
-    contacts_ = std::make_unique<Contacts>(scene_.get());
-    for (std::size_t t = 0; t < tools_.size(); ++t) {
-      tools_[t].id = static_cast<std::int32_t>(t);
-      tools_[t].points = points_[t].data(), tools_[t].point_count = 1;
-      tools_[t].disc_radius = contact.radius, tools_[t].friction = friction;
-    }
-  }
+           palpate_collision collision = PALPATE_COLLISION_DEFORMED, std::size_t tools = 1)
+      : TouchedScene(bulged_block(), lasting(with(SceneDef(), collision, contact.model, law))),
+        radius_(contact.radius),
+        friction_(friction),
+        points_(tools),
+        forces_(tools) {}
   void move(const std::vector<Vector3d>& to) {
     const std::vector<Vector3d> from = points_, before = forces_;
-    for (std::size_t t = 0; t < tools_.size(); ++t) points_[t] = to[t];
-    flags |= palpate_scene_touch(scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), 1e-3,
-                                 contacts_->get(), contacts_->bytes());
-    for (std::size_t t = 0; t < tools_.size(); ++t) {
-      forces_[t] = Vector3d(palpate_contacts_tool(contacts_->get(), static_cast<std::int32_t>(t))->force_raw);
+    points_ = to;
+    raised |= touch(tools_of(points_, radius_, friction_));
+    for (std::size_t t = 0; t < points_.size(); ++t) {
+      forces_[t] = TouchedScene::force(static_cast<std::int32_t>(t));
       if (moved_) work -= 0.5 * (before[t] + forces_[t]).dot(points_[t] - from[t]);
     }
     moved_ = true, most_work = std::max(most_work, work);
@@ -67,26 +56,27 @@ class Touching {
       move(now);
     }
   }
-  Vector3d force(int t = 0) const { return forces_[static_cast<std::size_t>(t)]; }
+  Vector3d force(int t = 0) const { return forces_[t]; }
   // J, half of the reactions times their targets.
   double stored() const {
-    const TouchState& touch = scene_->touch;
-    const ContactConstraints& set = touch.rows.set();
+    const ContactConstraints& set = scene->touch.rows.set();
     double sum = 0;
     for (std::int32_t p = 0; p < set.constraint_count; ++p)
       for (int i = 0; i < 3; ++i)
-        if (set.constraints[p].axes >> i & 1u) sum += 0.5 * touch.solver.reaction(p)[i] * set.target[p][i];
+        if (set.constraints[p].axes >> i & 1u) sum += 0.5 * scene->touch.solver.reaction(p)[i] * set.target[p][i];
     return sum;
   }
-  int contacts() { return palpate_contacts_tool(contacts_->get(), 0)->contact_count; }
+  using TouchedScene::touches;
 
   double work = 0, most_work = 0;  // J, by the tools
-  palpate_step_flags flags = 0;
+  palpate_step_flags raised = 0;   // so far
 
  private:
-  ScenePointer scene_;
-  std::unique_ptr<Contacts> contacts_;
-  std::vector<palpate_tool> tools_;
+  static SceneDef lasting(SceneDef def) {
+    def.force_limit = def.force_slew = 1e9, def.release_distance = 0.1, def.max_operations = 100'000'000;
+    return def;
+  }
+  double radius_, friction_;
   std::vector<Vector3d> points_, forces_;
   bool moved_ = false;
 };
@@ -149,11 +139,11 @@ TEST(ClosedWay, GivesBackNoMoreThanWentInUnderEveryModelAndLaw) {
           const auto corners = closed_way(random);
           touching.move({corners[0]});
           for (std::size_t c = 1; c < corners.size(); ++c) touching.go({corners[c]}, 2e-4);
-          EXPECT_EQ(touching.contacts(), 0);
+          EXPECT_FALSE(touching.touches());
           EXPECT_GT(touching.most_work, 1e-5);
           EXPECT_LE(gain_of(touching), kMostGain) << contact.model << " " << contact.radius << " law " << law.law << " "
-                                                  << law.friction << " way " << way << " flags " << touching.flags;
-          EXPECT_EQ(touching.flags, 0u) << contact.model << " " << contact.radius << " " << law.law << " " << way;
+                                                  << law.friction << " way " << way << " flags " << touching.raised;
+          EXPECT_EQ(touching.raised, 0u) << contact.model << " " << contact.radius << " " << law.law << " " << way;
         }
       }
 }
@@ -228,9 +218,7 @@ TEST(SlidingDisc, IsPushedBackByTheSlopeOfTheEnergyThatItStores) {
 class LimitedRow {
  public:
   LimitedRow() : memory_(SceneDef().allocator) {
-    SceneDef def;
-    def.collision = PALPATE_COLLISION_OFF;
-    scene_ = bulged_block().scene(def);
+    scene_ = bulged_block().scene(with(SceneDef(), PALPATE_COLLISION_OFF));
     ContactSolver::Limits limits;
     limits.of.nodes = limits.of.constraints = 2;
     limits.of.columns = limits.of.columns_of_surface = static_cast<std::int32_t>(bulged_block().touchable.size());
@@ -297,9 +285,7 @@ TEST(SlideEnergy, TakesARowWithALimitByWhatItReachesNotByItsTarget) {
 // ---- needles ----------------------------------------------------------------------------------------------------------
 
 DenseBody pierced_body() {
-  TinyBox form;
-  form.cells = {5, 5, 5}, form.poisson = 0.4;
-  return dense_box(form);
+  return dense_box({.cells = {5, 5, 5}, .poisson = 0.4});
 }
 
 TEST(ClosedWay, OfANeedleWithoutFrictionGivesBackNoMoreThanWentIn) {
@@ -328,8 +314,7 @@ TEST(ClosedWay, OfANeedleWithoutFrictionGivesBackNoMoreThanWentIn) {
     }
     corners.push_back(entry + depth * in);
     corners.push_back(entry - 0.02 * in);
-    const ScenePointer scene = box.scene(def);
-    Contacts contacts(scene.get());
+    TouchedScene scene(box, def);
     double work = 0, most = 0;
     Vector3d force = Vector3d::Zero(), at = corners[0];
     for (std::size_t c = 1; c < corners.size(); ++c) {
@@ -339,8 +324,8 @@ TEST(ClosedWay, OfANeedleWithoutFrictionGivesBackNoMoreThanWentIn) {
         Eigen::Map<Vector3d>(needle.tip) = to;
         palpate_tool tool = palpate_default_tool();
         tool.parts = &needle.part;
-        palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-        const Vector3d now(palpate_contacts_tool(contacts, 0)->force_raw);
+        scene.touch({tool});
+        const Vector3d now(scene.tool().force_raw);
         work -= 0.5 * (force + now).dot(to - at), most = std::max(most, work);
         force = now, at = to;
       }

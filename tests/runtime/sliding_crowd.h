@@ -10,7 +10,7 @@
 
 namespace palpate::tests {
 
-struct SlidingCrowd {
+struct SlidingCrowd : TouchedScene {
   static constexpr int kTools = 4, kPointsOfATool = 16;
   static const TouchedBox& box() {
     static const TouchedBox shared(TinyBox{.cells = {4, 6, 6}, .size = {0.06, 0.1, 0.1}, .interior = false});
@@ -19,24 +19,21 @@ struct SlidingCrowd {
 
   SlidingCrowd(palpate_contact_model contact, palpate_contact_law law,
                std::int64_t most_operations = SceneDef().max_operations)
-      : surface(box().bundle()),
+      : TouchedScene(box(),
+                     with_operations(with(SceneDef(), PALPATE_COLLISION_DEFORMED, contact, law), most_operations)),
+        surface(box().bundle()),
         wanderers(kTools * kPointsOfATool, WanderingPoint(surface, random)),
         points(wanderers.size()),
         tools(kTools, palpate_default_tool()) {
-    SceneDef def;
-    def.collision = PALPATE_COLLISION_DEFORMED, def.contact = contact, def.law = law;
-    def.max_operations = most_operations;
-    scene = box().scene(def);
-    contacts = std::make_unique<Contacts>(scene.get());
     for (int t = 0; t < kTools; ++t) {
-      tools[t].points = points[static_cast<std::size_t>(t * kPointsOfATool)].data();
+      tools[t].points = points[t * kPointsOfATool].data();
       tools[t].point_count = kPointsOfATool;
     }
   }
 
   void step() {
     for (std::size_t p = 0; p < points.size(); ++p) points[p] = wanderers[p].step();
-    flags = palpate_scene_touch(scene.get(), tools.data(), kTools, 1e-3, contacts->get(), contacts->bytes());
+    touch(tools);
     const ContactConstraints& set = scene->touch.rows.set();
     const ContactSystem system = scene->touch.solver.last_system();
     largest_target = largest_force = 0;
@@ -46,7 +43,7 @@ struct SlidingCrowd {
       const Mat3 own = own_compliance(system, p);
       for (int i = 0; i < 3; ++i) largest_force = std::max(largest_force, std::fabs(r[i]) * own.m[i][i]);
     }
-    const auto u = displacements(scene.get(), contacts->get(), box().body.surface_nodes);
+    const auto u = shape();
     largest_displacement = 0;
     for (std::size_t n = 0; n < u.size(); n += 3)
       largest_displacement =
@@ -59,9 +56,6 @@ struct SlidingCrowd {
   std::vector<WanderingPoint> wanderers;
   std::vector<VisitedSurface::Point> points;
   std::vector<palpate_tool> tools;
-  ScenePointer scene;
-  std::unique_ptr<Contacts> contacts;
-  palpate_step_flags flags = 0;
   double largest_target = 0;        // m
   double largest_displacement = 0;  // m, of a surface node as it is drawn
   double largest_force = 0;         // m: a row's reaction times its own compliance

@@ -35,10 +35,8 @@ struct Combination {
 std::vector<Combination> combinations() {
   std::vector<Combination> all;
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
-    for (const auto contact :
-         {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
-      for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
-        all.push_back({collision, contact, law});
+    for (const auto contact : kEveryContact)
+      for (const auto law : kEveryLaw) all.push_back({collision, contact, law});
   all.push_back({PALPATE_COLLISION_REST, PALPATE_CONTACT_PATCH, PALPATE_LAW_STICKING, true});
   all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, PALPATE_LAW_COULOMB, true});
   all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, PALPATE_LAW_UNILATERAL, true});
@@ -53,8 +51,7 @@ std::string name_of(const Combination& c) {
 
 // radial: P corrects the shape, the force is linear; else Q corrects the force.
 SceneDef def_of(const Combination& c, bool radial = false) {
-  SceneDef def;
-  def.collision = c.collision, def.contact = c.contact, def.law = c.law;
+  SceneDef def = with(SceneDef(), c.collision, c.contact, c.law);
   def.force = radial ? PALPATE_FORCE_LINEAR : PALPATE_FORCE_RESPONSE;
   if (radial) def.radial = PALPATE_RADIAL_RESPONSE;
   def.relaxation = relaxation_of({{0.4, 0.005}, {0.3, 0.5}});
@@ -205,12 +202,12 @@ class Player {
     if (s % 29 > 26) points[0] += Eigen::Vector3d(0.3, 0, 0);  // faster than max_tool_speed
     palpate_grip grips[2];
     for (int g = 0; g < 2; ++g)
-      grips[g] = grip_at_node(on_.touchable[static_cast<std::size_t>((s / 9 + 5 * g) % 12)],
+      grips[g] = grip_at_node(on_.touchable[(s / 9 + 5 * g) % 12],
                               {0, 5e-4 * std::sin(0.13 * s) + (g == 0 ? 1 : -1) * 2e-3, 1e-3 * std::cos(0.09 * s + g)},
                               g == 0 ? 7 : 5);
     std::vector<palpate_tool> tools = {point_tool(points[0].data(), 1, s % 35 < 20 ? 0.004 : 0.003, 0.3),
                                        point_tool(points[1].data(), 1, 0.003, 0.1), grip_tool(grips, 2)};
-    for (int t = 0; t < 3; ++t) tools[static_cast<std::size_t>(t)].id = 10 + t;
+    for (int t = 0; t < 3; ++t) tools[t].id = 10 + t;
     if (s % 40 >= 15) tools.push_back(point_tool(points[2].data(), 2, 0.002, 0.5, s % 20 < 10)), tools.back().id = 99;
     if (s % 5 == 4) std::swap(tools[0], tools.back());
     const double dt = s % 31 == 30 ? NAN : 1e-3;  // keeps the last good one
@@ -284,7 +281,7 @@ TEST(State, InterleavedAtRandomGivesAnUndisturbedRun) {
       ASSERT_EQ(player.restore(saved[from].second), PALPATE_OK);
       const int begin = saved[from].first, end = std::min(kSteps, begin + below(25));
       for (int s = begin; s < end; ++s)
-        ASSERT_TRUE(player.played(s, s + 1) == expected[static_cast<std::size_t>(s)])
+        ASSERT_TRUE(player.played(s, s + 1) == expected[s])
             << name_of(c) << ", round " << round << ", restored at " << begin << ", step " << s;
       saved.emplace_back(end, player.save());
     }
@@ -354,20 +351,18 @@ TEST(State, HoldsWhichTestsAreDeferred) {
     const palpate_tool tool = point_tool(points.data(), 64);
     return palpate_scene_touch(scene, &tool, 1, 1e-3, contacts.get(), contacts.bytes());
   };
-  const ScenePointer original = box().scene(def);
-  Contacts contacts(original.get());
+  TouchedScene original(box(), def);
   int restored = 0;
   for (int s = 0; s < 200 && restored < 5; ++s) {
-    if (!(touch(original.get(), contacts, s) & PALPATE_STEP_WORK_DEFERRED)) continue;
+    if (!(touch(original.get(), original.contacts, s) & PALPATE_STEP_WORK_DEFERRED)) continue;
     State state(palpate_scene_state_bytes(original.get()) / 8);
     ASSERT_EQ(palpate_scene_save(original.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
-    const ScenePointer copy = box().scene(def);
-    Contacts copied(copy.get());
+    TouchedScene copy(box(), def);
     ASSERT_EQ(palpate_scene_restore(copy.get(), state.data(), 8 * state.size(), nullptr), PALPATE_OK);
     for (const int end = s + 10; ++s < end;) {
-      touch(original.get(), contacts, s), touch(copy.get(), copied, s);
-      ASSERT_EQ(contacts->used_bytes, copied->used_bytes) << s;
-      ASSERT_EQ(std::memcmp(contacts.get(), copied.get(), contacts->used_bytes), 0) << s;
+      touch(original.get(), original.contacts, s), touch(copy.get(), copy.contacts, s);
+      ASSERT_EQ(original.contacts->used_bytes, copy.contacts->used_bytes) << s;
+      ASSERT_EQ(std::memcmp(original.contacts.get(), copy.contacts.get(), original.contacts->used_bytes), 0) << s;
     }
     ++restored;
   }

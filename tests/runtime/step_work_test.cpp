@@ -91,44 +91,23 @@ std::int64_t fewest_of(const TouchedBox& box, const SceneDef& def) {
 constexpr std::int64_t kFewest = 35'000, kFew = 60'000;
 
 // Points over one face of a box, pressed in together and drawn back together.
-class Brush {
+class Brush : public TouchedScene {
  public:
   static constexpr int kSide = 3, kPoints = kSide * kSide;
-  Brush(std::int64_t most_operations, palpate_contact_law law) {
-    SceneDef def;
-    def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.law = law;
-    def.max_operations = most_operations;
-    scene_ = box().scene(def);
-    contacts_ = std::make_unique<Contacts>(scene_.get());
-    tool_.points = points_[0].data(), tool_.point_count = kPoints, tool_.friction = 0.3;
-  }
+  Brush(std::int64_t most_operations, palpate_contact_law law)
+      : TouchedScene(tiny_box(),
+                     with_operations(with(SceneDef(), PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_POINT, law),
+                                     most_operations)) {}
   // height: m, of the points above the face.
   palpate_step_flags step(double height) {
-    const std::int32_t t = box().far_triangle();
-    const double face = box().node(box().body.triangles[t][0])[0];
-    Vector3d low = Vector3d::Constant(INFINITY), high = -low;
-    for (const auto& n : box().body.mesh.nodes)
-      for (int d = 0; d < 3; ++d) low[d] = std::min(low[d], n[d]), high[d] = std::max(high[d], n[d]);
-    for (int i = 0; i < kPoints; ++i)
-      for (int d = 1; d < 3; ++d) {
-        const double share = (0.5 + (d == 1 ? i % kSide : i / kSide)) / kSide;
-        points_[i][0] = face + height, points_[i][d] = low[d] + share * (high[d] - low[d]);
-      }
-    return palpate_scene_touch(scene_.get(), &tool_, 1, 1e-3, contacts_->get(), contacts_->bytes());
+    const Vector3d size(TinyBox().size.data());
+    std::vector<Vector3d> points;
+    for (int row = 0; row < kSide; ++row)
+      for (int i = 0; i < kSide; ++i)
+        points.emplace_back(size[0] + height, (0.5 + i) / kSide * size[1], (0.5 + row) / kSide * size[2]);
+    return touch({point_tool(points[0].data(), kPoints, 0, 0.3)});
   }
-  int in_contact() { return palpate_contacts_tool(contacts_->get(), 0)->contact_count; }
-  palpate_contacts* contacts() { return contacts_->get(); }
-  palpate_scene* scene() { return scene_.get(); }
-
- private:
-  static TouchedBox& box() {
-    static TouchedBox one;
-    return one;
-  }
-  ScenePointer scene_;
-  std::unique_ptr<Contacts> contacts_;
-  std::vector<Vector3d> points_ = std::vector<Vector3d>(kPoints);
-  palpate_tool tool_ = palpate_default_tool();
+  int in_contact() const { return tool().contact_count; }
 };
 
 // So few operations leave a step some tests, so that all of them take several steps.
@@ -164,15 +143,15 @@ TEST(StepWork, StaysBelowWhatThePlanStates) {
   for (const palpate_contact_law law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_COULOMB})
     for (const std::int64_t most : {kFewest, std::int64_t{100'000}, std::int64_t{300'000}}) {
       Brush brush(most, law);
-      const std::int64_t bound = palpate_scene_most_operations(brush.scene());
+      const std::int64_t bound = palpate_scene_most_operations(brush.get());
       EXPECT_EQ(bound, most);
       std::int64_t of_passes = 0;
-      for (const palpate_plan_pass& pass : plan_of(brush.scene())) of_passes += pass.most_operations;
+      for (const palpate_plan_pass& pass : plan_of(brush.get())) of_passes += pass.most_operations;
       EXPECT_GE(of_passes, bound);
       std::int64_t worst = 0;
       for (int s = 0; s < 200; ++s) {
         brush.step(0.001 - 0.004 * std::fabs(std::sin(0.2 * s)));
-        worst = std::max<std::int64_t>(worst, brush.contacts()->operations);
+        worst = std::max<std::int64_t>(worst, brush.contacts->operations);
       }
       EXPECT_GT(worst, 0);
       EXPECT_LE(worst, bound) << law << " " << most;
@@ -213,7 +192,7 @@ TEST(StepWork, CountsTheSameInEveryRun) {
     Brush brush(kFewest, PALPATE_LAW_COULOMB);
     for (int s = 0; s < 100; ++s) {
       brush.step(0.001 - 0.00005 * s);
-      run.push_back(brush.contacts()->operations);
+      run.push_back(brush.contacts->operations);
     }
   }
   EXPECT_EQ(counts[0], counts[1]);
@@ -242,7 +221,7 @@ TEST(StepWork, OfSixtyFourPointsThatHoverPressSlideAndJumpStaysWithinTheBound) {
         EXPECT_EQ(palpate_scene_most_operations(crowd.scene.get()), most);
         const std::int64_t counted = most_counted(600, [&](int) {
           crowd.step();
-          return crowd.contacts->get();
+          return crowd.contacts.get();
         });
         EXPECT_GT(counted, most / 2);
         EXPECT_LE(counted, most) << law << " " << contact;
@@ -250,18 +229,18 @@ TEST(StepWork, OfSixtyFourPointsThatHoverPressSlideAndJumpStaysWithinTheBound) {
 }
 
 // Grips in one triangle, each with a displacement of its own, that all come at once, move, and go.
-class GripCrowd {
+class GripCrowd : public TouchedScene {
  public:
   static constexpr int kGrips = 350;
   // most_operations: 0 for the fewest.
-  explicit GripCrowd(std::int64_t most_operations, palpate_contact_model contact = PALPATE_CONTACT_POINT) {
-    SceneDef def;
-    def.collision = PALPATE_COLLISION_OFF, def.contact = contact;
+  explicit GripCrowd(std::int64_t most_operations, palpate_contact_model contact = PALPATE_CONTACT_POINT)
+      : TouchedScene(SlidingCrowd::box(), def_of(most_operations, contact)) {}
+  static SceneDef def_of(std::int64_t most_operations, palpate_contact_model contact) {
+    SceneDef def = with(SceneDef(), PALPATE_COLLISION_OFF, contact);
     def.max_points = kGrips, def.max_contact_nodes = 3 * kGrips,
     def.max_operations = std::max<std::int64_t>(most_operations, 1);
     if (most_operations == 0) def.max_operations = fewest_of(SlidingCrowd::box(), def);
-    scene = SlidingCrowd::box().scene(def);
-    contacts = std::make_unique<Contacts>(scene.get());
+    return def;
   }
   // moved: all of them hold other places than before.
   palpate_step_flags step(int count, bool moved) {
@@ -273,15 +252,11 @@ class GripCrowd {
                                       {random(-1e-3, 1e-3), random(-1e-3, 1e-3), random(-1e-3, 1e-3)}));
       }
     }
-    palpate_tool tool = tool_of(grips);
-    tool.grip_count = count;
-    return palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts->get(), contacts->bytes());
+    return touch({grip_tool(grips.data(), count)});
   }
-  int held() { return palpate_contacts_tool(contacts->get(), 0)->contact_count; }
+  int held() { return tool().contact_count; }
   WanderingRandom random;
   std::vector<palpate_grip> grips;
-  ScenePointer scene;
-  std::unique_ptr<Contacts> contacts;
 };
 
 TEST(StepWork, OfHundredsOfGripsInOneTriangleStaysWithinTheBound) {
@@ -294,7 +269,7 @@ TEST(StepWork, OfHundredsOfGripsInOneTriangleStaysWithinTheBound) {
         const int count = s % 100 > 90 ? 0 : GripCrowd::kGrips;
         const palpate_step_flags flags = crowd.step(count, s % 10 == 9);
         EXPECT_TRUE(crowd.held() >= count || (flags & (PALPATE_STEP_WORK_DEFERRED | PALPATE_STEP_CONTACTS_DROPPED)));
-        return crowd.contacts->get();
+        return crowd.contacts.get();
       });
       EXPECT_GT(counted, most / 2) << contact;
       EXPECT_LE(counted, most) << contact;
@@ -323,8 +298,7 @@ TEST(StepWork, OfPointsThatHoverOverADentedSurfaceStaysWithinTheBound) {
   constexpr int points = 43;
   SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.max_contact_nodes = 600;
-  ScenePointer scene = SlidingCrowd::box().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(SlidingCrowd::box(), def);
   const VisitedSurface surface(SlidingCrowd::box().bundle());
   WanderingRandom random;
   std::vector<VisitedSurface::Point> at(points);
@@ -341,8 +315,8 @@ TEST(StepWork, OfPointsThatHoverOverADentedSurfaceStaysWithinTheBound) {
     }
     palpate_tool tools[2] = {tool_of(grips), palpate_default_tool()};
     tools[1].points = at[0].data(), tools[1].point_count = points;
-    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
-    return contacts.get();
+    scene.touch(tools);
+    return scene.contacts.get();
   });
   EXPECT_GT(counted, def.max_operations / 2);
   EXPECT_LE(counted, palpate_scene_most_operations(scene.get()));
@@ -351,74 +325,62 @@ TEST(StepWork, OfPointsThatHoverOverADentedSurfaceStaysWithinTheBound) {
 
 TEST(StepWork, IsRefusedWhereItIsLessThanAStepNeeds) {
   SceneDef def;
-  const TouchedBox box;
   for (const std::int64_t most : {-1, 0, 1, 9'999}) {
     def.max_operations = most;
-    EXPECT_THROW(box.scene(def), std::runtime_error) << most;
+    EXPECT_THROW(tiny_box().scene(def), std::runtime_error) << most;
   }
-  const std::int64_t fewest = fewest_of(box, def);
+  const std::int64_t fewest = fewest_of(tiny_box(), def);
   EXPECT_GT(fewest, 9'999);
   EXPECT_LT(fewest, kFewest);
   def.max_operations = fewest;  // which suffice
-  EXPECT_EQ(palpate_scene_most_operations(box.scene(def).get()), fewest);
+  EXPECT_EQ(palpate_scene_most_operations(tiny_box().scene(def).get()), fewest);
   def.max_operations = fewest - 1;
-  EXPECT_EQ(fewest_of(box, def), fewest);
+  EXPECT_EQ(fewest_of(tiny_box(), def), fewest);
 }
 
 // A step takes its input and looks at each point, however far they are: a scene has the operations for all that it may get.
 TEST(StepWork, OfPointsFarAwayIsCountedAndASceneOfMoreThanFitIsRefused) {
-  const TouchedBox box;
   for (const palpate_collision collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
     SceneDef def;
     def.collision = collision, def.contact = PALPATE_CONTACT_POINT, def.max_tools = 1, def.max_points = 100'000;
-    const std::int64_t fewest = fewest_of(box, def);
+    const std::int64_t fewest = fewest_of(tiny_box(), def);
     ASSERT_GT(fewest, StepWork::kOfPoint * def.max_points);
     def.max_operations = fewest;
-    const ScenePointer scene = box.scene(def);
-    Contacts contacts(scene.get());
-    std::vector<double> points(3 * static_cast<std::size_t>(def.max_points), 1.0);
+    TouchedScene scene(tiny_box(), def);
+    std::vector<double> points(3 * def.max_points, 1.0);
     const palpate_tool tool = point_tool(points.data(), def.max_points);
     for (int s = 0; s < 3; ++s) {
-      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-      EXPECT_GE(contacts->operations, StepWork::kOfPoint * def.max_points);
-      EXPECT_LE(contacts->operations, palpate_scene_most_operations(scene.get()));
+      scene.touch({tool});
+      EXPECT_GE(scene.contacts->operations, StepWork::kOfPoint * def.max_points);
+      EXPECT_LE(scene.contacts->operations, palpate_scene_most_operations(scene.get()));
     }
   }
 }
 
 // Grips along one direction, each with a disc so small that it has few nodes: what they take is the discs.
-class DiscCrowd {
+class DiscCrowd : public TouchedScene {
  public:
   static constexpr int kGrips = 20;
-  explicit DiscCrowd(std::int64_t most_operations) {
-    SceneDef def;
-    def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_PATCH, def.max_operations = most_operations;
-    scene_ = SlidingCrowd::box().scene(def);
-    contacts_ = std::make_unique<Contacts>(scene_.get());
+  explicit DiscCrowd(std::int64_t most_operations)
+      : TouchedScene(SlidingCrowd::box(),
+                     with_operations(with(SceneDef(), PALPATE_COLLISION_OFF, PALPATE_CONTACT_PATCH), most_operations)) {
   }
   // shift: where in its triangle each grip is.
   palpate_step_flags step(int count, double shift, double radius = 1e-3) {
-    grips_.clear();
+    std::vector<palpate_grip> grips;
     for (int g = 0; g < count; ++g)
-      grips_.push_back(
+      grips.push_back(
           grip_at_place(SlidingCrowd::box().far_triangle(g), {0.3 + shift, 0.3, 0.4 - shift}, {-1e-4, 0, 0}, 1));
-    palpate_tool tool = tool_of(grips_);
-    tool.disc_radius = radius;
-    return palpate_scene_touch(scene_.get(), &tool, 1, 1e-3, contacts_->get(), contacts_->bytes());
+    return hold(grips, radius);
   }
-  std::int64_t operations() const { return contacts_->get()->operations; }
+  std::int64_t operations() const { return contacts->operations; }
   // Grips whose discs are where they were asked for.
   int at(double shift) const {
-    const ContactConstraints& set = scene_->touch.rows.set();
+    const ContactConstraints& set = scene->touch.rows.set();
     return static_cast<int>(
         std::count_if(set.constraints, set.constraints + set.constraint_count,
                       [&](const ContactConstraint& c) { return c.surface_point.barycentric[0] == 0.3 + shift; }));
   }
-
- private:
-  ScenePointer scene_;
-  std::unique_ptr<Contacts> contacts_;
-  std::vector<palpate_grip> grips_;
 };
 
 TEST(StepWork, CountsEachDiscThatIsComputedAnew) {

@@ -93,9 +93,8 @@ TEST(LoadedRuns, AddTheLoadsOfEachRunWithEveryInstructionSetAlsoAtTheEndOfTheLas
               double expected = 2, size = 2;
               for (int l = 0; l < loads; ++l)
                 for (int d = 0; d < 3; ++d) {
-                  const double term = 0.5 * force[3 * l + d] *
-                                      stored.numbers[0][static_cast<std::size_t>(r) * stride +
-                                                        3 * static_cast<std::size_t>(slot[l] - first_slot) + d];
+                  const double term =
+                      0.5 * force[3 * l + d] * stored.numbers[0][r * stride + 3 * (slot[l] - first_slot) + d];
                   expected += term, size += std::abs(term);
                 }
               // Ten terms, each rounded with its product and its sum.

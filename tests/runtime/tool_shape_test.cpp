@@ -276,12 +276,10 @@ struct Pressed {
 Pressed press(const palpate_tool_shape_def& def, double lowest, double depth, const Quaterniond& turn,
               palpate_contact_law law = PALPATE_LAW_UNILATERAL) {
   const ShapePointer shape = make(def);
-  SceneDef scene_def = unlimited_def();
-  scene_def.collision = PALPATE_COLLISION_DEFORMED, scene_def.law = law;
-  scene_def.max_points = palpate_tool_shape_point_count(shape.get());
+  SceneDef scene_def = unlimited_def(PALPATE_COLLISION_DEFORMED, law);
+  scene_def.max_points = palpate_tool_shape_point_count(shape.get()),
   scene_def.max_contact_nodes = std::max(600, scene_def.max_points);
-  const ScenePointer scene = block().scene(scene_def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(block(), scene_def);
   palpate_tool tool = palpate_default_tool();
   tool.friction = 0.3;
   Pressed found;
@@ -290,9 +288,9 @@ Pressed press(const palpate_tool_shape_def& def, double lowest, double depth, co
   for (int s = -3; s <= steps + 20; ++s) {  // the last ones let deferred tests come
     const double position[3] = {0.0301, 0.0302, kTop + lowest - 1e-4 * std::min(s, steps)};
     palpate_tool_shape_place(shape.get(), position, orientation, &tool);
-    found.flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    found.flags = scene.touch({tool});
   }
-  const palpate_tool_state& state = *palpate_contacts_tool(contacts, 0);
+  const palpate_tool_state& state = scene.tool();
   found.force = Vector3d(state.force_raw), found.torque = Vector3d(state.torque_raw);
   found.contacts = state.contact_count - state.release_count;
   return found;
@@ -348,20 +346,19 @@ TEST(ToolShape, ThatIsPlacedNowhereIsBadInputAndKeepsItsPlace) {
   const ShapePointer shape = make(def_of(PALPATE_TOOL_SPHERE, 0.002, 0.005));
   SceneDef def = unlimited_def();
   def.max_points = palpate_tool_shape_point_count(shape.get());
-  const ScenePointer scene = block().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(block(), def);
   palpate_tool tool = palpate_default_tool();
   const auto touch = [&](std::array<double, 3> position, std::array<double, 4> orientation) {
     palpate_tool_shape_place(shape.get(), position.data(), orientation.data(), &tool);
-    return palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    return scene.touch({tool});
   };
   touch({0.03, 0.03, 0.036}, {1, 0, 0, 0});
   touch({0.03, 0.03, 0.034}, {1, 0, 0, 0});
-  const Vector3d force(palpate_contacts_tool(contacts, 0)->force_raw);
+  const Vector3d force(scene.tool().force_raw);
   EXPECT_GT(force.z(), 0);
   EXPECT_EQ(touch({NAN, 0.03, 0.034}, {1, 0, 0, 0}), PALPATE_STEP_BAD_INPUT);
   EXPECT_EQ(touch({0.03, 0.03, 0.034}, {0.9, 0, 0, 0}), PALPATE_STEP_BAD_INPUT);
-  EXPECT_EQ(Vector3d(palpate_contacts_tool(contacts, 0)->force_raw), force);
+  EXPECT_EQ(scene.force(), force);
 }
 
 }  // namespace

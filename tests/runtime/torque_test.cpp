@@ -11,11 +11,6 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-const TouchedBox& box() {
-  static const TouchedBox shared;
-  return shared;
-}
-
 SceneDef torque_def() {
   SceneDef def = unlimited_def();
   def.torque_limit = def.torque_slew = INFINITY;
@@ -29,11 +24,11 @@ struct Instrument {
 
   explicit Instrument(double depth = 0.001) {
     for (int i = 0; i < 3; ++i) {
-      const std::int32_t triangle = box().far_triangle(3 * i);
-      points[i] = box().place(triangle, {.3, .3, .4}) - depth * (1 + 0.4 * i) * box().outward(triangle);
+      const std::int32_t triangle = tiny_box().far_triangle(3 * i);
+      points[i] = tiny_box().place(triangle, {.3, .3, .4}) - depth * (1 + 0.4 * i) * tiny_box().outward(triangle);
     }
-    grips.push_back(grip_at_node(box().touchable[4], {0.0004, -0.0007, 0.001}));
-    grips.push_back(grip_at_place(box().far_triangle(14), {.2, .5, .3}, {0.001, 0.0005, -0.0002}));
+    grips.push_back(grip_at_node(tiny_box().touchable[4], {0.0004, -0.0007, 0.001}));
+    grips.push_back(grip_at_place(tiny_box().far_triangle(14), {.2, .5, .3}, {0.001, 0.0005, -0.0002}));
   }
   palpate_tool tool() const {
     palpate_tool tool = point_tool(points[0].data(), 3, 0.003);
@@ -49,27 +44,26 @@ struct Result {
   palpate_step_flags flags = 0;
 };
 
-Result touch(palpate_scene* scene, Contacts& contacts, const palpate_tool& tool) {
-  const palpate_step_flags flags = palpate_scene_touch(scene, &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-  const palpate_tool_state& state = *palpate_contacts_tool(contacts, 0);
-  return {Vector3d(state.force_raw), Vector3d(state.torque_raw), Vector3d(state.torque), flags};
+Result touch(TouchedScene& scene, const palpate_tool& tool) {
+  const palpate_step_flags flags = scene.touch({tool});
+  return {scene.force(), scene.torque(), Vector3d(scene.tool().torque), flags};
 }
 
 // A first step 3 mm away, so that the points come in from outside.
-Result press(palpate_scene* scene, Contacts& contacts, const Instrument& instrument) {
+Result press(TouchedScene& scene, const Instrument& instrument) {
   Instrument above = instrument;
-  for (Vector3d& p : above.points) p += 0.005 * box().outward(box().far_triangle());
-  touch(scene, contacts, above.tool());
-  const Result result = touch(scene, contacts, instrument.tool());
-  EXPECT_EQ(palpate_contacts_tool(contacts, 0)->contact_count, 5);
+  for (Vector3d& p : above.points) p += 0.005 * tiny_box().outward(tiny_box().far_triangle());
+  touch(scene, above.tool());
+  const Result result = touch(scene, instrument.tool());
+  EXPECT_EQ(scene.tool().contact_count, 5);
   return result;
 }
 
 // The same from the contact nodes: a contact's force acts where the tool point is.
 Vector3d by_hand(Contacts& contacts, const Instrument& instrument) {
   const Vector3d held[2] = {
-      box().node(box().touchable[4]) + Vector3d(instrument.grips[0].displacement),
-      box().place(box().far_triangle(14), {.2, .5, .3}) + Vector3d(instrument.grips[1].displacement)};
+      tiny_box().node(tiny_box().touchable[4]) + Vector3d(instrument.grips[0].displacement),
+      tiny_box().place(tiny_box().far_triangle(14), {.2, .5, .3}) + Vector3d(instrument.grips[1].displacement)};
   Vector3d sum = Vector3d::Zero();
   for (std::int32_t n = 0; n < contacts->node_count; ++n) {
     const palpate_contact_node& node = contacts.nodes()[n];
@@ -81,17 +75,13 @@ Vector3d by_hand(Contacts& contacts, const Instrument& instrument) {
 
 TEST(Torque, IsTheSumOfLeversTimesForces) {
   const Instrument instrument;
-  for (const auto contact :
-       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
+  for (const auto contact : kEveryContact)
     for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_COULOMB}) {
-      SceneDef def = torque_def();
-      def.contact = contact, def.law = law;
-      const ScenePointer scene = box().scene(def);
-      Contacts contacts(scene.get());
-      const Result found = press(scene.get(), contacts, instrument);
-      const Vector3d expected = by_hand(contacts, instrument);
+      TouchedScene scene(tiny_box(), with(torque_def(), contact, law));
+      const Result found = press(scene, instrument);
+      const Vector3d expected = by_hand(scene.contacts, instrument);
       EXPECT_GT(expected.norm(), 1e-3);
-      EXPECT_LT((found.torque - expected).norm(), 1e-13 * expected.norm() * contacts->node_count) << contact;
+      EXPECT_LT((found.torque - expected).norm(), 1e-13 * expected.norm() * scene.contacts->node_count) << contact;
       EXPECT_EQ(found.torque, found.limited);
     }
 }
@@ -99,41 +89,38 @@ TEST(Torque, IsTheSumOfLeversTimesForces) {
 // The organ's side of the same contact: the forces act on the nodes below the disc. A patch's weights reproduce a plane, so on a
 // flat face both moments agree to rounding, whatever the disc and the mesh.
 TEST(Torque, OfADiscEqualsTheMomentOfTheForcesOnTheNodesBelowIt) {
-  const ScenePointer scene = box().scene(torque_def());
-  Contacts contacts(scene.get());
+  TouchedScene scene(tiny_box(), torque_def());
   const Vector3d reference(0.02, 0.05, -0.03), d(-0.001, 0.0004, 0.0007);
   for (const double radius : {0.0, 0.002, 0.006, 0.012}) {
-    const palpate_grip grip = grip_at_place(box().far_triangle(9), {.3, .3, .4}, d);
+    const palpate_grip grip = grip_at_place(tiny_box().far_triangle(9), {.3, .3, .4}, d);
     palpate_tool tool = grip_tool(&grip, 1, radius);
     tool.has_torque = 1;
     Eigen::Map<Vector3d>(tool.reference) = reference;
-    const Result found = touch(scene.get(), contacts, tool);
+    const Result found = touch(scene, tool);
     Vector3d moment = Vector3d::Zero(), sum = Vector3d::Zero();
-    for (std::int32_t n = 0; n < contacts->node_count; ++n) {
-      const palpate_contact_node& node = contacts.nodes()[n];
-      moment -= (box().node(node.node) + d - reference).cross(Vector3d(node.force));
+    for (std::int32_t n = 0; n < scene.contacts->node_count; ++n) {
+      const palpate_contact_node& node = scene.contacts.nodes()[n];
+      moment -= (tiny_box().node(node.node) + d - reference).cross(Vector3d(node.force));
       sum -= Vector3d(node.force);
     }
-    EXPECT_LT((found.force - sum).norm(), 1e-13 * sum.norm() * contacts->node_count);
+    EXPECT_LT((found.force - sum).norm(), 1e-13 * sum.norm() * scene.contacts->node_count);
     EXPECT_GT(moment.norm(), 1e-4);
     EXPECT_LT((found.torque - moment).norm(), 1e-11 * moment.norm()) << radius;
   }
 }
 
 TEST(Torque, ChangesWithTheReferenceByTheForceTimesTheWay) {
-  const ScenePointer one = box().scene(torque_def()), other = box().scene(torque_def());
-  Contacts contacts(one.get()), others(other.get());
+  TouchedScene one(tiny_box(), torque_def()), other(tiny_box(), torque_def());
   Instrument instrument, moved;
   moved.reference += Vector3d(0.3, -0.2, 0.15);
-  const Result a = press(one.get(), contacts, instrument), b = press(other.get(), others, moved);
+  const Result a = press(one, instrument), b = press(other, moved);
   EXPECT_EQ(a.force, b.force);
   EXPECT_LT((b.torque - a.torque - (instrument.reference - moved.reference).cross(a.force)).norm(),
             1e-13 * (a.torque.norm() + a.force.norm()));
 }
 
 TEST(Torque, TurnsWithTheOrganAndTheTool) {
-  const ScenePointer resting = box().scene(torque_def()), turned = box().scene(torque_def());
-  Contacts contacts(resting.get()), others(turned.get());
+  TouchedScene resting(tiny_box(), torque_def()), turned(tiny_box(), torque_def());
   const Instrument instrument;
   const Quaterniond turn(Eigen::AngleAxisd(1.2, Vector3d(1, 2, -1).normalized()));
   const Vector3d position(0.4, -0.3, 0.2);
@@ -142,13 +129,14 @@ TEST(Torque, TurnsWithTheOrganAndTheTool) {
   pose.orientation[0] = turn.w(), pose.orientation[1] = turn.x(), pose.orientation[2] = turn.y();
   pose.orientation[3] = turn.z();
   ASSERT_EQ(palpate_scene_set_pose(turned.get(), &pose, nullptr), PALPATE_OK);
-  const Result a = press(resting.get(), contacts, instrument);
+  const Result a = press(resting, instrument);
   Result b;
   for (const double above : {0.005, 0.0}) {
     Instrument in_world = instrument;
-    for (Vector3d& p : in_world.points) p = position + turn * (p + above * box().outward(box().far_triangle()));
+    for (Vector3d& p : in_world.points)
+      p = position + turn * (p + above * tiny_box().outward(tiny_box().far_triangle()));
     in_world.reference = position + turn * instrument.reference;
-    b = touch(turned.get(), others, in_world.tool());
+    b = touch(turned, in_world.tool());
   }
   // Rounding of places of half a metre, times the stiffness of a few nodes of 1e3 N/m each.
   EXPECT_LT((b.force - turn * a.force).norm(), 1e-11);
@@ -157,20 +145,17 @@ TEST(Torque, TurnsWithTheOrganAndTheTool) {
 }
 
 TEST(Torque, OfACoupleRemainsWhereTheForcesCancel) {
-  SceneDef def = torque_def();
-  def.collision = PALPATE_COLLISION_OFF;
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
+  TouchedScene scene(tiny_box(), with(torque_def(), PALPATE_COLLISION_OFF));
   // Opposite displacements whose size is chosen so that the forces along x cancel.
   double ratio = 1, first = 0;
   Result found;
   for (int i = 0; i < 3; ++i) {
     const std::vector<palpate_grip> grips = {
-        grip_at_place(box().far_triangle(2), {.3, .3, .4}, {0.001, 0, 0}, 1),
-        grip_at_place(box().far_triangle(15), {.3, .3, .4}, {-0.001 * ratio, 0, 0}, 1)};
+        grip_at_place(tiny_box().far_triangle(2), {.3, .3, .4}, {0.001, 0, 0}, 1),
+        grip_at_place(tiny_box().far_triangle(15), {.3, .3, .4}, {-0.001 * ratio, 0, 0}, 1)};
     palpate_tool tool = tool_of(grips);
     tool.disc_radius = 0.002, tool.has_torque = 1;
-    found = touch(scene.get(), contacts, tool);
+    found = touch(scene, tool);
     // Both forces are linear in ratio; one secant step is exact.
     if (i == 0) first = found.force[0], ratio = 1.5;
     if (i == 1) ratio = 1 + 0.5 * first / (first - found.force[0]);
@@ -182,56 +167,49 @@ TEST(Torque, OfACoupleRemainsWhereTheForcesCancel) {
 TEST(Torque, IsLimitedInLengthAndInChange) {
   SceneDef def = torque_def();
   const Instrument instrument;
-  const ScenePointer unlimited = box().scene(def);
-  Contacts free_contacts(unlimited.get());
-  const double whole = press(unlimited.get(), free_contacts, instrument).torque.norm();
+  TouchedScene unlimited(tiny_box(), def);
+  const double whole = press(unlimited, instrument).torque.norm();
 
   def.torque_limit = 0.5 * whole;
-  const ScenePointer cut = box().scene(def);
-  Contacts contacts(cut.get());
-  Result result = press(cut.get(), contacts, instrument);
+  TouchedScene cut(tiny_box(), def);
+  Result result = press(cut, instrument);
   EXPECT_NEAR(result.limited.norm(), 0.5 * whole, 1e-12 * whole);
   EXPECT_LT(result.limited.cross(result.torque).norm(), 1e-12 * whole * whole) << "the direction stays";
   EXPECT_NEAR(result.torque.norm(), whole, 1e-12 * whole);
   EXPECT_TRUE(result.flags & PALPATE_STEP_FORCE_LIMITED);
-  EXPECT_EQ(Vector3d(palpate_contacts_tool(contacts, 0)->force), result.force) << "the force has limits of its own";
+  EXPECT_EQ(Vector3d(cut.tool().force), result.force) << "the force has limits of its own";
 
   def.torque_limit = INFINITY, def.torque_slew = 10 * whole;  // a hundredth of it in a step
-  const ScenePointer slow = box().scene(def);
-  Contacts slow_contacts(slow.get());
-  result = press(slow.get(), slow_contacts, instrument);
+  TouchedScene slow(tiny_box(), def);
+  result = press(slow, instrument);
   Vector3d before = result.limited;
   for (int s = 0; s < 110; ++s) {
-    result = touch(slow.get(), slow_contacts, instrument.tool());
+    result = touch(slow, instrument.tool());
     EXPECT_LT((result.limited - before).norm(), 0.010001 * whole);
     before = result.limited;
   }
   EXPECT_EQ(result.limited, result.torque);
   EXPECT_EQ(result.flags & PALPATE_STEP_FORCE_LIMITED, 0u);
   for (const double bad : {0.0, -1.0, double(NAN)}) {
-    palpate_scene* scene = nullptr;
     SceneDef wrong = torque_def();
     wrong.torque_limit = bad;
-    EXPECT_EQ(palpate_scene_create(box().bundle(), &wrong, &scene, nullptr), PALPATE_ERROR_ARGUMENT);
+    EXPECT_EQ(refusal_of(tiny_box(), wrong).status, PALPATE_ERROR_ARGUMENT);
     wrong = torque_def(), wrong.torque_slew = bad;
-    EXPECT_EQ(palpate_scene_create(box().bundle(), &wrong, &scene, nullptr), PALPATE_ERROR_ARGUMENT);
+    EXPECT_EQ(refusal_of(tiny_box(), wrong).status, PALPATE_ERROR_ARGUMENT);
   }
 }
 
 // A tool at rest: each moment's torque is the same lever times the relaxed force.
 TEST(Torque, RelaxesLikeTheForce) {
-  SceneDef def = torque_def();
-  def.relaxation = relaxation_of({{0.4, 0.01}, {0.3, 0.1}});
-  const ScenePointer scene = box().scene(def);
-  Contacts contacts(scene.get());
-  const palpate_grip grip = grip_at_place(box().far_triangle(9), {.3, .3, .4}, {-0.001, 0.0004, 0.0007});
-  const Vector3d lever = box().place(box().far_triangle(9), {.3, .3, .4}) + Vector3d(grip.displacement);
+  TouchedScene scene(tiny_box(), with(torque_def(), relaxation_of({{0.4, 0.01}, {0.3, 0.1}})));
+  const palpate_grip grip = grip_at_place(tiny_box().far_triangle(9), {.3, .3, .4}, {-0.001, 0.0004, 0.0007});
+  const Vector3d lever = tiny_box().place(tiny_box().far_triangle(9), {.3, .3, .4}) + Vector3d(grip.displacement);
   palpate_tool tool = grip_tool(&grip, 1, 0.003, 1);
   tool.has_torque = 1;
   double first = 0;
   Result result;
   for (int s = 0; s < 200; ++s) {
-    result = touch(scene.get(), contacts, tool);
+    result = touch(scene, tool);
     EXPECT_LT((result.torque - lever.cross(result.force)).norm(), 1e-13) << s;
     if (s == 0) first = result.torque.norm();
   }
@@ -244,59 +222,55 @@ TEST(Torque, AndThePoseAreInASavedState) {
   SceneDef def = torque_def();
   def.relaxation = relaxation_of({{0.5, 0.02}});
   def.torque_slew = 0.05;  // N m/s: 8 of about 20 steps to the whole torque
-  const ScenePointer saved = box().scene(def), restored = box().scene(def);
-  Contacts a(saved.get()), b(restored.get());
+  TouchedScene saved(tiny_box(), def), restored(tiny_box(), def);
   palpate_pose pose = palpate_default_pose();
   pose.angular_velocity[1] = 0.3;
   ASSERT_EQ(palpate_scene_set_pose(saved.get(), &pose, nullptr), PALPATE_OK);
   const Instrument instrument;
-  for (int s = 0; s < 4; ++s) touch(saved.get(), a, instrument.tool());
+  for (int s = 0; s < 4; ++s) touch(saved, instrument.tool());
   restore_from(saved.get(), restored.get());
   for (int s = 0; s < 4; ++s) {
-    const Result one = touch(saved.get(), a, instrument.tool());
-    touch(restored.get(), b, instrument.tool());
+    const Result one = touch(saved, instrument.tool());
+    touch(restored, instrument.tool());
     EXPECT_NE(one.limited, one.torque) << "still slewing";
-    ASSERT_EQ(std::memcmp(a.get(), b.get(), a->used_bytes), 0) << s;
+    ASSERT_TRUE(saved.has_bytes_of(restored)) << s;
   }
-  EXPECT_NE(a->organ_orientation[2], 0);
+  EXPECT_NE(saved.contacts->organ_orientation[2], 0);
 }
 
 TEST(Torque, ThatIsNotAskedForIsZeroAndChangesNoBit) {
-  const ScenePointer with = box().scene(torque_def()), without = box().scene(torque_def());
-  Contacts a(with.get()), b(without.get());
+  TouchedScene with(tiny_box(), torque_def()), without(tiny_box(), torque_def());
   const Instrument instrument;
   palpate_tool silent = instrument.tool();
   silent.has_torque = 0;
   for (int s = 0; s < 3; ++s) {
-    touch(with.get(), a, instrument.tool());
-    const Result result = touch(without.get(), b, silent);
+    touch(with, instrument.tool());
+    const Result result = touch(without, silent);
     EXPECT_EQ(result.torque, Vector3d::Zero());
     EXPECT_EQ(result.limited, Vector3d::Zero());
   }
-  palpate_tool_state& state = const_cast<palpate_tool_state&>(*palpate_contacts_tool(a, 0));
+  palpate_tool_state& state = const_cast<palpate_tool_state&>(with.tool());
   EXPECT_NE(Vector3d(state.torque), Vector3d::Zero());
   std::fill_n(state.torque, 3, 0), std::fill_n(state.torque_raw, 3, 0);
-  EXPECT_EQ(std::memcmp(a.get(), b.get(), a->used_bytes), 0);
+  EXPECT_TRUE(with.has_bytes_of(without));
 }
 
 TEST(Torque, ThatCannotBeTakenIsBadInput) {
-  const ScenePointer scene = box().scene(torque_def());
-  Contacts contacts(scene.get());
+  TouchedScene scene(tiny_box(), torque_def());
   const Instrument instrument;
   for (const double bad : {double(NAN), double(INFINITY), 2e6}) {
     palpate_tool tool = instrument.tool();
     tool.reference[1] = bad;
-    EXPECT_EQ(touch(scene.get(), contacts, tool).flags, PALPATE_STEP_BAD_INPUT);
+    EXPECT_EQ(touch(scene, tool).flags, PALPATE_STEP_BAD_INPUT);
   }
   SceneDef def = torque_def();
   def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE;  // no positions are mapped
-  const ScenePointer blind = box().scene(def);
-  Contacts blind_contacts(blind.get());
-  const palpate_grip grip = grip_at_node(box().touchable[4], {0.001, 0, 0});
+  TouchedScene blind(tiny_box(), def);
+  const palpate_grip grip = grip_at_node(tiny_box().touchable[4], {0.001, 0, 0});
   palpate_tool tool = grip_tool(&grip);
-  EXPECT_EQ(touch(blind.get(), blind_contacts, tool).flags, 0u);
+  EXPECT_EQ(touch(blind, tool).flags, 0u);
   tool.has_torque = 1;
-  EXPECT_EQ(touch(blind.get(), blind_contacts, tool).flags, PALPATE_STEP_BAD_INPUT);
+  EXPECT_EQ(touch(blind, tool).flags, PALPATE_STEP_BAD_INPUT);
 }
 
 }  // namespace

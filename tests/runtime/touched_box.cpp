@@ -59,6 +59,11 @@ std::int32_t TouchedBody::far_triangle(int which) const {
   throw std::logic_error("no such triangle");
 }
 
+const TouchedBox& tiny_box() {
+  static const TouchedBox shared;
+  return shared;
+}
+
 PlaceOnFace place_at(const TouchedBody& of, Eigen::Vector3d outward, Eigen::Vector3d p) {
   for (std::size_t t = 0; t < of.body.triangles.size(); ++t) {
     const auto triangle = static_cast<std::int32_t>(t);
@@ -102,6 +107,12 @@ palpate_tool tool_of(const std::vector<palpate_grip>& grips) {
   return tool;
 }
 
+std::vector<palpate_tool> tools_of(std::span<const Eigen::Vector3d> points, double disc_radius, double friction) {
+  std::vector<palpate_tool> tools;
+  for (const Eigen::Vector3d& p : points) tools.push_back(point_tool(p.data(), 1, disc_radius, friction));
+  return tools;
+}
+
 SceneDef unlimited_def() {
   SceneDef def;
   def.force_limit = def.force_slew = def.max_tool_speed = def.release_distance = INFINITY;
@@ -109,15 +120,45 @@ SceneDef unlimited_def() {
   return def;
 }
 
+SceneDef with_operations(SceneDef def, std::int64_t most) {
+  def.max_operations = most;
+  return def;
+}
+
 std::vector<float> displacements(palpate_scene* scene, const palpate_contacts* contacts, std::int32_t nodes,
                                  palpate_step_flags* flags) {
-  std::vector<float> u(3 * static_cast<std::size_t>(nodes), NAN);
+  std::vector<float> u(3 * nodes, NAN);
   palpate_shape_out out = palpate_default_shape_out();
   out.displacements = u.data(), out.node_capacity = nodes;
   const palpate_step_flags raised = palpate_scene_shape(scene, contacts, &out);
   if (flags) *flags = raised;
   EXPECT_EQ(out.node_count, nodes);
   return u;
+}
+
+TouchedScene::TouchedScene(const TouchedBody& body, const palpate_scene_def& def)
+    : scene(body.scene(def)),
+      contacts(scene.get()),
+      shape_nodes_(def.shape == PALPATE_SHAPE_VOLUME ? static_cast<std::int32_t>(body.dofs() / 3)
+                                                     : body.body.surface_nodes) {}
+
+palpate_step_flags TouchedScene::touch(const palpate_tool* tools, std::int32_t count, double dt) {
+  return flags = palpate_scene_touch(scene.get(), tools, count, dt, contacts.get(), contacts.bytes());
+}
+
+palpate_step_flags TouchedScene::hold(const std::vector<palpate_grip>& grips, double disc_radius) {
+  palpate_tool tool = tool_of(grips);
+  tool.disc_radius = disc_radius;
+  return touch(&tool, 1);
+}
+
+const palpate_tool_state& TouchedScene::tool(std::int32_t index) const {
+  return *palpate_contacts_tool(contacts, index);
+}
+
+bool TouchedScene::has_bytes_of(const TouchedScene& other) const {
+  return contacts->used_bytes == other.contacts->used_bytes &&
+         std::memcmp(contacts.get(), other.contacts.get(), contacts->used_bytes) == 0;
 }
 
 }  // namespace palpate::tests

@@ -27,7 +27,7 @@ struct Unrest {
   int jumps = 0;     // steps that change a force by more than a tenth of its largest, which takes 200 to come
 };
 
-inline void press_pair(const PressedBar& bar, palpate_scene* scene, std::mt19937& random, Unrest* unrest) {
+inline void press_pair(const PressedBar& bar, TouchedScene& scene, std::mt19937& random, Unrest* unrest) {
   constexpr int kIn = 200, kRest = 150, kSteps = 2 * kIn + kRest, kSoon = 8;
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
@@ -45,22 +45,16 @@ inline void press_pair(const PressedBar& bar, palpate_scene* scene, std::mt19937
     start[t][axis] = 0.5 * size[axis] * (1 + side) + 0.002 * side;
     way[t] = -side * (0.002 + between(bar.shallowest, bar.deepest)) * Eigen::Vector3d::Unit(axis);
   }
-  Contacts contacts(scene);
   std::vector<double> force[2];
   bool held[2] = {}, touched[2] = {};
   int changes = 0, both_ended = -kSteps, ended[2] = {-kSteps, -kSteps};
   for (int step = 0; step <= kSteps; ++step) {
     Eigen::Vector3d point[2];
-    palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
+    for (int t = 0; t < 2; ++t) point[t] = start[t] + way[t] * (std::min({step, kIn, kSteps - step}) / double{kIn});
+    scene.touch(tools_of(point, bar.radius, 0.6));
     for (int t = 0; t < 2; ++t) {
-      point[t] = start[t] + way[t] * (std::min({step, kIn, kSteps - step}) / double{kIn});
-      tools[t].points = point[t].data(), tools[t].point_count = 1, tools[t].disc_radius = bar.radius,
-      tools[t].friction = 0.6;
-    }
-    palpate_scene_touch(scene, tools, 2, 1e-3, contacts.get(), contacts.bytes());
-    for (int t = 0; t < 2; ++t) {
-      force[t].push_back(Eigen::Vector3d(palpate_contacts_tool(contacts, t)->force_raw).norm());
-      const bool holds = palpate_contacts_tool(contacts, t)->contact_count > 0;
+      force[t].push_back(scene.force(t).norm());
+      const bool holds = scene.touches(t);
       touched[t] = touched[t] || holds;
       if (std::exchange(held[t], holds) == holds) continue;
       ++changes;
@@ -87,11 +81,12 @@ inline void press_pair(const PressedBar& bar, palpate_scene* scene, std::mt19937
 
 inline Unrest unrest_of_two_discs(const PressedBar& bar, palpate_contact_law law, int pairs) {
   const TouchedBox body(bar.box);
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = law;
   std::mt19937 random(5);
   Unrest unrest;
-  for (int pair = 0; pair < pairs; ++pair) press_pair(bar, body.scene(def).get(), random, &unrest);
+  for (int pair = 0; pair < pairs; ++pair) {
+    TouchedScene scene(body, unlimited_def(PALPATE_COLLISION_DEFORMED, law));
+    press_pair(bar, scene, random, &unrest);
+  }
   return unrest;
 }
 

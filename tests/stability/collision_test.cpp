@@ -113,8 +113,8 @@ TEST(StabilityCollision, CrossingsThatMeetVerticesEdgesAndFacesExactly) {
   const auto any = [&]() -> std::pair<Vec3, Vec3> {
     const Vec3 a = lattice();
     if (kind(random) == 0) return {a, lattice()};
-    const Vec3 through = load3(body.surface.points[static_cast<std::size_t>(node(random))].data());
-    const Vec3 other = load3(body.surface.points[static_cast<std::size_t>(node(random))].data());
+    const Vec3 through = load3(body.surface.points[node(random)].data());
+    const Vec3 other = load3(body.surface.points[node(random)].data());
     if (kind(random) == 1) return {a, a + 2.0 * (through - a)};
     // From vertex to vertex, and extended beyond both.
     if (kind(random) == 2) return {through, other};
@@ -130,8 +130,7 @@ TEST(StabilityCollision, TrianglesOfFourDecadesBesideOneBucketSize) {
   Indexed body(graded(sphere_surface(4, 1)));
   double shortest = 1, longest = 0;
   for (const auto& [a, b, c] : body.surface.triangles) {
-    const Vec3 edge = load3(body.surface.points[static_cast<std::size_t>(a)].data()) -
-                      load3(body.surface.points[static_cast<std::size_t>(b)].data());
+    const Vec3 edge = load3(body.surface.points[a].data()) - load3(body.surface.points[b].data());
     shortest = std::min(shortest, length(edge)), longest = std::max(longest, length(edge));
   }
   attack.hold("shortest edge over longest", shortest / longest, 1e-4, "the test reaches what it claims");
@@ -161,17 +160,12 @@ TEST(StabilityCollision, SurfaceFarFromTheOrigin) {
 
 // ---- one tool point on a scene --------------------------------------------------------------------------------------
 
-struct Hand {
-  explicit Hand(const TouchedBox& box) : scene(box.scene(unlimited_def())), contacts(scene.get()) {}
+struct Hand : TouchedScene {
+  explicit Hand(const TouchedBox& box) : TouchedScene(box) {}
   bool move(const Vector3d& to) {
-    const palpate_tool tool = point_tool(to.data());
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    return palpate_contacts_tool(contacts, 0)->contact_count > 0;
+    press(to);
+    return touches();
   }
-  Vector3d force() { return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
-  ScenePointer scene;
-  Contacts contacts;
-  palpate_step_flags flags = 0;
 };
 
 TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
@@ -180,8 +174,7 @@ TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
       "that entered must be felt, and one that never entered must not.");
   const TouchedBox box({.cells = {4, 4, 4}});
   TriangleSurface surface;
-  for (std::int32_t n = 0; n < box.body.surface_nodes; ++n)
-    surface.points.push_back(box.body.mesh.nodes[static_cast<std::size_t>(n)]);
+  for (std::int32_t n = 0; n < box.body.surface_nodes; ++n) surface.points.push_back(box.body.mesh.nodes[n]);
   surface.triangles = box.body.triangles;
   Indexed body(surface);
   std::mt19937 random(113);
@@ -197,11 +190,11 @@ TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
   for (long s = 0; s < steps; ++s) {
     const Vector3d from = p;
     if (s % 200 == 0) {  // a new start: anywhere, in the middle of the body, or on a node
-      palpate_scene_reset(hand.scene.get());
+      hand.reset();
       const long way = s / 200;
       p = way % 3 == 0   ? Vector3d(0.08 * unit(random) - 0.01, 0.07 * unit(random) - 0.01, 0.06 * unit(random) - 0.01)
           : way % 3 == 1 ? middle
-                         : box.node(box.touchable[static_cast<std::size_t>(way) % box.touchable.size()]);
+                         : box.node(box.touchable[way % box.touchable.size()]);
       was_outside = touched = false, first = true;
     } else if (s % 5 != 0) {  // in every fifth step the tool stands still
       const double length = std::pow(10.0, speed(random));
@@ -225,10 +218,9 @@ TEST(StabilityCollision, ToolsAtAnySpeedFromAnywhere) {
   const std::string of = " of " + std::to_string(steps) + " steps, " + std::to_string(entered) + " ways in";
   EXPECT_GT(entered, steps / 500);
   EXPECT_EQ(odd_flags, 0u);
-  attack.hold("inside and not felt," + of, static_cast<double>(missed), 0, "collision is complete");
-  attack.hold("felt without a crossing," + of, static_cast<double>(imagined), 0, "a contact begins on the way in");
-  attack.hold("force that changed while the tool stood still," + of, static_cast<double>(moved), 0,
-              "no motion, no change");
+  attack.hold("inside and not felt," + of, missed, 0, "collision is complete");
+  attack.hold("felt without a crossing," + of, imagined, 0, "a contact begins on the way in");
+  attack.hold("force that changed while the tool stood still," + of, moved, 0, "no motion, no change");
 }
 
 TEST(StabilityCollision, ToolsThatMeetVerticesEdgesAndFacesExactly) {
@@ -246,16 +238,15 @@ TEST(StabilityCollision, ToolsThatMeetVerticesEdgesAndFacesExactly) {
     const auto lattice = [&] { return Vector3d(at(random) / 64.0, at(random) / 64.0, at(random) / 64.0); };
     const Vector3d a = lattice(), b = lattice();
     if (!outside(a) || !inside(b)) continue;
-    palpate_scene_reset(hand.scene.get());
+    hand.reset();
     hand.move(a);
     missed += !hand.move(b) && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
     kept += hand.move(a) || hand.force().norm() != 0;
     ++ways;
   }
   EXPECT_GT(ways, 1000);
-  attack.hold("inside and not felt, of " + std::to_string(ways) + " ways in", static_cast<double>(missed), 0,
-              "collision is complete");
-  attack.hold("outside again and felt, of " + std::to_string(ways) + " ways out", static_cast<double>(kept), 0,
+  attack.hold("inside and not felt, of " + std::to_string(ways) + " ways in", missed, 0, "collision is complete");
+  attack.hold("outside again and felt, of " + std::to_string(ways) + " ways out", kept, 0,
               "a contact ends on the way out where it went in");
 }
 
@@ -282,8 +273,8 @@ TEST(StabilityCollision, MotionsWithinThePlaneOfAFaceThatIsAskew) {
   long missed = 0, contradictions = 0, ways = 0;
   for (long s = 0; s < quick_or_long(300000L, 30000000L); ++s) {
     const Vec3 a{at(random) / 64.0, at(random) / 64.0, at(random) / 64.0};
-    const Vec3 through = load3(surface.points[static_cast<std::size_t>(node(random))].data());
-    const Vec3 other = load3(surface.points[static_cast<std::size_t>(node(random))].data());
+    const Vec3 through = load3(surface.points[node(random)].data());
+    const Vec3 other = load3(surface.points[node(random)].data());
     // Through a vertex half-way; from a chord's extension to its middle, or to the other side of its middle.
     const bool across = kind(random);
     const Vec3 from = across ? a : through + 2.0 * (through - other);
@@ -292,7 +283,7 @@ TEST(StabilityCollision, MotionsWithinThePlaneOfAFaceThatIsAskew) {
     if (on_surface(body.rest, from) || on_surface(body.rest, to)) continue;
     SurfaceCrossing found[DeformedSurface::kMaxCrossings];
     contradictions += body.rest.crossings(from, to, found) % 2 == 0;
-    palpate_scene_reset(hand.scene.get());
+    hand.reset();
     hand.move({from.x, from.y, from.z});
     missed +=
         !hand.move({to.x, to.y, to.z}) && !(hand.flags & (PALPATE_STEP_NOT_TOUCHABLE | PALPATE_STEP_TRACKING_LOST));
@@ -300,8 +291,8 @@ TEST(StabilityCollision, MotionsWithinThePlaneOfAFaceThatIsAskew) {
   }
   EXPECT_GT(ways, 1000);
   const std::string of = " of " + std::to_string(ways) + " ways in";
-  attack.hold("without a crossing," + of, static_cast<double>(contradictions), 0, "exact signs are consistent");
-  attack.hold("inside and not felt," + of, static_cast<double>(missed), 0, "collision is complete");
+  attack.hold("without a crossing," + of, contradictions, 0, "exact signs are consistent");
+  attack.hold("inside and not felt," + of, missed, 0, "collision is complete");
 }
 
 TEST(StabilityCollision, MoreCrossingsInAStepThanAreKept) {
@@ -319,7 +310,7 @@ TEST(StabilityCollision, MoreCrossingsInAStepThanAreKept) {
   Hand hand(saw);
   double missed = 0;
   for (int tooth = 1; tooth < kCells; tooth += 2) {
-    palpate_scene_reset(hand.scene.get());
+    hand.reset();
     hand.move({-1, 0.37, 1.6});
     missed += !hand.move({1.0 * tooth, 0.37, 1.6}) && !(hand.flags & PALPATE_STEP_NOT_TOUCHABLE);
   }
@@ -338,7 +329,7 @@ TEST(StabilityCollision, TheFirstOfMoreCrossingsThanAreKept) {
   std::shuffle(place.begin(), place.end(), std::mt19937(139));
   TriangleSurface sheets;
   for (int t = 0; t < kSheets; ++t) {
-    const double x = 1.0 * place[static_cast<std::size_t>(t)] / kSheets;
+    const double x = 1.0 * place[t] / kSheets;
     for (const Point& p : {Point{x, -1, -1}, Point{x, 2, -1}, Point{x, -1, 2}}) sheets.points.push_back(p);
     sheets.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
   }
@@ -379,7 +370,7 @@ TEST(StabilityCollision, FacesOnTheBorderOfABox) {
         }
     }
   EXPECT_GT(motions, 500);
-  attack.hold("missed, or another side, of " + std::to_string(motions), static_cast<double>(missed), 0,
+  attack.hold("missed, or another side, of " + std::to_string(motions), missed, 0,
               "boxes are compared with their borders included");
 }
 
@@ -423,16 +414,12 @@ TEST(StabilityCollision, PressedBeyondTheMiddleOfAThinPart) {
   const TouchedBox plate({.cells = {6, 6, 1}, .size = {0.06, 0.06, 0.006}});
   double drawn = 0, fall = 0;
   for (const auto law : {PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-    SceneDef def = unlimited_def();
-    def.law = law;
-    const ScenePointer scene = plate.scene(def);
-    Contacts contacts(scene.get());
+    TouchedScene scene(plate, unlimited_def(law));
     double before = 0;
     for (int s = 0; s <= 60; ++s) {  // from above down to 1 mm from the bottom, a little aside
       const double point[3] = {0.041 + 1e-5 * s, 0.032, 0.007 - 1e-4 * s};
-      const palpate_tool tool = point_tool(point, 1, 0, 0.3);
-      palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-      const double up = palpate_contacts_tool(contacts, 0)->force_raw[2];
+      scene.touch({point_tool(point, 1, 0, 0.3)});
+      const double up = scene.tool().force_raw[2];
       drawn = std::max(drawn, -up), fall = std::max(fall, before - up), before = up;
     }
     EXPECT_GT(before, 0);
@@ -464,7 +451,7 @@ TEST(StabilityCollision, GrazingAFace) {
       }
       wrong += flickered;
     }
-  attack.hold("wrong or flickering, of " + std::to_string(steps) + " steps", static_cast<double>(wrong), 0,
+  attack.hold("wrong or flickering, of " + std::to_string(steps) + " steps", wrong, 0,
               "below the face is inside, above it is not, by exact signs");
 }
 
@@ -474,7 +461,7 @@ TEST(StabilityCollision, TwoDiscsDeepInAThinLobe) {
       "could begin and end in every step.");
   const PressedBar lobe = {{.cells = {8, 4, 2}, .size = {0.08, 0.03, 0.01}}, 0.01, 0.02};
   static const char* const names[] = {"sticking", "sliding", "unilateral", "coulomb"};
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+  for (const auto law : kEveryLaw) {
     const Unrest unrest = unrest_of_two_discs(lobe, law, quick_or_long(40, 4000));
     const double pairs = unrest.pairs;
     const std::string with = std::string(", ") + names[law];

@@ -15,30 +15,25 @@ namespace {
 using Eigen::Vector3d;
 
 SceneDef held_def(std::int32_t contacts, palpate_contact_model model = PALPATE_CONTACT_POINT) {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_OFF, def.contact = model;
+  SceneDef def = unlimited_def(PALPATE_COLLISION_OFF, model);
   def.max_points = contacts, def.max_contact_nodes = 3 * contacts;
   return def;
 }
 
 // The forces at the contact nodes, one column for each node. A tool feels minus their sum.
-struct Held {
+struct Held : TouchedScene {
   Held(const KnownBox& known, const SceneDef& def, const std::vector<palpate_grip>& grips)
-      : scene(known.box.scene(def)), contacts(scene.get()) {
+      : TouchedScene(known.box, def) {
     touch(known, grips);
   }
   void touch(const KnownBox& known, const std::vector<palpate_grip>& grips) {
-    const palpate_tool tool = tool_of(grips);
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
+    hold(grips);
     by_column = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(known.box.touchable.size()));
     for (int e = 0; e < contacts->node_count; ++e)
       by_column.segment<3>(3 * contacts.nodes()[e].column) += Vector3d(contacts.nodes()[e].force);
   }
-  Vector3d force() { return -Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
+  Vector3d force() { return -TouchedScene::force(); }
 
-  ScenePointer scene;
-  Contacts contacts;
-  palpate_step_flags flags = 0;
   Eigen::VectorXd by_column;
 };
 
@@ -68,7 +63,7 @@ TEST(StabilityContacts, FiveHundredNodesInAnyOrder) {
     const auto in_this_order = [&] {
       std::vector<palpate_grip> grips;
       for (const std::int32_t c : columns) {
-        const std::int32_t node = plate().box.touchable[static_cast<std::size_t>(c)];
+        const std::int32_t node = plate().box.touchable[c];
         grips.push_back(grip_at_node(node, wave(node)));
       }
       return Held(plate(), held_def(500), grips);
@@ -95,13 +90,11 @@ TEST(StabilityContacts, EverySurfaceNodeAtOnce) {
   for (const std::int32_t node : plate().box.touchable) grips.push_back(grip_at_node(node, wave(node)));
   Held held(plate(), held_def(static_cast<std::int32_t>(grips.size())), grips);
   EXPECT_EQ(held.flags, 0u);
-  const auto u = displacements(held.scene.get(), held.contacts.get(), plate().box.body.surface_nodes);
+  const auto u = held.shape();
   double missed = 0, terms = 0;
   for (int e = 0; e < held.contacts->node_count; ++e) {
     const palpate_contact_node& node = held.contacts.nodes()[e];
-    for (int i = 0; i < 3; ++i)
-      missed = std::max(missed, std::abs(u[3 * static_cast<std::size_t>(node.node) + static_cast<std::size_t>(i)] -
-                                         wave(node.node)[i]));
+    for (int i = 0; i < 3; ++i) missed = std::max(missed, std::abs(u[3 * node.node + i] - wave(node.node)[i]));
     terms += Vector3d(node.modified_displacement).lpNorm<1>();
   }
   // No entry of a column is larger than 1.5 here; 2^-24 of each product, and as much for each of the running sums.
@@ -132,7 +125,7 @@ TEST(StabilityContacts, HundredsOfNodesInHalfPrecision) {
     std::vector<std::int32_t> columns;
     double wanted = 0, reaction = 0;
     for (int c = 0; c < count; ++c) {
-      const std::int32_t column = c * all / count, node = half.box.touchable[static_cast<std::size_t>(column)];
+      const std::int32_t column = c * all / count, node = half.box.touchable[column];
       columns.push_back(column);
       grips.push_back(grip_at_node(node, wave(node)));
       wanted +=
@@ -180,13 +173,11 @@ TEST(StabilityContacts, AdjacentNodesPulledApartAsTheMeshIsRefined) {
     target << d, -d;
     Held held(known, held_def(2), {grip_at_node(pair[0], d), grip_at_node(pair[1], -d)});
     flags |= held.flags;
-    const auto u = displacements(held.scene.get(), held.contacts.get(), known.box.body.surface_nodes);
+    const auto u = held.shape();
     for (int c = 0; c < 2; ++c)
-      for (int i = 0; i < 3; ++i)
-        missed = std::max(missed, std::abs(u[static_cast<std::size_t>(3 * pair[c] + i)] - target[3 * c + i]));
+      for (int i = 0; i < 3; ++i) missed = std::max(missed, std::abs(u[3 * pair[c] + i] - target[3 * c + i]));
     Eigen::VectorXd found(6);
-    for (int c = 0; c < 2; ++c)
-      found.segment<3>(3 * c) = held.by_column.segment<3>(3 * columns[static_cast<std::size_t>(c)]);
+    for (int c = 0; c < 2; ++c) found.segment<3>(3 * c) = held.by_column.segment<3>(3 * columns[c]);
     worst = std::max(worst, off(found, known.compliance(columns).llt().solve(target)));
   }
   attack.hold("a target missed by the shape, m", missed, 2e-6 * 0.001,
@@ -251,8 +242,7 @@ TEST(StabilityContacts, ManyConflictingPlacesInOneTriangle) {
   std::uniform_real_distribution<double> any(-1, 1), share(0, 1);
   const std::int32_t triangle = block().box.far_triangle();
   std::vector<std::int32_t> columns;
-  for (const std::int32_t n : block().box.body.triangles[static_cast<std::size_t>(triangle)])
-    columns.push_back(block().column_of(n));
+  for (const std::int32_t n : block().box.body.triangles[triangle]) columns.push_back(block().column_of(n));
   const Eigen::MatrixXd w = block().compliance(columns);
   double worst = 0, over_bound = 0;
   bool flagged = true;
@@ -270,8 +260,7 @@ TEST(StabilityContacts, ManyConflictingPlacesInOneTriangle) {
       double stated = 0;
       const Eigen::VectorXd expected = stated_vertex_forces(w, k, d, &stated);
       Eigen::VectorXd found(9);
-      for (int v = 0; v < 3; ++v)
-        found.segment<3>(3 * v) = held.by_column.segment<3>(3 * columns[static_cast<std::size_t>(v)]);
+      for (int v = 0; v < 3; ++v) found.segment<3>(3 * v) = held.by_column.segment<3>(3 * columns[v]);
       worst = std::max(worst, off(found, expected)), over_bound = std::max(over_bound, stated);
     }
   attack.hold("vertex forces against the stated formula, relative", worst,
@@ -315,8 +304,7 @@ TEST(StabilityContacts, OneNodeHeldManyTimes) {
     }
     Held many(block(), held_def(count), grips), once(block(), held_def(1), {grip_at_node(node, mean)});
     worst = std::max(worst, (many.force() - once.force()).norm() / once.force().norm());
-    const auto of_many = displacements(many.scene.get(), many.contacts.get(), block().box.body.surface_nodes),
-               of_one = displacements(once.scene.get(), once.contacts.get(), block().box.body.surface_nodes);
+    const auto of_many = many.shape(), of_one = once.shape();
     for (std::size_t i = 0; i < of_one.size(); ++i)
       elsewhere = std::max(elsewhere, std::abs(of_many[i] - of_one[i]) / mean.lpNorm<Eigen::Infinity>());
   }
@@ -330,12 +318,12 @@ TEST(StabilityContacts, ConflictingPairAcrossAnEdgeAndAVertex) {
       "Two tools impose opposite motions at points a gap apart. Without a bound the force grows as the reciprocal of "
       "the gap, then becomes rounding, and jumps.");
   const std::int32_t triangle = block().box.far_triangle(6);
-  const auto& t = block().box.body.triangles[static_cast<std::size_t>(triangle)];
+  const auto& t = block().box.body.triangles[triangle];
   // The triangle across the edge from vertex 0 to 1, and any other at vertex 0.
   std::int32_t across = -1, around = -1;
   const auto& all = block().box.body.triangles;
   const auto vertex_of = [&](std::int32_t at, std::int32_t n) {
-    const auto& nodes = all[static_cast<std::size_t>(at)];
+    const auto& nodes = all[at];
     return static_cast<int>(std::find(nodes.begin(), nodes.end(), n) - nodes.begin());
   };
   for (std::int32_t f = 0; f < static_cast<std::int32_t>(all.size()); ++f) {
@@ -358,13 +346,11 @@ TEST(StabilityContacts, ConflictingPairAcrossAnEdgeAndAVertex) {
       const Vector3d d(0.001, 0, 0);
       const std::vector<palpate_grip> first = {grip_at_place(triangle, one, d)},
                                       opposite = {grip_at_place(second, other, -d)};
-      const ScenePointer scene = block().box.scene(held_def(2));
-      Contacts contacts(scene.get()), alone(scene.get());
-      const palpate_tool tools[2] = {tool_of(first), tool_of(opposite)};
-      palpate_scene_touch(scene.get(), tools, 1, 1e-3, alone.get(), alone.bytes());
-      palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
-      const double force = Vector3d(palpate_contacts_tool(contacts, 0)->force_raw).norm(),
-                   single = Vector3d(palpate_contacts_tool(alone, 0)->force_raw).norm();
+      TouchedScene scene(block().box, held_def(2));
+      scene.hold(first);
+      const double single = scene.force().norm();
+      scene.touch({tool_of(first), tool_of(opposite)});
+      const double force = scene.force().norm();
       over = std::max(over, std::isfinite(force) ? force / (ReactionLimit::kMostForceNear * std::sqrt(3.0) * 2 * single)
                                                  : INFINITY);
       if (before > 0) fall = std::max(fall, before / force - 1);
@@ -435,7 +421,7 @@ TEST(StabilityContacts, ARoughIndenterThatWedgesItself) {
     int decided = 0, missed = 0;
     for (int s = 0; s < RoughIndenter::kSteps; ++s) {
       const palpate_step_flags flags = indenter.step(s);
-      Contacts& contacts = *indenter.contacts;
+      Contacts& contacts = indenter.contacts;
       decided += contacts->sweeps > 0, missed += (flags & PALPATE_STEP_SOLVE_INEXACT) != 0;
       if (flags == 0) trusted = std::max(trusted, contacts->residual_displacement);
       const RoughIndenter::Forces forces = indenter.forces();
@@ -461,12 +447,12 @@ TEST(StabilityContacts, SixtyFourDiscsUnderTheDefaultLimits) {
       "third of the force.");
   ManyDiscs all(3000), usual(-1), short_of_nodes(192);
   const double force = all.force().norm();
-  attack.hold("discs that are not felt, default limits", ManyDiscs::kDiscs - usual.state().contact_count, 0,
+  attack.hold("discs that are not felt, default limits", ManyDiscs::kDiscs - usual.tool().contact_count, 0,
               "the limits are sized from one another");
   attack.hold("flags of the step, default limits", usual.flags, 0, "none of the limits is short");
   attack.hold("force against that of all nodes, relative", (usual.force() - all.force()).norm() / force, 0.05,
               "palpate.h: a disc on nodes that carry 95 % of it");
-  attack.hold("discs that are not felt, 192 nodes", ManyDiscs::kDiscs - short_of_nodes.state().contact_count, 0,
+  attack.hold("discs that are not felt, 192 nodes", ManyDiscs::kDiscs - short_of_nodes.tool().contact_count, 0,
               "discs are thinned, contacts are not dropped");
   attack.hold("force lost, 192 nodes, relative", 1 - short_of_nodes.force().norm() / force, 0.5,
               "palpate.h: up to a half on a single node");
@@ -480,13 +466,12 @@ TEST(StabilityContacts, OnBesideAndBetweenFixedNodes) {
   const KnownBox& known = block();
   double worst = 0;
   int broken = 0;
-  for (const auto model :
-       {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
+  for (const auto model : kEveryContact)
     for (std::size_t t = 0; t < known.box.body.triangles.size(); ++t) {
       const auto& nodes = known.box.body.triangles[t];
       int fixed = 0, first_fixed = -1;
       for (int v = 0; v < 3; ++v)
-        if (known.box.fixed[3 * static_cast<std::size_t>(nodes[static_cast<std::size_t>(v)])]) {
+        if (known.box.fixed[3 * nodes[v]]) {
           ++fixed;
           if (first_fixed < 0) first_fixed = v;
         }
@@ -495,20 +480,16 @@ TEST(StabilityContacts, OnBesideAndBetweenFixedNodes) {
         Vector3d k;
         k.setConstant(away / 2), k[first_fixed] = 1 - away;
         const auto grip = grip_at_place(static_cast<std::int32_t>(t), k, {-0.0005, 0.0005, 0.001});
-        SceneDef def = held_def(60, model);
-        def.collision = PALPATE_COLLISION_REST;
-        const ScenePointer scene = known.box.scene(def);
-        Contacts contacts(scene.get());
-        palpate_tool tool = grip_tool(&grip, 1, model == PALPATE_CONTACT_PATCH ? 0.004 : 0.0);
+        TouchedScene scene(known.box, with(held_def(60, model), PALPATE_COLLISION_REST));
         const palpate_step_flags flags =
-            palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-        const Vector3d force(palpate_contacts_tool(contacts, 0)->force_raw);
-        const bool said = (flags & PALPATE_STEP_NOT_TOUCHABLE) != 0 || contacts->node_count > 0;
+            scene.touch({grip_tool(&grip, 1, model == PALPATE_CONTACT_PATCH ? 0.004 : 0.0)});
+        const Vector3d force(scene.tool().force_raw);
+        const bool said = (flags & PALPATE_STEP_NOT_TOUCHABLE) != 0 || scene.contacts->node_count > 0;
         if (!force.allFinite() || !said || (flags & PALPATE_STEP_UNSOLVED)) ++broken;
-        if (contacts->node_count == 0) continue;
+        if (scene.contacts->node_count == 0) continue;
         std::vector<std::int32_t> columns;
-        for (int e = 0; e < contacts->node_count; ++e)
-          if (const std::int32_t c = contacts.nodes()[e].column;
+        for (int e = 0; e < scene.contacts->node_count; ++e)
+          if (const std::int32_t c = scene.contacts.nodes()[e].column;
               std::find(columns.begin(), columns.end(), c) == columns.end())
             columns.push_back(c);
         const double softest =
@@ -557,14 +538,14 @@ TEST(StabilityContacts, OneOfManyMovesEachTick) {
   std::vector<palpate_grip> grips(nodes);
   const auto touch = [&] {
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      const std::int32_t node = block().box.touchable[static_cast<std::size_t>(columns[c])];
+      const std::int32_t node = block().box.touchable[columns[c]];
       grips[c] = grip_at_node(node, wave(node));
     }
     held.touch(block(), grips);
   };
   for (int tick = 0; tick < ticks; ++tick) {
     const int c = any(random);
-    columns[static_cast<std::size_t>(c)] = 3 * c + beside(random);
+    columns[c] = 3 * c + beside(random);
     touch();
   }
   attack.hold("force after " + std::to_string(ticks) + " ticks against a fresh scene's, relative",

@@ -26,38 +26,23 @@ const TouchedBox& box() {
   return shared;
 }
 
-class Corrected {
- public:
-  Corrected() {
-    SceneDef def = unlimited_def();
-    def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE;
-    scene_ = box().scene(def);
-    contacts_ = std::make_unique<Contacts>(scene_.get());
-  }
+struct Corrected : TouchedScene {
+  Corrected() : TouchedScene(box(), unlimited_def(PALPATE_RADIAL_RESPONSE, PALPATE_FORCE_RESPONSE)) {}
   // The force of the organ on each tool.
   std::vector<Vector3d> hold(const std::vector<std::vector<palpate_grip>>& grips) {
     std::vector<palpate_tool> tools;
     for (const auto& of_one : grips) tools.push_back(tool_of(of_one));
-    flags = palpate_scene_touch(scene_.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
-                                contacts_->get(), contacts_->bytes());
+    touch(tools);
     std::vector<Vector3d> forces;
-    for (std::size_t t = 0; t < tools.size(); ++t)
-      forces.emplace_back(palpate_contacts_tool(contacts_->get(), t)->force_raw);
+    for (std::int32_t t = 0; t < contacts->tool_count; ++t) forces.push_back(force(t));
     return forces;
   }
-  std::vector<float> shape() { return displacements(scene_.get(), contacts_->get(), box().body.surface_nodes); }
-  double direction_length() { return Vector3d(palpate_contacts_tool(contacts_->get(), 0)->direction).norm(); }
-  palpate_step_flags flags = 0;
-
- private:
-  ScenePointer scene_;
-  std::unique_ptr<Contacts> contacts_;
+  double direction_length() { return Vector3d(tool().direction).norm(); }
 };
 
 std::vector<palpate_grip> face_moved(const Vector3d& d) {
   std::vector<palpate_grip> grips;
-  for (const std::int32_t n : box().body.triangles[static_cast<std::size_t>(box().far_triangle())])
-    grips.push_back(grip_at_node(n, d));
+  for (const std::int32_t n : box().body.triangles[box().far_triangle()]) grips.push_back(grip_at_node(n, d));
   return grips;
 }
 
@@ -121,8 +106,7 @@ TEST(StabilityCorrection, MotionsOfAToolThatCancelButForRounding) {
   for (const double size : {1e-9, 1e-6, 1e-3}) {
     std::vector<palpate_grip> grips;
     for (const double part : {0.1, 0.2, -0.3})
-      grips.push_back(
-          grip_at_node(box().touchable[static_cast<std::size_t>(10 + 5 * grips.size())], {0, part * size, 0}));
+      grips.push_back(grip_at_node(box().touchable[10 + 5 * grips.size()], {0, part * size, 0}));
     scene.hold({grips});
     length = std::max(length, scene.direction_length());
   }

@@ -31,9 +31,8 @@ class ExtendedStiffness {
     Long3 edges;
     for (int i = 0; i < 3; ++i)
       for (int d = 0; d < 3; ++d)
-        edges(i, d) = static_cast<long double>(body_.nodes[index(t, i + 1)][static_cast<std::size_t>(d)]) -
-                      body_.nodes[index(t, 0)][static_cast<std::size_t>(d)];
-    const Material& m = body_.materials[static_cast<std::size_t>(body_.region[e])];
+        edges(i, d) = static_cast<long double>(body_.nodes[index(t, i + 1)][d]) - body_.nodes[index(t, 0)][d];
+    const Material& m = body_.materials[body_.region[e]];
     Straight s;
     s.volume = edges.determinant() / 6;
     EXPECT_GT(s.volume, 0);
@@ -43,9 +42,7 @@ class ExtendedStiffness {
     s.bulk = m.young / (3 * (1 - 2 * static_cast<long double>(m.poisson)));
     return s;
   }
-  static std::size_t index(const std::array<std::int32_t, 4>& t, int i) {
-    return static_cast<std::size_t>(t[static_cast<std::size_t>(i)]);
-  }
+  static std::size_t index(const std::array<std::int32_t, 4>& t, int i) { return static_cast<std::size_t>(t[i]); }
   void add(std::int32_t a, std::int32_t b, const Long3& block) { k_.block<3, 3>(3 * a, 3 * b) += block; }
   // 2 mu of the deviatoric strain of two gradients.
   static Long3 deviatoric(long double weight, const LongRow& a, const LongRow& b) {
@@ -64,7 +61,7 @@ class ExtendedStiffness {
       const Straight s = straight(e);
       bulk = s.bulk;
       for (std::size_t a = 0; a < 4; ++a) {
-        volume[static_cast<std::size_t>(t[a])] += s.volume / 4;
+        volume[t[a]] += s.volume / 4;
         for (std::size_t b = 0; b < 4; ++b) {
           const LongRow ga = s.gradient.row(static_cast<int>(a)), gb = s.gradient.row(static_cast<int>(b));
           Long3 block = deviatoric(s.volume * s.shear, ga, gb);
@@ -75,8 +72,7 @@ class ExtendedStiffness {
       }
     }
     if (!averaged) return;
-    for (Eigen::Index n = 0; n < dilatation.rows(); ++n)
-      dilatation.row(n) *= std::sqrt(bulk / volume[static_cast<std::size_t>(n)]);
+    for (Eigen::Index n = 0; n < dilatation.rows(); ++n) dilatation.row(n) *= std::sqrt(bulk / volume[n]);
     k_ += dilatation.transpose() * dilatation;
   }
 
@@ -100,13 +96,11 @@ class ExtendedStiffness {
         mean += 0.25L * slope;
         for (int a = 0; a < 10; ++a)
           for (int b = 0; b < 10; ++b)
-            add(mesh.cells[e][static_cast<std::size_t>(a)], mesh.cells[e][static_cast<std::size_t>(b)],
-                deviatoric(s.volume / 4 * s.shear, slope.row(a), slope.row(b)));
+            add(mesh.cells[e][a], mesh.cells[e][b], deviatoric(s.volume / 4 * s.shear, slope.row(a), slope.row(b)));
       }
       for (int a = 0; a < 10; ++a)
         for (int b = 0; b < 10; ++b)
-          add(mesh.cells[e][static_cast<std::size_t>(a)], mesh.cells[e][static_cast<std::size_t>(b)],
-              s.volume * s.bulk * mean.row(a).transpose() * mean.row(b));
+          add(mesh.cells[e][a], mesh.cells[e][b], s.volume * s.bulk * mean.row(a).transpose() * mean.row(b));
     }
   }
 
@@ -129,24 +123,22 @@ inline std::vector<double> in_extended_precision(const ElasticBody& body, Elemen
   const auto& touch = discretisation.touch;
   for (Eigen::Index v = 0; v < vertices; ++v)
     for (int d = 0; d < 3; ++d) {
-      if (body.fixed[static_cast<std::size_t>(v)][static_cast<std::size_t>(d)]) continue;
+      if (body.fixed[v][d]) continue;
       if (touch.weight.empty())
         read(3 * v + d, 3 * v + d) = 1;
       else
-        for (auto at = touch.nodes.first[static_cast<std::size_t>(v)];
-             at < touch.nodes.first[static_cast<std::size_t>(v) + 1]; ++at)
-          read(3 * v + d, 3 * touch.nodes.item[static_cast<std::size_t>(at)] + d) =
-              touch.weight[static_cast<std::size_t>(at)];
+        for (auto at = touch.nodes.first[v]; at < touch.nodes.first[v + 1]; ++at)
+          read(3 * v + d, 3 * touch.nodes.item[at] + d) = touch.weight[at];
     }
   const Long read_free = read(Eigen::all, free);
   const Long load = read_free.middleRows<3>(3 * node).transpose();
   const Long columns = read_free * Long(Long(stiffness(free, free)).llt().solve(load));
   Long3 own = columns.middleRows<3>(3 * node);
   for (int d = 0; d < 3; ++d)
-    if (body.fixed[static_cast<std::size_t>(node)][static_cast<std::size_t>(d)]) own(d, d) = 1;
+    if (body.fixed[node][d]) own(d, d) = 1;
   Long3 inverse = own.inverse();
   for (int d = 0; d < 3; ++d)
-    if (body.fixed[static_cast<std::size_t>(node)][static_cast<std::size_t>(d)]) inverse(d, d) = 0;
+    if (body.fixed[node][d]) inverse(d, d) = 0;
   const Long field = columns * inverse;
   std::vector<double> flat;
   for (int j = 0; j < 3; ++j)

@@ -1,6 +1,7 @@
 // Sutures, springs and grasps that contradict each other or ask for what tissue cannot do.
 #include <random>
 
+#include "tests/stability/conflict.h"
 #include "tests/stability/held_places.h"
 #include "tests/stability/known_compliance.h"
 #include "tests/stability/stability_case.h"
@@ -28,16 +29,14 @@ palpate_grasp grasp_at(Vector3d outward, Vector3d p, double radius) {
 }
 
 SceneDef held_def(std::int32_t links, std::int32_t grasps) {
-  SceneDef def = unlimited_def();
-  def.torque_limit = def.torque_slew = INFINITY;
-  def.collision = PALPATE_COLLISION_OFF, def.links.max_links = links, def.grasps.grasps = grasps > 0;
+  SceneDef def = unlimited_def(PALPATE_COLLISION_OFF);
+  def.torque_limit = def.torque_slew = INFINITY, def.links.max_links = links, def.grasps.grasps = grasps > 0,
   def.max_tools = std::max(1, grasps);
   return def;
 }
 
-struct Holding {
-  Holding(std::int32_t links, std::int32_t grasps)
-      : scene(lobe().box.scene(held_def(links, grasps))), contacts(scene.get()) {}
+struct Holding : TouchedScene {
+  Holding(std::int32_t links, std::int32_t grasps) : TouchedScene(lobe().box, held_def(links, grasps)) {}
   void set(const std::vector<palpate_link>& links) {
     palpate_error error = {};
     ASSERT_EQ(palpate_scene_set_links(scene.get(), links.data(), static_cast<std::int32_t>(links.size()), &error),
@@ -51,28 +50,17 @@ struct Holding {
       tools.push_back(palpate_default_tool());
       tools.back().parts = &grasp.part, tools.back().has_torque = 1;
     }
-    flags = palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3,
-                                contacts.get(), contacts.bytes());
-    all_flags |= flags;
-    for (std::size_t t = 0; t < tools.size(); ++t) {
-      const palpate_tool_state& state = *palpate_contacts_tool(contacts, static_cast<std::int32_t>(t));
-      keep(Vector3d(state.force_raw).norm()), keep_torque(Vector3d(state.torque_raw).norm());
-    }
+    all_flags |= touch(tools);
+    for (std::int32_t t = 0; t < contacts->tool_count; ++t)
+      keep(force(t).norm(), &largest), keep(torque(t).norm(), &largest_torque);
     for (std::int32_t i = 0; i < count; ++i) {
       const palpate_link_state& state = *palpate_scene_link_state(scene.get(), i);
-      keep(std::fabs(state.tension)), keep(std::isfinite(state.length) ? 0 : NAN);
+      keep(std::fabs(state.tension), &largest), keep(std::isfinite(state.length) ? 0 : NAN, &largest);
     }
   }
-  // NaN stays.
-  void keep(double force) { largest = std::isnan(force) || force > largest ? force : largest; }
-  void keep_torque(double torque) {
-    largest_torque = std::isnan(torque) || torque > largest_torque ? torque : largest_torque;
-  }
 
-  ScenePointer scene;
-  Contacts contacts;
   std::int32_t count = 0;
-  palpate_step_flags flags = 0, all_flags = 0;
+  palpate_step_flags all_flags = 0;
   double largest = 0, largest_torque = 0;
 };
 
@@ -85,7 +73,6 @@ double bound(double way) {
   return 1024 * stiffest * way;
 }
 const char* const kBound = "1,024 times the stiffest node's stiffness times the largest way asked for";
-constexpr palpate_step_flags kOfConflict = PALPATE_STEP_REGULARISED | PALPATE_STEP_SOLVE_INEXACT;
 
 TEST(StabilityHeld, GraspsThatConflict) {
   StabilityCase attack(

@@ -18,18 +18,14 @@ class KnownBox {
         }) {}
 
   Eigen::Matrix3d own_stiffness(std::int32_t column) const {
-    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
-        &force_[9 * static_cast<std::size_t>(column)]);
+    return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&force_[9 * column]);
   }
   // C_nk of touchable nodes, by column: T^u_nk (T^f_k)^-1, as the bundle stores it.
   Eigen::Matrix3d block(std::int32_t n, std::int32_t k) const {
     const std::size_t dofs = 3 * static_cast<std::size_t>(box.body.surface_nodes);
     Eigen::Matrix3d unit;
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        unit(i, j) = surface_[(3 * static_cast<std::size_t>(k) + static_cast<std::size_t>(j)) * dofs +
-                              3 * static_cast<std::size_t>(box.touchable[static_cast<std::size_t>(n)]) +
-                              static_cast<std::size_t>(i)];
+      for (int j = 0; j < 3; ++j) unit(i, j) = surface_[(3 * k + j) * dofs + 3 * box.touchable[n] + i];
     return unit * own_stiffness(k).inverse();
   }
   // W over some columns. Of C_nk and C_kn, which rounding makes differ, it takes the one in the later column, as the runtime does.
@@ -38,7 +34,7 @@ class KnownBox {
     Eigen::MatrixXd w(3 * count, 3 * count);
     for (Eigen::Index a = 0; a < count; ++a)
       for (Eigen::Index b = 0; b < count; ++b) {
-        const std::int32_t n = columns[static_cast<std::size_t>(a)], k = columns[static_cast<std::size_t>(b)];
+        const std::int32_t n = columns[a], k = columns[b];
         w.block<3, 3>(3 * a, 3 * b) = n <= k ? block(n, k) : Eigen::Matrix3d(block(k, n).transpose());
       }
     return w;

@@ -20,9 +20,7 @@ const char* const kBound =
     "1,024 times the stiffest node's stiffness times the longest line, for the three nodes of a place";
 
 SceneDef linked_def() {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_POINT;
-  return def;
+  return unlimited_def(PALPATE_COLLISION_OFF, PALPATE_CONTACT_POINT);
 }
 
 struct Placed {
@@ -53,8 +51,8 @@ class LinkedOrgans {
                           std::int32_t b, const Vector3d& outward_b, const Vector3d& at_b) const {
     palpate_world_link link = palpate_default_world_link();
     link.kind = kind, link.organ[0] = a, link.organ[1] = b;
-    const FacePlace place[] = {face_place(*organs_[static_cast<std::size_t>(a)].body, outward_a, at_a),
-                               face_place(*organs_[static_cast<std::size_t>(b)].body, outward_b, at_b)};
+    const FacePlace place[] = {face_place(*organs_[a].body, outward_a, at_a),
+                               face_place(*organs_[b].body, outward_b, at_b)};
     for (int e = 0; e < 2; ++e) {
       link.ends[e].kind = PALPATE_END_SURFACE_POINT, link.ends[e].triangle = place[e].triangle;
       std::copy(place[e].barycentric, place[e].barycentric + 3, link.ends[e].barycentric);

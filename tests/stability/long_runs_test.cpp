@@ -3,6 +3,7 @@
 
 #include "tests/runtime/touched_box.h"
 #include "tests/stability/stability_case.h"
+#include "tests/support/relaxation.h"
 
 namespace palpate::tests {
 namespace {
@@ -15,18 +16,14 @@ const TouchedBox& box() {
 }
 
 // Two tools with discs and a grip, and their answers to a fixed set of moves.
-class Played {
- public:
-  explicit Played(const SceneDef& def) : scene_(box().scene(def)), contacts_(scene_.get()) {}
+struct Played : TouchedScene {
+  explicit Played(const SceneDef& def) : TouchedScene(box(), def) {}
   palpate_step_flags touch(const Vector3d& first, const Vector3d& second, const Vector3d& pull, double dt) {
     const Vector3d points[2] = {first, second};
     const palpate_grip grip = grip_at_node(box().touchable[3], pull);
-    palpate_tool tools[3] = {palpate_default_tool(), palpate_default_tool(), palpate_default_tool()};
-    for (int t = 0; t < 2; ++t)
-      tools[t].points = points[t].data(), tools[t].point_count = 1, tools[t].disc_radius = 0.003,
-      tools[t].friction = 0.3;
-    tools[2].grips = &grip, tools[2].grip_count = 1;
-    return palpate_scene_touch(scene_.get(), tools, 3, dt, contacts_.get(), contacts_.bytes());
+    std::vector<palpate_tool> tools = tools_of(points, 0.003, 0.3);
+    tools.push_back(grip_tool(&grip));
+    return TouchedScene::touch(tools, dt);
   }
   // Both tools leave the organ and go round it, because a contact ends above the face where it began. Then each comes down at its
   // site, presses and is dragged a little.
@@ -39,26 +36,11 @@ class Played {
     for (int s = 0; s < 6; ++s) {
       touch({0.061 - 0.0005 * s, 0.02 + 1e-4 * s, 0.018}, {0.03, 0.021 + 1e-4 * s, 0.041 - 0.0004 * s},
             {0, 1e-4 * s, 0}, 0.01);
-      for (int t = 0; t < 3; ++t)
-        answer.insert(answer.end(), palpate_contacts_tool(contacts_, t)->force_raw,
-                      palpate_contacts_tool(contacts_, t)->force_raw + 3);
+      for (int t = 0; t < 3; ++t) answer.insert(answer.end(), tool(t).force_raw, tool(t).force_raw + 3);
     }
     return answer;
   }
-  const palpate_contacts& contacts() { return *contacts_.get(); }
-
- private:
-  ScenePointer scene_;
-  Contacts contacts_;
 };
-
-palpate_relaxation_def brain() {
-  palpate_relaxation_def relaxation = palpate_default_relaxation_def();
-  relaxation.terms = 2;
-  relaxation.share[0] = 0.45, relaxation.time[0] = 0.5;
-  relaxation.share[1] = 0.365, relaxation.time[1] = 50;
-  return relaxation;
-}
 
 double off(const std::vector<double>& a, const std::vector<double>& b) {
   double most = 0, largest = 0;
@@ -72,11 +54,10 @@ TEST(StabilityLongRuns, RandomToolComesBackToTheSameForce) {
       "A step leaves a factor, warm starts, last positions and the relaxation's memory behind. Errors in them could "
       "add up over a day's hundred million touches.");
   const long touches = quick_or_long(100000L, 100000000L) / 8;
-  for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB})
+  for (const auto law : kEveryLaw)
     for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED}) {
-      SceneDef def;
-      def.law = law, def.collision = collision, def.force_limit = 5, def.force_slew = 1000;
-      def.relaxation = brain();
+      SceneDef def = with(SceneDef(), law, collision);
+      def.force_limit = 5, def.force_slew = 1000, def.relaxation = brain();
       const std::vector<double> expected = Played(def).probe();
       Played played(def);
       std::mt19937 random(31 + 2 * law + collision);
@@ -94,14 +75,14 @@ TEST(StabilityLongRuns, RandomToolComesBackToTheSameForce) {
         pull = 0.99 * pull + 1e-4 * Vector3d(normal(random), normal(random), normal(random));
         played.touch(p[0], p[1], pull, 1e-3 * unit(random) + 1e-6);
         for (int t = 0; t < 3; ++t) {
-          const Vector3d force(palpate_contacts_tool(&played.contacts(), t)->force);
+          const Vector3d force(played.tool(t).force);
           largest = force.allFinite() ? std::max(largest, force.norm()) : INFINITY;
           fastest = std::max(fastest, (force - last[t]).norm());
           last[t] = force;
         }
         if (s % (touches / 4) == 0) {
           change = std::max(change, off(played.probe(), expected));
-          for (int t = 0; t < 3; ++t) last[t] = Vector3d(palpate_contacts_tool(&played.contacts(), t)->force);
+          for (int t = 0; t < 3; ++t) last[t] = Vector3d(played.tool(t).force);
         }
       }
       const char* const laws[] = {"sticking", "sliding", "unilateral", "coulomb"};
@@ -125,15 +106,14 @@ TEST(StabilityLongRuns, RelaxationOverDaysAtAnyTimeStep) {
   SceneDef def = unlimited_def();
   const Vector3d d(-0.001, 0.0005, 0.0002);
   const auto held = [&](const SceneDef& with, double dt, long steps, double* rise) {
-    const ScenePointer scene = box().scene(with);
-    Contacts contacts(scene.get());
+    TouchedScene scene(box(), with);
     const palpate_grip grip = grip_at_node(box().touchable[5], d);
     const palpate_tool tool = grip_tool(&grip, 1, 0, 1);
     double before = INFINITY;
     Vector3d force = Vector3d::Zero();
     for (long s = 0; s < steps; ++s) {
-      palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
-      force = Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
+      scene.touch({tool}, dt);
+      force = scene.force();
       if (s > 0 && rise) *rise = std::max(*rise, force.norm() - before);
       before = force.norm();
     }
@@ -167,10 +147,9 @@ TEST(StabilityLongRuns, StepsThatAreNothingAgainstTheTimeConstant) {
   const palpate_grip grip = grip_at_node(box().touchable[5], {-0.001, 0.0005, 0.0002});
   const palpate_tool tool = grip_tool(&grip, 1, 0, 1);
   const auto held = [&](double dt) {
-    const ScenePointer scene = box().scene(def);
-    Contacts contacts(scene.get());
-    for (int s = 0; s < 3; ++s) palpate_scene_touch(scene.get(), &tool, 1, dt, contacts.get(), contacts.bytes());
-    return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw);
+    TouchedScene scene(box(), def);
+    for (int s = 0; s < 3; ++s) scene.touch({tool}, dt);
+    return scene.force();
   };
   const Vector3d whole = held(1e-3);
   def.relaxation = brain();
@@ -198,7 +177,7 @@ TEST(StabilityLongRuns, AnyTimeStepUnderEveryLaw) {
     const double dt = std::pow(10.0, exponent(random));
     const Vector3d p(0.058 + 0.004 * unit(random), 0.025, 0.02);
     played.touch(p, {0.03, 0.025, 0.1}, Vector3d::Zero(), dt);
-    const Vector3d force(palpate_contacts_tool(&played.contacts(), 0)->force);
+    const Vector3d force(played.tool(0).force);
     over = force.allFinite() ? std::max(over, (force - last).norm() / (0.2 * std::min(dt, 0.02))) : INFINITY;
     over = std::max(over, force.norm() / 0.1), last = force;
   }

@@ -30,7 +30,7 @@ class PushedCube {
       : body_(held_body(box_mesh({8, 8, 8}, {kSide, kSide, kSide}), {{5400, nu, 0}})), element_(element) {
     std::vector<std::int32_t> face;
     for (const std::int32_t n : body_.touchable) {
-      const Point& p = body_.nodes[static_cast<std::size_t>(n)];
+      const Point& p = body_.nodes[n];
       if (p[0] == kSide && std::max(std::abs(p[1] - kSide / 2), std::abs(p[2] - kSide / 2)) < 0.4 * kSide)
         face.push_back(n);  // all nodes that the disc reaches
     }
@@ -42,8 +42,7 @@ class PushedCube {
   // Stiffness of the middle node along x, N/m.
   double stiffness_of_node() const {
     for (const NodeTensor& tensor : tensors_)
-      if (body_.nodes[static_cast<std::size_t>(tensor.node)] == Point{kSide, kSide / 2, kSide / 2})
-        return tensor.stiffness[0];
+      if (body_.nodes[tensor.node] == Point{kSide, kSide / 2, kSide / 2}) return tensor.stiffness[0];
     throw std::logic_error("no node in the middle of the face");
   }
 
@@ -61,8 +60,7 @@ class PushedCube {
     const ScenePointer scene(created);
     Contacts contacts(created);
     double point[3] = {kSide + 1e-3, kSide / 2, kSide / 2};
-    palpate_tool tool = palpate_default_tool();
-    tool.points = point, tool.point_count = 1, tool.disc_radius = kSide / 4;
+    palpate_tool tool = point_tool(point, 1, kSide / 4);
     palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     point[0] = kSide - 1e-3;
     EXPECT_EQ(palpate_scene_touch(created, &tool, 1, 1e-3, contacts.get(), contacts.bytes()), 0u);
@@ -134,7 +132,7 @@ TEST(StabilityMaterial, ContrastInBlocksAndInThinLayers) {
           for (std::size_t e = 0; e < mesh.tetrahedra.size(); ++e) {
             Point centre{};
             for (const std::int32_t v : mesh.tetrahedra[e])
-              for (std::size_t d = 0; d < 3; ++d) centre[d] += 0.25 * mesh.nodes[static_cast<std::size_t>(v)][d];
+              for (std::size_t d = 0; d < 3; ++d) centre[d] += 0.25 * mesh.nodes[v][d];
             mesh.region[e] = pattern.stiff(centre, n);
           }
           const Solved solved =

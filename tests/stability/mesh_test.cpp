@@ -113,7 +113,7 @@ TetrahedralMesh graded_box(const std::array<std::vector<double>, 3>& at) {
   const auto cells = [&](std::size_t d) { return static_cast<int>(at[d].size()) - 1; };
   TetrahedralMesh mesh = box_mesh({cells(0), cells(1), cells(2)}, {1.0 * cells(0), 1.0 * cells(1), 1.0 * cells(2)});
   for (auto& p : mesh.nodes)
-    for (std::size_t d = 0; d < 3; ++d) p[d] = at[d][static_cast<std::size_t>(std::lround(p[d]))];
+    for (std::size_t d = 0; d < 3; ++d) p[d] = at[d][std::lround(p[d])];
   return mesh;
 }
 
@@ -144,8 +144,8 @@ TEST(StabilityMesh, Caps) {
       const auto whole = mesh.tetrahedra[mesh.tetrahedra.size() / 2];
       Point p{};
       for (std::size_t d = 0; d < 3; ++d) {
-        for (std::size_t v = 0; v < 3; ++v) p[d] += mesh.nodes[static_cast<std::size_t>(whole[v])][d] / 3;
-        p[d] += height * (mesh.nodes[static_cast<std::size_t>(whole[3])][d] - p[d]);
+        for (std::size_t v = 0; v < 3; ++v) p[d] += mesh.nodes[whole[v]][d] / 3;
+        p[d] += height * (mesh.nodes[whole[3]][d] - p[d]);
       }
       const auto added = static_cast<std::int32_t>(mesh.nodes.size());
       mesh.nodes.push_back(p);

@@ -14,9 +14,7 @@ using Eigen::Vector3d;
 constexpr double kFriction = 20, kCutting = 0.1, kSpacing = 2e-3, kRadius = 0.5e-3;
 
 DenseBody pierced_body() {
-  TinyBox form;
-  form.cells = {6, 6, 5}, form.poisson = 0.49;
-  return dense_box(form);
+  return dense_box({.cells = {6, 6, 5}, .poisson = 0.49});
 }
 const TouchedBody& box() {
   static const TouchedBody shared(pierced_body(),
@@ -33,8 +31,8 @@ Vector3d entry() {
 }
 
 // Several places of the needle lie in each tetrahedron, so that its rows nearly depend on one another.
-struct Piercing {
-  Piercing() : scene(box().scene(def())), contacts(scene.get()) {
+struct Piercing : TouchedScene {
+  Piercing() : TouchedScene(box(), def()) {
     const FacePlace place = entry_place();
     needle.triangle = place.triangle, needle.radius = kRadius, needle.spacing = kSpacing;
     std::copy(place.barycentric, place.barycentric + 3, needle.barycentric);
@@ -42,32 +40,24 @@ struct Piercing {
     for (double depth = -1e-3; depth < 0.05; depth += 5e-4) step({-1, 0, 0}, entry() - depth * Vector3d::UnitX());
   }
   static SceneDef def() {
-    SceneDef made = unlimited_def();
-    made.torque_limit = made.torque_slew = INFINITY;
-    made.collision = PALPATE_COLLISION_OFF, made.contact = PALPATE_CONTACT_POINT, made.needles.needles = 1;
-    made.shape = PALPATE_SHAPE_VOLUME;
+    SceneDef made = unlimited_def(PALPATE_COLLISION_OFF, PALPATE_CONTACT_POINT, PALPATE_SHAPE_VOLUME);
+    made.torque_limit = made.torque_slew = INFINITY, made.needles.needles = 1;
     return made;
   }
   void step(Vector3d direction, Vector3d tip) {
     Eigen::Map<Vector3d>(needle.tip) = tip, Eigen::Map<Vector3d>(needle.direction) = direction.normalized();
     palpate_tool tool = palpate_default_tool();
     tool.id = 1, tool.parts = &needle.part, tool.has_torque = 1;
-    flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
-    const palpate_tool_state& state = *palpate_contacts_tool(contacts, 0);
-    force = Vector3d(state.force_raw).norm(), torque = Vector3d(state.torque_raw).norm();
+    touch({tool});
   }
   double farthest() {
     double most = 0;
-    for (const float u : displacements(scene.get(), contacts, static_cast<std::int32_t>(box().body.mesh.nodes.size())))
+    for (const float u : shape())
       most = std::isfinite(u) ? std::max(most, std::fabs(static_cast<double>(u))) : INFINITY;
     return most;
   }
 
-  ScenePointer scene;
-  Contacts contacts;
   palpate_needle needle = palpate_default_needle();
-  palpate_step_flags flags = 0;
-  double force = 0, torque = 0;
 };
 
 TEST(StabilityNeedle, BentBy45DegreesInOneStep) {
@@ -85,7 +75,7 @@ TEST(StabilityNeedle, BentBy45DegreesInOneStep) {
     for (int hold = 0; hold < 5; ++hold) {
       piercing.step(direction, entry() + depth * direction);
       const palpate_needle_state& state = *palpate_scene_needle_state(piercing.scene.get(), 1);
-      most_force = std::max(most_force, std::isfinite(piercing.force) ? piercing.force : INFINITY);
+      most_force = std::max(most_force, piercing.force().allFinite() ? piercing.force().norm() : INFINITY);
       most_ratio = std::max(most_ratio, (piercing.farthest() - before) / (depth * std::sin(angle)));
       most_tip = std::max(most_tip, state.tip_force / kCutting);
       most_shaft = std::max(most_shaft, std::fabs(state.shaft_force) / (kFriction * depth));
@@ -111,11 +101,10 @@ TEST(StabilityNeedle, JumpsAndComesOut) {
     const Vector3d tip(piercing.needle.tip);
     for (int s = 0; s < 4; ++s) {
       piercing.step({-1, 0, 0}, s % 2 == 0 ? Vector3d(tip + way) : tip);
-      unsound +=
-          !std::isfinite(piercing.force) || !std::isfinite(piercing.torque) || !std::isfinite(piercing.farthest());
+      unsound += !piercing.force().allFinite() || !piercing.torque().allFinite() || !std::isfinite(piercing.farthest());
     }
     for (double x = tip[0]; x < entry()[0] + 0.08; x += 1e-3) piercing.step({-1, 0, 0}, {x, entry()[1], entry()[2]});
-    left = std::max({left, piercing.force, piercing.farthest()});
+    left = std::max({left, piercing.force().norm(), piercing.farthest()});
   }
   stability.hold("steps with a number that is not finite", unsound, 0, "the contract");
   stability.hold("force, N, and displacement, m, after it came out", left, 0, "nothing holds the tissue");

@@ -61,14 +61,10 @@ struct Sent {
 std::vector<SceneDef> every_model() {
   std::vector<SceneDef> defs;
   for (const auto collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
-    for (const auto contact :
-         {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT, PALPATE_CONTACT_PATCH})
-      for (const auto law : {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
-        SceneDef def;
-        def.collision = collision, def.contact = contact, def.law = law;
-        def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
-        def.relaxation.terms = 1;
-        def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1;
+    for (const auto contact : kEveryContact)
+      for (const auto law : kEveryLaw) {
+        SceneDef def = with(SceneDef(), collision, contact, law, PALPATE_FORCE_RESPONSE, PALPATE_RADIAL_RESPONSE);
+        def.relaxation.terms = 1, def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1;
         defs.push_back(def);
       }
   return defs;
@@ -124,7 +120,7 @@ TEST(StabilityNumbers, InEveryFieldOfATool) {
   EXPECT_EQ(broken, "");
   attack.hold("promises broken in " + std::to_string(steps) + " steps", broken.empty() ? 0 : 1, 0,
               "finite, bounded, slewed, flagged (tests/support/hostile_play.h)");
-  attack.hold("NaN and infinities that raised no flag", static_cast<double>(unanswered), 0, "PALPATE_STEP_BAD_INPUT");
+  attack.hold("NaN and infinities that raised no flag", unanswered, 0, "PALPATE_STEP_BAD_INPUT");
   attack.hold("what is left of it in a later contact, relative", left, 1e-9,
               "a tool keeps its last good input, a reset forgets; rounding of a factor that had other rows");
 }
@@ -163,7 +159,7 @@ TEST(StabilityNumbers, InEveryFieldOfAScene) {
   EXPECT_EQ(broken, "") << place;
   attack.hold("promises broken in " + std::to_string(scenes) + " scenes", broken.empty() ? 0 : 1, 0,
               "refused with a sentence, or played within its limits");
-  attack.hold("scenes that took a NaN, or a share of relaxation that leaves nothing", static_cast<double>(accepted), 0,
+  attack.hold("scenes that took a NaN, or a share of relaxation that leaves nothing", accepted, 0,
               "PALPATE_ERROR_ARGUMENT");
 }
 
@@ -190,10 +186,8 @@ TEST(StabilityNumbers, ForcesThatOverflow) {
   attack.hold("curves whose forces overflow, and that are opened", opened, 0, "y / x is at most 1,000");
   // The largest forces that are left: the steepest curve, the stiffest tissue that is opened, the largest displacement.
   const TouchedBox steep = box(900, 1e90);
-  SceneDef def;
-  def.force = PALPATE_FORCE_RESPONSE;
-  def.relaxation.terms = 1;
-  def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1;
+  SceneDef def = with(SceneDef(), PALPATE_FORCE_RESPONSE);
+  def.relaxation.terms = 1, def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.1;
   const ScenePointer scene = steep.scene(def);
   HeldPlay play(scene.get(), def, static_cast<std::int32_t>(steep.dofs() / 3));
   const std::int32_t far = steep.far_triangle(5);
@@ -207,7 +201,7 @@ TEST(StabilityNumbers, ForcesThatOverflow) {
   }
   EXPECT_EQ(broken, "");
   attack.hold("promises broken", broken.empty() ? 0 : 1, 0, "finite, bounded, slewed (tests/support/hostile_play.h)");
-  attack.hold("forces that are not finite", static_cast<double>(lost), 0, "the largest is 1e100 N");
+  attack.hold("forces that are not finite", lost, 0, "the largest is 1e100 N");
 }
 
 // The data that one call hands to the next: the contacts (which may come through a socket), the shape, the render mesh.
@@ -218,28 +212,26 @@ class HandedOn {
     const double* rest = palpate_bundle_nodes(everything().bundle());
     vertices_.assign(rest, rest + 3 * nodes), normals_.assign(vertices_.size(), 1.0f);
     mesh_ = render_mesh(vertices_.data(), normals_.data(), nodes);
-    def_ = SceneDef();
     def_.radial = corrected ? PALPATE_RADIAL_RESPONSE : PALPATE_RADIAL_OFF;
     def_.render_mesh = mesh_;
-    scene_ = everything().scene(def_);
-    contacts_.emplace(scene_.get());
+    scene_.emplace(everything(), def_);
     field_.resize(vertices_.size()), drawn_.resize(vertices_.size()), drawn_normals_.resize(vertices_.size());
     Sent good;
     Vector3d above[2] = {good.point[0] + Vector3d(0.002, 0, 0), good.point[1] + Vector3d(0.002, 0, 0)};
     palpate_tool outside = good.tool;
     outside.points = above[0].data();
-    palpate_scene_touch(scene_.get(), &outside, 1, 1e-3, contacts_->get(), contacts_->bytes());
-    palpate_scene_touch(scene_.get(), &good.tool, 1, 1e-3, contacts_->get(), contacts_->bytes());
+    scene_->touch({outside});
+    scene_->touch({good.tool});
     shape();
   }
 
   palpate_step_flags shape() {
     shape_ = shape_out(field_.data(), nullptr, static_cast<std::int32_t>(field_.size() / 3));
-    return palpate_scene_shape(scene_.get(), contacts_->get(), &shape_);
+    return palpate_scene_shape(scene_->get(), scene_->contacts, &shape_);
   }
   palpate_step_flags skin() {
     palpate_skin_out out = skin_out(drawn_.data(), drawn_normals_.data(), mesh_.vertex_count);
-    return palpate_scene_skin(scene_.get(), &shape_, &out);
+    return palpate_scene_skin(scene_->get(), &shape_, &out);
   }
   bool is_finite() const {
     const auto finite = [](const std::vector<float>& all) {
@@ -249,15 +241,16 @@ class HandedOn {
   }
   // All numbers of the contacts. The shape reads those from index read_from_ on.
   std::vector<double*> contact_numbers() {
-    std::vector<double*> all = {&(*contacts_)->residual_displacement, &(*contacts_)->residual_force};
-    auto& tool = const_cast<palpate_tool_state&>(*palpate_contacts_tool(contacts_->get(), 0));
+    Contacts& contacts = scene_->contacts;
+    std::vector<double*> all = {&contacts->residual_displacement, &contacts->residual_force};
+    auto& tool = const_cast<palpate_tool_state&>(scene_->tool());
     for (int i = 0; i < 3; ++i)
       for (double* x : {tool.force, tool.force_raw}) all.push_back(x + i);
     read_from_ = all.size();
     if (def_.radial != PALPATE_RADIAL_OFF)
       for (int i = 0; i < 3; ++i) all.push_back(&tool.direction[i]);
-    for (std::int32_t e = 0; e < (*contacts_)->node_count; ++e)
-      for (int i = 0; i < 3; ++i) all.push_back(const_cast<double*>(&contacts_->nodes()[e].modified_displacement[i]));
+    for (std::int32_t e = 0; e < contacts->node_count; ++e)
+      for (int i = 0; i < 3; ++i) all.push_back(const_cast<double*>(&contacts.nodes()[e].modified_displacement[i]));
     return all;
   }
   std::size_t first_that_is_read() const { return read_from_; }
@@ -271,8 +264,7 @@ class HandedOn {
   std::vector<float> vertices_, normals_, field_, drawn_, drawn_normals_;
   palpate_render_mesh mesh_ = palpate_default_render_mesh();
   SceneDef def_;
-  ScenePointer scene_;
-  std::optional<Contacts> contacts_;
+  std::optional<TouchedScene> scene_;
   palpate_shape_out shape_ = palpate_default_shape_out();
   std::size_t read_from_ = 0;
 };
@@ -317,11 +309,11 @@ TEST(StabilityNumbers, InEveryFieldOfWhatIsHandedOn) {
         EXPECT_EQ(broken_by_error(status, error, 1u << 30), "");
         number = good;
       }
-  attack.hold("pictures that are not finite, of " + std::to_string(calls) + " calls", static_cast<double>(not_finite),
-              0, "what palpate_scene_shape and palpate_scene_skin promise of any input");
-  attack.hold("NaN and infinities that raised no flag", static_cast<double>(unflagged), 0, "PALPATE_STEP_BAD_INPUT");
-  attack.hold("pictures that differ after it", static_cast<double>(left), 0, "the render half keeps no state");
-  attack.hold("meshes to draw that were taken with one", static_cast<double>(taken), 0, "PALPATE_ERROR_ARGUMENT");
+  attack.hold("pictures that are not finite, of " + std::to_string(calls) + " calls", not_finite, 0,
+              "what palpate_scene_shape and palpate_scene_skin promise of any input");
+  attack.hold("NaN and infinities that raised no flag", unflagged, 0, "PALPATE_STEP_BAD_INPUT");
+  attack.hold("pictures that differ after it", left, 0, "the render half keeps no state");
+  attack.hold("meshes to draw that were taken with one", taken, 0, "PALPATE_ERROR_ARGUMENT");
 }
 
 TEST(StabilityNumbers, MinusZeroIsZero) {
@@ -332,33 +324,28 @@ TEST(StabilityNumbers, MinusZeroIsZero) {
     for (std::size_t f = 0; f < Sent().numbers().size(); ++f) {
       std::vector<double> answer[2];
       for (int minus = 0; minus < 2; ++minus) {
-        const ScenePointer scene = everything().scene(def);
-        Contacts contacts(scene.get());
+        TouchedScene scene(everything(), def);
         Sent sent;
         *sent.numbers()[f] = minus ? -0.0 : 0.0;
-        palpate_scene_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get(), contacts.bytes());
-        palpate_scene_touch(scene.get(), &sent.tool, 1, sent.dt, contacts.get(), contacts.bytes());
-        answer[minus].assign(palpate_contacts_tool(contacts, 0)->force_raw,
-                             palpate_contacts_tool(contacts, 0)->force_raw + 3);
-        for (int e = 0; e < contacts->node_count; ++e)
-          answer[minus].insert(answer[minus].end(), contacts.nodes()[e].force, contacts.nodes()[e].force + 3);
+        scene.touch(&sent.tool, 1, sent.dt);
+        scene.touch(&sent.tool, 1, sent.dt);
+        answer[minus].assign(scene.tool().force_raw, scene.tool().force_raw + 3);
+        for (int e = 0; e < scene.contacts->node_count; ++e)
+          answer[minus].insert(answer[minus].end(), scene.contacts.nodes()[e].force,
+                               scene.contacts.nodes()[e].force + 3);
       }
       differing += answer[0] != answer[1];
     }
-  attack.hold("fields where -0 and 0 give different answers", static_cast<double>(differing), 0,
-              "-0 and 0 are the same number");
+  attack.hold("fields where -0 and 0 give different answers", differing, 0, "-0 and 0 are the same number");
 }
 
 // A tool comes down, is dragged and leaves, while the motion of a grip fades away. Returns every force and every position of the
 // run.
 std::vector<double> walk(const TouchedBox& box, double smallest) {
-  SceneDef def = unlimited_def();
-  def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_COULOMB;
-  def.force = PALPATE_FORCE_RESPONSE, def.radial = PALPATE_RADIAL_RESPONSE;
-  def.relaxation.terms = 1;
-  def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.01;
-  const ScenePointer scene = box.scene(def);
-  Contacts contacts(scene.get());
+  SceneDef def =
+      unlimited_def(PALPATE_COLLISION_DEFORMED, PALPATE_LAW_COULOMB, PALPATE_FORCE_RESPONSE, PALPATE_RADIAL_RESPONSE);
+  def.relaxation.terms = 1, def.relaxation.share[0] = 0.5, def.relaxation.time[0] = 0.01;
+  TouchedScene scene(box, def);
   std::vector<double> all;
   const Vector3d place = box.place(box.far_triangle(5), {.3, .3, .4});
   for (int s = 0; s < 200; ++s) {
@@ -366,11 +353,9 @@ std::vector<double> walk(const TouchedBox& box, double smallest) {
     const std::vector<palpate_grip> grips = {
         grip_at_node(box.touchable[3], {0, 0, 0.001 * std::pow(smallest, s / 200.0)})};
     const palpate_tool tools[2] = {point_tool(p.data(), 1, 0.004, 0.3), tool_of(grips)};
-    palpate_scene_touch(scene.get(), tools, 2, 1e-3, contacts.get(), contacts.bytes());
-    for (int t = 0; t < 2; ++t)
-      all.insert(all.end(), palpate_contacts_tool(contacts, t)->force_raw,
-                 palpate_contacts_tool(contacts, t)->force_raw + 3);
-    for (const float x : displacements(scene.get(), contacts.get(), box.body.surface_nodes)) all.push_back(x);
+    scene.touch(tools);
+    for (int t = 0; t < 2; ++t) all.insert(all.end(), scene.tool(t).force_raw, scene.tool(t).force_raw + 3);
+    for (const float x : scene.shape()) all.push_back(x);
   }
   return all;
 }
@@ -419,7 +404,7 @@ TEST(StabilityNumbers, HostBuiltWithFastMath) {
   for (std::string x, y; std::getline(a, x);) differing += !std::getline(b, y) || x != y;
   std::filesystem::remove_all(folder);
   std::filesystem::remove(file);
-  attack.hold("lines of the run that differ", static_cast<double>(differing), 0, "the same calls, the same bits");
+  attack.hold("lines of the run that differ", differing, 0, "the same calls, the same bits");
 }
 
 }  // namespace

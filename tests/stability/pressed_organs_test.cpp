@@ -179,8 +179,7 @@ TEST(StabilityPressedOrgans, GraspsAgainstBreathing) {
   def.contact = PALPATE_CONTACT_PATCH, def.grasps.grasps = 1, def.max_tools = 2;
   for (const double friction : {double{INFINITY}, 0.3}) {
     const std::string with = std::isfinite(friction) ? ", jaws that slip" : ", jaws that hold";
-    const ScenePointer scene = box.scene(def);
-    Contacts contacts(scene.get());
+    TouchedScene scene(box, def);
     palpate_grasp grasps[2];
     palpate_tool tools[2] = {palpate_default_tool(), palpate_default_tool()};
     for (int t = 0; t < 2; ++t) {
@@ -195,9 +194,9 @@ TEST(StabilityPressedOrgans, GraspsAgainstBreathing) {
     bool slipped = false;
     const auto step = [&](double q, int count) {
       set_amounts(scene.get(), {q, 0, 0, 0});
-      flags |= palpate_scene_touch(scene.get(), tools, count, 1e-3, contacts.get(), contacts.bytes());
+      flags |= scene.touch(&tools[0], count);
       for (std::int32_t t = 0; t < count; ++t) {
-        keep(Vector3d(palpate_contacts_tool(contacts, t)->force_raw).norm(), &largest);
+        keep(scene.force(t).norm(), &largest);
         slipped = slipped || palpate_scene_grasp_state(scene.get(), t)->condition == PALPATE_GRASP_SLIPS;
       }
     };
@@ -207,7 +206,7 @@ TEST(StabilityPressedOrgans, GraspsAgainstBreathing) {
       grasps[1].position[2] = start + 0.01 * std::sin(0.3 * s);
       step(s % 50 < 25 ? 0.04 : -0.04, 2);
     }
-    for (const float u : displacements(scene.get(), contacts, box.body.surface_nodes)) keep(std::fabs(u), &farthest);
+    for (const float u : scene.shape()) keep(std::fabs(u), &farthest);
     EXPECT_EQ(slipped, std::isfinite(friction));
     attack.hold("largest force, N" + with, largest, 2 * stiffest(box) * 0.1,
                 "the stiffest node alone under all ways asked for, twice: the jaws of the two grasps overlap, and what "
@@ -219,7 +218,7 @@ TEST(StabilityPressedOrgans, GraspsAgainstBreathing) {
     // Let go, and at rest again: what is left is nothing.
     for (int s = 0; s < 50; ++s) step(0, 0);
     double left = 0;
-    for (const float u : displacements(scene.get(), contacts, box.body.surface_nodes)) keep(std::fabs(u), &left);
+    for (const float u : scene.shape()) keep(std::fabs(u), &left);
     attack.hold("displacement when it is let go, m" + with, left, 0, "no force acts and no support has moved");
   }
 }

@@ -55,6 +55,21 @@ class Verdicts {
     ++wrong_;
     if (wrong_ < 10) ADD_FAILURE() << what << " = " << word << " " << wrong << ": " << ended.errors;
   }
+  // Of a precompute.
+  void judge_bundle(const std::string& what, const std::string& word, const std::string& named) {
+    const ProgramRun ended = programs_.precompute("x.h5");
+    judge(
+        what, word, ended, named, [&] { return programs_.verifies("x.h5"); }, "x.h5");
+  }
+  // Of odd.toml, played.
+  void judge_scene(const std::string& what, const std::string& word, const std::string& text,
+                   const std::string& named = "odd.toml") {
+    programs_.write("odd.toml", text);
+    const ProgramRun ended = programs_.run("odd.toml -o out --quiet");
+    judge(
+        what, word, ended, named, [&] { return programs_.holds_only_numbers("out"); }, "out");
+    std::filesystem::remove_all(programs_.folder() / "out");
+  }
   void hold(StabilityCase& attack) const {
     attack.hold(
         fmt::format("runs of {} that neither gave a correct answer nor refused the input in one sentence", runs_),
@@ -81,9 +96,7 @@ TEST(StabilityProgramInput, OrganAndBoundaryFiles) {
                            const std::string& before, const std::string& after) {
     for (const std::string& word : odd_words()) {
       programs.write(file, replaced(good, field, before + word + after));
-      const ProgramRun ended = programs.precompute("x.h5");
-      verdicts.judge(
-          file + ": " + before, word, ended, ".toml", [&] { return programs.verifies("x.h5"); }, "x.h5");
+      verdicts.judge_bundle(file + ": " + before, word, ".toml");
     }
     programs.write(file, good);
   };
@@ -126,9 +139,7 @@ TEST(StabilityProgramInput, MeasuredCurves) {
   for (const char* const field : {"1.5,", "0.25"})
     for (const std::string& word : odd_words()) {
       programs.write("curve.csv", replaced(curve, field, word + (field[3] == ',' ? "," : "")));
-      const ProgramRun ended = programs.precompute("x.h5");
-      verdicts.judge(
-          field, word, ended, "curve.csv", [&] { return programs.verifies("x.h5"); }, "x.h5");
+      verdicts.judge_bundle(field, word, "curve.csv");
     }
   programs.write("curve.csv", curve);
   EXPECT_EQ(programs.precompute("x.h5").code, 0);
@@ -152,10 +163,7 @@ TEST(StabilityProgramInput, MeshFilesInEveryForm) {
                                         {"2.2 binary", msh2_binary(mesh)},
                                         {"4.1 binary", msh4_binary(mesh)}}) {
         programs.write("box.msh", bytes);
-        const ProgramRun ended = programs.precompute("x.h5");
-        verdicts.judge(
-            form, word, ended, is_number(word) ? "box.msh" : "has the coordinate",
-            [&] { return programs.verifies("x.h5"); }, "x.h5");
+        verdicts.judge_bundle(form, word, is_number(word) ? "box.msh" : "has the coordinate");
       }
     }
   // A body that is scaled by each number.
@@ -164,8 +172,7 @@ TEST(StabilityProgramInput, MeshFilesInEveryForm) {
     for (auto& p : mesh.nodes)
       for (double& x : p) x *= std::strtod(word.c_str(), nullptr);
     programs.write("box.msh", msh2_ascii(mesh));
-    verdicts.judge(
-        "whole mesh", word, programs.precompute("x.h5"), "box.msh", [&] { return programs.verifies("x.h5"); }, "x.h5");
+    verdicts.judge_bundle("whole mesh", word, "box.msh");
   }
   verdicts.hold(attack);
 }
@@ -210,15 +217,6 @@ nearest = [60, 50, 40]
 box = { min = [59, -1, -1], max = [61, 1, 1] }
 )";
   const std::string rod = "time,x,y,z\n0,20,25,60\n0.1,20,25,52\n";
-  const auto play = [&](const std::string& what, const std::string& word, const std::string& text,
-                        const std::string& csv, const std::string& named) {
-    programs.write("odd.toml", text);
-    programs.write("odd.csv", csv);
-    const ProgramRun ended = programs.run("odd.toml -o out --quiet");
-    verdicts.judge(
-        what, word, ended, named, [&] { return programs.holds_only_numbers("out"); }, "out");
-    std::filesystem::remove_all(programs.folder() / "out");
-  };
   programs.write("odd.csv", rod);
   programs.write("odd.toml", scene);
   const ProgramRun good = programs.run("odd.toml -o out --quiet");
@@ -229,7 +227,7 @@ box = { min = [59, -1, -1], max = [61, 1, 1] }
     const std::string text = field,
                       tail = std::isdigit(text.back()) || text.back() == '5' ? "" : text.substr(text.size() - 1);
     for (const std::string& word : odd_words())
-      play(field, word, replaced(scene, field, " " + word + tail), rod, "odd.toml");
+      verdicts.judge_scene(field, word, replaced(scene, field, " " + word + tail));
   }
   // A path of 30 years: every answer is wrong, because its steps are more than the program can count.
   for (const std::string word : {"1e9", "1e308"}) {
@@ -239,9 +237,10 @@ box = { min = [59, -1, -1], max = [61, 1, 1] }
         [] { return false; }, "out");
   }
   for (const char* const field : {"0.1,", "52"})
-    for (const std::string& word : odd_words())
-      play(field, word, scene, replaced(rod, field, word + (field[0] == '0' ? "," : "")),
-           is_number(word) ? "odd." : "odd.csv");
+    for (const std::string& word : odd_words()) {
+      programs.write("odd.csv", replaced(rod, field, word + (field[0] == '0' ? "," : "")));
+      verdicts.judge_scene(field, word, scene, is_number(word) ? "odd." : "odd.csv");
+    }
   verdicts.hold(attack);
 }
 
@@ -272,13 +271,6 @@ puncture_force = 0.2
 cutting_force = 0.05
 spacing = 5
 )";
-  const auto play = [&](const std::string& what, const std::string& word, const std::string& text) {
-    programs.write("odd.toml", text);
-    const ProgramRun ended = programs.run("odd.toml -o out --quiet");
-    verdicts.judge(
-        what, word, ended, "odd.toml", [&] { return programs.holds_only_numbers("out"); }, "out");
-    std::filesystem::remove_all(programs.folder() / "out");
-  };
   programs.write("odd.toml", scene);
   const ProgramRun good = programs.run("odd.toml -o out --quiet");
   ASSERT_EQ(good.code, 0) << good.errors;
@@ -288,7 +280,7 @@ spacing = 5
     for (const std::string& word : odd_words()) {
       const std::string key = field == "3\n" ? "friction = 3\n" : field == "5\n" ? "spacing = 5\n" : field;
       const std::string before = key.substr(0, key.size() - field.size());
-      play(key, word, replaced(scene, key, before + " " + word + field.substr(field.size() - 1)));
+      verdicts.judge_scene(key, word, replaced(scene, key, before + " " + word + field.substr(field.size() - 1)));
     }
   verdicts.hold(attack);
 }

@@ -68,8 +68,8 @@ std::size_t inner_node(const TetrahedralMesh& mesh) {
     if (mesh.nodes[n] == std::array<double, 3>{20, 25, 20}) return n;
   throw std::logic_error("no such node");
 }
-void add_box(TetrahedralMesh& mesh, const std::array<double, 3>& shift) {
-  add_shifted(mesh, TetrahedralMesh(mesh), shift);
+std::function<void(TetrahedralMesh&)> beside(const std::array<double, 3>& shift) {
+  return [shift](TetrahedralMesh& mesh) { add_shifted(mesh, TetrahedralMesh(mesh), shift); };
 }
 void scale(TetrahedralMesh& mesh, double by) {
   for (auto& p : mesh.nodes)
@@ -109,7 +109,7 @@ TEST(StabilityProgramPath, DamagedMeshes) {
          std::vector<std::int32_t> twin(m.nodes.size(), -1);
          for (auto& t : m.tetrahedra) {
            double x = 0;
-           for (const auto n : t) x += m.nodes[static_cast<std::size_t>(n)][0] / 4;
+           for (const auto n : t) x += m.nodes[n][0] / 4;
            for (auto& n : t)
              if (const auto node = static_cast<std::size_t>(n);
                  x > 40 && node < twin.size() && m.nodes[node][0] == 40) {
@@ -121,31 +121,11 @@ TEST(StabilityProgramPath, DamagedMeshes) {
          m.patches.clear();
        },
        2, "part 2 of 2"},
-      {"two bodies, both held",
-       [](TetrahedralMesh& m) {
-         add_box(m, {0, 100, 0});
-       },
-       0, ""},
-      {"two bodies, one held",
-       [](TetrahedralMesh& m) {
-         add_box(m, {100, 0, 0});
-       },
-       2, "nothing holds it at all"},
-      {"hung on a vertex",
-       [](TetrahedralMesh& m) {
-         add_box(m, {60, 50, 40});
-       },
-       2, "3 of its 6 rigid motions left"},
-      {"hung on an edge",
-       [](TetrahedralMesh& m) {
-         add_box(m, {60, 50, 0});
-       },
-       2, "1 of its 6 rigid motions left"},
-      {"hung on a face",
-       [](TetrahedralMesh& m) {
-         add_box(m, {60, 0, 0});
-       },
-       0, ""},
+      {"two bodies, both held", beside({0, 100, 0}), 0, ""},
+      {"two bodies, one held", beside({100, 0, 0}), 2, "nothing holds it at all"},
+      {"hung on a vertex", beside({60, 50, 40}), 2, "3 of its 6 rigid motions left"},
+      {"hung on an edge", beside({60, 50, 0}), 2, "1 of its 6 rigid motions left"},
+      {"hung on a face", beside({60, 0, 0}), 0, ""},
   };
   Programs programs;
   // This support selects nodes by their position, which the damage does not change.

@@ -19,7 +19,7 @@ inline Solved solve(const ElasticBody& body, Element element, bool cholesky) {
   ColumnSolver solver(held.matrix, row_coordinates(discretisation, held), options);
   const auto width = static_cast<std::size_t>(solver.width());
   std::vector<double> b(static_cast<std::size_t>(solver.dofs()) * width, 0.0), x(b.size());
-  for (std::size_t c = 0; c < width; ++c) b[(c * 97 % static_cast<std::size_t>(solver.dofs())) * width + c] = 1;
+  for (std::size_t c = 0; c < width; ++c) b[(c * 97 % solver.dofs()) * width + c] = 1;
   std::vector<ColumnReport> reports(width);
   solver.solve(b.data(), x.data(), reports);
   Solved solved;

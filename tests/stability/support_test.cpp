@@ -166,8 +166,7 @@ TEST(StabilitySupport, ThatHoldsIsSolvedHoweverFewItsDofs) {
       // One free node, and each node of which some dofs are held.
       std::vector<std::int32_t> nodes = {body.touchable[body.touchable.size() / 2]};
       for (const std::int32_t n : body.touchable)
-        if (const auto& f = body.fixed[static_cast<std::size_t>(n)]; (f[0] || f[1] || f[2]) && nodes.size() < 8)
-          nodes.push_back(n);
+        if (const auto& f = body.fixed[n]; (f[0] || f[1] || f[2]) && nodes.size() < 8) nodes.push_back(n);
       for (const NodeTensor& tensor : solve_node_tensors(body, element, nodes, 1e-9))
         worst = std::max(worst, off(tensor.displacement, in_extended_precision(body, element, tensor.node)));
     }

@@ -7,13 +7,23 @@ Eigen::MatrixXd dense_compliance(const DenseBody& dense) {
       dense.stiffness.size() > 0 ? dense.stiffness : dense_stiffness(dense.body.mesh, dense.young, dense.poisson);
   std::vector<Eigen::Index> free;
   for (Eigen::Index i = 0; i < k.rows(); ++i)
-    if (!dense.fixed[static_cast<std::size_t>(i)]) free.push_back(i);
+    if (!dense.fixed[i]) free.push_back(i);
   Eigen::MatrixXd compliance = Eigen::MatrixXd::Zero(k.rows(), k.cols());
   const auto unit =
       Eigen::MatrixXd::Identity(static_cast<Eigen::Index>(free.size()), static_cast<Eigen::Index>(free.size()));
   const Eigen::MatrixXd inverse = Eigen::MatrixXd(k(free, free)).llt().solve(unit);
   compliance(free, free) = 0.5 * (inverse + inverse.transpose());
   return compliance;
+}
+
+Eigen::VectorXd solve_imposed(const Eigen::MatrixXd& k, const std::vector<bool>& imposed, Eigen::VectorXd u,
+                              const Eigen::VectorXd& load) {
+  std::vector<Eigen::Index> free, given;
+  for (Eigen::Index i = 0; i < k.rows(); ++i) (imposed[i] ? given : free).push_back(i);
+  const Eigen::VectorXd right = load(free) - k(free, given) * u(given);
+  const Eigen::VectorXd solved = Eigen::MatrixXd(k(free, free)).llt().solve(right);
+  u(free) = solved;
+  return u;
 }
 
 void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes) {

@@ -8,6 +8,10 @@ namespace palpate::tests {
 // The compliance K^-1 on the free dofs, zero on the held ones, [3 N][3 N] m/N.
 Eigen::MatrixXd dense_compliance(const DenseBody& dense);
 
+// The displacement with the imposed dofs as they are in u, and K u the load on all others.
+Eigen::VectorXd solve_imposed(const Eigen::MatrixXd& k, const std::vector<bool>& imposed, Eigen::VectorXd u,
+                              const Eigen::VectorXd& load);
+
 // Adds the corridor's sections to a bundle of the body. nodes: inside it, ascending. The interior is added where the body has one.
 void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes);
 

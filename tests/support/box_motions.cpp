@@ -30,7 +30,7 @@ DenseMotions dense_motions(const DenseBody& dense) {
   }
   force.col(kFilling) = result.sweep;
   std::vector<Eigen::Index> free, held;
-  for (Eigen::Index i = 0; i < k.rows(); ++i) (dense.fixed[static_cast<std::size_t>(i)] ? held : free).push_back(i);
+  for (Eigen::Index i = 0; i < k.rows(); ++i) (dense.fixed[i] ? held : free).push_back(i);
   const Eigen::MatrixXd load = force(free, Eigen::all) - k(free, held) * result.field(held, Eigen::all);
   const Eigen::MatrixXd solved = Eigen::MatrixXd(k(free, free)).llt().solve(load);
   result.field(free, Eigen::all) = solved;
@@ -46,8 +46,7 @@ void add_motions(BundleParts& parts, const DenseBody& dense) {
     for (std::size_t i = 0; i < 3 * n; ++i)
       (i < 3 * ns ? surface : interior).push_back(static_cast<float>(motions.field(static_cast<Eigen::Index>(i), m)));
   std::vector<double> volume(kMotions * kMotions, 0.0);
-  for (Eigen::Index m = 0; m < kMotions; ++m)
-    volume[static_cast<std::size_t>(kFilling * kMotions + m)] = motions.sweep.dot(motions.field.col(m));
+  for (Eigen::Index m = 0; m < kMotions; ++m) volume[kFilling * kMotions + m] = motions.sweep.dot(motions.field.col(m));
   parts.set_text(SectionId::motion_names, "piston\nturn\nfilling\nweight\n");
   parts.set(SectionId::motion_kinds, {kMotions}, std::vector<std::int32_t>{1, 2, 4, 5});
   parts.set(SectionId::motion_surface, {kMotions, ns, 3}, surface);

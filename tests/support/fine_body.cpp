@@ -7,7 +7,7 @@ void FineHost::add(const Eigen::Vector3d& p) {
 }
 
 Eigen::Vector3d FineHost::vertex(std::int32_t v) const {
-  return Eigen::Map<const Eigen::Vector3f>(&positions[3 * static_cast<std::size_t>(v)]).cast<double>();
+  return Eigen::Map<const Eigen::Vector3f>(&positions[3 * v]).cast<double>();
 }
 
 palpate_fine_surface FineHost::view() const {
@@ -98,7 +98,7 @@ std::vector<float> BoundFine::moved_by(const std::vector<float>& displacement) c
   std::vector<float> moved;
   for (std::int32_t v = 0; v < fine_.vertex_count(); ++v) {
     const Vec3 u = fine_.displacement(v, [&](std::int32_t node) {
-      const float* at = &displacement[3 * static_cast<std::size_t>(node)];
+      const float* at = &displacement[3 * node];
       return Vec3{at[0], at[1], at[2]};
     });
     for (int d = 0; d < 3; ++d) moved.push_back(static_cast<float>(u[d]));

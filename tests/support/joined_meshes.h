@@ -17,7 +17,7 @@ inline void add_shifted(TetrahedralMesh& mesh, const TetrahedralMesh& one, const
     if (at == mesh.nodes.end()) mesh.nodes.push_back(p);
   }
   for (auto t : one.tetrahedra) {
-    for (auto& n : t) n = place[static_cast<std::size_t>(n)];
+    for (auto& n : t) n = place[n];
     mesh.tetrahedra.push_back(t);
   }
   mesh.region.resize(mesh.tetrahedra.size(), 0);

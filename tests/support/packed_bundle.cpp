@@ -55,7 +55,7 @@ PackedCompliance store_in_blocks(BundleParts& parts, const CompliancePackOptions
   std::vector<Eigen::Matrix3d> own;
   for (std::size_t k = 0; k < shape[0]; ++k) {
     Eigen::Matrix3d force = Eigen::Map<const Eigen::Matrix3d>(&source.stiffness[9 * k]);  // symmetric
-    const auto is_fixed = [&](int d) { return fixed[3 * static_cast<std::size_t>(source.touchable[k]) + d] != 0; };
+    const auto is_fixed = [&](int d) { return fixed[3 * source.touchable[k] + d] != 0; };
     for (int d = 0; d < 3; ++d)
       if (is_fixed(d)) force(d, d) = 1;
     own.emplace_back(force.inverse());
@@ -67,8 +67,7 @@ PackedCompliance store_in_blocks(BundleParts& parts, const CompliancePackOptions
       for (std::size_t i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
           double sum = 0;
-          for (int m = 0; m < 3; ++m)
-            sum += rows[(3 * k + m) * run + 3 * static_cast<std::size_t>(at[n]) + i] * own[k](m, j);
+          for (int m = 0; m < 3; ++m) sum += rows[(3 * k + m) * run + 3 * at[n] + i] * own[k](m, j);
           c[(j * at.size() + n) * 3 + i] = sum;
         }
   };

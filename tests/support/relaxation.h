@@ -20,4 +20,9 @@ inline palpate_relaxation_def relaxation_of(std::initializer_list<RelaxationTerm
   return relaxation;
 }
 
+// Swine brain: Miller and Chinzei 1997.
+inline palpate_relaxation_def brain() {
+  return relaxation_of({{0.45, 0.5}, {0.365, 50}});
+}
+
 }  // namespace palpate
