@@ -56,8 +56,7 @@ std::string beyond_the_reference(const Record& point, const std::vector<Limit>& 
     if (known && point.at(own).get<double>() <= limit.most) continue;
     return fmt::format(
         "{}: the study cannot tell, since its reference is itself off by {}; study finer meshes (--resolutions, "
-        "--memory, "
-        "--most-seconds), or ask for {}",
+        "--memory, --most-seconds), or ask for {}",
         limit.option, known ? "about " + shown(limit.field, point.at(own)) : "an unknown amount, for want of meshes",
         known ? "less" : "no limit of an error");
   }

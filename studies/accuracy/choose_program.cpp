@@ -38,11 +38,12 @@ std::filesystem::path study_folder(const std::filesystem::path& given, const std
             list += study.path().string();
           }
   if (found.size() == 1) return found[0];
-  throw InputError(found.empty()
-                       ? fmt::format("{}: expected a study below it, found none; run palpate-accuracy ORGAN BC, or "
-                                     "give --study FOLDER",
-                                     data.string())
-                       : fmt::format("{}: several studies:{}; give --study FOLDER", data.string(), list));
+  throw InputError(
+      found.empty()
+          ? fmt::format(
+                "{}: expected a study below it, found none; run palpate-accuracy ORGAN BC, or give --study FOLDER",
+                data.string())
+          : fmt::format("{}: several studies:{}; give --study FOLDER", data.string(), list));
 }
 
 Record read_study(const std::filesystem::path& folder) {
@@ -105,8 +106,8 @@ std::string bake_script(const Record& study, const Record& point, bool large, co
   if (storage.rfind("low-rank", 0) == 0) pack = "--low-rank " + storage.substr(9) + " ";
   return fmt::format(
       "#!/bin/sh\n# {}: force {}, field {}, measured against {}.\n# BIN: the programs; MESH: made by make -f "
-      "Makefile.data "
-      "ORGAN={} BC={} RESOLUTION={} mesh\nset -eu\ncd \"$(dirname \"$0\")\"\n: \"${{BIN:={}}}\" \"${{MESH:={}}}\"\n"
+      "Makefile.data ORGAN={} BC={} RESOLUTION={} mesh\nset -eu\ncd \"$(dirname \"$0\")\"\n: \"${{BIN:={}}}\" "
+      "\"${{MESH:={}}}\"\n"
       "\"$BIN/palpate-precompute\" \"$MESH\" --organ organ.toml --boundary {} --store {} --tolerance {}{} -o baked.h5\n"
       "\"$BIN/palpate-bundle\" pack baked.h5 -o bundle.h5 {}--accuracy measured.json\n",
       point.at("name").get<std::string>(), percent(point.at("force_error")), percent(point.at("field_error")),
@@ -172,18 +173,16 @@ void write_choice(const Record& study, const Record& point, const std::string& d
   const auto organ = options.source / "pipelines" / study.at("organ").get<std::string>() / "organ.toml";
   put("organ.toml", organ_text(organ, point.at("element"), 0));
   put("effects.toml",
-      fmt::format("# For a scene.toml; the tools have a radius, in the study {} mm.\n[effects]\ncontact = "
-                  "\"{}\"\n{}",
+      fmt::format("# For a scene.toml; the tools have a radius, in the study {} mm.\n[effects]\ncontact = \"{}\"\n{}",
                   study.at("radius_mm").get<double>(), point.at("contact").get<std::string>(),
                   effects_of(deformation)));
   put("measured.json", measured_json(study, point).dump(1) + "\n");
   put("bake.sh", bake_script(study, point, deformation == "large", options));
   std::filesystem::permissions(options.output / "bake.sh", std::filesystem::perms::owner_exec,
                                std::filesystem::perm_options::add);
-  note(
-      fmt::format("{}: organ.toml, effects.toml, measured.json; bake.sh makes bundle.h5 with these figures in its "
-                  "certificate",
-                  options.output.string()));
+  note(fmt::format(
+      "{}: organ.toml, effects.toml, measured.json; bake.sh makes bundle.h5 with these figures in its certificate",
+      options.output.string()));
 }
 
 }  // namespace
@@ -199,10 +198,8 @@ void choose(const ChooseOptions& options) {
   if (const std::string why = beyond_the_reference(p, options.limits); !why.empty()) throw VerificationError(why);
   fmt::print(
       "{}\n  force error {} (worst {}, {:.3g} N), field error {} (at most {:.3g} mm)\n  against {}, itself off by "
-      "about "
-      "{} and {}\n  touch {:.3g} us (99 %: {:.3g}), shape {:.3g} us (99 %: {:.3g}), bundle {:.3g} MB, precompute "
-      "{:.3g} s and "
-      "{:.2g} GB\n",
+      "about {} and {}\n  touch {:.3g} us (99 %: {:.3g}), shape {:.3g} us (99 %: {:.3g}), bundle {:.3g} MB, precompute "
+      "{:.3g} s and {:.2g} GB\n",
       p.at("name").get<std::string>(), percent(p.at("force_error")), percent(p.at("force_error_worst")),
       p.at("force_error_N").get<double>(), percent(p.at("field_error")), p.at("field_error_mm").get<double>(),
       study.at("reference").at("name").get<std::string>(), percent(p.at("reference_force_error")),
@@ -218,8 +215,7 @@ void choose(const ChooseOptions& options) {
   if (deformation == "large" && p.at("element") == "p2-p0")
     throw VerificationError(
         "deformation large works with the elements p1 and p1-anp, and the cheapest setting within the limits has "
-        "p2-p0; "
-        "raise --force-error or --field-error");
+        "p2-p0; raise --force-error or --field-error");
   if (!options.output.empty()) write_choice(study, p, deformation, options);
 }
 

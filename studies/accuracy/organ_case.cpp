@@ -72,8 +72,7 @@ OrganCase::OrganCase(StudyOptions options) : options_(std::move(options)) {
   for (auto* path : {&options_.source, &options_.bin, &options_.data}) *path = std::filesystem::absolute(*path);
   if (!std::filesystem::exists(folder() / "organ.toml"))
     throw InputError(
-        fmt::format("{}: expected an organ of the pipelines, found none; make -f Makefile.data help "
-                    "lists them",
+        fmt::format("{}: expected an organ of the pipelines, found none; make -f Makefile.data help lists them",
                     folder().string()));
   if (!std::filesystem::exists(boundary_file()))
     throw InputError(fmt::format("{}: expected a boundary set, found none; see the folder for those there are",

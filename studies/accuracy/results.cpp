@@ -13,11 +13,6 @@
 namespace palpate::accuracy {
 namespace {
 
-// JSON has no NaN and no infinity: they become null.
-nlohmann::ordered_json number_or_null(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
-}
-
 std::string cell(const nlohmann::ordered_json& value) {
   if (!value.is_string()) return value.is_null() ? "" : value.dump();
   const auto text = value.get<std::string>();
@@ -25,6 +20,12 @@ std::string cell(const nlohmann::ordered_json& value) {
 }
 
 }  // namespace
+
+nlohmann::ordered_json with_nulls(nlohmann::ordered_json object) {
+  for (auto& value : object)
+    if (value.is_number_float() && !std::isfinite(value.get<double>())) value = nullptr;
+  return object;
+}
 
 nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) {
   const MeasuredPoint& p = *judged.point;
@@ -39,7 +40,7 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["resolution"] = b.resolution;
   r["vertices"] = p.cost.at("vertices");
   r["element"] = b.element;
-  r["poisson"] = number_or_null(b.poisson != 0 ? b.poisson : own_poisson);
+  r["poisson"] = b.poisson != 0 ? b.poisson : own_poisson;
   r["own_material"] = b.poisson == 0;
   r["solver"] = b.solver;
   r["tolerance"] = b.tolerance;
@@ -60,8 +61,8 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["field_error"] = judged.error.field;
   r["field_error_worst"] = judged.error.field_worst;
   r["field_error_mm"] = judged.error.field_mm;
-  r["reference_force_error"] = number_or_null(judged.reference_error.force.error);
-  r["reference_field_error"] = number_or_null(judged.reference_error.field.error);
+  r["reference_force_error"] = judged.reference_error.force.error;
+  r["reference_field_error"] = judged.reference_error.field.error;
   r["added_force_error"] = judged.added.force;
   r["added_field_error"] = judged.added.field;
   r["reciprocity_error"] = p.cost.at("reciprocity_error");
@@ -77,8 +78,8 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["bundle_MB"] = p.cost.at("bundle_bytes").get<double>() / 1e6;
   // Where only columns near the sites were measured: what those of every touchable node would take.
   const auto full = p.cost.value("full", nlohmann::json::object());
-  r["full_precompute_s"] = number_or_null(full.value("seconds", NAN));
-  r["full_bundle_MB"] = number_or_null(full.value("bundle_bytes", NAN) / 1e6);
+  r["full_precompute_s"] = full.value("seconds", NAN);
+  r["full_bundle_MB"] = full.value("bundle_bytes", NAN) / 1e6;
   r["columns"] = p.cost.at("columns");
   r["contact_nodes"] = seen.contact_nodes;
   r["flags"] = seen.flags;
@@ -86,29 +87,29 @@ nlohmann::ordered_json record_of(const JudgedPoint& judged, double own_poisson) 
   r["bundle"] = "bundles/" + p.cost.at("bundle").get<std::string>();
   r["mesh_sha256"] = p.cost.at("mesh_sha256");
   r["solved_by"] = p.cost.at("solver");
-  return r;
+  return with_nulls(std::move(r));
 }
 
 nlohmann::ordered_json json_of(const Extrapolated& estimate) {
-  return {{"error", number_or_null(estimate.error)},
-          {"order", number_or_null(estimate.order)},
-          {"order_observed", estimate.order_observed},
-          {"scatter", number_or_null(estimate.scatter)}};
+  return with_nulls({{"error", estimate.error},
+                     {"order", estimate.order},
+                     {"order_observed", estimate.order_observed},
+                     {"scatter", estimate.scatter}});
 }
 
 nlohmann::ordered_json json_of(const EstimateCheck& check) {
-  return {{"vertices", check.vertices},
-          {"estimated_force", number_or_null(check.estimated_force)},
-          {"found_force", number_or_null(check.found_force)},
-          {"estimated_field", number_or_null(check.estimated_field)},
-          {"found_field", number_or_null(check.found_field)}};
+  return with_nulls({{"vertices", check.vertices},
+                     {"estimated_force", check.estimated_force},
+                     {"found_force", check.found_force},
+                     {"estimated_field", check.estimated_field},
+                     {"found_field", check.found_field}});
 }
 
 nlohmann::ordered_json json_of(const EstimateRange& range) {
-  return {{"least_force", number_or_null(range.least_force)},
-          {"most_force", number_or_null(range.most_force)},
-          {"least_field", number_or_null(range.least_field)},
-          {"most_field", number_or_null(range.most_field)}};
+  return with_nulls({{"least_force", range.least_force},
+                     {"most_force", range.most_force},
+                     {"least_field", range.least_field},
+                     {"most_field", range.most_field}});
 }
 
 nlohmann::ordered_json json_of(const OtherReference& other) {

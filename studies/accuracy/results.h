@@ -11,6 +11,9 @@
 
 namespace palpate::accuracy {
 
+// JSON has no NaN and no infinity: as members of an object they become null.
+nlohmann::ordered_json with_nulls(nlohmann::ordered_json object);
+
 // Every setting, error and cost of a point. A name ends in the unit: force_error (relative), field_error_mm,
 // touch_us, touch_us_99, shape_us, precompute_s, precompute_GB, bundle_MB, open_ms, ... own_poisson: the organ's, for settings
 // that do not change it.

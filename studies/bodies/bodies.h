@@ -1,6 +1,7 @@
 // Turns meshes into elastic bodies: gives each region a material, and holds nodes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <vector>
@@ -28,6 +29,20 @@ inline void hold(ElasticBody& body, const std::function<int(const std::array<dou
     if (static_cast<std::int32_t>(n) < body.surface_count && !(f[0] && f[1] && f[2]))
       body.touchable.push_back(static_cast<std::int32_t>(n));
   }
+}
+inline ElasticBody held_body(const TetrahedralMesh& mesh, const std::vector<Material>& materials,
+                             const std::function<int(const std::array<double, 3>&)>& which) {
+  ElasticBody body = body_of(mesh, materials);
+  hold(body, which);
+  return body;
+}
+
+// For hold: the faces of the unit cube; and each of the planes through the origin across itself, for a part that is symmetric to them.
+inline int faces_of_unit_cube(const std::array<double, 3>& p) {
+  return std::ranges::any_of(p, [](double x) { return x == 0 || x == 1; }) ? 7 : 0;
+}
+inline int across_symmetry_planes(const std::array<double, 3>& p) {
+  return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0);
 }
 
 }  // namespace palpate

@@ -13,21 +13,17 @@ SceneDef node_contact_scene() {
 
 PalpatePeer::PalpatePeer(const std::filesystem::path& bundle, const Push& push, const SceneDef& def) : push_(push) {
   palpate_error error = {};
-  palpate_bundle* opened = nullptr;
-  if (palpate_bundle_open_file(bundle.c_str(), nullptr, &opened, &error) != PALPATE_OK)
-    throw InputError(fmt::format("{}: {}", bundle.string(), error.text));
-  bundle_.reset(opened);
-  const palpate_bundle_info info = palpate_bundle_describe(opened);
+  bundle_ = Bundle::open_file(bundle.c_str(), &error);
+  if (!bundle_) throw InputError(fmt::format("{}: {}", bundle.string(), error.text));
+  const palpate_bundle_info info = bundle_.describe();
   if (info.node_count != static_cast<int>(push.body.nodes.size()) || info.surface_node_count != push.body.surface_count)
     throw InputError(
         fmt::format("{}: expected the bundle of this mesh, with {} nodes, found {}; precompute it with this mesh, "
                     "organ and boundary",
                     bundle.string(), push.body.nodes.size(), info.node_count));
-  palpate_scene* created = nullptr;
-  if (palpate_scene_create(opened, &def, &created, &error) != PALPATE_OK)
-    throw InputError(fmt::format("{}: {}", bundle.string(), error.text));
-  scene_.reset(created);
-  memory_.resize(palpate_contacts_bytes(created) / 8 + 1);
+  scene_ = Scene::create(bundle_, def, &error);
+  if (!scene_) throw InputError(fmt::format("{}: {}", bundle.string(), error.text));
+  contacts_ = scene_.make_contacts();
   surface_.resize(3 * static_cast<std::size_t>(info.surface_node_count));
 }
 
@@ -38,7 +34,7 @@ double PalpatePeer::grip(std::int32_t node, const Eigen::Vector3d& displacement,
   palpate_tool tool = palpate_default_tool();
   tool.grips = &grip, tool.grip_count = 1;
   const auto start = Clock::now();
-  palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts(), memory_.size() * sizeof memory_[0]);
+  scene_.touch(&tool, 1, kTick, contacts_);
   shape();
   const double spent = seconds_since(start);
   out = answer();
@@ -48,26 +44,26 @@ double PalpatePeer::grip(std::int32_t node, const Eigen::Vector3d& displacement,
 void PalpatePeer::touch_point(const Eigen::Vector3d& point) {
   palpate_tool tool = palpate_default_tool();
   tool.points = point.data(), tool.point_count = 1;
-  palpate_scene_touch(scene_.get(), &tool, 1, kTick, contacts(), memory_.size() * sizeof memory_[0]);
+  scene_.touch(&tool, 1, kTick, contacts_);
 }
 
 void PalpatePeer::shape() {
   palpate_shape_out out = palpate_default_shape_out();
   out.displacements = surface_.data(), out.node_capacity = push_.body.surface_count;
-  palpate_scene_shape(scene_.get(), contacts(), &out);
+  scene_.shape(contacts_, out);
 }
 
 void PalpatePeer::check_held(const Eigen::Vector3d& displacement) {
-  const palpate_contact_node* node = palpate_contacts_node(contacts(), 0);
-  const Eigen::Map<const Eigen::Vector3d> held(node->modified_displacement);
-  if (contacts()->node_count != 1 || node->node != push_.node ||
+  const palpate_contact_node& node = contacts_.node(0);
+  const Eigen::Map<const Eigen::Vector3d> held(node.modified_displacement);
+  if (contacts_->node_count != 1 || node.node != push_.node ||
       !((held - displacement).norm() < 1e-6 * displacement.norm()))
     throw VerificationError("palpate_scene_touch does not hold the pushed node at the push's displacement");
 }
 
 Answer PalpatePeer::answer() {
   return {Eigen::Map<const Eigen::VectorXf>(surface_.data(), static_cast<Eigen::Index>(surface_.size())).cast<double>(),
-          -Eigen::Vector3d(palpate_contacts_tool(contacts(), 0)->force_raw)};
+          -Eigen::Vector3d(contacts_.tool(0).force_raw)};
 }
 
 }  // namespace palpate::studies

@@ -1,10 +1,9 @@
 // Palpate as one of the compared systems: plays the push through the runtime's API.
 #pragma once
 
-#include <palpate/palpate_scene_def.hpp>
+#include <palpate/palpate.hpp>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,7 +25,7 @@ class PalpatePeer {
   // With collision: a tool point enters the surface at push.entry and moves on.
   template <typename ExactAnswer>
   void play(Measured& touch, Measured& frame, const ExactAnswer& exact) {
-    palpate_scene_reset(scene_.get());
+    scene_.reset();
     touch_point(push_.entry + 1e-3 * push_.outward);
     for (const Eigen::Vector3d& displacement : push_.displacements) {
       const auto start = Clock::now();
@@ -44,20 +43,15 @@ class PalpatePeer {
   double grip(std::int32_t node, const Eigen::Vector3d& displacement, Answer& out);
 
  private:
-  struct Close {
-    void operator()(palpate_bundle* bundle) const { palpate_bundle_close(bundle); }
-    void operator()(palpate_scene* scene) const { palpate_scene_destroy(scene); }
-  };
-  palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(memory_.data()); }
   void touch_point(const Eigen::Vector3d& point);
   void shape();
   void check_held(const Eigen::Vector3d& displacement);
   Answer answer();
 
   const Push& push_;
-  std::unique_ptr<palpate_bundle, Close> bundle_;
-  std::unique_ptr<palpate_scene, Close> scene_;
-  std::vector<std::uint64_t> memory_;
+  Bundle bundle_;
+  Scene scene_;
+  Contacts contacts_{0};
   std::vector<float> surface_;
 };
 

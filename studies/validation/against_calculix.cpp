@@ -30,13 +30,6 @@ int hold_bottom_and_side(const Point& p) {
   return p[0] == 0 ? 7 : p[2] == 0 ? 4 : 0;
 }
 
-ElasticBody held(const TetrahedralMesh& mesh, const std::vector<Material>& materials,
-                 const std::function<int(const Point&)>& which) {
-  ElasticBody body = body_of(mesh, materials);
-  hold(body, which);
-  return body;
-}
-
 TetrahedralMesh box(int n) {
   return box_mesh({n, n, n}, {0.10, 0.08, 0.06}, 0.2);
 }
@@ -46,16 +39,15 @@ ElasticBody speckled_box(int n, const Material& second) {
   TetrahedralMesh mesh = box(n);
   mesh.region_names = {"soft", "stiff"};
   for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) mesh.region[t] = t % 7 == 0;
-  return held(mesh, {{5400, 0.45, 0}, second}, hold_bottom_and_side);
+  return held_body(mesh, {{5400, 0.45, 0}, second}, hold_bottom_and_side);
 }
 
 ElasticBody sphere(int n, double poisson) {
-  return held(shell_octant(1, 2, n), {{1000, poisson, 0}},
-              [](const Point& p) { return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? 4 : 0); });
+  return held_body(shell_octant(1, 2, n), {{1000, poisson, 0}}, across_symmetry_planes);
 }
 ElasticBody cylinder(int n, double poisson) {
-  return held(cylinder_mesh(0.015, 0.013, n, n), {{3000, poisson, 0}},
-              [](const Point& p) { return p[2] == 0 ? 7 : 0; });
+  return held_body(cylinder_mesh(0.015, 0.013, n, n), {{3000, poisson, 0}},
+                   [](const Point& p) { return p[2] == 0 ? 7 : 0; });
 }
 
 // A traction on the surface around the last touchable node, out to 0.3 of the body's size; none on held dofs.
@@ -82,7 +74,7 @@ std::vector<CalculixMesh> built_in_meshes() {
   for (const auto& [n, poisson] : {std::pair{4, 0.3}, {8, 0.45}, {8, 0.4999}, {16, 0.45}})
     add(fmt::format("distorted box, {0} x {0} x {0} cells", n), Element::p1, fmt::format("{:g}", poisson), kPrinted,
         [n, poisson] {
-          return held(box(n), {{5400, poisson, 0}}, hold_bottom_and_side);
+          return held_body(box(n), {{5400, poisson, 0}}, hold_bottom_and_side);
         });
   add("box of two materials, contrast 11", Element::p1, "0.45, 0.3", kPrinted, [] {
     return speckled_box(6, {60000, 0.3, 0});
@@ -93,20 +85,20 @@ std::vector<CalculixMesh> built_in_meshes() {
   add("thick sphere, an octant", Element::p1, "0.49", kPrinted, [] { return sphere(12, 0.49); });
   add("cylinder of brain", Element::p1, "0.45", kPrinted, [] { return cylinder(8, 0.45); });
   add("elliptic plate", Element::p1, "0.3", kPrinted, [] {
-    return held(elliptic_plate(6), {{210e9, 0.3, 0}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
+    return held_body(elliptic_plate(6), {{210e9, 0.3, 0}}, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
   });
   add("about a flat punch, thin cells", Element::p1, "0.45", kPrinted, [] {
-    return held(indented_quarter(0.005, 5, TowardsEdge::squared), {{3000, 0.45, 0}},
-                [](const Point& p) { return p[2] > 0.0249 ? 7 : 0; });
+    return held_body(indented_quarter(0.005, 5, TowardsEdge::squared), {{3000, 0.45, 0}},
+                     [](const Point& p) { return p[2] > 0.0249 ? 7 : 0; });
   });
   add("distorted box, 6 x 6 x 6 cells, no bulk modulus", Element::p2_p0, "-1", kPrinted, [] {
-    return held(box(6), {{5400, kNoBulk, 0}}, hold_bottom_and_side);
+    return held_body(box(6), {{5400, kNoBulk, 0}}, hold_bottom_and_side);
   });
   add("cylinder of brain, curved, no bulk modulus", Element::p2_p0, "-1", kCurved, [] { return cylinder(4, kNoBulk); });
   for (const int n : {4, 8})
     add(fmt::format("distorted box, {0} x {0} x {0} cells, other dilatation", n), Element::p2_p0, "0.3",
         n == 4 ? 0.1 : 0.03, [n] {
-          return held(box(n), {{5400, 0.3, 0}}, hold_bottom_and_side);
+          return held_body(box(n), {{5400, 0.3, 0}}, hold_bottom_and_side);
         });
   return meshes;
 }
@@ -185,8 +177,8 @@ Agreement compare_push(const CalculixMesh& mesh, const std::filesystem::path& sc
 
 std::vector<CalculixMesh> pushed_blocks() {
   return pushed({"block of 120 x 120 x 80 mm", Element::p1, "0.45", kPrinted, [] {
-                   return held(box_mesh({8, 8, 6}, {0.12, 0.12, 0.08}, 0.15), {{5400, 0.45, 0}},
-                               [](const Point& p) { return p[2] == 0 ? 7 : 0; });
+                   return held_body(box_mesh({8, 8, 6}, {0.12, 0.12, 0.08}, 0.15), {{5400, 0.45, 0}},
+                                    [](const Point& p) { return p[2] == 0 ? 7 : 0; });
                  }});
 }
 
@@ -199,8 +191,7 @@ Agreement compare_with_calculix(const CalculixMesh& mesh, const std::filesystem:
   if (mesh.push_mm > 0) return compare_push(mesh, scratch);
   const DiscreteBody discrete = discretise_body(mesh.body(), mesh.element);
   const std::vector<double> load = spread_force(discrete);
-  const Answer ours = solve(
-      discrete, [](const Vector3d&) { return Vector3d::Zero(); }, load);
+  const Answer ours = solve(discrete, load);
   const accuracy::CalculixModel model = {discrete.discretisation.coordinates, discrete.discretisation.fixed,
                                          discrete.cells, accuracy::elastic_words};
   const auto theirs = accuracy::solve_by_calculix(scratch, discrete.body, model, load);

@@ -15,8 +15,8 @@ std::filesystem::path bake(const Workshop& workshop, const BodyToBake& body) {
   write_mesh(folder / "body.msh", body.mesh);
   std::ofstream(folder / "organ.toml") << fmt::format(
       "name = \"body\"\nmesh_unit = \"m\"\nframe = \"none\"\nelement = \"{}\"\n[[region]]\nname = \"{}\"\nyoung = {{ "
-      "value = {}, "
-      "unit = \"Pa\", source = \"a validation\" }}\npoisson = {{ value = {}, source = \"a validation\" }}\n",
+      "value = {}, unit = \"Pa\", source = \"a validation\" }}\npoisson = {{ value = {}, source = \"a validation\" "
+      "}}\n",
       name_of(body.element), body.mesh.region_names.at(0), body.young, body.poisson);
   std::ofstream boundary(folder / "boundary.toml");
   boundary << "name = \"held\"\n" << body.boundary;

@@ -19,13 +19,9 @@ std::vector<Variant> every_element(std::initializer_list<double> poissons, const
 }
 
 DiscreteBody distorted_box(const Variant& variant, int level) {
-  ElasticBody body = body_of(box_mesh({level, level, level}, {1, 1, 1}, 0.2), {{5400, variant.poisson, 0}});
-  hold(body, [](const Point& p) {
-    for (int d = 0; d < 3; ++d)
-      if (p[d] == 0 || p[d] == 1) return 7;
-    return 0;
-  });
-  return discretise_body(std::move(body), variant.element);
+  return discretise_body(
+      held_body(box_mesh({level, level, level}, {1, 1, 1}, 0.2), {{5400, variant.poisson, 0}}, faces_of_unit_cube),
+      variant.element);
 }
 
 Measured measure_patch(const Variant& variant, int level) {
@@ -52,14 +48,14 @@ constexpr double kRound = std::numbers::pi * 0.015 * 0.015;  // m^2
 
 Measured measure_cylinder(const Variant& variant, int level) {
   const PressedCylinder exact = {0.015, 0.013, 1e-3, {3000, variant.poisson, 0}};
-  ElasticBody body = body_of(cylinder_mesh(exact.radius, exact.height, level, level), {exact.material});
   const auto on_top = [&](const Point& p) { return std::abs(p[2] - exact.height) < 1e-9 * exact.height; };
-  hold(body, [&](const Point& p) {
+  const auto held = [&](const Point& p) {
     if (p[2] == 0 && p[0] == 0 && p[1] == 0) return 7;
     if (p[2] == 0 && p[1] == 0 && p[0] == exact.radius) return 6;  // prevents rotation about the axis
     return p[2] == 0 || on_top(p) ? 4 : 0;
-  });
-  const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
+  };
+  const DiscreteBody discrete = discretise_body(
+      held_body(cylinder_mesh(exact.radius, exact.height, level, level), {exact.material}, held), variant.element);
   const auto field = [&](const Vector3d& x) { return exact.displacement(x); };
   const Answer answer = solve(discrete, field);
   const double force = -total_force(discrete, answer, on_top)[2], meshed = exact.force(surface_area(discrete, on_top));
@@ -100,10 +96,8 @@ Case pressed_cylinder() {
           "F = E A x / h = 0.1631 N, d_r = nu r x / h = 0.5192 mm (30 x 13 mm, E 3 kPa, nu 0.45, 1 mm)",
           "uniform stress; Cotin, Delingette and Ayache 1999, section 6.1",
           "the displacement is affine, and every element has it exactly; the force has the error of the meshed area: "
-          "order 2 "
-          "for a polygon, 4 for quadratic arcs (Ciarlet 1978, sections 4.3 and 4.4). The curved sides of p2-p0 bulge "
-          "between "
-          "the layers, so that its displacement is affine only to order 4",
+          "order 2 for a polygon, 4 for quadratic arcs (Ciarlet 1978, sections 4.3 and 4.4). The curved sides of p2-p0 "
+          "bulge between the layers, so that its displacement is affine only to order 4",
           {{Element::p1, 0.45, {4, 6, 8, 12}},
            {Element::p1_anp, 0.45, {4, 6, 8, 12}},
            {Element::p2_p0, 0.45, {2, 4, 6, 8}}},

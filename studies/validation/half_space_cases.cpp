@@ -42,9 +42,10 @@ Matrix3d no_gradient(const Vector3d&) {
 }
 
 Measured measure_point_force(const Variant& variant, int level) {
-  ElasticBody body = body_of(box_mesh({level, level, level}, {kSide, kSide, kSide}), {kGel});
-  hold(body, [](const Point& p) { return symmetric(p) | (p[2] == kSide ? 4 : 0); });
-  const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
+  const DiscreteBody discrete =
+      discretise_body(held_body(box_mesh({level, level, level}, {kSide, kSide, kSide}), {kGel},
+                                [](const Point& p) { return symmetric(p) | (p[2] == kSide ? 4 : 0); }),
+                      variant.element);
   const auto exact = [](const Vector3d& x) -> Vector3d {
     return x.norm() == 0 ? Vector3d::Zero() : point_load(kGel, kLoad, x);
   };
@@ -78,10 +79,10 @@ bool is_cut(const Point& p, double a) {
 Measured measure_punch(TowardsEdge cells, const Variant& variant, int level) {
   const FlatPunch exact = {0.005, 1e-3, {kYoung, variant.poisson, 0}};
   const double a = exact.radius;
-  ElasticBody body = body_of(indented_quarter(a, level, cells), {exact.material});
   const auto under = [a](const Point& p) { return p[2] == 0 && std::hypot(p[0], p[1]) < (1 + 1e-9) * a; };
-  hold(body, [&](const Point& p) { return is_cut(p, a) ? 7 : symmetric(p) | (under(p) ? 4 : 0); });
-  const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
+  const auto held = [&](const Point& p) { return is_cut(p, a) ? 7 : symmetric(p) | (under(p) ? 4 : 0); };
+  const DiscreteBody discrete =
+      discretise_body(held_body(indented_quarter(a, level, cells), {exact.material}, held), variant.element);
   const Answer answer = solve(discrete, [&](const Vector3d& x) -> Vector3d {
     return under({x[0], x[1], x[2]}) ? Vector3d(0, 0, exact.depth) : exact.displacement(x);
   });
@@ -195,9 +196,9 @@ Measured measure_hertz(const Variant& variant, int level) {
   // On every mesh the contact's edge lies midway between two rings of vertices. Otherwise its position between the rings
   // would decide the measured order.
   const double ring = exact.contact_radius() * level / (level - 0.5);
-  ElasticBody body = body_of(indented_quarter(ring, level, TowardsEdge::even), {kGel});
-  hold(body, [&](const Point& p) { return is_cut(p, ring) ? 7 : symmetric(p); });
-  HertzContact contact(exact, discretise_body(std::move(body), variant.element));
+  const auto held = [&](const Point& p) { return is_cut(p, ring) ? 7 : symmetric(p); };
+  HertzContact contact(exact, discretise_body(held_body(indented_quarter(ring, level, TowardsEdge::even), {kGel}, held),
+                                              variant.element));
   const Answer answer = contact.find();
   double force = 0, moment = 0;
   const auto hats = contact.hat_forces(answer);
@@ -220,10 +221,8 @@ Case point_force() {
           "u_z = P (1 - nu^2) / (pi E r): 1.692, 0.846, 0.423 mm at 5, 10, 20 mm (0.1 N, E 3 kPa, nu 0.45)",
           "Boussinesq; Johnson 1985, eq. 3.18",
           "singular: u is proportional to 1 / r, and its energy is infinite. Over the whole body the order is 1/2 at "
-          "best (Casas "
-          "1985). Away from the force the error is h^2 ln(1/h) (Koeppl and Wohlmuth 2014); the logarithm is divided "
-          "out of the "
-          "stated order, except for p2-p0, whose error may have it or not",
+          "best (Casas 1985). Away from the force the error is h^2 ln(1/h) (Koeppl and Wohlmuth 2014); the logarithm "
+          "is divided out of the stated order, except for p2-p0, whose error may have it or not",
           {{Element::p1, kPoisson, {8, 12, 16, 24, 32}},
            {Element::p1_anp, kPoisson, {8, 12, 16, 20}},
            {Element::p2_p0, kPoisson, {4, 8, 12, 16}}},
@@ -240,22 +239,19 @@ Case point_force() {
 Case flat_punch_even() {
   return flat_punch("flat-punch-even", TowardsEdge::even, "Rigid flat punch, even cells",
                     "singular: near the edge the pressure is proportional to the distance to the power -1/2. Every "
-                    "element then has order "
-                    "1/2 in the gradient and 1 in the force, whose error is that of the energy (Grisvard 1985; Strang "
-                    "and Fix 1973, chapter "
-                    "8). With p2-p0, force errors of opposite sign cancel, below 2 % on every mesh here: a bound is "
-                    "checked, no order",
+                    "element then has order 1/2 in the gradient and 1 in the force, whose error is that of the energy "
+                    "(Grisvard 1985; Strang and Fix 1973, chapter 8). With p2-p0, force errors of opposite sign "
+                    "cancel, below 2 % on every mesh here: a bound is checked, no order",
                     1, 0.15);
 }
 
 Case flat_punch_squared() {
-  return flat_punch("flat-punch", TowardsEdge::squared, "Rigid flat punch, cells squared towards its edge",
-                    "singular, as with even cells. Cells whose size is proportional to the root of the distance from "
-                    "the edge restore the "
-                    "error h^2 ln(1/h) of the force and its square root for the gradient (Apel 1999, chapter 4). The "
-                    "logarithm is divided out "
-                    "of the stated orders; the force of p2-p0 has a bound only, as with even cells",
-                    2, 0.03);
+  return flat_punch(
+      "flat-punch", TowardsEdge::squared, "Rigid flat punch, cells squared towards its edge",
+      "singular, as with even cells. Cells whose size is proportional to the root of the distance from the edge "
+      "restore the error h^2 ln(1/h) of the force and its square root for the gradient (Apel 1999, chapter 4). The "
+      "logarithm is divided out of the stated orders; the force of p2-p0 has a bound only, as with even cells",
+      2, 0.03);
 }
 
 Case hertz_contact() {
@@ -265,10 +261,8 @@ Case hertz_contact() {
       "F = 4/3 E* sqrt(R) d^1.5 = 17.87 mN, contact radius sqrt(R d) = 3.564 mm (R 12.7 mm, d 1 mm, E 3 kPa, nu 0.45)",
       "Hertz; Johnson 1985, eq. 4.22 to 4.24",
       "near the edge the pressure is proportional to the root of the distance. The order of the force lies between 3/2 "
-      "(duality "
-      "with the singular solution of the punch on even cells) and 2 (the contact's edge is known to half a cell, and "
-      "the force "
-      "is stationary with respect to it)",
+      "(duality with the singular solution of the punch on even cells) and 2 (the contact's edge is known to half a "
+      "cell, and the force is stationary with respect to it)",
       {{Element::p1, kPoisson, {4, 6, 8, 10}},
        {Element::p1_anp, kPoisson, {4, 6, 8}},
        {Element::p2_p0, kPoisson, {3, 4, 5}}},

@@ -60,9 +60,8 @@ double work_in(const DiscreteBody& discrete, const Answer& answer, const VectorF
 }
 
 DiscreteBody distorted_cube(const Variant& variant, int level, const std::function<int(const Point&)>& held) {
-  ElasticBody body = body_of(box_mesh({level, level, level}, {1, 1, 1}, 0.2), {{5400, variant.poisson, 0}});
-  hold(body, held);
-  return discretise_body(std::move(body), variant.element);
+  return discretise_body(held_body(box_mesh({level, level, level}, {1, 1, 1}, 0.2), {{5400, variant.poisson, 0}}, held),
+                         variant.element);
 }
 
 Measured measure_bar(const Variant& variant, int level) {
@@ -92,11 +91,7 @@ Measured measure_bar(const Variant& variant, int level) {
 
 Measured measure_shear(const Variant& variant, int level) {
   constexpr double gamma = 0.8;
-  const DiscreteBody discrete = distorted_cube(variant, level, [](const Point& p) {
-    for (int d = 0; d < 3; ++d)
-      if (p[d] == 0 || p[d] == 1) return 7;
-    return 0;
-  });
+  const DiscreteBody discrete = distorted_cube(variant, level, faces_of_unit_cube);
   std::vector<Quantity> quantities;
   Answer answer;
   for (const double stiffening : {0.0, kStiffening}) {
@@ -119,9 +114,10 @@ constexpr const char *kTorque = "torque, N m", *kAxial = "axial force, N";
 Measured measure_torsion(const Variant& variant, int level) {
   const Material material = {3000, variant.poisson, 0};
   const TwistedCylinder exact = {1, 0.6, shear_modulus(material)};
-  ElasticBody body = body_of(cylinder_mesh(exact.radius, 1, level, level), {material});
-  hold(body, [](const Point& p) { return p[2] == 0 || p[2] == 1 ? 7 : 0; });
-  const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
+  const DiscreteBody discrete =
+      discretise_body(held_body(cylinder_mesh(exact.radius, 1, level, level), {material},
+                                [](const Point& p) { return p[2] == 0 || p[2] == 1 ? 7 : 0; }),
+                      variant.element);
   const auto twisted = [&](const Vector3d& x) {
     return Vector3d(Eigen::AngleAxisd(exact.twist * x[2], Vector3d::UnitZ()) * x - x);
   };
@@ -141,9 +137,9 @@ Measured measure_elastica(const Variant& variant, int level) {
   constexpr double length = 1, width = 0.05, alpha = 2;
   const Material material = {1000, variant.poisson, 0};
   const double inertia = std::pow(width, 4) / 12, force = alpha * material.young * inertia / (length * length);
-  ElasticBody body = body_of(box_mesh({20 * level, level, level}, {length, width, width}), {material});
-  hold(body, [](const Point& p) { return p[0] == 0 ? 7 : 0; });
-  const DiscreteBody discrete = discretise_body(std::move(body), variant.element);
+  const DiscreteBody discrete = discretise_body(held_body(box_mesh({20 * level, level, level}, {length, width, width}),
+                                                          {material}, [](const Point& p) { return p[0] == 0 ? 7 : 0; }),
+                                                variant.element);
   const auto load = traction_load(
       discrete, [](const Point& p) { return p[0] == 1; },
       [&](const Vector3d&, const Vector3d&) { return Vector3d(0, 0, -force / (width * width)); });
@@ -185,8 +181,7 @@ Case twisted_cylinder() {
           "torque pi/2 mu psi R^4, axial force -pi/4 mu psi^2 R^4",
           "Rivlin 1949, incompressible neo-Hookean; here nu 0.4999",
           "2 for the torque: the polygon's section, and the energy of linear elements. The axial force is of second "
-          "order in the twist "
-          "and on these meshes not yet in its order: no order is checked",
+          "order in the twist and on these meshes not yet in its order: no order is checked",
           {{Element::p1_anp, 0.4999, {4, 6, 8}}},
           measure_torsion,
           [](const std::string& quantity, const Variant&) {

@@ -45,8 +45,8 @@ Block block(std::array<int, 3> cells, Corners size, Corners low, double young, c
   Block made = {box_mesh(cells, size), {}, held};
   for (auto& p : made.mesh.nodes)
     for (std::size_t d = 0; d < 3; ++d) p[d] += low[d];
-  made.body = body_of(made.mesh, {{young, kPoisson, 0}});
-  hold(made.body, [=](const auto& p) { return std::abs(p[2] - held_at) < 1e-9 ? 7 : 0; });
+  made.body = held_body(made.mesh, {{young, kPoisson, 0}},
+                        [=](const auto& p) { return std::abs(p[2] - held_at) < 1e-9 ? 7 : 0; });
   return made;
 }
 

@@ -118,8 +118,7 @@ Case spheres_case(const Workshop& workshop, const char* id, const char* title, c
           closed_form,
           "Hertz; Johnson 1985, eq. 4.22 to 4.24",
           "as for the sphere on a half-space; here places of one body's vertices on the other body's triangles come to "
-          "it, so that no "
-          "order is known",
+          "it, so that no order is known",
           {{Element::p1, spheres.first.material.poisson, {4, 6, 8, 10}},
            {Element::p1_anp, spheres.first.material.poisson, {4, 6, 8, 10}}},
           [=](const Variant& variant, int level) { return measure_spheres(workshop, id, spheres, variant, level); },

@@ -38,6 +38,11 @@ struct Answer {
 // Held dofs take their value from imposed; load acts on the others ([3 nodes] N; empty: none). True relative residual:
 // 1e-10. Errors: OperationError.
 Answer solve(const DiscreteBody& discrete, const VectorField& imposed, std::vector<double> load = {});
+// The same with held dofs that stay where they are.
+inline Answer solve(const DiscreteBody& discrete, std::vector<double> load) {
+  return solve(
+      discrete, [](const Vector3d&) { return Vector3d(Vector3d::Zero()); }, std::move(load));
+}
 
 // The record of one solved mesh.
 Measured measured_on(const DiscreteBody& discrete, const Answer& answer, std::vector<Quantity> quantities);

@@ -26,17 +26,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kCalculix = "calculix";
 
-Json number_or_null(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
 Json record_of(const Measured& m) {
   Json quantities = Json::array();
   for (const auto& q : m.quantities)
-    quantities.push_back({{"quantity", q.name},
-                          {"value", number_or_null(q.value)},
-                          {"exact", number_or_null(q.exact)},
-                          {"error", number_or_null(q.error)}});
+    quantities.push_back(
+        accuracy::with_nulls({{"quantity", q.name}, {"value", q.value}, {"exact", q.exact}, {"error", q.error}}));
   return {{"vertices", m.vertices},
           {"unknowns", m.unknowns},
           {"assemble_s", m.assemble_seconds},
@@ -45,13 +39,13 @@ Json record_of(const Measured& m) {
 }
 
 Json record_of(const Agreement& a) {
-  return {{"vertices", a.vertices},
-          {"nodes", a.nodes},
-          {"tetrahedra", a.cells},
-          {"difference", number_or_null(a.difference)},
-          {"assemble_s", a.assemble_seconds},
-          {"solve_s", a.solve_seconds},
-          {"calculix_s", a.calculix_seconds}};
+  return accuracy::with_nulls({{"vertices", a.vertices},
+                               {"nodes", a.nodes},
+                               {"tetrahedra", a.cells},
+                               {"difference", a.difference},
+                               {"assemble_s", a.assemble_seconds},
+                               {"solve_s", a.solve_seconds},
+                               {"calculix_s", a.calculix_seconds}});
 }
 
 class Study {
@@ -183,18 +177,17 @@ class Study {
     const Expectation expected = c.expect(quantity, variant);
     const Verdict verdict = judge(expected, levels, errors, levels.size() == variant.levels.size());
     count(verdict, fmt::format("{}, {}, nu {:g}, {}", c.title, name_of(variant.element), variant.poisson, quantity));
-    Json series = {{"element", name_of(variant.element)},
-                   {"poisson", variant.poisson},
-                   {"quantity", quantity},
-                   {"error", number_or_null(verdict.error)},
-                   {"bound", number_or_null(expected.bound)},
-                   {"order", verdict.order ? Json(*verdict.order) : Json()},
-                   {"order_least", expected.order ? Json(expected.order->least) : Json()},
-                   {"order_most", expected.order ? Json(expected.order->most) : Json()},
-                   {"judged", verdict.judged},
-                   {"holds", verdict.holds},
-                   {"why", verdict.sentence}};
-    return series;
+    return accuracy::with_nulls({{"element", name_of(variant.element)},
+                                 {"poisson", variant.poisson},
+                                 {"quantity", quantity},
+                                 {"error", verdict.error},
+                                 {"bound", expected.bound},
+                                 {"order", verdict.order ? Json(*verdict.order) : Json()},
+                                 {"order_least", expected.order ? Json(expected.order->least) : Json()},
+                                 {"order_most", expected.order ? Json(expected.order->most) : Json()},
+                                 {"judged", verdict.judged},
+                                 {"holds", verdict.holds},
+                                 {"why", verdict.sentence}});
   }
 
   void measure(const CalculixMesh& mesh, Progress& progress) {
