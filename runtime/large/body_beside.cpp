@@ -325,7 +325,7 @@ void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Out
   auto* const solution = reinterpret_cast<Solution*>(palpate_mailbox_slot(solutions()));
   *solution = Solution{};
   solution->begun = begun_beside_;
-  solution->told = {outcome.steps,   outcome.cut,      outcome.residual > kUnfinished,
+  solution->told = {outcome.steps,   outcome.cut,      outcome.residual > kUnfinished || outcome.unheld,
                     outcome.failed,  outcome.residual, outcome.least_volume,
                     body_->off(set), body_->energy(),  0};
   solution->constraint_count = published_ = set.constraint_count;

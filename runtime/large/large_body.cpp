@@ -37,7 +37,7 @@ namespace {
 
 // The body is not where its contacts hold it.
 bool lags(const DeformingBody::Outcome& outcome) {
-  return outcome.failed || outcome.cut || outcome.given_up || outcome.unfinished;
+  return outcome.failed || outcome.lags();
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ void BodyInTouch::judge(TouchStep& step, ContactSolver::Outcome) {
   }
   std::uint32_t flags = 0;
   if (outcome_.failed) flags |= PALPATE_STEP_UNSOLVED;
-  if (outcome_.cut || outcome_.given_up || outcome_.unfinished) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
+  if (outcome_.lags() || outcome_.unheld) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
   if (outcome_.inexact) flags |= PALPATE_STEP_SOLVE_INEXACT;
   raise(step, flags);
 }

@@ -13,6 +13,17 @@ constexpr double kContactShift = 1e-6;
 
 }  // namespace
 
+bool BodyMove::create(SceneMemory& memory, std::size_t length, std::int32_t rows) {
+  for (float** vector : {&move, &of_metric, &of_tangent}) *vector = memory.array<float>(length);
+  local = memory.array<double>(static_cast<std::size_t>(rows));
+  return !memory.failed();
+}
+
+void BodyMove::keep(SceneMemory& memory, std::size_t length, std::int32_t rows) {
+  for (float** vector : {&move, &of_metric, &of_tangent}) memory.keep_array(*vector, length);
+  memory.keep_array(local, static_cast<std::size_t>(rows));
+}
+
 bool LargeRows::create(SceneMemory& memory, const HyperelasticEnergy* energy, const BodyMetric* metric,
                        std::int32_t most_rows, std::int32_t most_nodes) {
   energy_ = energy, metric_ = metric;
@@ -30,6 +41,7 @@ bool LargeRows::create(SceneMemory& memory, const HyperelasticEnergy* energy, co
   generation_ = memory.array<std::int32_t>(spots), largest_response_ = memory.array<double>(3 * spots);
   for (double** matrix : {&between_spots_, &contact_, &beside_}) *matrix = memory.array<double>(most * stride_);
   holds_ = memory.array<std::uint8_t>(most), applied_ = memory.array<double>(most);
+  work_ = memory.array<double>(most);
   return compliance_.create(memory, most_rows) && !memory.failed();
 }
 
@@ -127,6 +139,23 @@ void LargeRows::responses_times(const float* force, double* out) const {
       for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) out[r] += now_.row[r].direction[d] * product;
     }
   }
+}
+
+double LargeRows::work_of_applied(const float* move) const {
+  double work = 0;
+  for (std::int32_t r = 0; r < state_.count; ++r)
+    if (applied_[r] != 0) work += applied_[r] * on_row(r, move);
+  return work;
+}
+
+void LargeRows::project(float* p, double* local, float* of_metric) {
+  if (state_.count == 0) return;
+  compliance_times(local, work_);
+  for (std::int32_t r = 0; r < state_.count; ++r) work_[r] += holds_[r] ? on_row(r, p) : 0;
+  solve(work_);
+  add_responses(work_, -1, p);
+  for (std::int32_t r = 0; r < state_.count; ++r) local[r] -= work_[r], work_[r] = -work_[r];
+  add_rows(work_, of_metric);
 }
 
 void LargeRows::response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node,

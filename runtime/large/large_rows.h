@@ -31,6 +31,15 @@ struct LargeContacts {
   std::size_t beside_stride = 0;
 };
 
+// A move of the body and of the rows' own compliance, with its images.
+struct BodyMove {
+  float *move = nullptr, *of_metric = nullptr,
+        *of_tangent = nullptr;  // [length] m; N, the metric and the tangent times the move
+  double* local = nullptr;      // [most rows] N
+  bool create(SceneMemory& memory, std::size_t length, std::int32_t rows);
+  void keep(SceneMemory& memory, std::size_t length, std::int32_t rows);
+};
+
 class LargeRows {
  public:
   // energy, metric: borrowed.
@@ -66,7 +75,8 @@ class LargeRows {
   std::uint8_t* holds() { return holds_; }
   const std::uint8_t* holds() const { return holds_; }
   bool holds(std::int32_t r) const { return holds_[r] != 0; }
-  double* applied() { return applied_; }  // [most()] N, of rows that do not hold
+  double work_of_applied(const float* move) const;  // J
+  double* applied() { return applied_; }            // [most()] N, of rows that do not hold
   const double* applied() const { return applied_; }
   // Factors C of the rows that hold. False where a number is not finite.
   bool factor();
@@ -82,6 +92,9 @@ class LargeRows {
   void add_responses(const double* force, double factor, float* field) const;
   void add_rest_responses(const double* force, double factor, float* field) const;
   void responses_times(const float* force, double* out) const;
+  // Takes out of a move what moves rows that hold: p -= Y C^-1 (W p + L local), local -= C^-1 (..), of_metric -= W^T C^-1 (..). of_metric: N,
+  // the metric times p.
+  void project(float* p, double* local, float* of_metric);
 
   // As LargeSolver says.
   void response_at(const double* force, std::int32_t first, std::int32_t end, std::int32_t node, double out[3]) const;
@@ -151,6 +164,7 @@ class LargeRows {
   double* contact_ = nullptr;      // [most_rows][stride] Cholesky factor of C, of the rows that hold
   std::uint8_t* holds_ = nullptr;  // [most_rows]
   double* applied_ = nullptr;      // [most_rows] N
+  double* work_ = nullptr;         // [most_rows]
   std::int32_t solves_ = 0;
 };
 

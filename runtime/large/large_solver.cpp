@@ -43,7 +43,8 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
   }
   if (!energy_.create(memory, body, preload != nullptr) ||
       !rows_.create(memory, &energy_, &metric_, max_rows, max_nodes) ||
-      !pairs_.create(memory, energy_.length(), &rows_) || !create_vectors(memory))
+      !pairs_.create(memory, energy_.length(), &rows_) || !soft_.create(memory, &energy_, &metric_, &rows_) ||
+      !create_vectors(memory))
     return Created::no_memory;
   forget();
   if (preload && !find_rest()) return Created::no_equilibrium;
@@ -53,7 +54,8 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
 
 bool LargeSolver::create_vectors(SceneMemory& memory) {
   for (float** vector : {&u_, &trial_, &u_before_}) *vector = memory.array<float>(energy_.padded());
-  for (float** vector : {&f_, &trial_f_, &g_, &p_, &f_before_}) *vector = memory.array<float>(energy_.length());
+  for (float** vector : {&f_, &trial_f_, &g_, &p_, &image_, &f_before_})
+    *vector = memory.array<float>(energy_.length());
   RowVectors& of = of_rows_;
   for (double** vector : {&of.local, &of.other_local, &of.trial_local, &of.local_before, &of.multiplier, &of.g, &of.p,
                           &of.work, &of.work2})
@@ -109,6 +111,7 @@ void LargeSolver::keep(SceneMemory& memory) {
   memory.keep_array(u_, energy_.length()), memory.keep_array(f_, energy_.length());
   memory.keep_array(of_rows_.local, rows), memory.keep_array(of_rows_.multiplier, rows);
   pairs_.keep_state(memory);
+  soft_.keep(memory);
   rows_.keep(memory);
   metric_.keep(memory);
 }
@@ -124,7 +127,8 @@ void LargeSolver::renew() {
   if (!metric_.renew(u_)) return;
   // Pairs are samples of the tangent, whatever the metric. Those from before the new metric's state go: the new metric is the tangent of a
   // later state. Their scale was that of the metric before.
-  pairs_.drop_before_mark();
+  pairs_.take_metric();
+  soft_.forget();
   rows_.find_all_responses();
 }
 
@@ -138,6 +142,7 @@ void LargeSolver::come_to_rest() {
   now_.solved = now_.at_rest = 1;
   now_.energy = now_.peak_energy = now_.residual = 0, now_.least_volume = now_.reach = 1;
   now_.alone = now_.still = 0;
+  soft_.forget();
   if (metric_.forget()) rows_.find_all_responses();
 }
 
@@ -172,18 +177,9 @@ bool LargeSolver::take(const LargeContacts& contacts) {
   if (changed.spots) {
     rows_.find_new_responses();
     pairs_.forget_local_moves();
+    soft_.forget_local_moves();
   }
   return rows_.fill_compliance();
-}
-
-// p -= Y C^-1 (W p + L local), local -= C^-1 (..)
-void LargeSolver::project(float* p, double* local) {
-  if (rows_.count() == 0) return;
-  rows_.compliance_times(local, of_rows_.work);
-  for (std::int32_t r = 0; r < rows_.count(); ++r) of_rows_.work[r] += rows_.holds(r) ? rows_.on_row(r, p) : 0;
-  rows_.solve(of_rows_.work);
-  rows_.add_responses(of_rows_.work, -1, p);
-  for (std::int32_t r = 0; r < rows_.count(); ++r) local[r] -= of_rows_.work[r];
 }
 
 void LargeSolver::find_free(double* free) const {
@@ -208,6 +204,7 @@ bool LargeSolver::set_held(const std::uint8_t* holds, const double* start) {
   if (others) {
     now_.pairs_of_other_contacts = pairs_.count() > 0;
     pairs_.forget_local_moves();
+    soft_.forget_local_moves();
   }
   return others;
 }
@@ -309,37 +306,37 @@ void LargeSolver::find_multipliers() {
 // The direction p from the gradient g. Returns g . p.
 double LargeSolver::descend() {
   double factor[SecantPairs::kMost] = {};
-  double* const local_p = of_rows_.p;
-  std::copy(g_, g_ + energy_.length(), p_);
-  std::copy(of_rows_.g, of_rows_.g + rows_.count(), local_p);
-  pairs_.before_metric(p_, local_p, factor);
+  const BodyMove p = direction();
+  const std::size_t length = energy_.length();
+  std::copy(g_, g_ + length, p_);
+  std::copy(of_rows_.g, of_rows_.g + rows_.count(), p.local);
+  pairs_.before_metric(p, factor);
+  std::copy(p_, p_ + length, image_);
   metric_.now().solve_roughly(p_);
-  project(p_, local_p);
-  if (pairs_.scale() != 1) {
-    for (std::size_t i = 0; i < energy_.length(); ++i) p_[i] *= static_cast<float>(pairs_.scale());
-    for (std::int32_t r = 0; r < rows_.count(); ++r) local_p[r] *= pairs_.scale();
+  rows_.project(p_, p.local, image_);
+  if (const double scale = pairs_.scale(); scale != 1) {
+    for (float* const vector : {p_, image_})
+      for (std::size_t i = 0; i < length; ++i) vector[i] *= static_cast<float>(scale);
+    for (std::int32_t r = 0; r < rows_.count(); ++r) p.local[r] *= scale;
   }
-  pairs_.after_metric(p_, local_p, factor);
-  if (now_.pairs_of_other_contacts) project(p_, local_p);
-  return dot_product(g_, p_, energy_.length()) + rows_.times_compliance(of_rows_.g, local_p);
+  pairs_.after_metric(p, factor);
+  if (now_.pairs_of_other_contacts) rows_.project(p_, p.local, image_);
+  return dot_product(g_, p_, length) + rows_.times_compliance(of_rows_.g, p.local);
 }
 
 void LargeSolver::measure_scale(int pair) {
-  const float* const z = pairs_.change(pair);
-  const double* const local = pairs_.local_move(pair);
-  std::copy(z, z + energy_.length(), g_);
-  std::copy(local, local + rows_.count(), of_rows_.g);
+  const BodyMove& s = pairs_.at(pair);
+  std::copy(s.of_tangent, s.of_tangent + energy_.length(), g_);
+  std::copy(s.local, s.local + rows_.count(), of_rows_.g);
   metric_.now().solve_roughly(g_);
-  project(g_, of_rows_.g);
-  pairs_.set_scale(pair, dot_product(z, g_, energy_.length()) + rows_.times_compliance(local, of_rows_.g));
+  rows_.project(g_, of_rows_.g, image_);
+  pairs_.set_scale(pair, dot_product(s.of_tangent, g_, energy_.length()) + rows_.times_compliance(s.local, of_rows_.g));
 }
 
 // u <- u - share p with Armijo's rule, share from 1, on the energy less the work of the applied forces. Returns whether a step was
 // taken.
 bool LargeSolver::search(double slope, LargeOutcome* outcome) {
-  double applied = 0;  // W, of the applied forces along -p
-  for (std::int32_t r = 0; r < rows_.count(); ++r)
-    if (rows_.applied()[r] != 0) applied -= rows_.applied()[r] * rows_.on_row(r, p_);
+  const double applied = -rows_.work_of_applied(p_);
   for (double share = 1; share > kLeastShare;) {
     std::copy(u_, u_ + energy_.length(), trial_);
     add_multiple(static_cast<float>(-share), p_, energy_.length(), trial_);
@@ -352,7 +349,8 @@ bool LargeSolver::search(double slope, LargeOutcome* outcome) {
     const bool allowed = found.least_volume > std::min(kLeastVolume, now_.least_volume);
     if (allowed && change <= -1e-4 * share * slope + kEnergyRounding * std::abs(now_.energy) + energy_.noise()) {
       now_.energy = energy, now_.least_volume = found.least_volume;
-      const int scaled_by = pairs_.add(share, p_, of_rows_.p, f_, trial_f_, now_.energy);
+      const int scaled_by = pairs_.add(share, direction(), f_, trial_f_, now_.energy);
+      soft_.take_if_softer(pairs_.newest(), pairs_.newest_curvature());
       if (scaled_by >= 0) measure_scale(scaled_by);
       std::swap(u_, trial_), std::swap(f_, trial_f_), std::swap(of_rows_.local, of_rows_.trial_local);
       return true;
@@ -435,6 +433,9 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   }
   std::copy(of_rows_.multiplier, of_rows_.multiplier + rows_.count(), force);
   const bool acts = !nothing_acts();
+  if (acts && outcome->evaluations > 0 && !outcome->lags())
+    outcome->evaluations += soft_.follow({u_, f_, of_rows_.local, now_.energy}, {p_, g_, trial_f_, of_rows_.p}, trial_);
+  outcome->unheld = acts && soft_.is_unheld();
   now_.alone = acts ? 0 : now_.alone + 1;
   if (!acts && (std::abs(now_.energy) <= kRestEnergy * now_.peak_energy + energy_.noise() ||
                 now_.alone > kStepsToRest || stuck_))

@@ -22,6 +22,7 @@
 #include "runtime/large/hyperelastic_energy.h"
 #include "runtime/large/large_rows.h"
 #include "runtime/large/secant_pairs.h"
+#include "runtime/large/soft_mode.h"
 
 namespace palpate {
 
@@ -36,7 +37,9 @@ struct LargeOutcome {
   bool lost = false;        // the state is far from its solution: its residual was above kLost
   bool given_up = false;    // the step was undone: the state is that of the last step, and so are the forces
   bool unfinished = false;  // the steps allowed ended far from the tolerance
+  bool unheld = false;      // the balance is not stable, or nearly neutral (soft_mode.h)
   bool failed = false;      // numbers were not finite: the body is at rest and the forces are zero
+  bool lags() const { return cut || given_up || unfinished; }
 };
 
 class LargeSolver {
@@ -57,7 +60,7 @@ class LargeSolver {
   static constexpr double kLeastVolume = 0.02;
 
   // order: [free nodes] the nodes that are not held in all three dofs, as they are eliminated. max_rows, max_nodes: of contacts.
-  // Memory: about 424 bytes a tetrahedron, the factor, 250 bytes and 12 max_rows bytes a node, 32 max_rows^2 bytes.
+  // Memory: about 424 bytes a tetrahedron, the factor, 430 bytes and 12 max_rows bytes a node, 32 max_rows^2 bytes.
   // preload: [node_count][3] m, the linear displacement under dead loads, or nullptr. The body then rests where it is in equilibrium
   // with K preload, and all displacements start there. no_equilibrium: it is not found, because the loads are too large.
   // fewest_for_rough: numbers of a factor from which its rough copy gives the directions (block_factor.h).
@@ -141,6 +144,9 @@ class LargeSolver {
   double energy_noise(double energy) const { return energy_.noise() + kTolerance * kTolerance * std::abs(energy); }
   const BlockFactor& factor() const { return metric_.rest(); }
 
+  // As SoftMode::quotient().
+  double softest() const { return soft_.quotient(); }
+
   // For measuring.
   double evaluate_once() { return energy_.evaluate(u_, f_).energy; }
   void solve_once(bool roughly) {
@@ -159,7 +165,7 @@ class LargeSolver {
   bool set_held(const std::uint8_t* holds, const double* start);
   double find_move(const double* place);
   bool move(LargeOutcome* outcome);
-  void project(float* p, double* local);
+  BodyMove direction() { return {p_, image_, trial_f_, of_rows_.p}; }
   void find_multipliers();
   double descend();
   void measure_scale(int pair);
@@ -173,9 +179,11 @@ class LargeSolver {
   BodyMetric metric_;
   LargeRows rows_;
   SecantPairs pairs_;
+  SoftMode soft_;
   float *u_ = nullptr, *trial_ = nullptr;    // [3 nodes] m
   float *f_ = nullptr, *trial_f_ = nullptr;  // [length] N, dE/du
   float *g_ = nullptr, *p_ = nullptr;        // [length] projected gradient, N; direction, m
+  float* image_ = nullptr;                   // [length] N, the metric times p
   // [most rows] N: s of each row, in a trial and before this step; the multipliers; the parts of g and p; sums.
   struct RowVectors {
     double *local, *other_local, *trial_local, *local_before, *multiplier, *g, *p, *work, *work2;

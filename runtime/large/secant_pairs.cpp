@@ -9,54 +9,50 @@ namespace palpate {
 
 bool SecantPairs::create(SceneMemory& memory, std::size_t length, const LargeRows* rows) {
   length_ = length, rows_ = rows;
-  for (int i = 0; i < kMost; ++i) {
-    moves_[i] = memory.array<float>(length), changes_[i] = memory.array<float>(length);
-    local_moves_[i] = memory.array<double>(static_cast<std::size_t>(rows->most()));
-  }
-  return !memory.failed();
+  for (BodyMove& pair : pairs_)
+    if (!pair.create(memory, length, rows->most())) return false;
+  return true;
 }
 
 void SecantPairs::keep_state(SceneMemory& memory) {
   memory.keep(state_);
-  for (int i = 0; i < kMost; ++i) {
-    memory.keep_array(moves_[i], length_), memory.keep_array(changes_[i], length_);
-    memory.keep_array(local_moves_[i], static_cast<std::size_t>(rows_->most()));
-  }
+  for (BodyMove& pair : pairs_) pair.keep(memory, length_, rows_->most());
 }
 
-void SecantPairs::before_metric(float* p, double* local, double* factor) const {
+void SecantPairs::before_metric(const BodyMove& p, double* factor) const {
   for (int age = 0; age < state_.count; ++age) {
-    const int i = pair(age);
-    factor[age] =
-        (dot_product(moves_[i], p, length_) + rows_->times_compliance(local_moves_[i], local)) / state_.curvature[i];
-    add_multiple(static_cast<float>(-factor[age]), changes_[i], length_, p);
-    for (std::int32_t r = 0; r < rows_->count(); ++r) local[r] -= factor[age] * local_moves_[i][r];
+    const BodyMove& s = pairs_[pair(age)];
+    factor[age] = (dot_product(s.move, p.move, length_) + rows_->times_compliance(s.local, p.local)) /
+                  state_.curvature[pair(age)];
+    add_multiple(static_cast<float>(-factor[age]), s.of_tangent, length_, p.move);
+    for (std::int32_t r = 0; r < rows_->count(); ++r) p.local[r] -= factor[age] * s.local[r];
   }
 }
 
-void SecantPairs::after_metric(float* p, double* local, const double* factor) const {
+void SecantPairs::after_metric(const BodyMove& p, const double* factor) const {
   for (int age = state_.count - 1; age >= 0; --age) {
-    const int i = pair(age);
-    const double back =
-        (dot_product(changes_[i], p, length_) + rows_->times_compliance(local_moves_[i], local)) / state_.curvature[i];
-    add_multiple(static_cast<float>(factor[age] - back), moves_[i], length_, p);
-    for (std::int32_t r = 0; r < rows_->count(); ++r) local[r] += (factor[age] - back) * local_moves_[i][r];
+    const BodyMove& s = pairs_[pair(age)];
+    const double back = (dot_product(s.of_tangent, p.move, length_) + rows_->times_compliance(s.local, p.local)) /
+                        state_.curvature[pair(age)];
+    add_multiple(static_cast<float>(factor[age] - back), s.move, length_, p.move);
+    add_multiple(static_cast<float>(factor[age] - back), s.of_metric, length_, p.of_metric);
+    for (std::int32_t r = 0; r < rows_->count(); ++r) p.local[r] += (factor[age] - back) * s.local[r];
   }
 }
 
-int SecantPairs::add(double share, const float* p, const double* local_p, const float* f, const float* after,
-                     double energy) {
+int SecantPairs::add(double share, const BodyMove& p, const float* f, const float* after, double energy) {
   State& now = state_;
   const bool full = now.count == kMost;
-  const int i = full ? now.first : (now.first + now.count) % kMost;
+  const int i = newest_ = full ? now.first : (now.first + now.count) % kMost;
+  const BodyMove& s = pairs_[i];
   for (std::size_t k = 0; k < length_; ++k) {
-    moves_[i][k] = -static_cast<float>(share) * p[k];
-    changes_[i][k] = after[k] - f[k];
+    s.move[k] = -static_cast<float>(share) * p.move[k];
+    s.of_metric[k] = -static_cast<float>(share) * p.of_metric[k];
+    s.of_tangent[k] = after[k] - f[k];
   }
-  std::fill(local_moves_[i], local_moves_[i] + rows_->most(), 0.0);
-  for (std::int32_t r = 0; r < rows_->count(); ++r) local_moves_[i][r] = -share * local_p[r];
-  now.curvature[i] =
-      dot_product(moves_[i], changes_[i], length_) + rows_->times_compliance(local_moves_[i], local_moves_[i]);
+  std::fill(s.local, s.local + rows_->most(), 0.0);
+  for (std::int32_t r = 0; r < rows_->count(); ++r) s.local[r] = -share * p.local[r];
+  now.curvature[i] = dot_product(s.move, s.of_tangent, length_) + rows_->times_compliance(s.local, s.local);
   if (!(now.curvature[i] > 1e-12 * std::abs(energy))) {
     if (full) now.first = (now.first + 1) % kMost, --now.count;
     return -1;
@@ -77,16 +73,21 @@ void SecantPairs::set_scale(int pair, double scaled) {
 
 void SecantPairs::forget_local_moves() {
   for (int age = state_.count - 1; age >= 0; --age) {
-    const int i = pair(age);
-    std::fill(local_moves_[i], local_moves_[i] + rows_->most(), 0.0);
-    state_.curvature[i] = dot_product(moves_[i], changes_[i], length_);
-    if (!(state_.curvature[i] > 0)) return drop();
+    const BodyMove& s = pairs_[pair(age)];
+    double& curvature = state_.curvature[pair(age)];
+    std::fill(s.local, s.local + rows_->most(), 0.0);
+    curvature = dot_product(s.move, s.of_tangent, length_);
+    if (!(curvature > 0)) return drop();
   }
 }
 
-void SecantPairs::drop_before_mark() {
+void SecantPairs::take_metric() {
   const std::int32_t old = std::max(0, state_.count - state_.marked);
   state_.first = (state_.first + old) % kMost, state_.count -= old;
+  for (int age = 0; age < state_.count; ++age) {
+    const BodyMove& s = pairs_[pair(age)];
+    std::copy(s.of_tangent, s.of_tangent + length_, s.of_metric);
+  }
   state_.scale = 1, state_.since_scale = 0;
 }
 

@@ -24,23 +24,25 @@ class SecantPairs {
   // Bounds of gamma, in tissue that has stiffened.
   static constexpr double kLeastScale = 1e-4;
 
-  // The two loops of the method, from a gradient to a direction, around the metric. factor: [kMost], from the one to the other.
-  void before_metric(float* p, double* local, double* factor) const;
-  void after_metric(float* p, double* local, const double* factor) const;
+  // The two loops of the method, from a gradient to a direction p.move, around the metric. factor: [kMost], from the one to the other.
+  void before_metric(const BodyMove& p, double* factor) const;
+  void after_metric(const BodyMove& p, const double* factor) const;
 
   // The pair of the move -share p, from gradient f to after. Without enough curvature it is not kept: a full list then loses its oldest one.
   // energy: J, of the body. Returns the pair where the scale is to be measured by it (set_scale()); else -1.
-  int add(double share, const float* p, const double* local_p, const float* f, const float* after, double energy);
-  const float* change(int pair) const { return changes_[pair]; }
-  const double* local_move(int pair) const { return local_moves_[pair]; }
+  int add(double share, const BodyMove& p, const float* f, const float* after, double energy);
+  // z is the tangent times s. newest(): the last pair that was added, kept or not; J, its s . z.
+  const BodyMove& at(int pair) const { return pairs_[pair]; }
+  const BodyMove& newest() const { return pairs_[newest_]; }
+  double newest_curvature() const { return state_.curvature[newest_]; }
   // scaled: J, z.K^-1 z of the pair, projected onto the contacts.
   void set_scale(int pair, double scaled);
 
   // What the pairs say about the rows' own compliance belongs to other rows.
   void forget_local_moves();
-  // The pairs of before mark() go; the others keep no scale.
+  // take_metric(): the metric has become the tangent near the states of the pairs since mark(). Those of before go; the others keep no scale.
   void mark() { state_.marked = 0; }
-  void drop_before_mark();
+  void take_metric();
 
  private:
   struct State {
@@ -52,9 +54,8 @@ class SecantPairs {
 
   std::size_t length_ = 0;
   const LargeRows* rows_ = nullptr;
-  float* moves_[kMost] = {};         // [length] s of each pair
-  float* changes_[kMost] = {};       // [length] z
-  double* local_moves_[kMost] = {};  // [rows] the part of s and of z in the rows' own compliance
+  BodyMove pairs_[kMost];  // s; z
+  int newest_ = 0;
   State state_ = {};
 };
 

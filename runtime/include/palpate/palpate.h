@@ -427,8 +427,9 @@ enum {
   PALPATE_STEP_DEFORMATION_BEHIND = 1 << 13, /* LARGE: the body has not followed its tools to the end: the steps of max_operations
                                              ended far from the solution (body_residual above 0.035); the move to the targets
                                              was cut, where it would have turned a tetrahedron inside out or taken far more energy
-                                             than the linear response expects; or the step was undone (above 0.5). The next steps go
-                                             on from there. LARGE_BESIDE: the newest solution was cut, ended above 0.02, or has
+                                             than the linear response expects; the step was undone (above 0.5); or the body is in a
+                                             balance that is not stable, as where it begins to buckle. The next steps go on from
+                                             there. LARGE_BESIDE: the newest solution was cut, ended above 0.02, is not stable, or has
                                              normals that are off by 0.05 rad; or the contacts have gone so far from it that their
                                              displacements or forces are estimated to miss theirs by 5 % */
   PALPATE_STEP_LINK_BROKE       = 1 << 14, /* a link came beyond its breaking_force: it acted in this step for the last time     */

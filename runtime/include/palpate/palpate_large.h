@@ -32,7 +32,7 @@ typedef enum palpate_deformation_model {
                                  and a step takes longer (docs/method.md, section 14). The bundle must have been made for it
                                  (palpate-precompute --large-deformation). RESPONSE is refused beside it: it corrects a
                                  linear answer. Where a slender part begins to buckle, the body may stay for some steps in
-                                 a balance that has become unstable, and no flag tells this                               */
+                                 a balance that has become unstable: PALPATE_STEP_DEFORMATION_BEHIND tells this          */
   PALPATE_DEFORMATION_LARGE_BESIDE, /* the same body, solved by palpate_scene_deform in a thread of its own. The touch step takes
                                  the newest solution and goes on from it by superposition, as fast as LINEAR: for bodies that
                                  are too large to be solved in each step                                                  */

@@ -31,10 +31,11 @@ struct HeldRows {
 };
 HeldRows held_rows(const DeformingBody& body, std::int32_t node_count);
 
-// The box of TouchedBox, whose tensors are those of the tangent at rest.
-inline TouchedBody large_body(bool nodal, const std::function<void(BundleParts&)>& change = {}) {
-  DenseBody dense = dense_box({});
-  const TouchedBox plain;
+// The box of TouchedBox, or another one, whose tensors are those of the tangent at rest.
+inline TouchedBody large_body(bool nodal, const std::function<void(BundleParts&)>& change = {},
+                              const TinyBox& form = {}) {
+  DenseBody dense = dense_box(form);
+  const TouchedBox plain(form);
   const Seen seen(plain, nodal, 0);
   const LargeReference reference(seen.body);
   dense.stiffness = Eigen::MatrixXd(reference.tangent(Eigen::VectorXd::Zero(reference.dofs())));
