@@ -1,6 +1,8 @@
 // What holds and moves tissue in a scene.toml: its links and motions, and the grasps, needles and turns of its tools.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -67,7 +69,7 @@ std::vector<std::array<double, n>> timed_csv_rows(const std::filesystem::path& c
     if (!follows(rows, *row)) lines.refuse(kAscending);
     rows.push_back(*row);
   }
-  if (rows.empty()) throw InputError(csv.string() + ": expected rows of " + columns + ", found none");
+  if (rows.empty()) throw InputError(fmt::format("{}: expected rows of {}, found none", csv.string(), columns));
   return rows;
 }
 
