@@ -63,7 +63,7 @@ std::int32_t OrganPairs::request_side(const WorldStep& step, const OrganPair& pa
   double weight[3] = {1};
   if (side == 1) {
     // A vertex without a column stands still: its weight is the support's.
-    const std::int32_t* const corner = second.tree.corners(pair.triangle);
+    const std::int32_t* const corner = second.surface.triangles + 3 * static_cast<std::size_t>(pair.triangle);
     for (int v = 0; v < 3; ++v)
       if (second.surface.column_of_node[corner[v]] >= 0 && pair.barycentric[v] > 0)
         node[count] = corner[v], weight[count++] = pair.barycentric[v];
@@ -107,7 +107,7 @@ void OrganPairs::end(WorldStep& step) {
     OrganPair& pair = search_.pair(i);
     const Vec3 r = pair.reaction = is_finite(joint.reaction) ? joint.reaction : Vec3{};
     const GivesWay gone = gives_way(joint.law, friction_, 0, r);
-    const double told = kTold * step.touch(joint.organ[1]).tree.mean_edge();
+    const double told = kTold * search_.mean_edge(joint.organ[1]);
     if (is_held(joint) || joint.gap < -told) step.flags |= PALPATE_STEP_NOT_TOUCHABLE;
     const bool presses = !gone.released, sticks = search_.rubs(pair) && presses && !gone.slips;
     if (presses && search_.rubs(pair) && search_.is_steep(pair)) step.flags |= PALPATE_STEP_FRICTION_JAMS;

@@ -8,8 +8,19 @@ constexpr double kFolded = 0.5;     // cosine of 60 degrees
 
 }  // namespace
 
-bool OrganSurface::create(SceneMemory& memory, const SurfaceTree* tree) {
-  tree_ = tree;
+bool OrganSurface::create(SceneMemory& memory, palpate_scene& organ) {
+  TouchState& touch = organ.touch;
+  tree_ = &touch.tree, deformed_ = &touch.deformed;
+  if (const TouchedSurface& mesh = touch.surface; mesh.bound) {
+    const auto triangles = static_cast<std::int32_t>(organ.context.bundle.index.counts.triangles);
+    tree_ = &own_tree_, deformed_ = &own_deformed_;
+    if (!tree_->build(memory, mesh.rest, organ.tensors.surface_nodes, mesh.triangles, triangles) ||
+        !deformed_->create(memory, tree_, touch.field, nullptr))
+      return false;
+    tree_->set_reach(mesh.node_reach);
+    tree_->keep_seen(memory);
+  }
+  const SurfaceTree* const tree = tree_;
   normal_ = memory.array<Vec3>(static_cast<std::size_t>(tree->surface_nodes()));
   area_ = memory.array<double>(static_cast<std::size_t>(tree->surface_nodes()));
   now_ = memory.array<Vec3>(static_cast<std::size_t>(tree->surface_nodes()));
@@ -23,6 +34,10 @@ bool OrganSurface::create(SceneMemory& memory, const SurfaceTree* tree) {
   }
   for (std::int32_t n = 0; n < tree->surface_nodes(); ++n) normal_[n] = unit_or_zero(normal_[n]);
   return true;
+}
+
+void OrganSurface::forget() {
+  if (tree_ == &own_tree_) own_tree_.forget();
 }
 
 bool OrganSurface::is_smooth(std::int32_t corner, Vec3 flat_at_rest) const {
@@ -39,7 +54,7 @@ double OrganSurface::bulge(const SurfacePoint& place) const {
   return bulge;
 }
 
-Vec3 OrganSurface::normal(const SurfacePoint& place, Vec3 flat, DeformedSurface& now) {
+Vec3 OrganSurface::normal(const SurfacePoint& place, Vec3 flat) {
   const Vec3 flat_at_rest = tree_->outward_at_rest(place.triangle);
   const std::int32_t* const corner = tree_->corners(place.triangle);
   Vec3 sum;
@@ -47,7 +62,7 @@ Vec3 OrganSurface::normal(const SurfacePoint& place, Vec3 flat, DeformedSurface&
     const std::int32_t n = corner[v];
     Vec3 of_corner = flat;
     if (is_smooth(n, flat_at_rest)) {
-      if (seen_[n] != step_) seen_[n] = step_, now_[n] = now.normal(n);
+      if (seen_[n] != step_) seen_[n] = step_, now_[n] = deformed_->normal(n);
       // Where the surface is folded, a normal between both sides of the fold says little.
       if (dot(now_[n], flat) > kFolded) of_corner = now_[n];
     }

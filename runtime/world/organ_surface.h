@@ -3,15 +3,19 @@
 
 #include <cstdint>
 
-#include "runtime/contact/deformed_surface.h"
-#include "runtime/surface/surface_tree.h"
+#include "runtime/scene/scene.h"
 
 namespace palpate {
 
 class OrganSurface {
  public:
-  // tree: of the organ's own triangles, borrowed. Memory: 64 bytes for each node.
-  bool create(SceneMemory& memory, const SurfaceTree* tree);
+  // organ: borrowed. Memory: 64 bytes for each node; where tools meet a bound surface, also a tree of the mesh's own triangles.
+  bool create(SceneMemory& memory, palpate_scene& organ);
+  void forget();
+
+  // Of the mesh's own triangles.
+  const SurfaceTree& tree() const { return *tree_; }
+  DeformedSurface& deformed() const { return *deformed_; }
 
   // Of a node, at rest: the mean of its triangles' normals, by their areas; zero where they cancel.
   Vec3 normal(std::int32_t node) const { return normal_[node]; }
@@ -23,7 +27,7 @@ class OrganSurface {
   double bulge(const SurfacePoint& place) const;
   // Unit, outward, at a place of the deformed surface: between the normals of its corners. flat: of its triangle now. Where corners are
   // not evaluated yet in this step, each of their triangles is looked at.
-  Vec3 normal(const SurfacePoint& place, Vec3 flat, DeformedSurface& now);
+  Vec3 normal(const SurfacePoint& place, Vec3 flat);
   // The surface has moved: what was evaluated of it is forgotten.
   void begin_step() { ++step_; }
 
@@ -31,7 +35,10 @@ class OrganSurface {
   // A corner whose normal at rest differs from its triangle's by more than 25 degrees lies on an edge of the organ and counts as flat.
   bool is_smooth(std::int32_t corner, Vec3 flat_at_rest) const;
 
-  const SurfaceTree* tree_ = nullptr;
+  SurfaceTree* tree_ = nullptr;
+  DeformedSurface* deformed_ = nullptr;
+  SurfaceTree own_tree_;
+  DeformedSurface own_deformed_;
   Vec3* normal_ = nullptr;  // [nodes]
   double* area_ = nullptr;  // [nodes]
   // Normals that were evaluated in this step:

@@ -110,7 +110,7 @@ double signed_distance(const NearestPoint& nearest) {
 }  // namespace
 
 double moving_share(const TouchState& second, const OrganPair& pair) {
-  const std::int32_t* const corner = second.tree.corners(pair.triangle);
+  const std::int32_t* const corner = second.surface.triangles + 3 * static_cast<std::size_t>(pair.triangle);
   double moves = 0;
   for (int v = 0; v < 3; ++v)
     if (second.surface.column_of_node[corner[v]] >= 0) moves += pair.barycentric[v];
@@ -121,7 +121,7 @@ bool PairSearch::create(SceneMemory& memory, palpate_scene* const* organs, std::
                         double friction) {
   organs_ = organs, organ_count_ = count, most_ = most_pairs, has_friction_ = friction > 0;
   for (std::int32_t k = 0; k < count; ++k)
-    if (!surface_[k].create(memory, &touch(k).tree)) return false;
+    if (!surface_[k].create(memory, *organs_[k])) return false;
   const std::int32_t most_groups = count * (count - 1);
   groups_ = memory.array<OrganGroup>(static_cast<std::size_t>(most_groups));
   motions_ = memory.array<OrganGroup::Motion>(static_cast<std::size_t>(most_groups));
@@ -130,13 +130,13 @@ bool PairSearch::create(SceneMemory& memory, palpate_scene* const* organs, std::
     for (std::int32_t other = k + 1; other < count; ++other)
       for (const bool second : {false, true}) {
         OrganGroup& group = groups_[group_count_] = OrganGroup{};
-        const bool first_is_finer = touch(k).tree.mean_edge() <= touch(other).tree.mean_edge();
+        const bool first_is_finer = surface_[k].tree().mean_edge() <= surface_[other].tree().mean_edge();
         group.second = second;
         group.a = first_is_finer != second ? k : other, group.b = first_is_finer != second ? other : k;
-        const double edge = touch(group.b).tree.mean_edge();
-        group.margin = kMargin * edge, group.reach = kReach * std::max(edge, touch(group.a).tree.mean_edge());
+        const double edge = surface_[group.b].tree().mean_edge();
+        group.margin = kMargin * edge, group.reach = kReach * std::max(edge, surface_[group.a].tree().mean_edge());
         group.motion = motions_ + group_count_++;
-        capacity_ += touch(group.a).tree.surface_nodes();
+        capacity_ += surface_[group.a].tree().surface_nodes();
       }
   const auto vertices = static_cast<std::size_t>(capacity_);
   looks_ = memory.array<OrganGroup::Look>(vertices);
@@ -147,7 +147,7 @@ bool PairSearch::create(SceneMemory& memory, palpate_scene* const* organs, std::
     OrganGroup& group = groups_[g];
     group.look = looks_ + first, group.overlap = overlap_ + first, group.overlap_at_rest = overlap_at_rest_ + first;
     group.inside_at_rest = inside_at_rest_ + first;
-    first += static_cast<std::size_t>(touch(group.a).tree.surface_nodes());
+    first += static_cast<std::size_t>(surface_[group.a].tree().surface_nodes());
   }
   memory.keep_array(motions_, static_cast<std::size_t>(group_count_));
   memory.keep_array(looks_, vertices);
@@ -165,11 +165,12 @@ bool PairSearch::create(SceneMemory& memory, palpate_scene* const* organs, std::
 
 void PairSearch::forget() {
   count_ = 0;
+  for (std::int32_t k = 0; k < organ_count_; ++k) surface_[k].forget();
   for (std::int32_t g = 0; g < group_count_; ++g) {
     OrganGroup& group = groups_[g];
     *group.motion = {};
     group.motion->pose_a = touch(group.a).organ.pose(), group.motion->pose_b = touch(group.b).organ.pose();
-    const std::int32_t vertices = touch(group.a).tree.surface_nodes();
+    const std::int32_t vertices = surface_[group.a].tree().surface_nodes();
     for (std::int32_t v = 0; v < vertices; ++v) group.look[v] = {}, group.overlap[v] = group.overlap_at_rest[v];
   }
 }
@@ -178,19 +179,21 @@ void PairSearch::forget() {
 
 void PairSearch::measure_motion(OrganGroup& group) const {
   TouchState &a = touch(group.a), &b = touch(group.b);
+  const OrganSurface &of_a = surface_[group.a], &of_b = surface_[group.b];
   OrganGroup::Motion& motion = *group.motion;
-  const double path_a = a.deformed.path(), path_b = b.deformed.path();
+  const double path_a = of_a.deformed().path(), path_b = of_b.deformed().path();
   // An organ that was reset alone: everything is looked at.
   if (path_a < motion.path_a || path_b < motion.path_b)
-    std::fill(group.look, group.look + a.tree.surface_nodes(), OrganGroup::Look{});
+    std::fill(group.look, group.look + of_a.tree().surface_nodes(), OrganGroup::Look{});
   const Pose &now_a = a.organ.pose(), &now_b = b.organ.pose();
   group.pose_a_before = motion.pose_a, group.pose_b_before = motion.pose_b;
   const bool poses_change = !same_pose(now_a, motion.pose_a) || !same_pose(now_b, motion.pose_b);
   group.moves = poses_change || has_stepped(a) || has_stepped(b);
   if (poses_change) {
-    const double far = a.deformed.farthest_from_rest();
+    const double far = of_a.deformed().farthest_from_rest();
     const Vec3 room = {far, far, far};
-    motion.way += longest_way(motion.pose_a, motion.pose_b, now_a, now_b, a.tree.low() - room, a.tree.high() + room);
+    motion.way +=
+        longest_way(motion.pose_a, motion.pose_b, now_a, now_b, of_a.tree().low() - room, of_a.tree().high() + room);
     motion.pose_a = now_a, motion.pose_b = now_b;
   }
   motion.path_a = path_a, motion.path_b = path_b;
@@ -210,17 +213,19 @@ bool PairSearch::is_due(const OrganGroup& group, std::int32_t vertex) const {
 
 // Whether the boxes of the two organs, as they are now, are apart by more than the margin.
 bool PairSearch::is_apart(const OrganGroup& group) const {
-  const TouchState &a = touch(group.a), &b = touch(group.b);
-  const double room = a.deformed.farthest_from_rest() + b.deformed.farthest_from_rest() + kStays * group.margin;
-  const Vec3 half = 0.5 * (a.tree.high() - a.tree.low());
-  const Vec3 middle = to_second(group, 0.5 * (a.tree.low() + a.tree.high()));
+  const OrganSurface &of_a = surface_[group.a], &of_b = surface_[group.b];
+  const double room =
+      of_a.deformed().farthest_from_rest() + of_b.deformed().farthest_from_rest() + kStays * group.margin;
+  const Vec3 half = 0.5 * (of_a.tree().high() - of_a.tree().low());
+  const Vec3 middle = to_second(group, 0.5 * (of_a.tree().low() + of_a.tree().high()));
   Vec3 extent;
   for (int j = 0; j < 3; ++j) {
     const Vec3 axis = turned_to_second(group, {j == 0 ? 1.0 : 0, j == 1 ? 1.0 : 0, j == 2 ? 1.0 : 0});
     for (int i = 0; i < 3; ++i) extent[i] += std::fabs(axis[i]) * half[j];
   }
   for (int i = 0; i < 3; ++i)
-    if (middle[i] - extent[i] - room > b.tree.high()[i] || middle[i] + extent[i] + room < b.tree.low()[i]) return true;
+    if (middle[i] - extent[i] - room > of_b.tree().high()[i] || middle[i] + extent[i] + room < of_b.tree().low()[i])
+      return true;
   return false;
 }
 
@@ -228,11 +233,11 @@ bool PairSearch::is_apart(const OrganGroup& group) const {
 
 Vec3 PairSearch::vertex_at_rest(const OrganPair& pair) const {
   const OrganGroup& g = group(pair);
-  return to_second(g, touch(g.a).tree.at_rest(pair.vertex));
+  return to_second(g, surface_[g.a].tree().at_rest(pair.vertex));
 }
 
 Vec3 PairSearch::place_at_rest(const OrganPair& pair) const {
-  return touch(group(pair).b).tree.at_rest(surface_point_of(pair.triangle, pair.barycentric));
+  return surface_[group(pair).b].tree().at_rest(surface_point_of(pair.triangle, pair.barycentric));
 }
 
 Vec3 PairSearch::target(const OrganPair& pair) const {
@@ -244,9 +249,10 @@ Vec3 PairSearch::target(const OrganPair& pair) const {
 Vec3 PairSearch::moved_apart(const OrganPair& pair) const {
   const OrganGroup& g = group(pair);
   const TouchState &a = touch(g.a), &b = touch(g.b);
+  const OrganSurface& of_b = surface_[g.b];
   if (!a.field->has_offset() && !b.field->has_offset()) return {};
   const Vec3 apart = turned_to_second(g, a.field->moved_at_node(pair.vertex)) -
-                     mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.field->moved_at_node(n); });
+                     mean_of_corners(of_b.tree(), pair, [&](std::int32_t n) { return b.field->moved_at_node(n); });
   return {dot(pair.normal, apart), dot(pair.tangent, apart), dot(cross(pair.normal, pair.tangent), apart)};
 }
 
@@ -254,19 +260,20 @@ Vec3 PairSearch::moved_apart(const OrganPair& pair) const {
 // vertex: where it is now, in the first organ's frame.
 Vec3 PairSearch::left_by_last_step(const OrganGroup& group, const OrganPair& pair, Vec3 vertex) const {
   const TouchState &a = touch(group.a), &b = touch(group.b);
+  const OrganSurface& of_b = surface_[group.b];
   const Vec3 step_a = has_stepped(a) ? a.offset.step_of(pair.vertex) : Vec3{};
   const Vec3 left = to_second_before(group, vertex - step_a);
   if (!has_stepped(b)) return left;
-  return left + mean_of_corners(b.tree, pair, [&](std::int32_t n) { return b.offset.step_of(n); });
+  return left + mean_of_corners(of_b.tree(), pair, [&](std::int32_t n) { return b.offset.step_of(n); });
 }
 
 // The place of the pair and its normal. off: from the nearest place to the vertex.
 void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Vec3 off, OrganPair* pair) {
-  TouchState& b = touch(group.b);
-  Vec3 normal = surface_[group.b].normal(nearest.surface_point, nearest.outward, b.deformed);
+  const OrganSurface& of_b = surface_[group.b];
+  Vec3 normal = surface_[group.b].normal(nearest.surface_point, nearest.outward);
   pair->over_edge = 0;
   double bulge = surface_[group.b].bulge(nearest.surface_point);
-  if (nearest.outside && nearest.distance > kOnSurface * b.tree.mean_edge() &&
+  if (nearest.outside && nearest.distance > kOnSurface * of_b.tree().mean_edge() &&
       dot(off, normal) < kOverFace * nearest.distance)
     normal = (1 / nearest.distance) * off, bulge = 0, pair->over_edge = 1;
   pair->triangle = nearest.surface_point.triangle;
@@ -279,36 +286,37 @@ void PairSearch::anchor(const OrganGroup& group, const NearestPoint& nearest, Ve
 // block the one above or the one at its side. The place is of the triangle that faces the vertex most. off: m, from the place to the vertex;
 // facing: unit, outward from the vertex' own organ.
 void PairSearch::face(const OrganGroup& group, Vec3 off, Vec3 facing, NearestPoint* nearest) const {
-  TouchState& b = touch(group.b);
+  const OrganSurface& of_b = surface_[group.b];
   SurfacePoint& place = nearest->surface_point;
   std::int32_t held[3], count = 0;
   double weight[3];
   for (int v = 0; v < 3; ++v)
     if (place.barycentric[v] > kOnEdge)
-      held[count] = b.tree.corners(place.triangle)[v], weight[count++] = place.barycentric[v];
+      held[count] = of_b.tree().corners(place.triangle)[v], weight[count++] = place.barycentric[v];
   if (count == 3) return;
-  const bool has_way = nearest->outside && nearest->distance > kOnSurface * b.tree.mean_edge();
+  const bool has_way = nearest->outside && nearest->distance > kOnSurface * of_b.tree().mean_edge();
   const Vec3 toward = has_way ? off : -1 * facing;
   double most = -INFINITY;
-  b.tree.around(held[0], [&](std::int32_t triangle) {
-    const std::int32_t* const corner = b.tree.corners(triangle);
+  of_b.tree().around(held[0], [&](std::int32_t triangle) {
+    const std::int32_t* const corner = of_b.tree().corners(triangle);
     if (count == 2 && std::find(corner, corner + 3, held[1]) == corner + 3) return;
     Vec3 now[3];
-    b.deformed.corners(triangle, now);
+    of_b.deformed().corners(triangle, now);
     const Vec3 outward = unit_or_zero(cross(now[1] - now[0], now[2] - now[0]));
     if (!(dot(outward, toward) > most)) return;
     most = dot(outward, toward), nearest->outward = outward, place.triangle = triangle;
   });
   for (int v = 0; v < 3; ++v) {
-    const std::int32_t corner = b.tree.corners(place.triangle)[v];
+    const std::int32_t corner = of_b.tree().corners(place.triangle)[v];
     place.barycentric[v] = corner == held[0] ? weight[0] : count == 2 && corner == held[1] ? weight[1] : 0;
   }
 }
 
 // Makes the pair whose place is nearest to a point of the second organ's frame. Returns the place, m.
 Vec3 PairSearch::anchor_under(const OrganGroup& group, NearestPoint nearest, Vec3 at, Vec3 facing, OrganPair* pair) {
-  TouchState& b = touch(group.b);
-  const Vec3 place = b.tree.at_rest(nearest.surface_point) + b.deformed.displacement({}, nearest.surface_point);
+  const OrganSurface& of_b = surface_[group.b];
+  const Vec3 place =
+      of_b.tree().at_rest(nearest.surface_point) + of_b.deformed().displacement({}, nearest.surface_point);
   face(group, at - place, facing, &nearest);
   anchor(group, nearest, at - place, pair);
   return place;
@@ -320,11 +328,11 @@ Vec3 PairSearch::anchor_under(const OrganGroup& group, NearestPoint nearest, Vec
 // vertex; found: the pair all the way, whose place is *place.
 void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 was, Vec3 at, Vec3 facing,
                         OrganPair* found, Vec3* place) {
-  TouchState& b = touch(group.b);
-  const double share = share_of(group, *place - was, kStill * b.tree.mean_edge(), &found->moves);
+  const OrganSurface& of_b = surface_[group.b];
+  const double share = share_of(group, *place - was, kStill * of_b.tree().mean_edge(), &found->moves);
   if (share == 1 || rubs(before)) return;
   const Vec3 between = was + share * (at - was);
-  const NearestPoint under = b.deformed.nearest({}, between, group.reach);
+  const NearestPoint under = of_b.deformed().nearest({}, between, group.reach);
   if (under.surface_point.triangle >= 0) *place = anchor_under(group, under, between, facing, found);
 }
 
@@ -339,13 +347,13 @@ void PairSearch::keep_place(const OrganGroup& group, const OrganPair& before, Or
 
 // Of the second organ's surface at the pair's place. outward: of its triangle now.
 Vec3 PairSearch::normal_at(const OrganGroup& group, const OrganPair& pair, Vec3 outward) {
-  return surface_[group.b].normal(surface_point_of(pair.triangle, pair.barycentric), outward, touch(group.b).deformed);
+  return surface_[group.b].normal(surface_point_of(pair.triangle, pair.barycentric), outward);
 }
 
 // The pair's place on the deformed second organ, m; outward: of its triangle.
 Vec3 PairSearch::place_now(const OrganGroup& group, const OrganPair& pair, Vec3* outward) const {
   Vec3 corner[3];
-  touch(group.b).deformed.corners(pair.triangle, corner);
+  surface_[group.b].deformed().corners(pair.triangle, corner);
   *outward = unit_or_zero(cross(corner[1] - corner[0], corner[2] - corner[0]));
   return pair.barycentric[0] * corner[0] + pair.barycentric[1] * corner[1] + pair.barycentric[2] * corner[2];
 }
@@ -359,7 +367,7 @@ void PairSearch::note_where(const OrganGroup& group, Vec3 at, OrganPair* pair) c
 bool PairSearch::stands(const OrganGroup& group, Vec3 at, OrganPair* pair, double* moved) {
   Vec3 outward;
   *moved = length(at - place_now(group, *pair, &outward) - pair->seen_apart);
-  if (!(*moved < kAgain * touch(group.b).tree.mean_edge())) return false;
+  if (!(*moved < kAgain * surface_[group.b].tree().mean_edge())) return false;
   if (pair->over_edge || length(outward - pair->seen_outward) < kTurned) return true;
   const Vec3 before = pair->normal;
   pair->normal = normal_at(group, *pair, outward);
@@ -393,7 +401,7 @@ bool PairSearch::is_far(OrganGroup& group, std::int32_t vertex, bool held, const
 // The surface there faces the same way as the vertex's own: nothing touches, but what is held stays. True where it does.
 bool PairSearch::faces_away(OrganGroup& group, std::int32_t vertex, bool held, Vec3 p, const NearestPoint& nearest,
                             OrganPair* pair) const {
-  const double near = signed_distance(nearest), edge = touch(group.b).tree.mean_edge();
+  const double near = signed_distance(nearest), edge = surface_[group.b].tree().mean_edge();
   if (held && keeps_place(group, *pair, p, nearest.outside)) {
     pair->near = near;
     note_where(group, p, pair);
@@ -408,13 +416,13 @@ bool PairSearch::faces_away(OrganGroup& group, std::int32_t vertex, bool held, V
 // What was found goes on from the pair of the last step. Whether its normal has turned all its way.
 bool PairSearch::follow_last(OrganGroup& group, const OrganPair& last, Vec3 at, Vec3 facing, OrganPair* found,
                              Vec3* place) {
-  TouchState& b = touch(group.b);
+  const OrganSurface& of_b = surface_[group.b];
   const SurfacePoint before = surface_point_of(last.triangle, last.barycentric);
-  const Vec3 was = b.tree.at_rest(before) + b.deformed.displacement({}, before);
+  const Vec3 was = of_b.tree().at_rest(before) + of_b.deformed().displacement({}, before);
   follow(group, last, was, at, facing, found, place);
   // A pair that sticks keeps its place; one with friction that slips gets the nearest one; one without lags a little behind.
   const double lag = !rubs(last) ? kLag : last.slips ? 0 : kLagWhereItSticks;
-  if (length(was - *place) < lag * b.tree.mean_edge() && !found->over_edge && !last.over_edge)
+  if (length(was - *place) < lag * of_b.tree().mean_edge() && !found->over_edge && !last.over_edge)
     keep_place(group, last, found);
   return turn(group, last.normal, found);
 }
@@ -424,28 +432,29 @@ bool PairSearch::follow_last(OrganGroup& group, const OrganPair& last, Vec3 at, 
 bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair* pair) {
   OrganGroup& group = groups_[g];
   TouchState &a = touch(group.a), &b = touch(group.b);
-  const double edge = b.tree.mean_edge();
+  const OrganSurface &of_a = surface_[group.a], &of_b = surface_[group.b];
+  const double edge = of_b.tree().mean_edge();
   const Vec3 u = a.field->empty() ? Vec3{} : a.field->at_node(vertex, &work_);
-  const Vec3 p = to_second(group, a.tree.at_rest(vertex) + u);
+  const Vec3 p = to_second(group, of_a.tree().at_rest(vertex) + u);
   // The bound on the pair's motion was used up, as a rule without as much motion. A pair that slips has no room and is looked for in every step,
   // but where nothing moves the organs: there it would creep.
   const bool creeps = held && group.moves && pair->slips && rubs(*pair);
   if (double moved = 0; held && !creeps && stands(group, p, pair, &moved)) {
     const bool turns = length(pair->seen_outward) == 0;
-    look_after(group, vertex, turns ? 0 : kAgain * edge - moved, b.tree.largest_reach());
+    look_after(group, vertex, turns ? 0 : kAgain * edge - moved, of_b.tree().largest_reach());
     return true;
   }
-  const NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
+  const NearestPoint nearest = of_b.deformed().nearest({}, p, group.reach);
   if (is_far(group, vertex, held, nearest)) return false;
   const double near = signed_distance(nearest);
-  look_after(group, vertex, kAgain * edge, b.tree.largest_reach());
+  look_after(group, vertex, kAgain * edge, of_b.tree().largest_reach());
   // Friction opposes the whole way of this step, that of moving organs and supports too: a pair has its place where the last step left
   // the vertex.
   Vec3 at = p;
   NearestPoint under = nearest;
   if (held && rubs(*pair) && group.moves) {
-    const Vec3 left = left_by_last_step(group, *pair, a.tree.at_rest(vertex) + u);
-    const NearestPoint there = b.deformed.nearest({}, left, group.reach);
+    const Vec3 left = left_by_last_step(group, *pair, of_a.tree().at_rest(vertex) + u);
+    const NearestPoint there = of_b.deformed().nearest({}, left, group.reach);
     if (there.surface_point.triangle >= 0) under = there, at = left;
   }
   OrganPair found = held ? *pair : OrganPair{};
@@ -472,7 +481,7 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
 }
 
 bool PairSearch::is_steep(const OrganPair& pair) const {
-  const SurfaceTree& tree = touch(group(pair).b).tree;
+  const SurfaceTree& tree = surface_[group(pair).b].tree();
   const std::int32_t* const corner = tree.corners(pair.triangle);
   const Vec3 first = tree.at_rest(corner[0]);
   const Vec3 across = cross(tree.at_rest(corner[1]) - first, tree.at_rest(corner[2]) - first);
@@ -496,7 +505,7 @@ bool PairSearch::search_group(std::int32_t g, std::int32_t* next_held) {
   if (first == *next_held && is_apart(group)) return false;
   bool deep = false;
   std::int32_t held = first;
-  const std::int32_t vertices = touch(group.a).tree.surface_nodes();
+  const std::int32_t vertices = surface_[group.a].tree().surface_nodes();
   for (std::int32_t v = 0; v < vertices; ++v) {
     const bool is_held = held < *next_held && pairs_[held].vertex == v;
     OrganPair* const before = is_held ? pairs_ + held++ : nullptr;
@@ -536,7 +545,7 @@ std::uint32_t PairSearch::keep_nearest() {
 std::uint32_t PairSearch::search() {
   work_ = {};
   for (std::int32_t k = 0; k < organ_count_; ++k)
-    touch(k).work.add(touch(k).deformed.take_work()), surface_[k].begin_step();
+    touch(k).work.add(surface_[k].deformed().take_work()), surface_[k].begin_step();
   std::int32_t next_held = 0;
   found_count_ = 0;
   bool deep = false;
@@ -544,19 +553,19 @@ std::uint32_t PairSearch::search() {
   const std::uint32_t flags = keep_nearest() | (deep ? std::uint32_t{PALPATE_STEP_NOT_TOUCHABLE} : 0u);
   std::swap(pairs_, found_);
   count_ = found_count_;
-  for (std::int32_t k = 0; k < organ_count_; ++k) touch(k).work.add(touch(k).deformed.take_work());
+  for (std::int32_t k = 0; k < organ_count_; ++k) touch(k).work.add(surface_[k].deformed().take_work());
   return flags;
 }
 
 // ---- overlaps --------------------------------------------------------------------------------------------------------
 
 void PairSearch::find_overlaps(OrganGroup& group) {
-  TouchState &a = touch(group.a), &b = touch(group.b);
-  for (std::int32_t v = 0; v < a.tree.surface_nodes(); ++v) {
-    const Vec3 p = to_second(group, a.tree.at_rest(v));
-    NearestPoint nearest = b.deformed.nearest({}, p, group.reach);
+  const OrganSurface &of_a = surface_[group.a], &of_b = surface_[group.b];
+  for (std::int32_t v = 0; v < of_a.tree().surface_nodes(); ++v) {
+    const Vec3 p = to_second(group, of_a.tree().at_rest(v));
+    NearestPoint nearest = of_b.deformed().nearest({}, p, group.reach);
     if (nearest.surface_point.triangle < 0) continue;
-    const Vec3 off = p - b.tree.at_rest(nearest.surface_point);
+    const Vec3 off = p - of_b.tree().at_rest(nearest.surface_point);
     const Vec3 facing = turned_to_second(group, surface_[group.a].normal(v));
     OrganPair pair;
     face(group, off, facing, &nearest);
@@ -565,13 +574,13 @@ void PairSearch::find_overlaps(OrganGroup& group) {
     if (gap < 0 && dot(pair.normal, facing) < kFaces) group.overlap_at_rest[v] = -gap;
     if (!nearest.outside && dot(pair.normal, facing) >= kFaces) group.inside_at_rest[v] = nearest.distance;
   }
-  a.deformed.take_work(), b.deformed.take_work();
+  of_a.deformed().take_work(), of_b.deformed().take_work();
 }
 
 double PairSearch::largest_overlap(std::int32_t g, std::int32_t* vertices) const {
   double largest = 0;
   *vertices = 0;
-  for (std::int32_t v = 0; v < touch(groups_[g].a).tree.surface_nodes(); ++v) {
+  for (std::int32_t v = 0; v < surface_[groups_[g].a].tree().surface_nodes(); ++v) {
     largest = std::max(largest, groups_[g].overlap_at_rest[v]);
     *vertices += groups_[g].overlap_at_rest[v] > 0;
   }

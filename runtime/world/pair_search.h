@@ -104,6 +104,7 @@ class PairSearch {
   std::int32_t group_count() const { return group_count_; }
   std::int32_t vertices() const { return capacity_; }  // of the first organs of all groups
   const OrganGroup& group_at(std::int32_t g) const { return groups_[g]; }
+  double mean_edge(std::int32_t organ) const { return surface_[organ].tree().mean_edge(); }  // m
 
   void forget();
 

@@ -70,7 +70,6 @@ palpate_status check_touching_organ(const palpate_scene_def& def, std::int32_t k
   };
   if (key_number(def, "deformation") != 0) return refuse("deformation LINEAR");
   if (def.collision != PALPATE_COLLISION_DEFORMED) return refuse("collision DEFORMED");
-  if (key_number(def, "fine_surface") != 0) return refuse("the bundle's own triangles, without a fine_surface");
   return PALPATE_OK;
 }
 

@@ -36,7 +36,6 @@ const std::vector<Refusal>& refusals() {
        {"grasps", "needles", "links", "motions", "volumes held", "organs that touch", "links between organs"},
        large,
        "next: these hold or move a linear organ alone so far."},
-      {"p", {"organs that touch"}, {"fine surface"}, "open: pairs are looked for between the bundles' own triangles."},
   };
   return list;
 }

@@ -103,7 +103,8 @@ Matrix3d Referee::local_of_disc(const palpate_contact& contact) {
   Matrix3d local = Matrix3d::Zero();
   if (of_.def.contact != PALPATE_CONTACT_PATCH || !(contact.disc_radius > 0)) return local;
   const SurfacePoint at = surface_point_of(contact.triangle, contact.barycentric);
-  const Vec3 outward = measure_.outward(at);
+  // A disc on a finer surface lies along that one.
+  const Vec3 outward = of_.fine ? load3(contact.disc_normal) : measure_.outward(at);
   patch_.press(at, outward, across(outward, {}), contact.disc_radius);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) local(i, j) = patch_.local().m[i][j];

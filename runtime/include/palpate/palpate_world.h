@@ -64,8 +64,8 @@ typedef struct palpate_world_def {
   double friction; /* default 0    0 .. 100: Coulomb's coefficient between organs                                    */
   int32_t
       max_pairs; /* default 0    [0 .. 1000]: organs pass through one another, and there is neither time nor memory for it; else
-                    as many places at most, of all organs together, are held apart. Needs collision DEFORMED and deformation
-                    LINEAR of all organs, and no fine_surface                                                        */
+                    as many places at most, of all organs together, are held apart, on the bundles' own triangles, also where
+                    tools meet a fine_surface. Needs collision DEFORMED and deformation LINEAR of all organs         */
   int32_t
       max_links; /* default 0    [0 .. 1000] links of the world (palpate_world_set_links); 0: none, and neither time nor
                     memory for them; else each organ has room to hold all of them. Needs deformation LINEAR of all organs */
