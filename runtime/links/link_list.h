@@ -66,7 +66,7 @@ class LinkList {
   std::uint32_t read_reactions(const bool* solved, std::uint64_t step);
 
   // Adds the rows of a link to its organs, with the constraints in its ends. False where there is no room for them all.
-  virtual bool add_rows(Link& link, const LinkWish& wish) = 0;
+  virtual bool add_rows(Link& /*link*/, const LinkWish& /*wish*/) { return false; }
   // Whether a thread may have the rows that it has requested. first: its first part with rows.
   virtual bool admits(const Link& /*first*/, std::uint32_t* /*flags*/) { return true; }
   // Whether a link is slack and is not measured in this step.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""No function of the runtime is longer, and no class has more data members, than one reads at once. Usage: check_sizes.py SOURCES [TEST ...]"""
+"""No function of the runtime is longer, and no class has more data members, than one reads at once; none is pure. Usage: check_sizes.py SOURCES [TEST ...]"""
 import pathlib
 import re
 import sys
@@ -64,6 +64,12 @@ class Sizes(unittest.TestCase):
                 with self.subTest(f"{file.relative_to(ROOT)}: {name}"):
                     self.assertLessEqual(members, MOST_MEMBERS, "split the class")
         self.assertGreater(seen, 200)
+
+    def test_no_function_is_pure(self):
+        """A library without the C++ runtime, and a page's module without WASI, has nothing that a pure function could call."""
+        for file in self.sources():
+            with self.subTest(f"{file.relative_to(ROOT)}"):
+                self.assertNotRegex(file.read_text(), r"virtual [^;{]*= 0;")
 
     def test_they_are_counted(self):
         text = "int f(int a) {\n" + "  ++a;\n" * 61 + "}\n"
