@@ -30,7 +30,7 @@ class KnownNodes {
     stamp_[node] = now_;
     return at_[node] = is_finite(u) ? u : Vec3{};
   }
-  // More were asked for one by one than pays; all were evaluated.
+  // are_many(): so many nodes were evaluated one by one that all at once would cost less. are_all(): all were evaluated at once.
   bool are_many() const { return count_ > few_; }
   bool are_all() const { return count_ > nodes_; }
 
@@ -40,8 +40,8 @@ class KnownNodes {
   Vec3 recall(std::int32_t node, const LoadField& loads, bool as_rows, Operations beside, QueryWork* work,
               Added added) {
     if (has(node)) return at_[node];
-    if (are_many() && as_rows && work->fits(nodes_ * (in_run(loads.acting()) + beside))) {
-      work->take(nodes_ * (in_run(loads.acting()) + beside));
+    if (const Operations all = nodes_ * (in_run(loads.acting()) + beside); are_many() && as_rows && work->fits(all)) {
+      work->take(all);
       evaluate_all(loads, added);
       return at_[node];
     }

@@ -21,7 +21,7 @@ class SecantPairs {
 
   std::int32_t count() const { return state_.count; }
   double scale() const { return state_.scale; }  // gamma: the initial matrix is gamma K^-1
-  // Bounds of gamma, in tissue that has stiffened.
+  // The smallest gamma, in tissue that has stiffened.
   static constexpr double kLeastScale = 1e-4;
 
   // The two loops of the method, from a gradient to a direction p.move, around the metric. factor: [kMost], from the one to the other.
@@ -31,16 +31,18 @@ class SecantPairs {
   // The pair of the move -share p, from gradient f to after. Without enough curvature it is not kept: a full list then loses its oldest one.
   // energy: J, of the body. Returns the pair where the scale is to be measured by it (set_scale()); else -1.
   int add(double share, const BodyMove& p, const float* f, const float* after, double energy);
-  // z is the tangent times s. newest(): the last pair that was added, kept or not; J, its s . z.
+  // A pair: s is its move, z its of_tangent. newest(): the pair that add() was given last, whether it was kept or not; newest_curvature(): J,
+  // s . z of that pair.
   const BodyMove& at(int pair) const { return pairs_[pair]; }
   const BodyMove& newest() const { return pairs_[newest_]; }
   double newest_curvature() const { return state_.curvature[newest_]; }
   // scaled: J, z.K^-1 z of the pair, projected onto the contacts.
   void set_scale(int pair, double scaled);
 
-  // What the pairs say about the rows' own compliance belongs to other rows.
+  // Sets the local part of each move to zero: it is that of rows which are no longer there.
   void forget_local_moves();
-  // take_metric(): the metric has become the tangent near the states of the pairs since mark(). Those of before go; the others keep no scale.
+  // mark(): a renewal of the metric begins. take_metric(): it has ended, and the metric is the tangent near the states of the pairs that were
+  // added since mark(). Older pairs are dropped, and gamma is 1 again.
   void mark() { state_.marked = 0; }
   void take_metric();
 
@@ -54,7 +56,7 @@ class SecantPairs {
 
   std::size_t length_ = 0;
   const LargeRows* rows_ = nullptr;
-  BodyMove pairs_[kMost];  // s; z
+  BodyMove pairs_[kMost];
   int newest_ = 0;
   State state_ = {};
 };

@@ -11,8 +11,8 @@ namespace {
 // A move of the method with less than this share of the curvature that the metric gives it shows a soft mode; and the mode is followed while its
 // quotient is below kFollows.
 constexpr double kSoft = 0.75, kFollows = 0.8;
-// It is looked at again after kMostWaits steps, or earlier: before the quotient falls by a fourth of what it is, if it falls in each step as much as
-// since the last look, and by kWaits of it, which is nearly in each step where the mode is very soft.
+// Steps from one look at the mode to the next: kMostWaits at most, and kWaits times the quotient, so that a very soft mode is looked at in each
+// step. A look also comes before the quotient falls by a fourth, if it goes on falling as it did since the last look.
 constexpr double kMostWaits = 8, kWaits = 20;
 // Below this quotient the state's balance is not stable, or so nearly neutral that it moves far under a small force.
 constexpr double kHolds = 0.01;

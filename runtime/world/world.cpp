@@ -241,7 +241,7 @@ void palpate_world_reset(palpate_world* world) {
   for (std::int32_t k = 0; k < world->organ_count; ++k) palpate_scene_reset(world->organ[k]);
   world->input.forget();
   for (std::int32_t s = 0; s < world->in_step.source_count; ++s) world->in_step.sources[s]->forget();
-  for (palpate::SentToTool& sent : world->sent) sent = {};
+  for (palpate::SentForce& sent : world->sent) sent = {};
   world->step = 0;
 }
 

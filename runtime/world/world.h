@@ -14,14 +14,7 @@
 #include "runtime/world/world_plan.h"
 #include "runtime/world/world_step.h"
 
-namespace palpate {
-
-// Of a tool, by its place: what it was sent in the last step. In the world.
-struct SentToTool {
-  Vec3 force, torque;  // N, N m
-};
-
-}  // namespace palpate
+namespace palpate {}  // namespace palpate
 
 struct palpate_world {
   explicit palpate_world(const palpate_world_def& wanted) : def(wanted), memory(wanted.allocator) {}
@@ -39,7 +32,7 @@ struct palpate_world {
   palpate::WorldStep in_step;
   std::uint64_t pass_bytes[palpate::kWorldPasses] = {};  // memory of each WorldPass
   palpate::WorldPlan plan;
-  palpate::SentToTool sent[PALPATE_MAX_TOOLS];
+  palpate::SentForce sent[PALPATE_MAX_TOOLS];
   std::uint64_t step = 0;
 };
 

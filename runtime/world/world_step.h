@@ -39,8 +39,8 @@ struct WorldStep {
   }
 };
 
-// What holds places of two organs against one another: pairs that touch, links. None is pure, as in body.h. Its rows act on two organs, which are solved as one, so that
-// it requests them when all organs have begun their steps, and ends when all have ended.
+// What holds places of two organs against one another: pairs that touch, links. Its rows act on two organs, which are solved as one. So a
+// source requests them when all organs have begun their steps, and ends when all organs have ended. No function is pure, as in body.h.
 class WorldSource : public RowsFor<WorldStep, palpate_world_contacts> {
  public:
   // Of its begin(), request() and end().

@@ -127,8 +127,8 @@ class WorldTouch {
 
   void limit(std::int32_t i, Vec3 force, Vec3 torque, palpate_world_tool_state& state) {
     const Tool& tool = world_.input.tool(i);
-    SentToTool& sent = world_.sent[world_.input.place(i)];
-    if (tool.is_new) sent = SentToTool{};
+    SentForce& sent = world_.sent[world_.input.place(i)];
+    if (tool.is_new) sent = SentForce{};
     if (!tool.has_torque) sent.torque = Vec3{};
     const double dt = world_.input.dt();
     const palpate_world_def& def = world_.def;
@@ -144,7 +144,7 @@ class WorldTouch {
     bool sent[PALPATE_MAX_TOOLS] = {};
     for (std::int32_t i = 0; i < world_.input.count(); ++i) sent[world_.input.place(i)] = true;
     for (std::int32_t t = 0; t < PALPATE_MAX_TOOLS; ++t)
-      if (!sent[t]) world_.sent[t] = SentToTool{};
+      if (!sent[t]) world_.sent[t] = SentForce{};
   }
 
   palpate_world& world_;

@@ -47,23 +47,21 @@ class Sizes(unittest.TestCase):
     def sources(self):
         return [file for file in sorted((ROOT / "runtime").rglob("*.[hc]*")) if "include" not in file.parts]
 
-    def test_functions_are_short(self):
+    def hold(self, parts, most, fewest):
+        """parts(text) yields (name or line, size): each size is at most `most`, and there are more than `fewest` parts in all."""
         seen = 0
         for file in self.sources():
-            for number, lines in functions(file.read_text()):
-                seen += 1
-                with self.subTest(f"{file.relative_to(ROOT)}:{number}"):
-                    self.assertLessEqual(lines, MOST_LINES, "split the function")
-        self.assertGreater(seen, 1000)
-
-    def test_classes_are_small(self):
-        seen = 0
-        for file in self.sources():
-            for name, members in classes(file.read_text()):
+            for name, size in parts(file.read_text()):
                 seen += 1
                 with self.subTest(f"{file.relative_to(ROOT)}: {name}"):
-                    self.assertLessEqual(members, MOST_MEMBERS, "split the class")
-        self.assertGreater(seen, 200)
+                    self.assertLessEqual(size, most, "split it")
+        self.assertGreater(seen, fewest)
+
+    def test_functions_are_short(self):
+        self.hold(functions, MOST_LINES, 1000)
+
+    def test_classes_are_small(self):
+        self.hold(classes, MOST_MEMBERS, 200)
 
     def test_no_function_is_pure(self):
         """A library without the C++ runtime, and a page's module without WASI, has nothing that a pure function could call."""
