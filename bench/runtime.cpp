@@ -81,10 +81,7 @@ void spread(benchmark::internal::Benchmark* b) {
 class Gripped {
  public:
   explicit Gripped(palpate::SceneDef def = palpate::SceneDef()) : scene_(make_scene(free(def))) {}
-  palpate_step_flags touch(const std::vector<palpate_grip>& grips) {
-    const palpate_tool tool = holding(grips);
-    return scene_.touch(&tool, 1, 1e-3, contacts_);
-  }
+  palpate_step_flags touch(const palpate_tool& tool) { return scene_.touch(&tool, 1, 1e-3, contacts_); }
   palpate_step_flags shape(palpate_shape_out& out) { return scene_.shape(contacts_, out); }
 
  private:
@@ -100,10 +97,11 @@ class Gripped {
 void touch_held(benchmark::State& state) {
   Gripped gripped;
   auto list = grips(static_cast<int>(state.range(0)), 0);
+  const palpate_tool tool = holding(list);
   Deferred deferred;
   for (auto _ : state) {
     list[0].displacement[0] += 1e-9;
-    deferred.count(gripped.touch(list));
+    deferred.count(gripped.touch(tool));
   }
   deferred.tell(state);
 }
@@ -116,7 +114,7 @@ void touch_changing(benchmark::State& state) {
   for (int turn = 0; turn < 50; ++turn) lists.push_back(grips(static_cast<int>(state.range(0)), turn));
   std::size_t turn = 0;
   Deferred deferred;
-  for (auto _ : state) deferred.count(gripped.touch(lists[turn++ % lists.size()]));
+  for (auto _ : state) deferred.count(gripped.touch(holding(lists[turn++ % lists.size()])));
   deferred.tell(state);
 }
 BENCHMARK(touch_changing)->Apply(spread)->Unit(benchmark::kMicrosecond);
@@ -147,7 +145,7 @@ void touch_and_shape(benchmark::State& state) {
       for (int g = 0; g < count; ++g) list[g].displacement[2] = 1e-3 + 1e-5 * g;
     }
     const auto start = Clock::now();
-    gripped.touch(list);
+    gripped.touch(holding(list));
     touches.push_back(seconds_since(start));
     const auto touched = Clock::now();
     benchmark::DoNotOptimize(gripped.shape(out));
@@ -178,7 +176,7 @@ void touch_moving(benchmark::State& state) {
     }
     first += 3;
     const auto start = Clock::now();
-    deferred.count(gripped.touch(window));
+    deferred.count(gripped.touch(holding(window)));
     state.SetIterationTime(seconds_since(start));
   }
   deferred.tell(state);

@@ -82,11 +82,16 @@ const T& whole_struct(const T* from, T* whole, void (*init)(T*, std::size_t)) {
 template <class T>
 void write_host_struct(T defaults, T* to, std::size_t struct_bytes) {
   if (!to || struct_bytes < sizeof(std::uint32_t)) return;
-  std::memset(static_cast<void*>(to), 0, struct_bytes);
   if constexpr (requires { defaults.part; })
     defaults.part.struct_bytes = static_cast<std::uint32_t>(struct_bytes);
   else
     defaults.struct_bytes = static_cast<std::uint32_t>(struct_bytes);
+  // Most hosts have this library's headers, and write a tool in each step.
+  if (struct_bytes == sizeof(T)) {
+    std::memcpy(static_cast<void*>(to), &defaults, sizeof(T));
+    return;
+  }
+  std::memset(static_cast<void*>(to), 0, struct_bytes);
   std::memcpy(static_cast<void*>(to), &defaults, std::min(struct_bytes, sizeof(T)));
 }
 

@@ -135,9 +135,10 @@ double ContactFactor::refine(const UpdatedCholesky& factor, Shift shift, int mos
       changed = std::max(changed, std::fabs(change[at]));
       change[at] *= shift(at);  // the residual of A is the shift times the last change
     }
+    // The first change is all of the sum.
     const double before = part;
-    part = most > 0 ? changed / most : 0;
-    next = before > 0 ? part * part / before : 0;
+    part = solve == 0 ? (most > 0 ? 1 : 0) : most > 0 ? changed / most : 0;
+    next = solve == 0 ? part : before > 0 ? part * part / before : 0;
     if (solve > 0 && next <= kRefined) break;
   }
   for (std::int32_t at = 0; at < rows; ++at) reaction[row_at_[at]] = matrix_->scale[row_at_[at]] * sum[at];

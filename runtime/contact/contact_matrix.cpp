@@ -38,6 +38,32 @@ Vec3 force_of(const ContactConstraint& constraint, const RowsOfConstraint& rows,
   return sum;
 }
 
+// Writes what lies between the rows of two constraints; own: of one, where both halves take the numbers of the upper one. add: to what is
+// there. False where a number is not finite.
+bool write_block(const RowMatrix& matrix, const RowsOfConstraint& rows, const RowsOfConstraint& columns,
+                 const Mat3& block, bool own, bool add) {
+  double* across[3];
+  for (int j = 0; j < 3; ++j) across[j] = matrix.row(std::max(columns.at[j], 0));
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    const std::int32_t row = rows.at[i];
+    if (row < 0) continue;
+    double* const along = matrix.row(row);
+    for (int j = own ? i : 0; j < 3; ++j) {
+      const std::int32_t column = columns.at[j];
+      if (column < 0) continue;
+      const double value = block.m[i][j] + (add ? along[column] : 0);
+      along[column] = across[j][row] = value;
+      sum += value;
+    }
+  }
+  return std::isfinite(sum);
+}
+
+bool is_one_node(const ContactConstraints& set, const ContactConstraint& constraint) {
+  return constraint.node_count == 1 && set.nodes[constraint.first_node].weight == 1;
+}
+
 }  // namespace
 
 bool ContactMatrix::create(SceneMemory& memory, const Limits& limits) {
@@ -212,17 +238,10 @@ void ContactMatrix::drop_leaving(double* reaction) {
   while (matrix_.rows_end > 0 && matrix_.scale[matrix_.rows_end - 1] == 0) --matrix_.rows_end;
 }
 
-std::int32_t ContactMatrix::take_row() {
-  while (free_row_ < matrix_.rows_end && matrix_.scale[free_row_] != 0) ++free_row_;
-  matrix_.rows_end = std::max(matrix_.rows_end, free_row_ + 1);
-  return free_row_;
-}
-
 // H C: displacement of the constraint per unit force on each contact node, by the node's slot.
 const Mat3* ContactMatrix::spread_of(const ContactConstraints& set, const ContactConstraint& constraint) {
   const std::int32_t first = constraint.first_node;
-  if (constraint.node_count == 1 && set.nodes[first].weight == 1)
-    return compliance_.at(compliance_.slot_of_contact_node(first));
+  if (is_one_node(set, constraint)) return compliance_.at(compliance_.slot_of_contact_node(first));
   std::fill(spread_, spread_ + compliance_.slots(), Mat3{});
   for (std::int32_t e = first; e < first + constraint.node_count; ++e) {
     // Of slots that are not in use nothing is read.
@@ -242,29 +261,38 @@ void ContactMatrix::remember_between(const Rows& rows, const Rows& columns, cons
     }
 }
 
-// H W H^T of two constraints; spread: of the first one.
-Mat3 ContactMatrix::between(const ContactConstraints& set, const Mat3* spread, const ContactConstraint& one,
-                            const ContactConstraint& other) const {
-  const ContactNode* held = set.nodes + other.first_node;
-  Mat3 sum = spread[compliance_.slot_of_contact_node(other.first_node)];
-  if (other.node_count > 1 || held->weight != 1) {
-    sum = Mat3{};
-    for (std::int32_t w = 0; w < other.node_count; ++w)
-      add_scaled(sum, held[w].weight, spread[compliance_.slot_of_contact_node(other.first_node + w)]);
+// H W H^T of two constraints; spread: of the first one. Of two nodes along x, y and z, of which there may be many pairs, it is not copied.
+const Mat3& ContactMatrix::between(const ContactConstraints& set, const Mat3* spread, const ContactConstraint& one,
+                                   const ContactConstraint& other, Mat3* sum) const {
+  const std::int32_t first = other.first_node;
+  const Mat3& of_node = spread[compliance_.slot_of_contact_node(first)];
+  if (is_one_node(set, other)) {
+    if (!one.framed && !other.framed) return of_node;
+    *sum = of_node;
+  } else {
+    *sum = Mat3{};
+    for (std::int32_t e = first; e < first + other.node_count; ++e)
+      add_scaled(*sum, set.nodes[e].weight, spread[compliance_.slot_of_contact_node(e)]);
   }
-  if (one.framed) sum = one.frame * sum;
-  return other.framed ? times_transposed(sum, other.frame) : sum;
+  if (one.framed) *sum = one.frame * *sum;
+  if (other.framed) *sum = times_transposed(*sum, other.frame);
+  return *sum;
 }
 
 // own: its own block. A row without compliance cannot move (its nodes are fixed along it): it gets no force. leads: constraints share the
 // first row, and bound_joined() tells.
-void ContactMatrix::take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads, Rows* rows) {
-  *rows = {{-1, -1, -1}};
+ContactMatrix::Rows ContactMatrix::take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads) {
+  Rows rows = {{-1, -1, -1}};
+  double* const scale = matrix_.scale;
+  std::int32_t row = free_row_, end = matrix_.rows_end;
   for (int i = 0; i < 3; ++i) {
     if (!(constraint.axes >> i & 1u) || (own.m[i][i] <= 0 && !leads)) continue;
-    rows->at[i] = take_row();
-    matrix_.scale[rows->at[i]] = leads ? 1 : 1 / std::sqrt(own.m[i][i]);
+    while (row < end && scale[row] != 0) ++row;
+    scale[row] = leads ? 1 : 1 / std::sqrt(own.m[i][i]);
+    rows.at[i] = row, end = std::max(end, row + 1);
   }
+  free_row_ = row, matrix_.rows_end = end;
+  return rows;
 }
 
 // The row that several constraints share, when all of them are in it.
@@ -281,13 +309,14 @@ void ContactMatrix::bound_joined(Rows* rows) {
 bool ContactMatrix::fill_rows(const ContactConstraints& set, std::int32_t p) {
   const ContactConstraint& constraint = set.constraints[p];
   const Mat3* const spread = spread_of(set, constraint);
-  Mat3 own = between(set, spread, constraint, constraint);
+  Mat3 own, sum;
+  own = between(set, spread, constraint, constraint, &sum);
   add_scaled(own, 1, constraint.local);
   std::int32_t first = p;
   while (set.constraints[first].joined) --first;
   const bool last = end_of_joined(set.constraints, set.constraint_count, p) == p + 1;
   if (first == p)
-    take_rows(constraint, own, !last, &rows_[p]);
+    rows_[p] = take_rows(constraint, own, !last);
   else
     rows_[p] = {{-1, -1, -1}};
   most_joined_ = std::max(first == p ? 0 : most_joined_, own.m[0][0]);
@@ -297,23 +326,15 @@ bool ContactMatrix::fill_rows(const ContactConstraints& set, std::int32_t p) {
     if (!other.joined) leads = q;
     const Rows& columns = rows_[leads];
     if (columns.at[0] < -1) continue;
-    Mat3 c = q == p ? own : between(set, spread, constraint, other), of_discs;
-    if (q != p && has_disc(constraint) && has_disc(other)) {
-      of_discs = compliance_between(constraint, other);
-      add_scaled(c, 1, of_discs);
+    const Mat3* block = q == p ? &own : &between(set, spread, constraint, other, &sum);
+    const bool add = constraint.joined || other.joined, couple = q != p && has_disc(constraint) && has_disc(other);
+    if (between_ || couple) {
+      const Mat3 of_discs = couple ? compliance_between(constraint, other) : Mat3{};
+      sum = *block, block = &sum;
+      add_scaled(sum, 1, of_discs);
+      remember_between(rows, columns, of_discs, add);
     }
-    const bool add = constraint.joined || other.joined;
-    remember_between(rows, columns, of_discs, add);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) {
-        const std::int32_t row = rows.at[i], column = columns.at[j];
-        if (row < 0 || column < 0) continue;
-        // Within one constraint both halves take the upper half's numbers.
-        double value = q == p && j < i ? c.m[j][i] : c.m[i][j];
-        if (add) value += matrix_.entry(row, column);
-        if (!std::isfinite(value)) return false;
-        matrix_.entry(row, column) = matrix_.entry(column, row) = value;
-      }
+    if (!write_block(matrix_, rows, columns, *block, q == p, add)) return false;
   }
   if (last && first != p) bound_joined(&rows_[first]);
   return true;

@@ -105,11 +105,10 @@ class ContactMatrix {
   bool same_with_joined(const ContactConstraints& set, std::int32_t p, std::int32_t k) const;
   bool holds_all(const ContactConstraints& set) const;
   void forget_ended();
-  std::int32_t take_row();
   const Mat3* spread_of(const ContactConstraints& set, const ContactConstraint& constraint);
-  Mat3 between(const ContactConstraints& set, const Mat3* spread, const ContactConstraint& one,
-               const ContactConstraint& other) const;
-  void take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads, Rows* rows);
+  const Mat3& between(const ContactConstraints& set, const Mat3* spread, const ContactConstraint& one,
+                      const ContactConstraint& other, Mat3* sum) const;
+  Rows take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads);
   void bound_joined(Rows* rows);
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
   void remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add);

@@ -21,14 +21,15 @@ inline Vec3 within_limits(Vec3 raw, double limit, double slew, double dt, Vec3* 
     raw = Vec3{};
   }
   Vec3 sent = raw;
-  if (const double size = length(sent); size > limit) {
-    sent = (limit / size) * sent;
+  // Squares, because a root takes as long as all else here.
+  if (dot(sent, sent) > limit * limit) {
+    sent = (limit / length(sent)) * sent;
     *flags |= PALPATE_STEP_FORCE_LIMITED;
   }
   const Vec3 change = sent - *last;
   const double most = slew * std::min(dt, kLongestSlew);
-  if (const double size = length(change); size > most) {
-    sent = *last + (most / size) * change;
+  if (dot(change, change) > most * most) {
+    sent = *last + (most / length(change)) * change;
     *flags |= PALPATE_STEP_FORCE_LIMITED;
   }
   return *last = sent;

@@ -21,7 +21,7 @@ constexpr double kDrift = 0.02;
 constexpr std::int64_t kLooksAtTheEnd = 3;
 
 // Rounding of sums of work.
-constexpr double kRounding = 1e-9;
+constexpr double kNoise = 1e-9;
 
 // Makes the reactions obey the laws exactly: Newton's method ends within rounding of them.
 void obey(const ContactSystem& system, const double* ahead, double* reaction) {
@@ -57,7 +57,7 @@ double limit_work(const ContactSystem& system, const double* ahead, double* reac
   for (std::int32_t p = 0; p < system.constraint_count; ++p)
     for (const std::int32_t row : system.rows[p].at)
       if (row >= 0) excess += reaction[row] * ahead[row], offered += reaction[row] * system.target[row];
-  if (!(excess > kRounding * std::fabs(offered))) return 1;
+  if (!(excess > kNoise * std::fabs(offered))) return 1;
   const double factor = std::max(0.0, offered / (offered + excess));
   for (std::int32_t row = 0; row < system.rows_end; ++row) reaction[row] *= factor;
   return factor;

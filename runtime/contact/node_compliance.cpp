@@ -99,15 +99,19 @@ bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int
 }
 
 bool NodeCompliance::read_self(const Tensors& tensors, std::int32_t a) {
-  Mat3 &own = matrix_[static_cast<std::size_t>(a) * stride_ + a], &self = self_[a];
-  const bool of_surface = column_[a] < of_surface_;
-  if (!of_surface) self = tensors.displacement(node_[a], column_[a]);
-  if (of_surface && !self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[a]), &self)) return false;
-  own = self;
-  if (follows()) {
-    offset_->find_response(node_[a], response_);
-    add_scaled(own, -1, offset_->between(node_[a], response_));
-  }
+  if (column_[a] < of_surface_)
+    return self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[a]), &self_[a]);
+  self_[a] = tensors.displacement(node_[a], column_[a]);
+  return is_finite(self_[a]);
+}
+
+// W_aa. Not where self_ has just been written: a processor waits for a number that it is to read in another width than it wrote it.
+bool NodeCompliance::take_self(std::int32_t a) {
+  Mat3& own = matrix_[static_cast<std::size_t>(a) * stride_ + a];
+  own = self_[a];
+  if (!follows()) return true;
+  offset_->find_response(node_[a], response_);
+  add_scaled(own, -1, offset_->between(node_[a], response_));
   return is_finite(own);
 }
 
@@ -139,7 +143,7 @@ bool NodeCompliance::read_new(const Tensors& tensors) {
     const bool all = is_new(a);
     before += all;
     ask(p + 1);
-    if (!read(tensors, a, all ? by_column_ : new_, all ? p : here)) return false;
+    if (!read(tensors, a, all ? by_column_ : new_, all ? p : here) || (all && !take_self(a))) return false;
   }
   return true;
 }

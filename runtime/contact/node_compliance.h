@@ -43,6 +43,7 @@ class NodeCompliance {
   std::int32_t version_of_offset() const { return offset_ ? offset_->version() : 0; }
   bool read_new(const Tensors& tensors);
   bool read_self(const Tensors& tensors, std::int32_t a);
+  bool take_self(std::int32_t a);
   bool read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count);
   bool is_new(std::int32_t slot) const { return taken_in_[slot] == round_; }
   void release(std::int32_t slot);

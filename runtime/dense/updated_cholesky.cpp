@@ -43,8 +43,12 @@ bool UpdatedCholesky::factor_corner(std::int32_t first, std::int32_t rows, doubl
     u[r] = std::sqrt(std::max(least, u[r]));
     const double inverse = 1 / u[r];
     for (std::int32_t j = r + 1; j < rows; ++j) u[j] *= inverse;
-    for (std::int32_t i = r + 1; i < rows; ++i)
-      for (std::int32_t j = i; j < rows; ++j) (row(first + i) + first)[j] -= u[i] * u[j];
+    double* below = u;
+    for (std::int32_t i = r + 1; i < rows; ++i) {
+      below += stride_;
+      const double head = u[i];
+      for (std::int32_t j = i; j < rows; ++j) below[j] -= head * u[j];
+    }
   }
   return true;
 }
