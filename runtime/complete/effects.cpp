@@ -5,14 +5,22 @@
 #include "runtime/inside/effect.h"
 #include "runtime/large/effect.h"
 #include "runtime/links/effect.h"
+#include "runtime/links/link.h"
 #include "runtime/motions/effect.h"
 #include "runtime/needles/effect.h"
+#include "runtime/needles/needle.h"
 #include "runtime/query/effect.h"
 #include "runtime/relaxation/effect.h"
 #include "runtime/report/effect.h"
 #include "runtime/skin/effect.h"
+#include "runtime/world/joint_solver.h"
 
 namespace palpate {
+
+// Each source has a number of its own, and they ascend in the order in which a step asks for rows.
+static_assert(ContactSource::tool < kNeedleSource && kNeedleSource == ContactSource{kLastSourceOfTools} &&
+              kNeedleSource < kLinkSource && kLinkSource < kPairSource && kPairSource < kWorldLinkSource &&
+              kWorldLinkSource == ContactSource{kLastSource});
 
 EffectList all_effects() {
 #ifdef PALPATE_CORE_ALONE  // the module of the core for browsers (bindings/web)

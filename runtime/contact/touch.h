@@ -40,6 +40,7 @@ struct BoundContact {
 struct TouchedSurface {
   const std::int32_t* triangles = nullptr;  // [F][3] copied from the bundle and checked
   const double* rest = nullptr;             // [Ns][3] m, positions without contacts, preload included
+  const double* rest_of_all = nullptr;      // [N][3] m, the same of all nodes, where contacts may hold some inside
   std::int32_t* column_of_node = nullptr;   // [Ns] tensor column of each surface node; -1: none
   SurfaceIndex index;
   SurfaceMeasure measure;         // where contacts have frames (needs_contact_frames)
@@ -47,6 +48,11 @@ struct TouchedSurface {
   BoundSurface* bound = nullptr;  // that tools meet; nullptr: they meet the mesh's
   double* node_reach = nullptr;   // [Ns] m / sqrt(J), as surface_tree.h explains, where someone asks for it
 
+  // m, at rest, of a node that a contact holds; zero where a scene of grips alone knows no positions.
+  Vec3 place(std::int32_t node) const {
+    const double* const of = rest_of_all ? rest_of_all : rest;
+    return of ? load3(of + 3 * static_cast<std::size_t>(node)) : Vec3{};
+  }
   DiscSource discs() { return {rest, column_of_node, &index, &measure, &patch}; }
 };
 

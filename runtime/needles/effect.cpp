@@ -82,7 +82,7 @@ palpate_status prepare(EffectBuild& build) {
 palpate_status create(const SectionReader& reader, palpate_scene& scene, Pass pass, SceneMemory& scratch,
                       Needles& needles) {
   const palpate_scene_def& def = scene.def;
-  const TouchState& touch = scene.touch;
+  TouchState& touch = scene.touch;
   HyperelasticBody body;
   TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
   if (!laws) return reader.no_memory("needles");
@@ -93,6 +93,7 @@ palpate_status create(const SectionReader& reader, palpate_scene& scene, Pass pa
   if (status == PALPATE_OK) status = reader.map(SectionId::poisson, &source.poisson);
   if (status == PALPATE_OK) status = reader.read_rest(def, reader.counts().nodes, &source.geometry.nodes);
   if (status != PALPATE_OK) return status;
+  touch.surface.rest_of_all = source.geometry.nodes;
   source.geometry.tetrahedra = body.tetrahedra, source.geometry.tetrahedron_count = body.tetrahedron_count;
   source.region = body.region, source.triangles = touch.surface.triangles,
   source.column_of_node = touch.surface.column_of_node;

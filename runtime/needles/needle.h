@@ -92,7 +92,6 @@ class Needles final : public RowSource {
 
   const palpate_needle_state& state(std::int32_t t) const { return needles_[t].state; }
   // m, of a node that a needle may hold.
-  Vec3 at_rest(std::int32_t node) const { return load3(source_.geometry.nodes + 3 * static_cast<std::size_t>(node)); }
   static std::int32_t constraints_of_one(std::int32_t most_places) { return most_places + 2; }
   // What a needle takes beside its rows in a step with so many contact nodes, at most: where the tissue at the tip and at its places is,
   // and the search for the tetrahedron into which the tip goes.

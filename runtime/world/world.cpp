@@ -7,16 +7,10 @@
 #include "runtime/base/alignment.h"
 #include "runtime/base/error_text.h"
 #include "runtime/base/host_struct.h"
-#include "runtime/needles/needle.h"
 #include "runtime/scene/build_scene.h"
 
 namespace palpate {
 namespace {
-
-// Each source has a number of its own, and they ascend in the order in which a step asks for rows.
-static_assert(ContactSource::tool < kNeedleSource && kNeedleSource == ContactSource{kLastSourceOfTools} &&
-              kNeedleSource < kLinkSource && kLinkSource < kPairSource && kPairSource < kWorldLinkSource &&
-              kWorldLinkSource == ContactSource{kLastSource});
 
 palpate_status check_world_def(const palpate_world_def& def, palpate_error* error) {
   const auto bad = [&](const char* what) {

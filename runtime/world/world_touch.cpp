@@ -2,8 +2,6 @@
 #include "runtime/base/contact_nodes.h"
 #include "runtime/contact/force_limits.h"
 #include "runtime/contact/touch.h"
-#include "runtime/needles/effect.h"
-#include "runtime/needles/needle.h"
 #include "runtime/world/world.h"
 
 namespace palpate {
@@ -86,20 +84,15 @@ class WorldTouch {
     world_.plan.ended(WorldPass::output);
   }
 
-  // A needle holds nodes inside of the organ, too.
   static void sum_organ(const palpate_scene& scene, const palpate_contacts& contacts,
                         palpate_world_organ_state& state) {
     Vec3 force, torque;
     const palpate_contact_node* const nodes = nodes_behind(contacts);
-    const auto* const needles = static_cast<const Needles*>(scene.state_of(needles_effect));
     for (std::int32_t e = 0; e < contacts.node_count; ++e) {
-      if (nodes[e].source > PALPATE_SOURCE_NEEDLE) continue;
+      if (nodes[e].source > kLastSourceOfTools) continue;
       const Vec3 f = load3(nodes[e].force);
       force += f;
-      if (nodes[e].source == PALPATE_SOURCE_NEEDLE)
-        torque += cross(needles->at_rest(nodes[e].node), f);
-      else if (scene.touch.surface.rest)
-        torque += cross(load3(scene.touch.surface.rest + 3 * static_cast<std::size_t>(nodes[e].node)), f);
+      torque += cross(scene.touch.surface.place(nodes[e].node), f);
     }
     store3(scene.touch.organ.vector_to_world(force), state.force);
     store3(scene.touch.organ.vector_to_world(torque), state.torque);

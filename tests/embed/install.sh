@@ -22,7 +22,7 @@ mv "$folder/first" "$folder/prefix"
 if test -n "$source"; then
 (cd "$folder/build" && ninja -t deps | sed -n 's/^    //p' | sort -u | xargs realpath) > "$folder/headers.txt"
 grep -q "/runtime/include/palpate/palpate.h$" "$folder/headers.txt"
-if grep -v -E "^$source/(runtime|formats)/|^/usr/lib/(gcc|gcc-cross|llvm)|^/usr/(aarch64-linux-gnu|share/mingw-w64)/include/|^/usr/include/([a-z0-9_]+-linux-gnu/)?(c\+\+|bits|sys|gnu|asm|asm-generic|linux)/|^/usr/include/[a-z0-9-]+\.h$|^/usr/include/tbb/tbb\.h$" "$folder/headers.txt"; then
+if grep -v -E "^($source|$(realpath "$build"))/(runtime|formats)/|^/usr/lib/(gcc|gcc-cross|llvm)|^/usr/(aarch64-linux-gnu|share/mingw-w64)/include/|^/usr/include/([a-z0-9_]+-linux-gnu/)?(c\+\+|bits|sys|gnu|asm|asm-generic|linux)/|^/usr/include/[a-z0-9-]+\.h$|^/usr/include/tbb/tbb\.h$" "$folder/headers.txt"; then
   echo "those headers belong to no compiler"
   exit 1
 fi

@@ -76,7 +76,7 @@ runtime/needles/: LAYOUT runtime/include/ runtime/needles/ runtime/inside/ runti
 runtime/query/: LAYOUT runtime/include/ runtime/query/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/skin/: LAYOUT runtime/include/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/relaxation/: LAYOUT runtime/include/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/links/ runtime/needles/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/links/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/world/ runtime/fine_surface/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/motions/ runtime/needles/ runtime/query/ runtime/relaxation/ runtime/report/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/include/: palpate: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tests/runtime/recorded_path.h"
-#include "tests/support/tiny_bundle.h"
+#include "tests/support/box_motions.h"
 
 namespace palpate::tests {
 
@@ -18,7 +18,10 @@ using RecordedForm = std::function<void(BundleParts&)>;
 // Writes the bundle in another form, on a mesh fine enough for low-rank blocks.
 inline void write_recorded_bundle(const std::filesystem::path& file, const RecordedForm& store = {}) {
   using formats::SectionId;
-  BundleParts parts = store ? tiny_bundle({.cells = {6, 5, 4}}) : tiny_bundle();
+  const DenseBody box = dense_box(store ? TinyBox{.cells = {6, 5, 4}} : TinyBox{});
+  BundleParts parts = dense_bundle(box);
+  add_motions(parts, box);
+  add_large_deformation(parts);
   const auto nodes = parts.get<double>(SectionId::nodes);
   std::vector<double> preload(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) preload[i] = i % 3 == 2 ? -0.01 * nodes[i - 2] : 0;

@@ -63,9 +63,18 @@ palpate_pose moving_pose() {
 static_assert(sizeof(palpate_contact_node) == 6 * sizeof(std::int32_t) + 6 * sizeof(double));
 static_assert(sizeof(palpate_tool_state) == 6 * sizeof(std::int32_t) + 15 * sizeof(double));
 
+struct Combination {
+  palpate_collision collision;
+  palpate_contact_model contact;
+  palpate_contact_law law;
+  enum Organ { at_rest, moved, hyperelastic } organ = at_rest;
+};
+
 // skinned: floats of the scene's render mesh, 0 without one. looks_inside: the scene tells stress.
-Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, bool moves, std::size_t skinned,
+Played play(palpate_scene* scene, const palpate_bundle* bundle, const Combination& c, std::size_t skinned,
             bool looks_inside, const std::vector<RecordedStep>& path) {
+  const int grip_count = c.law == PALPATE_LAW_STICKING ? kMostGrips : 1;
+  const bool moves = c.law == PALPATE_LAW_COULOMB;
   const palpate_bundle_info info = palpate_bundle_describe(bundle);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(scene) / 8 + 1);
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
@@ -84,6 +93,10 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
     const auto place = [&](double* p) {
       if (moves) palpate_point_to_world(contacts->organ_position, contacts->organ_orientation, p, p);
     };
+    if (c.organ == Combination::moved) {
+      const double amounts[] = {0.5 * step.pull[0], 5 * step.pull[2], 1e4 * step.pull[0], 500 * step.pull[2]};
+      if (palpate_scene_set_motions(scene, amounts, std::size(amounts), nullptr) != PALPATE_OK) std::exit(3);
+    }
     for (auto& p : step.press) place(p);
     for (auto& p : step.pinch) place(p);
     palpate_grip grips[kMostGrips];
@@ -129,21 +142,31 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, int grip_count, 
   return played;
 }
 
-struct Combination {
-  palpate_collision collision;
-  palpate_contact_model contact;
-  palpate_contact_law law;
-};
-
-// Every contact model under every law on both surfaces; half of the scenes use all other effects too.
+// Every contact model under every law on both surfaces, and some of them on an organ that moves, and on a hyperelastic one; half of the linear
+// scenes use all other effects too.
 bool has_the_rest(const Combination& c) {
-  return (static_cast<int>(c.collision) + c.contact + c.law) % 2 == 0;
+  return c.organ != Combination::hyperelastic && (static_cast<int>(c.collision) + c.contact + c.law) % 2 == 0;
+}
+
+std::vector<Combination> combinations() {
+  std::vector<Combination> all;
+  for (const palpate_collision collision : {PALPATE_COLLISION_REST, PALPATE_COLLISION_DEFORMED})
+    for (int contact = PALPATE_CONTACT_NODE; contact <= PALPATE_CONTACT_PATCH; ++contact)
+      for (int law = PALPATE_LAW_STICKING; law <= PALPATE_LAW_COULOMB; ++law)
+        all.push_back({collision, static_cast<palpate_contact_model>(contact), static_cast<palpate_contact_law>(law)});
+  for (const palpate_contact_law law : {PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
+    all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::moved});
+    all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::hyperelastic});
+  }
+  return all;
 }
 
 palpate::SceneDef scene_def(const Combination& c) {
   palpate::SceneDef def;
   def.collision = c.collision, def.contact = c.contact, def.law = c.law, def.shape = PALPATE_SHAPE_VOLUME;
   def.force_limit = 20;  // N, reached by the pinch
+  if (c.organ == Combination::moved) def.motions.motions = 1;
+  if (c.organ == Combination::hyperelastic) def.large.deformation = PALPATE_DEFORMATION_LARGE;
   if (!has_the_rest(c)) return def;
   def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;
   def.relaxation = palpate::relaxation_of({{0.45, 0.005}, {0.365, 0.5}});
@@ -155,11 +178,12 @@ palpate::SceneDef scene_def(const Combination& c) {
 
 std::string line_of(const Combination& c, const Played& played) {
   char line[256];
-  std::snprintf(line, sizeof line,
-                "collision %d contact %d law %d the rest %d: contact_nodes %ld slips %ld flags %u contacts %016" PRIx64
-                " forces %016" PRIx64 " shape %016" PRIx64 "\n",
-                c.collision, c.contact, c.law, has_the_rest(c), played.contact_nodes, played.slips, played.flags,
-                played.contacts.digest(), played.forces.digest(), played.shape.digest());
+  std::snprintf(
+      line, sizeof line,
+      "collision %d contact %d law %d organ %d the rest %d: contact_nodes %ld slips %ld flags %u contacts %016" PRIx64
+      " forces %016" PRIx64 " shape %016" PRIx64 "\n",
+      c.collision, c.contact, c.law, c.organ, has_the_rest(c), played.contact_nodes, played.slips, played.flags,
+      played.contacts.digest(), played.forces.digest(), played.shape.digest());
   return line;
 }
 
@@ -182,8 +206,7 @@ std::string play(const Combination& c, palpate_bundle* bundle, const std::vector
     std::exit(3);
   }
   const std::string line =
-      line_of(c, play(scene, bundle, c.law == PALPATE_LAW_STICKING ? kMostGrips : 1, c.law == PALPATE_LAW_COULOMB,
-                      vertices.size(), def.inside.inside != PALPATE_INSIDE_OFF, path));
+      line_of(c, play(scene, bundle, c, vertices.size(), def.inside.inside != PALPATE_INSIDE_OFF, path));
   palpate_scene_destroy(scene);
   return line;
 }
@@ -200,18 +223,12 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "recorded_run: %s\n", path.empty() ? "no path" : error.text);
     return 3;
   }
-  std::vector<Combination> combinations;
-  for (int collision = PALPATE_COLLISION_REST; collision <= PALPATE_COLLISION_DEFORMED; ++collision)
-    for (int contact = PALPATE_CONTACT_NODE; contact <= PALPATE_CONTACT_PATCH; ++contact)
-      for (int law = PALPATE_LAW_STICKING; law <= PALPATE_LAW_COULOMB; ++law)
-        combinations.push_back({static_cast<palpate_collision>(collision), static_cast<palpate_contact_model>(contact),
-                                static_cast<palpate_contact_law>(law)});
-  std::vector<std::string> lines(combinations.size());
+  const std::vector<Combination> scenes = combinations();
+  std::vector<std::string> lines(scenes.size());
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < thread_count; ++t)
     threads.emplace_back([&, t] {
-      for (std::size_t c = t; c < combinations.size(); c += thread_count)
-        lines[c] = play(combinations[c], bundle, path);
+      for (std::size_t c = t; c < scenes.size(); c += thread_count) lines[c] = play(scenes[c], bundle, path);
     });
   for (std::thread& thread : threads) thread.join();
   palpate_bundle_close(bundle);
