@@ -697,6 +697,16 @@ class SeveralOrgans(InFolder):
         self.assertEqual(glob.glob(self.data + "/**/mesh.msh*", recursive=True), [])
 
 
+class Plain(unittest.TestCase):
+    """make without -f, from the top folder."""
+
+    def test_plain_make_is_that_of_makefile_data(self):
+        said = [subprocess.run(["make", "-s", "-C", ROOT, *named, "help"], stdout=subprocess.PIPE, text=True, check=True).stdout
+                for named in ([], ["-f", "Makefile.data"])]
+        self.assertEqual(said[0], said[1])
+        self.assertIn("new-organ", said[0])
+
+
 class ShippedScenes(unittest.TestCase):
     def test_tools_touch_with_discs_whose_force_does_not_belong_to_the_mesh(self):
         folders = os.path.join(ROOT, "pipelines", "**")
