@@ -31,14 +31,13 @@ void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contac
     if (link.radius > 0) needs_patch("link", link.line, fmt::format("link \"{}\" has a radius", link.name));
 }
 
-// Sutures, grasps and needles hold the linear organ alone.
+// Sutures and needles hold the linear organ alone.
 void check_holds(const SceneConfig& scene, const TomlTable& root) {
   const bool linear = scene.def.large.deformation == PALPATE_DEFORMATION_LINEAR;
   for (const auto& tool : scene.tools)
-    if ((tool.grasp || tool.needle) && !linear)
+    if (tool.needle && !linear)
       root.contradicts("tool", tool.line,
-                       fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a {}", tool.name,
-                                   tool.grasp ? "grasp" : "needle"),
+                       fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a needle", tool.name),
                        in_words("deformation", scene.def));
   if (!scene.links.empty() && !linear)
     root.contradicts("link", scene.links[0].line, "deformation = \"linear\" in [effects], since the scene has links",

@@ -121,7 +121,6 @@ TEST_F(SceneFile, RefusesAGraspThatCannotHoldWithLineAndKey) {
   refused("radius = 5\nclosed = [[1, 1]]\n", "closed[0]: ");
   refused("radius = 5\ncolour = 1\n", "unknown key \"colour\"");
   expect_refused(grasp + "radius = 5\n", "[effects]\ncontact = \"point\"\n", "contact = \"patch\"");
-  expect_refused(grasp + "radius = 5\n", "[effects]\ndeformation = \"large\"\n", "deformation = \"linear\"");
   expect_refused(kPoint + kPath + "turn = [[1, 0, 0, 0], [0, 0, 0, 0]]\n", "", "turn[1]: expected a time");
   expect_refused(kPoint + kPath + "turn = [[0, 0, 0, 1e7]]\n", "", "turn[0]: ");
 }
