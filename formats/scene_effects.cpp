@@ -31,7 +31,7 @@ void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contac
     if (link.radius > 0) needs_patch("link", link.line, fmt::format("link \"{}\" has a radius", link.name));
 }
 
-// Sutures and needles hold the linear organ alone.
+// Needles hold the linear organ alone.
 void check_holds(const SceneConfig& scene, const TomlTable& root) {
   const bool linear = scene.def.large.deformation == PALPATE_DEFORMATION_LINEAR;
   for (const auto& tool : scene.tools)
@@ -39,9 +39,6 @@ void check_holds(const SceneConfig& scene, const TomlTable& root) {
       root.contradicts("tool", tool.line,
                        fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a needle", tool.name),
                        in_words("deformation", scene.def));
-  if (!scene.links.empty() && !linear)
-    root.contradicts("link", scene.links[0].line, "deformation = \"linear\" in [effects], since the scene has links",
-                     in_words("deformation", scene.def));
   int stretches = 0;
   for (const auto& link : scene.links) stretches += stretches_of(link);
   if (stretches > kMaxLinks)

@@ -254,7 +254,6 @@ TEST_F(SceneFile, RefusesALinkThatCannotBeWithLineAndKey) {
   refused(thread + two + "breaking_force = 0\n", "a force above 0 N");
   refused(thread + two + "radius = 2000\n", "a length of at most 1 m");
   refused(thread + two + "radius = 2\n", "link \"suture\"", "[effects]\ncontact = \"node\"\n");
-  refused(thread + two, "deformation = \"linear\"", "[effects]\ndeformation = \"large\"\n");
   refused(thread + two + "from = [0, 0, 0]\n", "unknown key \"from\"");
   std::string many = thread + "places = [";
   for (int i = 0; i < 1001; ++i) many += "[0, 0, 0],";

@@ -3,6 +3,7 @@
 
 #include "runtime/large/effect.h"
 #include "tests/runtime/large/large_scene.h"
+#include "tests/runtime/linked_scene.h"
 #include "tests/support/box_corridor.h"
 
 namespace palpate::tests {
@@ -176,6 +177,115 @@ TEST(LargeHolds, JawsSlipAtTheirFriction) {
     }
     EXPECT_GT(slips, 20) << form;
     EXPECT_LE(flagged, slips / 10) << form;
+  }
+}
+
+// ---- links -------------------------------------------------------------------------------------------------------------
+
+palpate_link_end end_at(const Vector3d& p) {
+  const PlaceOnFace place = place_at(box(), {1, 0, 0}, p);
+  return on_surface(place.triangle, place.weights);
+}
+struct Linking : Holding {
+  explicit Linking(palpate_deformation_model form, palpate_contact_law law = PALPATE_LAW_STICKING)
+      : Holding([&] {
+          SceneDef def = holding_def(form, law);
+          def.links.max_links = 4;
+          return def;
+        }()) {}
+  palpate_step_flags step_with(const std::vector<palpate_link>& links) {
+    palpate_error error = {};
+    EXPECT_EQ(palpate_scene_set_links(scene.get(), links.data(), static_cast<std::int32_t>(links.size()), &error), 0)
+        << error.text;
+    return step(nullptr);
+  }
+  const palpate_link_state& state(std::int32_t i = 0) { return *palpate_scene_link_state(scene.get(), i); }
+  Vector3d apart(std::int32_t i = 0) { return Vector3d(state(i).ends[1]) - Vector3d(state(i).ends[0]); }
+  // m, of the directions of the link and of its force.
+  double off_line(std::int32_t i = 0) {
+    return apart(i).normalized().cross(Vector3d(state(i).force).normalized()).norm();
+  }
+};
+
+// 6 mm at 0.1 m/s. Its ends may be discs, which give way by more than the mesh shows.
+TEST(LargeHolds, AThreadPullsTwoFoldsTogetherAsNewtonsMethodSays) {
+  const Vector3d fold(0.06, 0.014, 0.03), other(0.06, 0.036, 0.028);
+  for (const auto form : kForms)
+    for (const auto law : kEveryLaw)
+      for (const double radius : {0.0, 0.005}) {
+        Linking linking(form, law);
+        palpate_link thread = link_of(PALPATE_LINK_THREAD, end_at(fold), end_at(other));
+        thread.radius = radius;
+        int flagged = 0;
+        for (int s = 0; s <= 100; ++s) {
+          thread.rest_length = (fold - other).norm() - 1e-4 * std::min(s, 60);
+          flagged += linking.step_with({thread}) != 0;
+        }
+        EXPECT_EQ(flagged, 0) << form << " " << law << " " << radius;
+        linking.expect_newton(radius > 0 ? 0.0005 : 0.0025);
+        EXPECT_GT(linking.state().tension, 0.1);
+        if (radius == 0) {
+          EXPECT_NEAR(linking.apart().norm(), thread.rest_length, 1e-4) << form << " " << law;
+        }
+        EXPECT_LE(linking.off_line(), radius > 0 ? 0.04 : 0.01);
+        linking.step_with({});
+        linking.expect_rest();
+      }
+}
+
+// Through four places, in which it slides.
+TEST(LargeHolds, ASeamHasOneTensionInAllItsParts) {
+  const Vector3d at[] = {{0.06, 0.012, 0.03}, {0.06, 0.022, 0.012}, {0.06, 0.03, 0.03}, {0.06, 0.04, 0.014}};
+  for (const auto form : kForms) {
+    Linking linking(form);
+    std::vector<palpate_link> seam;
+    double whole = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double length = (at[i] - at[i + 1]).norm();
+      seam.push_back(link_of(PALPATE_LINK_THREAD, end_at(at[i]), end_at(at[i + 1]), length));
+      seam.back().runs_on = i < 2;
+      whole += length;
+    }
+    const double first = seam[0].rest_length;
+    for (int s = 0; s <= 120; ++s) {
+      seam[0].rest_length = first - 1e-4 * std::min(s, 80);
+      linking.step_with(seam);
+    }
+    linking.expect_newton(0.002);
+    double sum = 0;
+    for (int i = 0; i < 3; ++i) {
+      sum += linking.apart(i).norm();
+      EXPECT_EQ(linking.state(i).tension, linking.state(0).tension);
+      EXPECT_LE(linking.off_line(i), 0.02);
+    }
+    EXPECT_GT(linking.state().tension, 0.1);
+    EXPECT_NEAR(sum, whole - 0.008, 1e-4) << form;
+    linking.step_with({});
+    linking.expect_rest();
+  }
+}
+
+// The end in the world is led out, aside and back: the spring takes and gives the same work.
+TEST(LargeHolds, ASpringToTheWorldGivesBackNoMoreThanWentInOnAClosedWay) {
+  const Vector3d corners[] = {
+      {0.07, 0.025, 0.03}, {0.085, 0.02, 0.04}, {0.08, 0.04, 0.045}, {0.07, 0.045, 0.03}, {0.07, 0.025, 0.03}};
+  for (const auto form : kForms) {
+    Linking linking(form);
+    double work = 0, most = 0;
+    Vector3d at = corners[0], before = Vector3d::Zero();
+    const auto go = [&](const Vector3d& to) {
+      linking.step_with({link_of(PALPATE_LINK_SPRING, end_at({0.06, 0.025, 0.028}), in_world(to), 0.009, 80)});
+      // On the first end, along the line to the one in the world.
+      const Vector3d pull(linking.state().force);
+      work += 0.5 * (before + pull).dot(to - at), most = std::max(most, work);
+      before = pull, at = to;
+    };
+    for (int s = 0; s < 20; ++s) go(corners[0]);
+    work = most = 0;
+    for (int c = 1; c < 5; ++c)
+      for (int s = 1; s <= 150; ++s) go((1 - s / 150.0) * corners[c - 1] + s / 150.0 * corners[c]);
+    EXPECT_GT(most, 5e-4);
+    EXPECT_LE(std::fabs(work), 0.02 * most) << form;
   }
 }
 
