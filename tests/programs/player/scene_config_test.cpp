@@ -158,8 +158,6 @@ TEST_F(SceneFile, RefusesANeedleThatCannotPierceWithLineAndKey) {
   refused("radius = 1\ncutting_force = -1\n", "cutting_force: ");
   refused("radius = 1\nspacing = 0.05\n", "a length of 0.1 mm to 1 m");
   refused("radius = 1\ncolour = 1\n", "unknown key \"colour\"");
-  expect_refused(needle + "radius = 1\n", "[effects]\ndeformation = \"large\"\n",
-                 "deformation = \"linear\" in [effects], since tool \"t\"");
   expect_refused(needle + "radius = 1\n", "[limits]\nneedle_places = 65\n", "a whole number of 2 to 64");
   expect_refused(kPath + "[tool.needle]\nradius = 1\n", "", "entry: ");
   expect_refused("near = [1, 2, 3]\ndepth = [[0, 0]]\n[tool.needle]\nradius = 1\nentry = [0, 0, 0]\n", "", "no entry");

@@ -289,5 +289,85 @@ TEST(LargeHolds, ASpringToTheWorldGivesBackNoMoreThanWentInOnAClosedWay) {
   }
 }
 
+// ---- needles -----------------------------------------------------------------------------------------------------------
+
+const Vector3d kEntry(0.06, 0.024, 0.022), kInwards(-1, 0, 0);
+
+struct Piercing : Holding {
+  explicit Piercing(palpate_deformation_model form, palpate_contact_law law = PALPATE_LAW_STICKING)
+      : Holding([&] {
+          SceneDef def = holding_def(form, law);
+          def.needles.needles = 1, def.needles.needle_places = 12;
+          return def;
+        }()) {}
+  // to: from the entry.
+  palpate_step_flags drive(const Vector3d& to) {
+    palpate_needle needle = palpate_default_needle();
+    const PlaceOnFace place = place_at(box(), {1, 0, 0}, kEntry);
+    needle.triangle = place.triangle, needle.id = 1, needle.radius = 5e-4, needle.spacing = 5e-3;
+    Eigen::Map<Vector3d>(needle.barycentric) = place.weights;
+    Eigen::Map<Vector3d>(needle.tip) = kEntry + to;
+    Eigen::Map<Vector3d>(needle.direction) = kInwards;
+    needle.friction = friction, needle.puncture_force = 0.3, needle.cutting_force = 0.15;
+    tip = to;
+    return step(&needle.part);
+  }
+  // Steps that are flagged.
+  int go(const Vector3d& to, int steps) {
+    const Vector3d from = tip;
+    int flagged = 0;
+    for (int s = 1; s <= steps; ++s) {
+      flagged += drive(from + s / double(steps) * (to - from)) != 0;
+      pressed = std::max(pressed, state().tip_force);
+    }
+    return flagged;
+  }
+  const palpate_needle_state& state() { return *palpate_scene_needle_state(scene.get(), 3); }
+  double friction = 12, pressed = 0;
+  Vector3d tip = -0.002 * kInwards;
+};
+
+// Pressed in by 35 mm at 0.1 m/s, aside by 6 mm, and drawn out.
+TEST(LargeHolds, ANeedleIsPressedInAndDrawnOutAsNewtonsMethodSays) {
+  for (const auto form : kForms)
+    for (const auto law : kEveryLaw) {
+      Piercing piercing(form, law);
+      int flagged = piercing.go(0.035 * kInwards, 370);
+      EXPECT_NEAR(piercing.pressed, 0.3, 0.01) << "the surface is pierced at its force";
+      EXPECT_NEAR(piercing.state().tip_force, 0.15, 0.003) << "the tip cuts";
+      EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_CUTS);
+      flagged += piercing.go(0.035 * kInwards + Vector3d(0, 0.004, 0.0045), 60);
+      flagged += piercing.go(piercing.tip, 40);
+      // Where the surface is pierced, and what held the tip is gone.
+      EXPECT_LE(flagged, form == PALPATE_DEFORMATION_LARGE ? 0 : 4) << form << " " << law;
+      piercing.expect_newton(0.003);
+      piercing.go(piercing.tip - 0.06 * kInwards, 600);
+      EXPECT_EQ(piercing.state().condition, PALPATE_NEEDLE_OUTSIDE) << form << " " << law;
+      piercing.expect_rest();
+    }
+}
+
+// It sticks in the tissue, and is led around across its axis.
+TEST(LargeHolds, ANeedleGivesBackNoMoreThanWentInOnAClosedWay) {
+  const Vector3d corners[] = {{0, 0, 0}, {0, 0.005, 0}, {0, 0.004, 0.006}, {0, -0.004, 0.003}, {0, 0, 0}};
+  for (const auto form : kForms) {
+    Piercing piercing(form);
+    piercing.friction = 1000;
+    const Vector3d inside = 0.035 * kInwards;
+    piercing.go(inside, 370), piercing.go(inside, 50);
+    double work = 0, most = 0;
+    Vector3d before = piercing.force();
+    for (int c = 1; c < 5; ++c)
+      for (int s = 1; s <= 60; ++s) {
+        const Vector3d to = inside + (1 - s / 60.0) * corners[c - 1] + s / 60.0 * corners[c], way = to - piercing.tip;
+        piercing.drive(to);
+        work -= 0.5 * (before + piercing.force()).dot(way), most = std::max(most, work);
+        before = piercing.force();
+      }
+    EXPECT_GT(most, 1e-4);
+    EXPECT_LE(std::fabs(work), 0.02 * most) << form;
+  }
+}
+
 }  // namespace
 }  // namespace palpate::tests
