@@ -31,18 +31,7 @@ void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contac
     if (link.radius > 0) needs_patch("link", link.line, fmt::format("link \"{}\" has a radius", link.name));
 }
 
-// Sutures, grasps and needles hold the linear organ alone.
-void check_holds(const SceneConfig& scene, const TomlTable& root) {
-  const bool linear = scene.def.large.deformation == PALPATE_DEFORMATION_LINEAR;
-  for (const auto& tool : scene.tools)
-    if ((tool.grasp || tool.needle) && !linear)
-      root.contradicts("tool", tool.line,
-                       fmt::format("deformation = \"linear\" in [effects], since tool \"{}\" has a {}", tool.name,
-                                   tool.grasp ? "grasp" : "needle"),
-                       in_words("deformation", scene.def));
-  if (!scene.links.empty() && !linear)
-    root.contradicts("link", scene.links[0].line, "deformation = \"linear\" in [effects], since the scene has links",
-                     in_words("deformation", scene.def));
+void check_links(const SceneConfig& scene, const TomlTable& root) {
   int stretches = 0;
   for (const auto& link : scene.links) stretches += stretches_of(link);
   if (stretches > kMaxLinks)
@@ -142,7 +131,7 @@ SceneConfig::Carried read_carried(TomlTable table, const SceneConfig& scene) {
 void settle_effects(SceneConfig& scene, const TomlTable& root, NamedEffects named) {
   choose_contact(scene, root, named.contact);
   check_motions(scene, root, named.collision);
-  check_holds(scene, root);
+  check_links(scene, root);
   check_dent_and_friction(scene, root);
   check_inside(scene, root);
   if (scene.surface && scene.def.collision == PALPATE_COLLISION_OFF)

@@ -37,6 +37,8 @@ class Body {
   // ---- a step, in this order
   // The requested constraints as the body is to hold them.
   virtual const ContactConstraints& take(TouchStep& step);
+  // The same constraints have other targets, since sources have asked again.
+  virtual void take_targets(const TouchStep&) {}
   // Finds the reactions of TouchStep::acting and the force of each contact node. again: the step has solved them before, with other targets.
   virtual ContactSolver::Outcome solve(TouchStep& step, bool again);
   // What solve() takes at least.
@@ -47,8 +49,16 @@ class Body {
   virtual void judge(TouchStep& step, ContactSolver::Outcome outcome);
   // The fields follow these forces.
   virtual void move_surface(TouchStep& step, const ContactConstraints& set);
-  // m, in the frame of constraint p: by how much its rows miss their targets.
+  // What the last solve has found. Of constraint p in its frame: the reactions of its rows, N; by how much these miss their targets, m.
+  virtual Vec3 reaction(const TouchState& state, std::int32_t p) const;
   virtual Vec3 missed(const TouchStep& step, std::int32_t p) const;
+  // m, in x, y, z: by how much the contacts have moved contact node e.
+  virtual Vec3 moved_node(const TouchState& state, std::int32_t e) const;
+  // m/N, in x, y, z: of the weighted mean of constraint p by a force on that of q, where nothing else holds the body.
+  virtual Mat3 compliance_between(const TouchState& state, std::int32_t p, std::int32_t q) const;
+  // SystemSolver::measure_stiffness().
+  virtual void measure_stiffness(TouchState& state, const SystemSolver::MovedAlike* groups, int count,
+                                 double* stiffness);
   // What the body adds to the step's result, which is laid out.
   virtual void write(const TouchStep& step) const;
 

@@ -64,6 +64,7 @@ bool ContactAdmission::press() {
 }
 
 void ContactAdmission::pay() {
+  if (admits_any()) return;  // the body counts what it takes
   ContactSolver::Changes next = changes_;
   ++next.contacts;
   pay(next, cost_of(next));

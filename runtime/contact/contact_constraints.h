@@ -36,7 +36,7 @@ struct ContactConstraint {
   ContactLaw law;
   bool framed;      // false: the frame is x, y, z
   bool joined;      // it has no row of its own: its nodes are held by the row of the constraint before
-  bool unused[1];   // in the place of padding, which a saved state would hold
+  bool turns;       // the frame is the surface's, and turns with it as the body says
   Mat3 frame;       // rows are unit vectors, orthogonal
   Mat3 local;       // m/N, in the frame: compliance under a patch that the mesh does not resolve (contact_patch.h)
   double friction;  // under coulomb: largest tangential force over the normal force
@@ -52,6 +52,11 @@ struct ContactConstraint {
 
 inline bool has_disc(const ContactConstraint& constraint) {
   return constraint.discs[0].radius > 0 || constraint.discs[1].radius > 0;
+}
+
+// m, of one of its targets: those of a gradient have no unit, and move the rim of its disc by so much.
+inline double metres_of(const ContactConstraint& constraint) {
+  return length(constraint.discs[0].gradient) > 0 ? constraint.discs[0].radius : 1;
 }
 
 // m/N: displacement of a's disc along a's frame for a force on b's disc along b's frame, beyond what the mesh resolves.

@@ -91,7 +91,7 @@ void ContactRows::set_frame(const ContactWish& wish, ContactConstraint& constrai
   const Vec3 row[3] = {-1 * wish.outward, wish.tangent, cross(wish.outward, wish.tangent)};
   Vec3& target = set_.target[set_.constraint_count - 1];
   const Vec3 displacement = target;
-  constraint.framed = true;
+  constraint.framed = constraint.turns = true;
   for (int i = 0; i < 3; ++i) {
     target[i] = dot(row[i], displacement);
     for (int j = 0; j < 3; ++j) constraint.frame.m[i][j] = row[i][j];

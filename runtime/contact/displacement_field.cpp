@@ -34,12 +34,17 @@ void DisplacementField::restored(const Tensors& tensors) {
   for (LoadField* loads : {&now_, &before_}) loads->restored(tensors);
 }
 
-Vec3 DisplacementField::at_node(std::int32_t node) const {
+Vec3 DisplacementField::by_contacts(std::int32_t node) const {
   QueryWork work;
   if (body_) return body_->at_node(node, &work);
-  Vec3 u = finite_or_zero(by_contacts(node));
-  if (added_) u += added_->now(node);
-  return u + moved_at_node(node);
+  Vec3 u = now_.at_node(node);
+  if (offset_ && offset_->has_given()) u += offset_->given(node);
+  u = finite_or_zero(u);
+  return added_ ? u + added_->now(node) : u;
+}
+
+Vec3 DisplacementField::at_node(std::int32_t node) const {
+  return body_ ? by_contacts(node) : by_contacts(node) + moved_at_node(node);
 }
 
 Vec3 DisplacementField::before_at_node(std::int32_t node) const {

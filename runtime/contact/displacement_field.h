@@ -35,10 +35,8 @@ class DisplacementField {
   Vec3 before_at_node(std::int32_t node) const;
   // m: o of the offset's rows alone. A contact holds what they leave of its target.
   Vec3 moved_at_node(std::int32_t node) const { return offset_ ? offset_->now(node) : Vec3{}; }
-  // m, of a node: what the contacts' forces do to it, C f + B g.
-  Vec3 by_contacts(std::int32_t node) const {
-    return offset_ && offset_->has_given() ? now_.at_node(node) + offset_->given(node) : now_.at_node(node);
-  }
+  // m, of a node: what the contacts do to it, C f + B g, and what the body adds. Zero where it is not finite.
+  Vec3 by_contacts(std::int32_t node) const;
   // m: C f alone.
   const LoadField& loads() const { return now_; }
   const LoadField& loads_before() const { return before_; }

@@ -88,8 +88,24 @@ void Body::move_surface(TouchStep& step, const ContactConstraints& set) {
   state.work.owe(work);
 }
 
+Vec3 Body::reaction(const TouchState& state, std::int32_t p) const {
+  return state.solver.reaction(p);
+}
+
 Vec3 Body::missed(const TouchStep& step, std::int32_t p) const {
   return step.state->solver.missed(*step.acting, p);
+}
+
+Vec3 Body::moved_node(const TouchState& state, std::int32_t e) const {
+  return state.solver.matrix().displacement(state.rows.set(), state.force, e);
+}
+
+Mat3 Body::compliance_between(const TouchState& state, std::int32_t p, std::int32_t q) const {
+  return state.solver.matrix().compliance_between_nodes(state.rows.set(), p, q);
+}
+
+void Body::measure_stiffness(TouchState& state, const SystemSolver::MovedAlike* groups, int count, double* stiffness) {
+  state.solver.system().measure_stiffness(groups, count, state.solver.operations_to_solve({}), &state.work, stiffness);
 }
 
 void Body::write(const TouchStep& step) const {
@@ -113,9 +129,11 @@ ContactSolver::Outcome solve_again(TouchStep& step, const ContactConstraints& se
     const bool has_room = state.work.left() >= state.body->operations_to_solve(step);
     const bool gives_way = has_room && state.body->gives_way(step, outcome);
     if (!sources_ask_again(step) && !gives_way) return outcome;
-    if (has_room) continue;
-    step.flags |= PALPATE_STEP_SOLVE_INEXACT;
-    return outcome;
+    if (!has_room) {
+      step.flags |= PALPATE_STEP_SOLVE_INEXACT;
+      return outcome;
+    }
+    state.body->take_targets(step);
   }
 }
 

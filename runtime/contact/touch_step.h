@@ -50,7 +50,6 @@ struct TouchStep {
   // And the organ is where its contacts hold it. A body with a field of its own may lag behind its contacts: the distance that is left is then no slip of a tool.
   bool follows;
   const ContactConstraints* acting;  // as the solver held them
-  const Vec3* reactions;  // N, of each constraint, of a body that has found them itself; nullptr: the solver has
   // Of what nothing puts off: counted when all else is done.
   Operations unasked;
   // Of the places in use: a step with one tool does not write those of all others.
@@ -76,7 +75,7 @@ struct TouchStep {
   // m, by the offset: of the weighted mean that a constraint of `set` holds.
   Vec3 moved(const ContactConstraints& set, const ContactConstraint& constraint) const;
   // N, of constraint p, in its frame.
-  Vec3 reaction(std::int32_t p) const { return reactions ? reactions[p] : state->solver.reaction(p); }
+  Vec3 reaction(std::int32_t p) const { return state->body->reaction(*state, p); }
 };
 
 inline bool meets_bound_surface(const TouchState& state) {

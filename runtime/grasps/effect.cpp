@@ -10,12 +10,10 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kOfDiscs =
-    "a grasp holds discs of an organ of contact PATCH and deformation LINEAR; take these, or leave grasps at 0";
+constexpr const char* kOfDiscs = "a grasp holds discs; take contact PATCH, or leave grasps at 0";
 constexpr EffectKey kKeys[] = {
     {PALPATE_EFFECT_KEY(grasps_effect, palpate_grasps_def, grasps), PALPATE_KEY_FLAG, "", "", 0, 1}};
-constexpr EffectNeed kNeeds[] = {{"contact", 1u << PALPATE_CONTACT_PATCH, kOfDiscs},
-                                 {"deformation", kAbsent, kOfDiscs}};
+constexpr EffectNeed kNeeds[] = {{"contact", 1u << PALPATE_CONTACT_PATCH, kOfDiscs}};
 
 // Of a disc: a wide one has the more nodes the more there is room for beside the points.
 std::int32_t most_nodes(const palpate_scene_def& def) {

@@ -157,33 +157,34 @@ std::uint32_t Grasps::add_rows(std::int32_t t, const Tool& tool, std::int32_t fi
   return flags;
 }
 
-Vec3 Grasps::force_of(const Grasp& grasp, const ContactSolver& solver) {
+Vec3 Grasps::force_of(const Grasp& grasp, const TouchState& state) {
   Vec3 sum;
   for (const GraspPatch& patch : grasp.patches)
-    if (patch.rows_of >= 0) sum += solver.reaction(patch.rows_of);
+    if (patch.rows_of >= 0) sum += state.body->reaction(state, patch.rows_of);
   return sum;
 }
 
 // N: friction times what presses the jaws on the tissue: the stated clamp, or with two patches their own pressure, twice.
-double Grasps::limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver) {
+double Grasps::limit_of(const Grasp& grasp, const Tool& tool, const TouchState& state) {
   double clamp = grasp_of(tool).clamp_force;
   if (patches_of(grasp_of(tool)) == 2 && grasp.patches[0].rows_of >= 0 && grasp.patches[1].rows_of >= 0) {
     const Vec3 axis = grasp.turn * grasp.axis;
-    clamp = std::max(0.0, dot(axis, solver.reaction(grasp.patches[0].rows_of)) -
-                              dot(axis, solver.reaction(grasp.patches[1].rows_of)));
+    clamp = std::max(0.0, dot(axis, state.body->reaction(state, grasp.patches[0].rows_of)) -
+                              dot(axis, state.body->reaction(state, grasp.patches[1].rows_of)));
   }
   return std::isfinite(grasp_of(tool).friction) ? grasp_of(tool).friction * clamp : INFINITY;
 }
 
 // N: by how much the force exceeds the friction; zero where it does not.
-Vec3 Grasps::excess_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver) {
+Vec3 Grasps::excess_of(const Grasp& grasp, const Tool& tool, const TouchState& state) {
   if (!has_grasp(tool) || !std::isfinite(grasp_of(tool).friction)) return {};
-  const Vec3 force = force_of(grasp, solver);
-  const double size = length(force), most = limit_of(grasp, tool, solver);
+  const Vec3 force = force_of(grasp, state);
+  const double size = length(force), most = limit_of(grasp, tool, state);
   return size > most * (1 + kSlipsTo) ? (1 - most / size) * force : Vec3{};
 }
 
-bool Grasps::slip(const ToolInput& input, Operations kept, ContactSolver& solver, ContactRows& rows, StepWork* work) {
+bool Grasps::slip(TouchState& state) {
+  const ToolInput& input = state.input;
   constexpr int most = 3 * SystemSolver::kMostMovedAlike;
   std::int32_t slipping[SystemSolver::kMostMovedAlike];
   SystemSolver::MovedAlike patches[SystemSolver::kMostMovedAlike];
@@ -191,17 +192,17 @@ bool Grasps::slip(const ToolInput& input, Operations kept, ContactSolver& solver
   int count = 0;
   bool any_exceeds = false;
   for (std::int32_t t = 0; t < input.count(); ++t) {
-    const Vec3 excess = excess_of(grasps_[t], input.tool(t), solver);
+    const Vec3 excess = excess_of(grasps_[t], input.tool(t), state);
     const bool exceeds = length(excess) > 0;
     // What has slipped in this step keeps its force while others slip. Held fast it would exceed its friction next, and they in turn.
     if (!is_finite(excess) || !(exceeds || slips_[t].has_slipped)) continue;
     any_exceeds = any_exceeds || exceeds;
-    slips_[t].learn(force_of(grasps_[t], solver), excess);
+    slips_[t].learn(force_of(grasps_[t], state), excess);
     for (int p = 0; p < 2; ++p) patches[count].constraint[p] = grasps_[t].patches[p].rows_of;
     store3(excess, back + 3 * count), slipping[count++] = t;
   }
   if (!any_exceeds) return false;
-  solver.system().measure_stiffness(patches, count, kept, work, stiffness);
+  state.body->measure_stiffness(state, patches, count, stiffness);
   solve_positive(3 * count, stiffness, back);
   for (int i = 0; i < count; ++i) {
     Grasp& grasp = grasps_[slipping[i]];
@@ -211,7 +212,7 @@ bool Grasps::slip(const ToolInput& input, Operations kept, ContactSolver& solver
     grasp.state.condition = PALPATE_GRASP_SLIPS;
     for (int p = 0; p < 2; ++p)
       if (grasp.patches[p].rows_of >= 0)
-        rows.set_target(grasp.patches[p].rows_of, target(grasp, input.tool(slipping[i]), p, 0));
+        state.rows.set_target(grasp.patches[p].rows_of, target(grasp, input.tool(slipping[i]), p, 0));
   }
   return true;
 }
@@ -227,9 +228,10 @@ void Grasps::Slip::learn(Vec3 now, Vec3 excess) {
   force = now, wanted = excess;
 }
 
-std::uint32_t Grasps::tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ,
-                                  Vec3 unit, Vec3* torque, Vec3* torque_along) {
+std::uint32_t Grasps::tell_forces(std::int32_t t, const Tool& tool, const TouchState& touch, Vec3 unit, Vec3* torque,
+                                  Vec3* torque_along) {
   Grasp& grasp = grasps_[t];
+  const OrganPose& organ = touch.organ;
   *torque = *torque_along = {};
   palpate_grasp_state& state = grasp.state;
   if (!has_grasp(tool)) return 0;
@@ -242,11 +244,12 @@ std::uint32_t Grasps::tell_forces(std::int32_t t, const Tool& tool, const Contac
   for (int p = 0; p < 2; ++p) {
     const GraspPatch& patch = grasp.patches[p];
     if (patch.rows_of < 0) continue;
-    const Vec3 held = patch.place[0] - patch.before[0] + target(grasp, tool, p, 0), r = solver.reaction(patch.rows_of);
+    const Vec3 held = patch.place[0] - patch.before[0] + target(grasp, tool, p, 0),
+               r = touch.body->reaction(touch, patch.rows_of);
     force += r, add(held - reference, r);
     if (p == 0) centre = held;
     for (int part = 1; part < 3 && patch.has_gradients; ++part)
-      add(grasp.turn * patch.place[part], solver.reaction(patch.rows_of + part));
+      add(grasp.turn * patch.place[part], touch.body->reaction(touch, patch.rows_of + part));
   }
   *torque = moment, *torque_along = moment_along;
   store3(organ.vector_to_world(-1 * force), state.force);
@@ -255,9 +258,9 @@ std::uint32_t Grasps::tell_forces(std::int32_t t, const Tool& tool, const Contac
   state.slipped = length(grasp.slipped);
   if (state.condition == PALPATE_GRASP_LET_GO) return 0;
   if (!is_finite(force)) return 0;
-  state.friction_limit = limit_of(grasp, tool, solver);
+  state.friction_limit = limit_of(grasp, tool, touch);
   if (state.slipped > grasp_of(tool).radius) state.condition = PALPATE_GRASP_LET_GO;
-  return length(excess_of(grasp, tool, solver)) > 0 ? std::uint32_t{PALPATE_STEP_SOLVE_INEXACT} : 0;
+  return length(excess_of(grasp, tool, touch)) > 0 ? std::uint32_t{PALPATE_STEP_SOLVE_INEXACT} : 0;
 }
 
 // ---- as a source of rows ---------------------------------------------------------------------------------------------
@@ -286,8 +289,7 @@ void Grasps::request_of_tool(TouchStep& step, std::int32_t t) {
 }
 
 bool Grasps::asks_again(TouchStep& step) {
-  TouchState& state = *step.state;
-  return slip(state.input, state.solver.operations_to_solve({}), state.solver, state.rows, &state.work);
+  return slip(*step.state);
 }
 
 void Grasps::take_reactions(TouchStep& step, bool) {
@@ -296,8 +298,7 @@ void Grasps::take_reactions(TouchStep& step, bool) {
     Vec3 torque, torque_along;
     const Tool& tool = state.input.tool(t);
     ToolResult& result = step.result[t];
-    if (const std::uint32_t flags =
-            tell_forces(t, tool, state.solver, state.organ, result.direction.unit, &torque, &torque_along))
+    if (const std::uint32_t flags = tell_forces(t, tool, state, result.direction.unit, &torque, &torque_along))
       step.raise(t, flags);
     if (!tool.has_torque || !is_finite(torque)) continue;
     result.sum.moment += torque;

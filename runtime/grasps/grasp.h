@@ -6,7 +6,6 @@
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/contact_rows.h"
-#include "runtime/contact/contact_solver.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/row_source.h"
 #include "runtime/contact/tool_input.h"
@@ -42,6 +41,8 @@ struct Grasp {
   palpate_grasp_state state = {};
 };
 
+struct TouchState;
+
 class Grasps final : public RowSource {
  public:
   // most_nodes: of a disc. field: borrowed.
@@ -71,19 +72,19 @@ class Grasps final : public RowSource {
   // Its rows: point `first` and the next one. Returns step flags. made: contacts.
   std::uint32_t add_rows(std::int32_t t, const Tool& tool, std::int32_t first, ContactRows& rows, std::int32_t* made);
   // After a solve: whether grasps pull beyond their friction. Their targets are then those after they have slipped, all together with those that
-  // have slipped in this step before, and the step is to be solved again. kept: operations of that.
-  bool slip(const ToolInput& input, Operations kept, ContactSolver& solver, ContactRows& rows, StepWork* work);
+  // have slipped in this step before, and the step is to be solved again.
+  bool slip(TouchState& state);
   // After the last solve: the torque of its forces on the organ about the tool's reference, N m, and that of the parts of the forces along
   // `unit`, both in the organ's frame. Returns step flags.
-  std::uint32_t tell_forces(std::int32_t t, const Tool& tool, const ContactSolver& solver, const OrganPose& organ,
-                            Vec3 unit, Vec3* torque, Vec3* torque_along);
+  std::uint32_t tell_forces(std::int32_t t, const Tool& tool, const TouchState& state, Vec3 unit, Vec3* torque,
+                            Vec3* torque_along);
 
   void close(Grasp& grasp, const Tool& tool);
   void find_patch(const SurfacePoint& place, double radius, GraspPatch* to);
   Vec3 target(const Grasp& grasp, const Tool& tool, int patch, int part) const;
-  static double limit_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver);
-  static Vec3 force_of(const Grasp& grasp, const ContactSolver& solver);
-  static Vec3 excess_of(const Grasp& grasp, const Tool& tool, const ContactSolver& solver);
+  static double limit_of(const Grasp& grasp, const Tool& tool, const TouchState& state);
+  static Vec3 force_of(const Grasp& grasp, const TouchState& state);
+  static Vec3 excess_of(const Grasp& grasp, const Tool& tool, const TouchState& state);
 
   DiscSource source_ = {};
   const DisplacementField* field_ = nullptr;

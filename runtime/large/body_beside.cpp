@@ -16,9 +16,14 @@ Vec3 only(std::uint32_t axes, Vec3 v) {
   return v;
 }
 
+// A joined constraint holds its nodes along its first axis, though the row is another one's.
+std::uint32_t held_axes(const ContactConstraint& constraint) {
+  return constraint.joined ? 1u : constraint.axes;
+}
+
 // The same of those that the constraint has.
 Vec3 target_of(const ContactConstraints& set, std::int32_t p) {
-  return in_axes(set.constraints[p], only(set.constraints[p].axes, set.target[p]));
+  return in_axes(set.constraints[p], only(held_axes(set.constraints[p]), set.target[p]));
 }
 
 // m, the mean of a field [nodes][3] over the constraint's nodes.
@@ -104,11 +109,11 @@ void BodyBeside::forget_miss() {
 // What a contact at this target misses, `along` of the way on which it is known.
 void BodyBeside::expect(const Solved& solved, Vec3 target, Vec3 along, Miss* miss) const {
   const Vec3 aside = target - solved.target - along;
-  const double way = length(along);
-  miss->displacement = std::max(
-      miss->displacement, (miss_.missed.displacement + miss_.grown.displacement) * way + miss_.at_rest * length(aside));
-  miss->force = std::max(
-      miss->force, (miss_.missed.force + miss_.grown.force) * way + miss_.share * length(solved.stiffness * aside));
+  const double way = solved.metres * length(along);
+  miss->displacement = std::max(miss->displacement, (miss_.missed.displacement + miss_.grown.displacement) * way +
+                                                        miss_.at_rest * solved.metres * length(aside));
+  miss->force = std::max(miss->force, (miss_.missed.force + miss_.grown.force) * way +
+                                          miss_.share * length(solved.stiffness * aside) / solved.metres);
 }
 
 // A contact that the solution does not have, or that has ended since, is as far from it as its whole target. Both lists ascend.
@@ -117,24 +122,26 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
   const double s = same_contacts(solved, solved_count_[newest_], set)
                        ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); })
                        : 0;
+  const auto farthest = [](const Solved& of) { return of.metres * length(of.target); };
   double unknown = 0, way = 0, largest = 0, force = 0;
   Miss miss;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& now = set.constraints[p];
-    for (; solved != end && solved->id < now.id; ++solved) unknown = std::max(unknown, length(solved->target));
+    for (; solved != end && solved->id < now.id; ++solved) unknown = std::max(unknown, farthest(*solved));
     const Vec3 target = target_of(set, p);
-    largest = std::max(largest, length(only(now.axes, acting_.target[p])));
+    const double metres = metres_of(now);
+    largest = std::max(largest, metres * length(only(held_axes(now), acting_.target[p])));
     if (solved == end || solved->id != now.id) {
-      unknown = std::max(unknown, length(target));
+      unknown = std::max(unknown, metres * length(target));
       continue;
     }
     const Vec3 expected = solved->force + solved->stiffness * (target - solved->target);
-    force = std::max(force, std::min(length(solved->force), length(expected)));
-    way = std::max(way, length(target - solved->target));
+    force = std::max(force, std::min(length(solved->force), length(expected)) / metres);
+    way = std::max(way, metres * length(target - solved->target));
     const Vec3 along = s != 0 ? s * (solved->target - solved_[1 - newest_][p].target) : Vec3{};
     expect(*solved++, target, along, &miss);
   }
-  for (; solved != end; ++solved) unknown = std::max(unknown, length(solved->target));
+  for (; solved != end; ++solved) unknown = std::max(unknown, farthest(*solved));
   const double own = told_.residual + told_.off;
   if (unknown > kBehindUnknown || own > kBehind) return true;
   if (!miss_.is_known) return way > kBehindUnknown;
@@ -198,14 +205,15 @@ double BodyBeside::share(std::int32_t count, Target target) const {
   for (std::int32_t p = 0; p < count; ++p) {
     if (now[p].id != before[p].id) return 0;
     const Vec3 went = now[p].target - before[p].target;
-    along += dot(target(p) - now[p].target, went), squared += dot(went, went);
+    const double square = now[p].metres * now[p].metres;
+    along += square * dot(target(p) - now[p].target, went), squared += square * dot(went, went);
   }
   return squared > 0 ? std::clamp(along / squared, -1.0, 1.0) : 0;
 }
 
 // N, by which a force along the last solution's normal misses that along the new one's.
 double BodyBeside::by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before) {
-  if (!constraint.framed || constraint.law == ContactLaw::sticking) return 0;
+  if (!constraint.turns) return 0;
   const Mat3 frame_now = constraint.frame * now.frame, frame_before = constraint.frame * before.frame;
   return length(now.force) * length(load3(frame_now.m[0]) - load3(frame_before.m[0]));
 }
@@ -236,11 +244,13 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
     miss += change;
     const Vec3 went = solved[p].target - solved_[newest_][p].target;
     const double turned = by_turning(constraint, solved[p], solved_[newest_][p]);
-    going_on.displacement = std::max(going_on.displacement, length(miss));
-    at_rest.displacement = std::max(at_rest.displacement, length(change));
-    going_on.force = std::max(going_on.force, turned + length(solved[p].stiffness * miss));
-    at_rest.force = std::max(at_rest.force, turned + length(solved[p].stiffness * change));
-    way = std::max(way, length(went)), linear = std::max(linear, length(solved[p].stiffness * went));
+    const double metres = solved[p].metres;
+    const auto force_of = [&](Vec3 way_of) { return length(solved[p].stiffness * way_of) / metres; };
+    going_on.displacement = std::max(going_on.displacement, metres * length(miss));
+    at_rest.displacement = std::max(at_rest.displacement, metres * length(change));
+    going_on.force = std::max(going_on.force, turned + force_of(miss));
+    at_rest.force = std::max(at_rest.force, turned + force_of(change));
+    way = std::max(way, metres * length(went)), linear = std::max(linear, force_of(went));
   }
   goes_on_ = going_on.displacement < 0.5 * at_rest.displacement;
   constexpr double least_way = 1e-5;  // m; below, the solver's tolerance decides
@@ -276,30 +286,37 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* 
   acting_.constraints = constraints, acting_.target = targets;
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints);
   std::copy(set.target, set.target + set.constraint_count, targets);
-  if (!newest) {
-    behind_ = is_behind(set);
-    return acting_;
-  }
-  const float* const displacement = displacement_of(newest);
+  if (newest) turn_frames(displacement_of(newest)), take_targets(set);
+  behind_ = is_behind(set);
+  return acting_;
+}
+
+// The frames of the constraints: those of the newest solution, or as that has turned the surface.
+void BodyBeside::turn_frames(const float* displacement) {
   const auto moved = [&](std::int32_t node) {
     const float* const u = displacement + 3 * static_cast<std::size_t>(node);
     return Vec3{static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
   };
-  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    ContactConstraint& constraint = constraints[p];
-    const ContactNode* const nodes = set.nodes + constraint.first_node;
-    Vec3 target = in_axes(constraint, targets[p]);
-    for (std::int32_t e = 0; e < constraint.node_count; ++e) target += -nodes[e].weight * added_.now(nodes[e].node);
-    if (const Solved* const solved = solved_of(constraint); constraint.framed && solved) {
+  for (std::int32_t p = 0; p < acting_.constraint_count; ++p) {
+    ContactConstraint& constraint = acting_.constraints[p];
+    if (const Solved* const solved = solved_of(constraint); constraint.turns && solved) {
       constraint.frame = constraint.frame * solved->frame;
-    } else if (constraint.framed && turned_.made()) {
-      const TurnedSurface::Normals normal = turned_.normals(nodes, constraint.node_count, moved);
+    } else if (constraint.turns && turned_.made()) {
+      const TurnedSurface::Normals normal =
+          turned_.normals(acting_.nodes + constraint.first_node, constraint.node_count, moved);
       constraint.frame = times_transposed(constraint.frame, TurnedSurface::rotation(normal.rest, normal.now));
     }
-    targets[p] = constraint.framed ? constraint.frame * target : target;
   }
-  behind_ = is_behind(set);
-  return acting_;
+}
+
+void BodyBeside::take_targets(const ContactConstraints& set) {
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = acting_.constraints[p];
+    Vec3 target = in_axes(set.constraints[p], set.target[p]);
+    for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+      target += -acting_.nodes[e].weight * added_.now(acting_.nodes[e].node);
+    acting_.target[p] = constraint.framed ? constraint.frame * target : target;
+  }
 }
 
 std::int32_t BodyBeside::deform() {
@@ -336,8 +353,12 @@ void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Out
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k)
         for (int d = 0; d < 3; ++d) turn.m[i][k] += constraint.frame.m[d][i] * body_->frame(p).m[d][k];
-    solved[p] = {constraint.id, in_axes(constraint, only(constraint.axes, set.target[p])), turn,
-                 body_->own_stiffness(p), transposed_times(body_->frame(p), body_->reaction(p))};
+    solved[p] = {constraint.id,
+                 in_axes(constraint, only(held_axes(constraint), set.target[p])),
+                 turn,
+                 body_->own_stiffness(p),
+                 transposed_times(body_->frame(p), body_->reaction(p)),
+                 metres_of(constraint)};
   }
   body_->write_field(limits_.surface_nodes, displacement_of(solution));
   body_->write_beyond_linear(limits_.field_nodes, added_of(solution));

@@ -62,6 +62,8 @@ class BodyBeside {
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
   // *fresh: the solution is new. Cost: a pass over the nodes; six triangles a contact node.
   const ContactConstraints& take(const ContactConstraints& set, bool* fresh);
+  // Other targets of the same constraints, for what take() has returned.
+  void take_targets(const ContactConstraints& set);
   const Told& told() const { return told_; }
   // The contacts of this step are too far from the newest solution.
   bool behind() const { return behind_ != 0; }
@@ -94,6 +96,7 @@ class BodyBeside {
     Mat3 frame;      // the constraint's own times this is the one along which the solution has its laws
     Mat3 stiffness;  // N/m, of the linear response along the rows that hold
     Vec3 force;      // N, on the body
+    double metres;   // metres_of() it
   };
   // By what the touch misses a solution, of the worst contact.
   struct Miss {
@@ -131,6 +134,7 @@ class BodyBeside {
   Solution* take_newest(bool* fresh);
   void copy(Solution* newest);
   void give(const ContactConstraints& set);
+  void turn_frames(const float* displacement);
   // At the targets target(p), of constraints 0 .. count - 1 in the organ's axes.
   template <class Target>
   double share(std::int32_t count, Target target) const;

@@ -131,7 +131,7 @@ void BodyField::end(const ContactId& id) {
 
 Vec3 BodyField::evaluate_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return read(now_, node);
+  return node < surface_nodes_ ? read(now_, node) : body_->displacement(node);
 }
 
 Vec3 BodyField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {

@@ -46,6 +46,7 @@ class BodyField final : public SurfaceField {
   double last_change_without(const ContactId& id) const override;
 
  private:
+  // Also of a node inside, between steps.
   Vec3 evaluate_at_node(std::int32_t node, QueryWork* work) override;
   // A contact: its rows, and what it does.
   struct Contact {

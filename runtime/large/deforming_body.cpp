@@ -30,6 +30,7 @@ LargeSolver::Created DeformingBody::create(SceneMemory& memory, const Hyperelast
   const auto constraints = static_cast<std::size_t>(limits.constraints), rows = 3 * constraints,
              nodes = static_cast<std::size_t>(limits.nodes);
   rows_.list = memory.array<LargeRow>(rows), rows_of_ = memory.array<RowsOfConstraint>(constraints);
+  lead_ = memory.array<std::int32_t>(constraints), rows_.joins = memory.array<LargeJoin>(constraints);
   frames_ = memory.array<Mat3>(constraints), reaction_ = memory.array<Vec3>(constraints);
   kept_ = memory.array<Kept>(constraints), now_ = memory.array<Kept>(constraints);
   rows_.nodes = memory.array<std::int32_t>(nodes), rows_.weights = memory.array<double>(nodes);
@@ -78,7 +79,7 @@ Mat3 DeformingBody::present_frame(const ContactConstraints& set, std::int32_t p)
     for (int i = 0; i < 3; ++i) axes.m[i][i] = 1;
     return axes;
   }
-  if (!turned_.made()) return constraint.frame;
+  if (!constraint.turns || !turned_.made()) return constraint.frame;
   const TurnedSurface::Normals normal = turned_.normals(set.nodes + constraint.first_node, constraint.node_count,
                                                         [&](std::int32_t n) { return displacement(n); });
   Vec3& turned = now_[p].turned;
@@ -95,7 +96,7 @@ double DeformingBody::off(const ContactConstraints& set) const {
   double most = 0;
   for (std::int32_t p = 0; turned_.made() && p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    if (!constraint.framed || constraint.law == ContactLaw::sticking) continue;
+    if (!constraint.turns) continue;
     const TurnedSurface::Normals normal = turned_.normals(set.nodes + constraint.first_node, constraint.node_count,
                                                           [&](std::int32_t n) { return displacement(n); });
     most = std::max(most, length(normal.now - unit_or_zero(normal.rest + kept_[p].turned)));
@@ -106,6 +107,8 @@ double DeformingBody::off(const ContactConstraints& set) const {
 std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count) {
   const ContactConstraint& constraint = set.constraints[p];
   const Mat3 frame = frames_[p] = present_frame(set, p);
+  lead_[p] = constraint.joined ? lead_[p - 1] : p;
+  if (constraint.joined) return join_row(set, p), count;
   const Vec3 target = constraint.framed ? frame * transposed_times(constraint.frame, set.target[p]) : set.target[p];
   const std::int32_t group = count;
   int axis_of[3] = {}, imposed = 0;
@@ -125,6 +128,16 @@ std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t
   return count;
 }
 
+// What constraint p adds to the row of the constraint before it.
+void DeformingBody::join_row(const ContactConstraints& set, std::int32_t p) {
+  const ContactConstraint& constraint = set.constraints[p];
+  const std::int32_t row = rows_of_[lead_[p]].at[0];
+  rows_of_[p] = {{-1, -1, -1}};
+  const double* const d = frames_[p].m[0];
+  rows_.joins[rows_.join_count++] = {row, constraint.first_node, constraint.node_count, 0, {d[0], d[1], d[2]}};
+  rows_.list[row].target += set.target[p].x, rows_.list[row].compliance[0] += constraint.local.m[0][0];
+}
+
 // What the mesh does not resolve between discs (disc_compliance.h), in the frames of their constraints, which turn with the surface.
 // False where there are no two discs.
 bool DeformingBody::fill_beside(const ContactConstraints& set, StepWork* work) {
@@ -132,15 +145,18 @@ bool DeformingBody::fill_beside(const ContactConstraints& set, StepWork* work) {
   if (discs < 2) return false;
   work->add(kOfTwoDiscs * discs * (discs - 1) / 2);
   const auto stride = 3 * static_cast<std::size_t>(constraint_capacity_);
+  for (std::int32_t r = 0; r < rows_.count; ++r)
+    std::fill_n(rows_.beside + static_cast<std::size_t>(r) * stride, rows_.count, 0.0);
   for (std::int32_t p = 0; p < set.constraint_count; ++p)
-    for (std::int32_t q = 0; q <= p; ++q) {
-      const Mat3 between = q == p ? Mat3{} : compliance_between(set.constraints[p], set.constraints[q]);
+    for (std::int32_t q = 0; q < p; ++q) {
+      const Mat3 between = palpate::compliance_between(set.constraints[p], set.constraints[q]);
+      const std::int32_t *const rows = rows_of_[lead_[p]].at, *const columns = rows_of_[lead_[q]].at;
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) {
-          if (rows_of_[p].at[i] < 0 || rows_of_[q].at[j] < 0) continue;
-          const auto row = static_cast<std::size_t>(rows_of_[p].at[i]),
-                     column = static_cast<std::size_t>(rows_of_[q].at[j]);
-          rows_.beside[row * stride + column] = rows_.beside[column * stride + row] = between.m[i][j];
+          if (rows[i] < 0 || columns[j] < 0) continue;
+          const auto row = static_cast<std::size_t>(rows[i]), column = static_cast<std::size_t>(columns[j]);
+          rows_.beside[row * stride + column] += between.m[i][j];
+          rows_.beside[column * stride + row] += between.m[i][j];
         }
     }
   return true;
@@ -173,22 +189,29 @@ void DeformingBody::decide(const ContactConstraints& set, const double* reaction
   for (std::int32_t r = 0; r < rows_.count; ++r) place_[r] = rows_.list[r].target;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    if (!may_release(constraint)) continue;
+    if (!may_give_way(constraint)) continue;
     const std::int32_t* const row = rows_of_[p].at;
     const auto of = [&](int i) { return row[i] >= 0 ? reaction[row[i]] : 0.0; };
     const GivesWay gone = gives_way(constraint, {of(0), of(1), of(2)});
     if (gone.released && row[0] >= 0) holds_[row[0]] = 0;
+    if (gone.at_limit && row[0] >= 0) slips_[row[0]] = 1, place_[row[0]] = reached(row[0], reaction);
     for (int i = 1; i < 3; ++i) {
       const std::int32_t r = row[i];
       if (r < 0 || !(gone.released || gone.slips)) continue;
       slips_[r] = 1;
       holds_[r] = !gone.released && constraint.friction > 0;
       if (!holds_[r]) continue;
-      const double* const c = solver_.compliance().row(r);
-      place_[r] = free_[r];
-      for (std::int32_t k = 0; k < rows_.count; ++k) place_[r] += c[k] * reaction[k];
+      place_[r] = reached(r, reaction);
     }
   }
+}
+
+// m, in the linear response.
+double DeformingBody::reached(std::int32_t r, const double* reaction) const {
+  const double* const c = solver_.compliance().row(r);
+  double place = free_[r];
+  for (std::int32_t k = 0; k < rows_.count; ++k) place += c[k] * reaction[k];
+  return place;
 }
 
 // Begins a solution of the laws at the state now, from the forces `carried`. Returns by how much these miss the laws, m.
@@ -214,7 +237,9 @@ void DeformingBody::drop_held_rows(const ContactConstraints& set) {
 bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work,
                                Outcome* outcome) {
   double largest = 0;
-  for (std::int32_t r = 0; r < rows_.count; ++r) largest = std::max(largest, std::fabs(rows_.list[r].target));
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    for (const std::int32_t r : rows_of_[p].at)
+      if (r >= 0) largest = std::max(largest, metres_of(set.constraints[p]) * std::fabs(rows_.list[r].target));
   drop_held_rows(set);
   UnknownNodes nodes;
   // Contacts that move in every step may have taken all of `work`. Without operations of their own the laws would never give such a contact a force.
@@ -241,13 +266,16 @@ bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_
 // Makes the reaction of a constraint obey its law: a step ends near its solution, not on it.
 void DeformingBody::obey(const ContactConstraint& constraint, std::int32_t p) {
   Vec3& r = reaction_[p];
+  const auto is_at_limit = [&](std::int32_t at) { return at >= 0 && slips_[at]; };
+  if (constraint.limit > 0 && (is_at_limit(rows_of_[p].at[0]) || std::fabs(r.x) > constraint.limit))
+    r.x = std::copysign(constraint.limit, r.x);
   if (!may_release(constraint)) return;
   if (!(r.x > 0)) {
     r = Vec3{};
     return;
   }
   const std::int32_t row = std::max(rows_of_[p].at[1], rows_of_[p].at[2]);
-  const bool slips = row >= 0 && slips_[row];
+  const bool slips = is_at_limit(row);
   const double across = length({0, r.y, r.z}), most = constraint.friction * r.x;
   if (across > 0 && (slips || across > most)) r.y *= most / across, r.z *= most / across;
 }
@@ -255,12 +283,12 @@ void DeformingBody::obey(const ContactConstraint& constraint, std::int32_t p) {
 DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepWork* work, Vec3* force) {
   for (std::int32_t e = 0; e < set.node_count; ++e)
     rows_.nodes[e] = set.nodes[e].node, rows_.weights[e] = set.nodes[e].weight, force[e] = Vec3{};
-  rows_.count = 0, effort_ = {};
+  rows_.count = rows_.join_count = 0, effort_ = {};
   find_known(set);
   bool may_give_way = false;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     rows_.count = add_rows(set, p, rows_.count);
-    may_give_way = may_give_way || may_release(set.constraints[p]);
+    may_give_way = may_give_way || palpate::may_give_way(set.constraints[p]);
   }
   take_start(set);
   rows_.has_beside = fill_beside(set, work);
@@ -270,7 +298,9 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
                                   rows_.count,
                                   start_,
                                   rows_.has_beside ? rows_.beside : nullptr,
-                                  3 * static_cast<std::size_t>(constraint_capacity_)};
+                                  3 * static_cast<std::size_t>(constraint_capacity_),
+                                  rows_.joins,
+                                  rows_.join_count};
   const Operations fit = work->left() / std::max<Operations>(operations_, 1);
   const auto most =
       static_cast<std::int32_t>(std::clamp<Operations>(fit, LargeSolver::kFewestSteps, LargeSolver::kMostSteps));
@@ -292,10 +322,10 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
     keep(set);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    reaction_[p] = Vec3{};
+    reaction_[p] = constraint.joined ? reaction_[lead_[p]] : Vec3{};
     for (int i = 0; i < 3; ++i)
       if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) reaction_[p][i] = force_[row];
-    obey(constraint, p);
+    if (!constraint.joined) obey(constraint, p);
     const Vec3 sum = transposed_times(frames_[p], reaction_[p]);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
       force[e] += rows_.weights[e] * sum;
@@ -328,6 +358,37 @@ Mat3 DeformingBody::own_stiffness(std::int32_t p) const {
   Mat3 axes;
   for (int i = 0; i < 3; ++i) axes.m[i][i] = 1;
   return times_transposed(axes, frames_[p]) * (stiffness * frames_[p]);
+}
+
+Mat3 DeformingBody::compliance_between(std::int32_t p, std::int32_t q) const {
+  Mat3 between;
+  const auto row_of = [&](std::int32_t of) {
+    const std::int32_t* const at = rows_of_[lead_[of]].at;
+    return at[0] >= 0 ? at[0] : std::max(at[1], at[2]);
+  };
+  if (row_of(p) < 0 || row_of(q) < 0) return between;
+  double numbers[9];
+  solver_.response_between(row_of(p), p - lead_[p], row_of(q), q - lead_[q], numbers);
+  std::copy(numbers, numbers + 9, between.m[0]);
+  return between;
+}
+
+void DeformingBody::measure_stiffness(const SystemSolver::MovedAlike* groups, int count, double* stiffness) {
+  const int size = 3 * count;
+  double* const unit = start_;  // the next solve writes it anew
+  const auto each_row = [&](int c, auto visit) {
+    for (const std::int32_t p : groups[c / 3].constraint)
+      if (p >= 0 && rows_of_[p].at[c % 3] >= 0) visit(rows_of_[p].at[c % 3]);
+  };
+  for (int c = 0; c < size; ++c) {
+    std::fill(unit, unit + rows_.count, 0.0);
+    each_row(c, [&](std::int32_t row) { unit[row] = 1; });
+    solver_.solve_held(unit);
+    for (int r = 0; r < size; ++r) {
+      stiffness[r * size + c] = 0;
+      each_row(r, [&](std::int32_t row) { stiffness[r * size + c] += unit[row]; });
+    }
+  }
 }
 
 Vec3 DeformingBody::missed(std::int32_t p) const {

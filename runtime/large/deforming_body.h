@@ -20,9 +20,9 @@ namespace palpate {
 class DeformingBody {
  public:
   struct Limits {
-    std::int32_t nodes = 0, constraints = 0;    // most of each in a step
-    bool gives_way = false;                     // some contacts have laws under which they release or slip
-    bool renews_metric = false;                 // renew() does something
+    std::int32_t nodes = 0, constraints = 0;  // most of each in a step
+    bool gives_way = false;                   // some constraints have laws under which they release or slip, or limits
+    bool renews_metric = false;               // renew() does something
     Operations of_laws = kUnlimitedOperations;  // of a step, for its laws
   };
   // The laws count as met where they are missed by this share of the largest target; beyond kInexact the step says so.
@@ -51,13 +51,16 @@ class DeformingBody {
   // Of constraint p of the last solve(), in the frame that has turned with the surface: the force on the body (N), and by how much
   // its rows miss their targets (m).
   Vec3 reaction(std::int32_t p) const { return reaction_[p]; }
-  const Vec3* reactions() const { return reaction_; }
   Vec3 missed(std::int32_t p) const;
   const Mat3& frame(std::int32_t p) const { return frames_[p]; }  // the turned one
   // Rad, by which the frame of the worst contact that may slide is off the surface's normal after the last solve(), of `set`.
   double off(const ContactConstraints& set) const;
   // N/m, in the organ's axes, of the linear response to the constraint alone, along the rows that hold.
   Mat3 own_stiffness(std::int32_t p) const;
+  // m/N, in x, y and z, of the linear response: of the nodes of constraint p by a force on those of q. No other row holds.
+  Mat3 compliance_between(std::int32_t p, std::int32_t q) const;
+  // SystemSolver::measure_stiffness(), in the linear response. Cost: rows^2 for each number of a row.
+  void measure_stiffness(const SystemSolver::MovedAlike* groups, int count, double* stiffness);
   const LawEffort& effort() const { return effort_; }
   const LargeSolver& solver() const { return solver_; }
   double energy() const { return solver_.energy(); }  // J
@@ -71,7 +74,9 @@ class DeformingBody {
             rows_.count,
             nullptr,
             rows_.has_beside ? rows_.beside : nullptr,
-            3 * static_cast<std::size_t>(constraint_capacity_)};
+            3 * static_cast<std::size_t>(constraint_capacity_),
+            rows_.joins,
+            rows_.join_count};
   }
   double place(std::int32_t row) const { return laws_decided_ ? place_[row] : rows_.list[row].target; }
 
@@ -118,6 +123,7 @@ class DeformingBody {
   void find_known(const ContactConstraints& set);
   Mat3 present_frame(const ContactConstraints& set, std::int32_t p);
   std::int32_t add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count);
+  void join_row(const ContactConstraints& set, std::int32_t p);
   void take_start(const ContactConstraints& set);
   bool fill_beside(const ContactConstraints& set, StepWork* work);
   void keep(const ContactConstraints& set);
@@ -126,6 +132,7 @@ class DeformingBody {
   void drop_held_rows(const ContactConstraints& set);
   void decide(const ContactConstraints& set, const double* reaction);
   void obey(const ContactConstraint& constraint, std::int32_t p);
+  double reached(std::int32_t r, const double* reaction) const;
 
   LargeSolver solver_;
   TurnedSurface turned_;
@@ -136,11 +143,13 @@ class DeformingBody {
     std::int32_t* nodes = nullptr;  // [node_capacity]
     double* weights = nullptr;      // [node_capacity]
     double* beside = nullptr;       // [3 constraint_capacity]^2 m/N, between the discs of two constraints
-    std::int32_t count = 0;
+    LargeJoin* joins = nullptr;     // [constraint_capacity]
+    std::int32_t count = 0, join_count = 0;
     bool has_beside = false;
   } rows_;
   std::int32_t constraint_capacity_ = 0, kept_count_ = 0;
   RowsOfConstraint* rows_of_ = nullptr;         // [constraint_capacity]
+  std::int32_t* lead_ = nullptr;                // [constraint_capacity] the constraint that has its rows
   Mat3* frames_ = nullptr;                      // [constraint_capacity]
   Vec3* reaction_ = nullptr;                    // [constraint_capacity] N
   Kept *kept_ = nullptr, *now_ = nullptr;       // [constraint_capacity] of the last step; of this one

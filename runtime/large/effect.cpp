@@ -36,6 +36,11 @@ bool renews_metric(const palpate_scene_def& def) {
   return deformation_of(def) == PALPATE_DEFORMATION_LARGE_RENEWED;
 }
 
+// Of contacts, or of what else asks for rows.
+bool rows_may_give_way(const palpate_scene& scene) {
+  return contacts_may_give_way(scene.def) || scene.rows.constraints > 0;
+}
+
 LargeBody& body_of(const palpate_scene& scene) {
   return *static_cast<LargeBody*>(scene.touch.body);
 }
@@ -128,7 +133,7 @@ palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, 
       return reader.not_usable(SectionId::preload_displacement, static_cast<std::uint64_t>(i));
   DeformingBody::Limits limits;
   limits.nodes = def.max_contact_nodes, limits.constraints = scene.touch.most_constraints;
-  limits.gives_way = contacts_may_give_way(def), limits.renews_metric = renews_metric(def);
+  limits.gives_way = rows_may_give_way(scene), limits.renews_metric = renews_metric(def);
   if (is_in_touch(def)) limits.of_laws = def.max_operations;
   switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
     case LargeSolver::Created::no_memory:
@@ -193,7 +198,8 @@ bool place_in_thread(const SectionReader& reader, const palpate_scene& scene, Bo
   BodyBeside::Limits limits;
   limits.nodes = def.max_contact_nodes, limits.constraints = touch.most_constraints;
   limits.surface_nodes = reader.surface_nodes();
-  limits.field_nodes = std::max(reader.surface_nodes(), touch.held.nodes);
+  const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes);
+  limits.field_nodes = scene.tensors.corridor ? nodes : std::max(reader.surface_nodes(), touch.held.nodes);
   return body.beside().create(reader.memory(), &body.deforming(), limits) &&
          (def.law == PALPATE_LAW_STICKING ||
           body.beside().follow_normals(reader.memory(), touch.surface.rest, reader.surface_nodes(),
@@ -257,7 +263,7 @@ double most_operations(const palpate_scene& scene) {
   const palpate_scene_def& def = scene.def;
   const auto steps = static_cast<double>(body_of(scene).deforming().most_operations());
   const double contacts = most_contacts(scene), rows = 3 * contacts;
-  if (!contacts_may_give_way(def)) return steps;
+  if (!rows_may_give_way(scene)) return steps;
   return steps + static_cast<double>(def.max_operations) +
          DeformingBody::kMostRounds * (8 * rows * rows + 1600 * contacts) / kDense;
 }

@@ -49,7 +49,6 @@ ContactSolver::Outcome BodyInTouch::solve(TouchStep& step, bool again) {
   outcome_ = deforming_.solve(set, &state.work, state.force);
   outcome_.steps += last.steps, outcome_.evaluations += last.evaluations;
   std::fill(state.modified, state.modified + set.node_count, Vec3{});
-  step.reactions = deforming_.reactions();
   step.deformed = {outcome_.steps, outcome_.residual, outcome_.least_volume, outcome_.cut || outcome_.given_up};
   return outcome_.failed ? ContactSolver::Outcome::unsolved : ContactSolver::Outcome::solved;
 }
@@ -81,6 +80,10 @@ void BodyInTouch::judge(TouchStep& step, ContactSolver::Outcome) {
   if (outcome_.lags() || outcome_.unheld) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
   if (outcome_.inexact) flags |= PALPATE_STEP_SOLVE_INEXACT;
   raise(step, flags);
+}
+
+Vec3 BodyInTouch::moved_node(const TouchState& state, std::int32_t e) const {
+  return deforming_.displacement(state.rows.set().nodes[e].node);
 }
 
 void BodyInTouch::move_surface(TouchStep& step, const ContactConstraints& set) {
@@ -118,6 +121,10 @@ const ContactConstraints& BodyInThread::take(TouchStep& step) {
   raise(step, flags);
   step.deformed = {told.steps, told.residual, told.least_volume, false};
   return set;
+}
+
+Vec3 BodyInThread::moved_node(const TouchState& state, std::int32_t e) const {
+  return Body::moved_node(state, e) + beside_.added().now(state.rows.set().nodes[e].node);
 }
 
 // The body's energy, of a solution that goes on by the linear response.

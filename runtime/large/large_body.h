@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/contact/body.h"
+#include "runtime/contact/touch_step.h"
 #include "runtime/large/body_beside.h"
 #include "runtime/large/body_energy.h"
 #include "runtime/large/body_field.h"
@@ -53,7 +54,15 @@ class BodyInTouch final : public LargeBody {
   bool gives_way(TouchStep& step, ContactSolver::Outcome outcome) override;
   void judge(TouchStep& step, ContactSolver::Outcome outcome) override;
   void move_surface(TouchStep& step, const ContactConstraints& set) override;
+  Vec3 reaction(const TouchState&, std::int32_t p) const override { return deforming_.reaction(p); }
   Vec3 missed(const TouchStep&, std::int32_t p) const override { return deforming_.missed(p); }
+  Vec3 moved_node(const TouchState& state, std::int32_t e) const override;
+  Mat3 compliance_between(const TouchState&, std::int32_t p, std::int32_t q) const override {
+    return deforming_.compliance_between(p, q);
+  }
+  void measure_stiffness(TouchState&, const SystemSolver::MovedAlike* groups, int count, double* stiffness) override {
+    deforming_.measure_stiffness(groups, count, stiffness);
+  }
   void write(const TouchStep& step) const override;
   void forget() override;
   void restored() override { deforming_.restored(); }
@@ -73,6 +82,8 @@ class BodyInThread final : public LargeBody {
 
   const AddedField* added() const override { return &beside_.added(); }
   const ContactConstraints& take(TouchStep& step) override;
+  void take_targets(const TouchStep& step) override { beside_.take_targets(step.state->rows.set()); }
+  Vec3 moved_node(const TouchState& state, std::int32_t e) const override;
   void judge(TouchStep& step, ContactSolver::Outcome outcome) override;
   void write(const TouchStep& step) const override;
   void forget() override;

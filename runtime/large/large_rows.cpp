@@ -58,7 +58,7 @@ void LargeRows::keep(SceneMemory& memory) {
 void LargeRows::restored() {
   for (std::int32_t i = 0; i < state_.spot_count; ++i) {
     const Spot& spot = now_.spots[i];
-    std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
+    if (!spot.joined) std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
   }
   find_all_responses();
   solves_ = 0;
@@ -83,10 +83,13 @@ void LargeRows::on_spot(const Spot& spot, const float* field, double sum[3]) con
 }
 
 double LargeRows::on_row(std::int32_t r, const float* field) const {
-  double sum[3];
-  on_spot(spot_of(r), field, sum);
-  const double* const d = now_.row[r].direction;
-  return d[0] * sum[0] + d[1] * sum[1] + d[2] * sum[2];
+  double on = 0;
+  for_spots(r, [&](std::int32_t i, const double* d) {
+    double sum[3];
+    on_spot(now_.spots[i], field, sum);
+    on += d[0] * sum[0] + d[1] * sum[1] + d[2] * sum[2];
+  });
+  return on;
 }
 
 // field += W^T force
@@ -95,7 +98,7 @@ void LargeRows::add_rows(const double* force, float* field) const {
     const Spot& spot = now_.spots[i];
     double sum[3] = {};
     for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r)
-      for (int d = 0; d < 3; ++d) sum[d] += force[r] * now_.row[r].direction[d];
+      for (int d = 0; d < 3; ++d) sum[d] += force[r] * along(spot, r)[d];
     for (std::int32_t e = spot.first; e < spot.first + spot.count; ++e) {
       if (now_.place[e] >= energy_->rows()) continue;
       float* const at = field + 3 * static_cast<std::size_t>(now_.place[e]);
@@ -111,7 +114,7 @@ void LargeRows::add_columns_of(const double* force, double factor, float* field,
     const Spot& spot = now_.spots[i];
     for (int d = 0; d < 3; ++d) {
       double sum = 0;
-      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) sum += force[r] * now_.row[r].direction[d];
+      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) sum += force[r] * along(spot, r)[d];
       if (sum != 0) add_multiple(static_cast<float>(factor * sum), column(spot, d), energy_->length(), field);
     }
   }
@@ -130,13 +133,13 @@ void LargeRows::add_rest_responses(const double* force, double factor, float* fi
 void LargeRows::responses_times(const float* force, double* out) const {
   for (std::int32_t i = 0; i < state_.spot_count; ++i) {
     const Spot& spot = now_.spots[i];
-    std::fill(out + spot.row, out + spot.row + spot.rows, 0.0);
+    if (!spot.joined) std::fill(out + spot.row, out + spot.row + spot.rows, 0.0);
     for (int d = 0; d < 3; ++d) {
       bool used = false;
-      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) used = used || now_.row[r].direction[d] != 0;
+      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) used = used || along(spot, r)[d] != 0;
       if (!used) continue;
       const double product = dot_product(response(spot, d), force, energy_->length());
-      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) out[r] += now_.row[r].direction[d] * product;
+      for (std::int32_t r = spot.row; r < spot.row + spot.rows; ++r) out[r] += along(spot, r)[d] * product;
     }
   }
 }
@@ -164,19 +167,23 @@ void LargeRows::response_at(const double* force, std::int32_t first, std::int32_
   for (int c = 0; c < 3; ++c) out[c] = 0;
   for (std::int32_t r = first; r < end && place < energy_->rows(); ++r) {
     if (force[r] == 0) continue;
-    for (int d = 0; d < 3; ++d) {
-      if (now_.row[r].direction[d] == 0) continue;
-      const float* const at = response(spot_of(r), d) + 3 * static_cast<std::size_t>(place);
-      for (int c = 0; c < 3; ++c) out[c] += force[r] * now_.row[r].direction[d] * static_cast<double>(at[c]);
-    }
+    for_spots(r, [&](std::int32_t i, const double* direction) {
+      for (int d = 0; d < 3; ++d) {
+        if (direction[d] == 0) continue;
+        const float* const at = response(now_.spots[i], d) + 3 * static_cast<std::size_t>(place);
+        for (int c = 0; c < 3; ++c) out[c] += force[r] * direction[d] * static_cast<double>(at[c]);
+      }
+    });
   }
 }
 
 double LargeRows::response_bound(const double* force, std::int32_t first, std::int32_t end) const {
   double sum = 0;
   for (std::int32_t r = first; r < end; ++r)
-    for (int d = 0; d < 3; ++d)
-      sum += std::abs(force[r] * now_.row[r].direction[d]) * largest_response_[3 * spot_of(r).slot + d];
+    for_spots(r, [&](std::int32_t i, const double* direction) {
+      for (int d = 0; d < 3; ++d)
+        sum += std::abs(force[r] * direction[d]) * largest_response_[3 * now_.spots[i].slot + d];
+    });
   return sum;
 }
 
@@ -206,8 +213,7 @@ LargeRows::Changed LargeRows::take(const LargeContacts& contacts, double** local
   return {spots, rows};
 }
 
-bool LargeRows::same_spot(const LargeContacts& contacts, std::int32_t r, const Spot& before) const {
-  const LargeRow& now = contacts.rows[r];
+bool LargeRows::same_spot(const LargeContacts& contacts, const Spot& now, const Spot& before) const {
   if (now.count != before.count) return false;
   for (std::int32_t e = 0; e < now.count; ++e)
     if (energy_->places()[contacts.nodes[now.first + e]] != now_.place[before.first + e] ||
@@ -216,33 +222,47 @@ bool LargeRows::same_spot(const LargeContacts& contacts, std::int32_t r, const S
   return true;
 }
 
+// One spot, whose nodes and weights are those of `contacts` from of.first on. *entries: of next_, so far.
+void LargeRows::take_spot(const LargeContacts& contacts, const Spot& of, std::int32_t* entries, const double* local,
+                          double* other_local, bool* changed) {
+  Spot& spot = next_.spots[next_count_];
+  spot = of, spot.first = *entries;
+  for (std::int32_t i = 0; i < state_.spot_count; ++i) {
+    const std::int32_t k = (next_count_ + i) % state_.spot_count;  // most stand where they stood
+    const Spot& before = now_.spots[k];
+    if (slot_used_[before.slot] || !same_spot(contacts, of, before)) continue;
+    spot.slot = before.slot, slot_used_[before.slot] = true;
+    const bool alike = before.rows == spot.rows && before.joined == spot.joined;
+    if (alike && !spot.joined) std::copy(local + before.row, local + before.row + before.rows, other_local + spot.row);
+    *changed = *changed || k != next_count_ || !alike || !std::equal(of.direction, of.direction + 3, before.direction);
+    break;
+  }
+  *changed = *changed || spot.slot < 0;
+  for (std::int32_t e = of.first; e < of.first + of.count; ++e, ++*entries)
+    next_.place[*entries] = energy_->place(contacts.nodes[e]), next_.weight[*entries] = contacts.weights[e];
+  ++next_count_;
+}
+
 // Spots that were there in the last step keep their responses and the local displacements of their rows. True where spots have changed.
 bool LargeRows::take_spots(const LargeContacts& contacts, const double* local, double* other_local) {
-  std::int32_t count = 0, entries = 0;
+  std::int32_t entries = 0;
   bool changed = false;
+  const LargeJoin *join = contacts.joins, *const last = contacts.joins + contacts.join_count;
+  next_count_ = 0;
   std::fill(slot_used_, slot_used_ + most_spots_, false);
-  for (std::int32_t r = 0, end = 0; r < contacts.row_count; r = end, ++count) {
+  for (std::int32_t r = 0, end = 0; r < contacts.row_count; r = end) {
     const LargeRow& first = contacts.rows[r];
     while (end < contacts.row_count && contacts.rows[end].group == first.group) ++end;
-    Spot& spot = next_.spots[count];
-    spot = {entries, first.count, r, end - r, -1};
     for (std::int32_t i = r; i < end; ++i) other_local[i] = contacts.start ? contacts.start[i] : 0;
-    for (std::int32_t i = 0; i < state_.spot_count; ++i) {
-      const std::int32_t k = (count + i) % state_.spot_count;  // most stand where they stood
-      const Spot& before = now_.spots[k];
-      if (slot_used_[before.slot] || !same_spot(contacts, r, before)) continue;
-      spot.slot = before.slot, slot_used_[before.slot] = true;
-      if (before.rows == spot.rows) std::copy(local + before.row, local + before.row + before.rows, other_local + r);
-      changed = changed || k != count || before.rows != spot.rows;
-      break;
+    take_spot(contacts, {first.first, first.count, r, end - r, -1, 0, {}}, &entries, local, other_local, &changed);
+    for (; join != last && join->row == r; ++join) {
+      const double* const d = join->direction;
+      take_spot(contacts, {join->first, join->count, r, 1, -1, 1, {d[0], d[1], d[2]}}, &entries, local, other_local,
+                &changed);
     }
-    changed = changed || spot.slot < 0;
-    for (std::int32_t e = 0; e < first.count; ++e, ++entries)
-      next_.place[entries] = energy_->place(contacts.nodes[first.first + e]),
-      next_.weight[entries] = contacts.weights[first.first + e];
   }
-  changed = changed || count != state_.spot_count;
-  state_.spot_count = count;
+  changed = changed || next_count_ != state_.spot_count;
+  state_.spot_count = next_count_;
   return changed;
 }
 
@@ -277,7 +297,7 @@ void LargeRows::find_new_responses() {
   std::int32_t free_slot = 0;
   for (std::int32_t i = 0; i < state_.spot_count; ++i) {
     Spot& spot = now_.spots[i];
-    std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
+    if (!spot.joined) std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
     if (spot.slot >= 0) continue;
     while (slot_used_[free_slot]) ++free_slot;
     spot.slot = free_slot, slot_used_[free_slot] = true;
@@ -340,14 +360,13 @@ bool LargeRows::fill_compliance() {
   bool finite = true;
   for (std::int32_t i = 0; i < state_.count; ++i)
     for (std::int32_t j = 0; j <= i; ++j) {
-      const double *const a = now_.row[i].direction, *const b = now_.row[j].direction;
       double sum = 0;
-      for (int c = 0; c < 3; ++c)
-        for (int d = 0; d < 3; ++d) {
-          const auto at = static_cast<std::size_t>(3 * row_spot_[i] + c),
-                     to = static_cast<std::size_t>(3 * row_spot_[j] + d);
-          sum += a[c] * b[d] * 0.5 * (between_spots_[at * stride_ + to] + between_spots_[to * stride_ + at]);
-        }
+      for_spots(i, [&](std::int32_t of_i, const double* a) {
+        for_spots(j, [&](std::int32_t of_j, const double* b) {
+          for (int c = 0; c < 3; ++c)
+            for (int d = 0; d < 3; ++d) sum += a[c] * b[d] * between_spots(3 * of_i + c, 3 * of_j + d);
+        });
+      });
       const std::int32_t k = j - now_.row[i].group;
       if (k >= 0 && k < 3) sum += now_.row[i].compliance[k];
       if (state_.has_beside) sum += beside(i, j);
@@ -358,6 +377,12 @@ bool LargeRows::fill_compliance() {
   for (std::int32_t r = 0; r < state_.count; ++r)
     compliance_.scale[r] = compliance_.entry(r, r) > 0 ? 1 / std::sqrt(compliance_.entry(r, r)) : 0;
   return finite;
+}
+
+void LargeRows::between(std::int32_t r, std::int32_t part, std::int32_t k, std::int32_t other_part, double* out) const {
+  for (int c = 0; c < 3; ++c)
+    for (int d = 0; d < 3; ++d)
+      out[3 * c + d] = between_spots(3 * (row_spot_[r] + part) + c, 3 * (row_spot_[k] + other_part) + d);
 }
 
 // L a, of the rows that hold and by these alone.

@@ -20,6 +20,13 @@ struct LargeRow {
   std::int32_t unused;   // in the place of padding, which a saved state would hold
   double compliance[3];  // m/N, of L between this row and rows group, group + 1, group + 2
 };
+// More nodes that a row holds, along a direction of their own.
+struct LargeJoin {
+  std::int32_t row;  // alone in its group
+  std::int32_t first, count;
+  std::int32_t unused;  // in the place of padding
+  double direction[3];
+};
 struct LargeContacts {
   const LargeRow* rows = nullptr;
   const std::int32_t* nodes = nullptr;  // of the body
@@ -29,6 +36,8 @@ struct LargeContacts {
   // [row_count][beside_stride] m/N, L between rows of different groups, symmetric; nullptr: there is none
   const double* beside = nullptr;
   std::size_t beside_stride = 0;
+  const LargeJoin* joins = nullptr;  // [join_count], ascending by row
+  std::int32_t join_count = 0;
 };
 
 // A move of the body and of the rows' own compliance, with its images.
@@ -101,6 +110,8 @@ class LargeRows {
   double response_bound(const double* force, std::int32_t first, std::int32_t end) const;
   void response_on_rows(const double* force, double* out) const;
   double spot_response_bound(std::int32_t r, const double* force) const;
+  // m/N, in x, y and z: of the nodes of a row, or of its join number `part` - 1, by a force on those of another one. out: [3][3].
+  void between(std::int32_t r, std::int32_t part, std::int32_t k, std::int32_t other_part, double* out) const;
   std::int64_t response_id(std::int32_t r) const {
     const std::int32_t slot = spot_of(r).slot;
     return (static_cast<std::int64_t>(slot) << 32) + generation_[slot];
@@ -112,11 +123,13 @@ class LargeRows {
   }
 
  private:
-  // The nodes and weights that the rows of a group share, and where their responses are.
+  // The nodes and weights that the rows of a group share, and where their responses are. A row that holds others too has their spots behind it.
   struct Spot {
     std::int32_t first, count;  // of its nodes and weights
     std::int32_t row, rows;     // its rows
     std::int32_t slot;          // of its three columns of Y
+    std::int32_t joined;        // 1: along its own direction
+    double direction[3];
   };
   // Rows and spots of a step, with places in place of nodes.
   struct Taken {
@@ -131,7 +144,20 @@ class LargeRows {
   bool take_spots(const LargeContacts& contacts, const double* local, double* other_local);
   bool take_rows(const LargeContacts& contacts, bool changed);
   bool take_beside(const LargeContacts& contacts);
-  bool same_spot(const LargeContacts& contacts, std::int32_t r, const Spot& before) const;
+  void take_spot(const LargeContacts& contacts, const Spot& of, std::int32_t* entries, const double* local,
+                 double* other_local, bool* changed);
+  bool same_spot(const LargeContacts& contacts, const Spot& now, const Spot& before) const;
+  const double* along(const Spot& spot, std::int32_t r) const {
+    return spot.joined ? spot.direction : now_.row[r].direction;
+  }
+  // each(number of the spot, direction) of all spots of a row.
+  template <class Each>
+  void for_spots(std::int32_t r, Each each) const {
+    std::int32_t i = row_spot_[r];
+    do {
+      each(i, along(now_.spots[i], r));
+    } while (++i < state_.spot_count && now_.spots[i].joined);
+  }
   void find_responses(const Spot& spot);
   void measure_spots();
   void on_spot(const Spot& spot, const float* field, double sum[3]) const;
@@ -144,11 +170,15 @@ class LargeRows {
     return rest_responses_ ? rest_responses_ + static_cast<std::size_t>(3 * spot.slot + axis) * energy_->length()
                            : response(spot, axis);
   }
+  double between_spots(std::int32_t i, std::int32_t j) const {
+    const auto at = static_cast<std::size_t>(i), to = static_cast<std::size_t>(j);
+    return 0.5 * (between_spots_[at * stride_ + to] + between_spots_[to * stride_ + at]);
+  }
   const Spot& spot_of(std::int32_t r) const { return now_.spots[row_spot_[r]]; }
 
   const HyperelasticEnergy* energy_ = nullptr;
   const BodyMetric* metric_ = nullptr;
-  std::int32_t most_rows_ = 0, most_spots_ = 0, most_nodes_ = 0;
+  std::int32_t most_rows_ = 0, most_spots_ = 0, most_nodes_ = 0, next_count_ = 0;  // of next_'s spots
   std::size_t stride_ = 0;  // numbers from one row of the matrices to the next
   State state_;
   Taken now_, next_;

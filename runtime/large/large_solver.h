@@ -108,6 +108,10 @@ class LargeSolver {
   double spot_response_bound(std::int32_t row, const double* force) const {
     return rows_.spot_response_bound(row, force);
   }
+  void response_between(std::int32_t row, std::int32_t part, std::int32_t other, std::int32_t other_part,
+                        double* out) const {
+    rows_.between(row, part, other, other_part, out);
+  }
   const double* direction(std::int32_t row) const { return rows_.row(row).direction; }
   // x <- C^-1 x, of the rows that hold; zero for the others.
   void solve_held(double* x) const { rows_.solve(x); }

@@ -14,8 +14,6 @@ Links* links_of(const palpate_scene* scene) {
 
 constexpr EffectKey kKeys[] = {
     {PALPATE_EFFECT_KEY(links_effect, palpate_links_def, max_links), PALPATE_KEY_COUNT, "", "", 0, 1000}};
-constexpr EffectNeed kNeeds[] = {
-    {"deformation", kAbsent, "links hold an organ of deformation LINEAR alone; leave max_links at 0, or take LINEAR"}};
 
 std::int32_t most_links(const palpate_scene_def& def) {
   return part_of<palpate_links_def>(def, links_effect).max_links;
@@ -57,7 +55,7 @@ constinit const Effect links_effect = {
     .order = 5,
     .def = effect_struct<palpate_links_def, palpate_init_links_def>("links_def"),
     .keys = kKeys,
-    .needs = kNeeds,
+    .needs = {},
     .uses = kUsesSurface | kUsesRest | kUsesDisplacements,
     .rows = rows,
     .pass = {"links", Half::touch, Pass::contact, predict, most_operations},

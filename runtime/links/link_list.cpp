@@ -125,16 +125,14 @@ void LinkList::place(Link& link) const {
 void LinkList::move_end(Link& link, int e) const {
   LinkEnd& end = link.ends[e];
   const TouchState& own = touch(end);
-  const ContactConstraints& set = own.rows.set();
   const bool second = e == 1 && is_within_one(link);
   const std::int32_t constraint = link.ends[second ? 0 : e].constraint;
   if (constraint < 0) {
     end.moved_in_organ = moved_by(own.displacement, end);
   } else {
-    const std::int32_t first = set.constraints[constraint].first_node + (second ? link.ends[0].count : 0);
+    const std::int32_t first = own.rows.set().constraints[constraint].first_node + (second ? link.ends[0].count : 0);
     Vec3 moved;
-    for (int v = 0; v < end.count; ++v)
-      moved += end.weight[v] * own.solver.matrix().displacement(set, own.force, first + v);
+    for (int v = 0; v < end.count; ++v) moved += end.weight[v] * own.body->moved_node(own, first + v);
     end.moved_in_organ = is_finite(moved) ? moved : Vec3{};
   }
   end.moved = in_world_ ? own.organ.vector_to_world(end.moved_in_organ) : end.moved_in_organ;
@@ -205,8 +203,7 @@ Mat3 LinkList::compliance_between(const Link& one, const Link& other) const {
     for (const LinkEnd& of_other : other.ends) {
       if (end.constraint < 0 || of_other.constraint < 0 || end.organ != of_other.organ) continue;
       const TouchState& own = touch(end);
-      const Mat3 compliance =
-          own.solver.matrix().compliance_between_nodes(own.rows.set(), end.constraint, of_other.constraint);
+      const Mat3 compliance = own.body->compliance_between(own, end.constraint, of_other.constraint);
       const Mat3& axes = own.organ.pose().axes;
       add_scaled(sum, 1 / (one.share * other.share),
                  in_world_ && own.organ.is_set() ? times_transposed(axes * compliance, axes) : compliance);

@@ -53,8 +53,7 @@ bool Links::may_rest(std::int32_t i) const {
 }
 
 // Adds the norm of this step's change of the field to the path. False where it is not known: then each link is measured.
-bool Links::walk(const ContactConstraints& set, const ContactSolver& solver, bool solved) {
-  if (!solved) return false;
+bool Links::walk(const ContactConstraints& set, const ContactSolver& solver) {
   bool any = false;
   for (std::int32_t i = 0; i < count_ && !any; ++i) any = may_rest(i);
   if (!any) return false;
@@ -119,9 +118,9 @@ void Links::end(TouchStep& step) {
   TouchState& state = *step.state;
   const std::int32_t nodes = state.rows.set().node_count;
   state.work.add(operations_to_end(nodes));
-  knows_path_ = walk(state.rows.set(), state.solver, step.is_solved);
+  knows_path_ = step.is_solved && state.body->responds_linearly() && walk(state.rows.set(), state.solver);
   for (std::int32_t i = 0; i < count_; ++i)
-    if (has_rows(links_[i])) links_[i].reaction = state.solver.reaction(links_[i].ends[0].constraint);
+    if (has_rows(links_[i])) links_[i].reaction = step.reaction(links_[i].ends[0].constraint);
   step.flags |= read_reactions(&step.is_solved, state.step + 1);
   for (std::int32_t i = 0; i < count_; ++i)
     if (links_[i].fresh && !has_rows(links_[i])) step.unasked += to_move(links_[i], nodes);

@@ -32,7 +32,7 @@ class Links final : public RowSource, public LinkList {
   bool in_chain(std::int32_t i) const;
   bool may_rest(std::int32_t i) const;
   double longest(const Link& link) const;
-  bool walk(const ContactConstraints& set, const ContactSolver& solver, bool solved);
+  bool walk(const ContactConstraints& set, const ContactSolver& solver);
 
   LinkedOrgan organ_ = {};
   Pass pass_ = Pass::contact;

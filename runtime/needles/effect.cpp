@@ -16,9 +16,6 @@ constexpr EffectKey kKeys[] = {
     {PALPATE_EFFECT_KEY(needles_effect, palpate_needles_def, needle_places), PALPATE_KEY_COUNT, "", "", 2,
      NeedleInTissue::kMostPlaces},
 };
-constexpr EffectNeed kNeeds[] = {
-    {"deformation", kAbsent,
-     "needles pierce an organ of deformation LINEAR alone; leave needles at 0, or take LINEAR"}};
 
 std::int32_t places_of(const palpate_scene_def& def) {
   return part_of<palpate_needles_def>(def, needles_effect).needle_places;
@@ -134,7 +131,7 @@ constinit const Effect needles_effect = {
     .order = 3,
     .def = effect_struct<palpate_needles_def, palpate_init_needles_def>("needles_def"),
     .keys = kKeys,
-    .needs = kNeeds,
+    .needs = {},
     .uses = kUsesRest | kUsesDisplacements | kUsesSlideEnergy,
     .rows = rows,
     .pass = {"needles", Half::touch, Pass::contact, predict, most_operations},

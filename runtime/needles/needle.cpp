@@ -164,28 +164,26 @@ std::uint32_t Needles::add_rows(std::int32_t t, const Tool& tool, ContactRows& r
 }
 
 // m: by how much node c of a place has moved, which the constraint p holds.
-Vec3 Needles::moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
-                    const ContactSolver& solver) const {
-  return solver.matrix().displacement(set, force, set.constraints[p].first_node + c) +
+Vec3 Needles::moved(const TouchStep& step, const NeedlePlace& place, int c, std::int32_t p) const {
+  return step.state->body->moved_node(*step.state, step.acting->constraints[p].first_node + c) +
          source_.field->moved_at_node(place.node[c]);
 }
 
 // Places along which the shaft slid stick where they are now.
-void Needles::slide(NeedleInTissue& needle, const ContactConstraints& set, const Vec3* force,
-                    const ContactSolver& solver) const {
+void Needles::slide(const TouchStep& step, NeedleInTissue& needle) const {
   for (std::int32_t i = 0; i < needle.count; ++i) {
     NeedlePlace& place = needle.place[i];
     if (place.row_of < 0) continue;
-    const ContactConstraint& along = set.constraints[place.row_of];
-    if (along.limit > 0 && !gives_way(along, solver.reaction(place.row_of)).at_limit) continue;
+    const ContactConstraint& along = step.acting->constraints[place.row_of];
+    if (along.limit > 0 && !gives_way(along, step.reaction(place.row_of)).at_limit) continue;
     ++needle.state.slipping;
     if (along.limit > 0) {
-      place.held += solver.missed(set, place.row_of).x;
+      place.held += step.state->body->missed(step, place.row_of).x;
       continue;
     }
     // Without friction there is no row that tells where the place is.
     Vec3 now = place.rest - needle.position;
-    for (int c = 0; c < 4; ++c) now += place.weight[c] * moved(place, c, place.row_of, set, force, solver);
+    for (int c = 0; c < 4; ++c) now += place.weight[c] * moved(step, place, c, place.row_of);
     place.held = dot(now, needle.axis);
   }
 }
@@ -204,15 +202,14 @@ void Needles::take_place(NeedleInTissue& needle, Vec3 now) const {
   ++needle.count;
 }
 
-// Where the tip has cut, or goes back. force: of each contact node.
-std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set,
-                                const Vec3* force, const ContactSolver& solver) const {
+// Where the tip has cut, or goes back.
+std::uint32_t Needles::move_tip(const TouchStep& step, NeedleInTissue& needle, const Tool& tool) const {
   const std::int32_t sides = needle.tip.row_of;
   if (sides < 0) return PALPATE_STEP_CONTACTS_DROPPED;
   Vec3 by_node[4], now;
   Mat3 edges, deformed;  // columns: from corner 0 to the others
   for (int c = 0; c < 4; ++c) {
-    by_node[c] = moved(needle.tip, c, sides, set, force, solver);
+    by_node[c] = moved(step, needle.tip, c, sides);
     now += needle.tip.weight[c] * by_node[c];
   }
   now += needle.tip.rest;
@@ -225,8 +222,8 @@ std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const 
       deformed.m[i][c - 1] = edges.m[i][c - 1] + by_node[c][i] - by_node[0][i];
     }
   const double ahead =
-      needle.tip_row >= 0 ? -solver.missed(set, needle.tip_row).x : dot(needle.position - now, needle.axis);
-  const double r = needle.tip_row >= 0 ? solver.reaction(needle.tip_row).x : 0;
+      needle.tip_row >= 0 ? -step.state->body->missed(step, needle.tip_row).x : dot(needle.position - now, needle.axis);
+  const double r = needle.tip_row >= 0 ? step.reaction(needle.tip_row).x : 0;
   const bool cuts = ahead > 0 && r >= needle_of(tool).cutting_force * (1 - kRounding), goes_back = ahead < 0;
   if (!cuts && !goes_back) return 0;
   const Vec3 by = edges * in_columns_of(deformed, ahead * needle.axis);
@@ -254,17 +251,17 @@ std::uint32_t Needles::move_tip(NeedleInTissue& needle, const Tool& tool, const 
   return 0;
 }
 
-std::uint32_t Needles::end_tool(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
-                                const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum,
-                                Vec3* torque) {
+std::uint32_t Needles::end_tool(const TouchStep& step, std::int32_t t, bool solved, Vec3* sum, Vec3* torque) {
   NeedleInTissue& needle = needles_[t];
+  const Tool& tool = step.state->input.tool(t);
+  const OrganPose& organ = step.state->organ;
   *sum = *torque = {};
   palpate_needle_state& state = needle.state;
   if (!has_needle(tool)) return 0;
   const Vec3 reference = organ.point_to_organ(tool.reference), side = cross(needle.axis, needle.tangent);
   const auto act = [&](std::int32_t row, double along) {
     if (row < 0 || !solved) return 0.0;
-    const Vec3 r = solver.reaction(row), f = r.x * needle.axis + r.y * needle.tangent + r.z * side;
+    const Vec3 r = step.reaction(row), f = r.x * needle.axis + r.y * needle.tangent + r.z * side;
     *sum += f, *torque += cross(needle.position + along * needle.axis - reference, f);
     return r.x;
   };
@@ -286,8 +283,8 @@ std::uint32_t Needles::end_tool(std::int32_t t, const Tool& tool, const ContactC
   } else {
     state.condition = PALPATE_NEEDLE_INSIDE;
     if (solved) {
-      slide(needle, set, force, solver);
-      flags = move_tip(needle, tool, set, force, solver);
+      slide(step, needle);
+      flags = move_tip(step, needle, tool);
     }
   }
   state.places = needle.count, state.depth = needle.tip.depth;
@@ -324,8 +321,7 @@ void Needles::take_reactions(TouchStep& step, bool solved) {
     if (tool.index < 0) continue;
     ToolResult& result = step.result[t];
     if (needles_[t].touches) step.unasked += operations(needles_[t].state.places, step.acting->node_count);
-    if (const std::uint32_t flags = end_tool(t, tool, *step.acting, state.force, state.solver, state.organ, solved,
-                                             &result.inside_force, &result.inside_torque))
+    if (const std::uint32_t flags = end_tool(step, t, solved, &result.inside_force, &result.inside_torque))
       step.raise(t, flags);
     result.is_inside = needles_[t].pierced, result.touches = needles_[t].touches;
   }
@@ -349,7 +345,9 @@ bool Needles::note_sliding(const TouchStep& step, const ContactConstraints&, con
   const std::int32_t t = contact.index;
   const palpate_needle& given = needle_of(step.state->input.tool(t));
   // Of one that something brakes, friction and cutting take more than new places may give.
-  if (step.state->offset.exists() || given.friction != 0 || given.cutting_force != 0) return false;
+  if (!step.state->body->responds_linearly() || step.state->offset.exists() || given.friction != 0 ||
+      given.cutting_force != 0)
+    return false;
   NeedleInTissue& needle = needles_[t];
   const bool is_tip = contact.point == 0;
   NeedlePlace& place = is_tip ? needle.tip : needle.place[contact.point - 1];

@@ -107,9 +107,8 @@ class Needles final : public RowSource {
   // Its rows. Returns step flags.
   std::uint32_t add_rows(std::int32_t t, const Tool& tool, ContactRows& rows);
   // After the solve: the force on the organ and the torque about the tool's reference, in the organ's frame; places slide, the tip cuts.
-  // set: as it was solved. Returns step flags. Cost: a search for a tetrahedron where the tip moves in the tissue.
-  std::uint32_t end_tool(std::int32_t t, const Tool& tool, const ContactConstraints& set, const Vec3* force,
-                         const ContactSolver& solver, const OrganPose& organ, bool solved, Vec3* sum, Vec3* torque);
+  // Returns step flags. Cost: a search for a tetrahedron where the tip moves in the tissue.
+  std::uint32_t end_tool(const TouchStep& step, std::int32_t t, bool solved, Vec3* sum, Vec3* torque);
   bool find_place(Vec3 x, NeedlePlace* place) const;
   void enter(NeedleInTissue& needle, const Tool& tool) const;
   Vec3 displacement(const NeedlePlace& place) const;
@@ -117,12 +116,9 @@ class Needles final : public RowSource {
   RowWish wish_of(const NeedleInTissue& needle, const Tool& tool, const NeedlePlace& place, double length,
                   const ConstraintId& id) const;
   static void let_go_passed(NeedleInTissue& needle);
-  Vec3 moved(const NeedlePlace& place, int c, std::int32_t p, const ContactConstraints& set, const Vec3* force,
-             const ContactSolver& solver) const;
-  void slide(NeedleInTissue& needle, const ContactConstraints& set, const Vec3* force,
-             const ContactSolver& solver) const;
-  std::uint32_t move_tip(NeedleInTissue& needle, const Tool& tool, const ContactConstraints& set, const Vec3* force,
-                         const ContactSolver& solver) const;
+  Vec3 moved(const TouchStep& step, const NeedlePlace& place, int c, std::int32_t p) const;
+  void slide(const TouchStep& step, NeedleInTissue& needle) const;
+  std::uint32_t move_tip(const TouchStep& step, NeedleInTissue& needle, const Tool& tool) const;
   bool may_take_place(const NeedleInTissue& needle, const Tool& tool) const;
   void take_place(NeedleInTissue& needle, Vec3 now) const;
 

@@ -591,9 +591,6 @@ TEST(Links, BadOnesAreRefusedWithASentenceAndChangeNothing) {
   linked.set({});
   linked.touch();
   EXPECT_EQ(linked.contacts->node_count, 0);
-
-  EXPECT_THAT(refusal_of(tiny_box(), with(linked_def(), PALPATE_DEFORMATION_LARGE)).text,
-              testing::HasSubstr("deformation LINEAR"));
 }
 
 TEST(Links, OnFixedTissueStandWhereItStands) {

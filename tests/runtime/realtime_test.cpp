@@ -153,7 +153,7 @@ std::vector<SceneDef> every_effect() {
                                  ? collision == PALPATE_COLLISION_OFF
                                  : contact == PALPATE_CONTACT_PATCH && collision == PALPATE_COLLISION_REST;
         if (on ? collision != PALPATE_COLLISION_DEFORMED : !deforms) continue;
-        def.large.deformation = PALPATE_DEFORMATION_LARGE, def.links.max_links = def.grasps.grasps = 0;
+        def.large.deformation = PALPATE_DEFORMATION_LARGE;
         def.force = PALPATE_FORCE_LINEAR, def.radial = PALPATE_RADIAL_OFF;
         all.push_back(def);
         def.large.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;

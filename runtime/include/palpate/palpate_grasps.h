@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-/* Each tool may grasp (palpate_grasp). Needs contact PATCH and an organ that is not under large deformation. */
+/* Each tool may grasp (palpate_grasp). Needs contact PATCH. */
 typedef struct palpate_grasps_def {
   palpate_part part;
   int32_t grasps;   /* default 1; 0: no tool grasps, and there is no memory for it */

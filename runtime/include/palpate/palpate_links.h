@@ -24,7 +24,7 @@
 extern "C" {
 #endif
 
-/* Links of the organ (palpate_scene_set_links). Needs an organ that is not under large deformation. */
+/* Links of the organ (palpate_scene_set_links). */
 typedef struct palpate_links_def {
   palpate_part part;
   int32_t max_links; /* default 0    [0 .. 1000] links; 0: none, and neither time nor memory for them */

@@ -23,8 +23,8 @@
 extern "C" {
 #endif
 
-/* Each tool may have a needle (palpate_needle). Needs a bundle with a corridor, displacements that are stored in f32 or as a compliance in
- * blocks, and an organ that is not under large deformation. */
+/* Each tool may have a needle (palpate_needle). Needs a bundle with a corridor, and displacements that are stored in f32 or as a
+ * compliance in blocks. */
 typedef struct palpate_needles_def {
   palpate_part part;
   int32_t needles;       /* default 1; 0: no tool has a needle, and it costs neither time nor memory      */

@@ -121,7 +121,6 @@ TEST_F(SceneFile, RefusesAGraspThatCannotHoldWithLineAndKey) {
   refused("radius = 5\nclosed = [[1, 1]]\n", "closed[0]: ");
   refused("radius = 5\ncolour = 1\n", "unknown key \"colour\"");
   expect_refused(grasp + "radius = 5\n", "[effects]\ncontact = \"point\"\n", "contact = \"patch\"");
-  expect_refused(grasp + "radius = 5\n", "[effects]\ndeformation = \"large\"\n", "deformation = \"linear\"");
   expect_refused(kPoint + kPath + "turn = [[1, 0, 0, 0], [0, 0, 0, 0]]\n", "", "turn[1]: expected a time");
   expect_refused(kPoint + kPath + "turn = [[0, 0, 0, 1e7]]\n", "", "turn[0]: ");
 }
@@ -159,8 +158,6 @@ TEST_F(SceneFile, RefusesANeedleThatCannotPierceWithLineAndKey) {
   refused("radius = 1\ncutting_force = -1\n", "cutting_force: ");
   refused("radius = 1\nspacing = 0.05\n", "a length of 0.1 mm to 1 m");
   refused("radius = 1\ncolour = 1\n", "unknown key \"colour\"");
-  expect_refused(needle + "radius = 1\n", "[effects]\ndeformation = \"large\"\n",
-                 "deformation = \"linear\" in [effects], since tool \"t\"");
   expect_refused(needle + "radius = 1\n", "[limits]\nneedle_places = 65\n", "a whole number of 2 to 64");
   expect_refused(kPath + "[tool.needle]\nradius = 1\n", "", "entry: ");
   expect_refused("near = [1, 2, 3]\ndepth = [[0, 0]]\n[tool.needle]\nradius = 1\nentry = [0, 0, 0]\n", "", "no entry");
@@ -255,7 +252,6 @@ TEST_F(SceneFile, RefusesALinkThatCannotBeWithLineAndKey) {
   refused(thread + two + "breaking_force = 0\n", "a force above 0 N");
   refused(thread + two + "radius = 2000\n", "a length of at most 1 m");
   refused(thread + two + "radius = 2\n", "link \"suture\"", "[effects]\ncontact = \"node\"\n");
-  refused(thread + two, "deformation = \"linear\"", "[effects]\ndeformation = \"large\"\n");
   refused(thread + two + "from = [0, 0, 0]\n", "unknown key \"from\"");
   std::string many = thread + "places = [";
   for (int i = 0; i < 1001; ++i) many += "[0, 0, 0],";
