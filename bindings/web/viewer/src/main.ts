@@ -55,7 +55,8 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private linked = 0; // ms, when the address was last compared
   saved: Extract<FromWorker, { type: "saved" }> | null = null; // the last file
   private lastTouch = 0; // ms
-  private measured = false;
+  private measured = false; // or being measured: what effects cost
+  private measuresLarge = false; // under large deformation too, as the user asked
   private frames = new FrameClock();
   private limit: LinearLimit | null = null;
   private field: FieldOf = "none"; // that the worker was asked for
@@ -97,7 +98,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private heard(message: FromWorker) {
     if (message.type === "frame") return this.take(message);
     if (message.type === "progress") return this.progress(message.done, message.total);
-    if (message.type === "costs") return this.effectsPanel.showCosts(message.costs);
+    if (message.type === "costs") return this.showCosts(message);
     if (message.type === "opened") return void this.open(message);
     if (message.type === "accepted") return void (this.accepted = { effects: message.effects, tool: message.tool, fine: this.fine });
     if (message.type === "replayed") return this.afterReplay(message);
@@ -128,7 +129,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.tool = DEFAULT_TOOL;
     this.buffer = this.newest = this.pressed = this.replayed = this.ownScene = null;
     this.recordedSteps = 0;
-    this.measured = false;
+    this.measured = this.measuresLarge = false;
     this.pointer.forget();
     this.plot.clear();
     this.view.most = 0.005;
@@ -302,7 +303,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private changeEffects(effects: PageEffects, otherMesh = false) {
     this.effects = effects;
     this.showFacts();
-    this.measured = false;
+    this.measured = this.measuresLarge = false;
     this.pointer.forget();
     const mesh = otherMesh && this.fine ? { positions: this.fine.positions, normals: this.fine.normals, parents: this.fine.parents } : undefined;
     this.tell({ type: "effects", effects, tool: this.tool, mesh });
@@ -388,6 +389,9 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private connectOwn() {
     this.click("replay", () => this.replay());
     this.click("undo", () => this.undo());
+    this.click("measure", () => {
+      this.measured = !(this.measuresLarge = true);
+    });
     this.click("device", () => this.connectDevices(this.linkedTo === null ? BRIDGE : null));
     this.click("open", () => byId("file").click());
     this.click("open-path", () => byId("path-file").click());
@@ -525,7 +529,14 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     const hit = this.pressed ?? this.front();
     if (!hit || document.hidden) return;
     this.measured = true;
-    this.tell({ type: "measure", place: hit.place, normal: hit.normal });
+    this.tell({ type: "measure", place: hit.place, normal: hit.normal, large: this.measuresLarge });
+  }
+
+  private showCosts({ costs, left, interrupted }: Extract<FromWorker, { type: "costs" }>) {
+    this.effectsPanel.showCosts(costs);
+    byId("measuring").textContent = left ? word("effects.measuring", { left }) : "";
+    byId("measure-control").hidden = !this.info?.hasLarge || costs.some(({ effect }) => effect === "large") || this.measuresLarge;
+    if (interrupted) this.measured = false;
   }
 
   // What the page shows now, for scripts.

@@ -14,6 +14,10 @@ export class TouchLoop {
   // step: makes one touch, and says whether there are tools or motions. after: the touches of one wake-up.
   constructor(private step: () => boolean, private after: () => void = () => {}) {}
 
+  get isRunning() {
+    return this.running;
+  }
+
   run() {
     this.quiet = 0;
     if (this.running) return;
