@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { cpSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { get } from "node:http";
 import { test } from "node:test";
-import { looksRight } from "./axe.mjs";
+import { looksRight, violations } from "./axe.mjs";
 import { bundle, closed, drag, folder, inState, notice, noTools, open, packageFolder, ready, renderMesh } from "./page.mjs";
 
 const data = `${folder}/data`, PICTURE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
@@ -133,6 +133,9 @@ for (const [colorScheme, language, heading] of [["light", "en", "Organs"], ["dar
     assert.equal(await page.textContent("#organs dt"), language === "de" ? "Gehalten" : "Held");
     await looksRight(page, `gallery-${colorScheme}`);
     await wide();
+    const style = await page.addStyleTag({ content: "#task-start a { color: var(--accent); }" });
+    assert.match((await violations(page)).join(), /contrast 1\.00/, "a control in the colour of its ground is found");
+    await style.evaluate((one) => one.remove());
     await page.click("#task-start a");
     await inState(page, "ready");
     await looksRight(page, `task-${colorScheme}`, { fullPage: false });
