@@ -205,6 +205,7 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
   private show() {
     const by = this.colour as ColourBy;
     this.organ!.tell({ type: "colour", by });
+    this.organ!.view.scale(by);
     this.organ!.view.show({ colour: by !== "nothing", mesh: false, fixed: false, soft: false, touchable: false });
   }
 

@@ -8,7 +8,7 @@ import {
   frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type Cost, type FieldOf, type Frame, type FromWorker, type PageEffects, type Path, type Recording, type SavedFile,
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
-import { answerOf, FrameCounts, openStream, startRuntime } from "./engine_thread";
+import { answerOf, DownloadError, FrameCounts, openStream, startRuntime } from "./engine_thread";
 import { HeldTools } from "./held_tools";
 import { MotionClocks } from "./motion_clocks";
 import { nodulesOf } from "./nodules";
@@ -48,7 +48,12 @@ let replay: { path: Path; step: number; touched: boolean } | null = null;
 // ---- bundles ---------------------------------------------------------------------------------------------------------
 
 async function fetchBundle(url: string) {
-  const answer = await answerOf(url);
+  let answer: Response | null;
+  try {
+    answer = await answerOf(url);
+  } catch (error) {
+    return say({ type: "refused", name: url, what: "download", message: (error as Error).message, byteOffset: 0 });
+  }
   if (!answer) return say({ type: "refused", name: url, what: "absent", message: "", byteOffset: 0 });
   await opening(url, (engine) => openStream(engine, answer, (done, total) => say({ type: "progress", done, total })));
 }
@@ -75,7 +80,7 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     opened?.close();
     const { message } = error as Error;
     if (error instanceof PalpateError) say({ type: "refused", name, what: "bundle", message, byteOffset: error.byteOffset });
-    else say({ type: "refused", name, what: "runtime", message, byteOffset: 0 });
+    else say({ type: "refused", name, what: error instanceof DownloadError ? "download" : "runtime", message, byteOffset: 0 });
   }
 }
 

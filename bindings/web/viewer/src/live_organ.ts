@@ -41,6 +41,7 @@ export class LiveOrgan {
   constructor(canvas: HTMLCanvasElement, pointer: Omit<PointerOptions, "followsDeformed">, private surface: () => Promise<ArrayBuffer | null>,
               private start: (own: PageEffects) => PageEffects, private events: LiveEvents, otherWays: WayToStart[] = []) {
     this.view = new OrganView(canvas);
+    this.view.outlinesRest = true;
     this.pointer = new ToolPointer(canvas, this.view, { ...pointer, followsDeformed: () => this.effects.collision === "deformed" });
     const own: WayToStart = () => new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
     this.engine = new EngineStart([own, ...otherWays], (message) => this.heard(message), (message) => events.refused({ type: "refused", name: "", what: "runtime", message, byteOffset: 0 }));

@@ -180,7 +180,7 @@ export type FromWorker =
   | { type: "started" } // the first of all
   | { type: "progress"; done: number; total: number }
   | { type: "opened"; name: string; mesh: Mesh; nodules: Nodule[]; info: BundleInfo; provenance: Record<string, unknown>; bytes: number; simd: boolean }
-  | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime" | "scene"; message: string; byteOffset: number }
+  | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "download" | "runtime" | "scene"; message: string; byteOffset: number }
   | { type: "accepted"; effects: PageEffects; tool: ToolShape }
   | { type: "replayed"; positions: Float32Array; fine: Float32Array; touched: boolean; nearest: number } // the nodes of the last shape, m, and the finer mesh's; whether a tool met the organ, and else the least distance, m, between a tool and the nodes at rest
   | { type: "played"; forces: Float64Array } // the tools of "scene" have come to their end; [step][tool][x y z] N, on the tool
