@@ -1,5 +1,5 @@
-// write_tiny_bundle FILE [long | nodule | large | motions | corridor]: writes the box bundle of tests/support; long: a box so long that
-// blocks have low rank; nodule: a larger box with a cube ten times as stiff inside; large: with what large deformation needs; motions: with
+// write_tiny_bundle FILE [long | nodule | healthy | large | motions | corridor]: writes the box bundle of tests/support; long: a box so long that
+// blocks have low rank; nodule: a larger box with a cube ten times as stiff inside; healthy: the same, as stiff as the rest; large: with what large deformation needs; motions: with
 // those of box_motions.h; corridor: a box of 6 x 7 x 7 cells of frame LPS, with a corridor of all nodes inside it.
 #include <algorithm>
 #include <functional>
@@ -14,8 +14,7 @@ using namespace palpate;
 using namespace palpate::tests;
 
 // The stiff tetrahedra have no node on the surface and lie above z = 20 mm, so that the face z = 60 mm is the nearest one.
-BundleParts bundle_with_nodule() {
-  const double stiffer = 10;
+BundleParts bundle_with_nodule(double stiffer) {
   const TinyBox box{.cells = {5, 5, 5}, .size = {0.06, 0.06, 0.06}};
   DenseBody dense = dense_box(box);
   TetrahedralMesh& mesh = dense.body.mesh;
@@ -48,11 +47,12 @@ BundleParts bundle_with_corridor() {
 
 int main(int argc, char** argv) {
   const std::string_view form = argc == 3 ? argv[2] : "";
-  const bool known =
-      form == "" || form == "long" || form == "nodule" || form == "large" || form == "motions" || form == "corridor";
+  const bool known = form == "" || form == "long" || form == "nodule" || form == "healthy" || form == "large" ||
+                     form == "motions" || form == "corridor";
   if (argc < 2 || argc > 3 || !known) return 2;
   const TinyBox long_box{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}};
-  BundleParts parts = form == "nodule"     ? bundle_with_nodule()
+  BundleParts parts = form == "nodule"     ? bundle_with_nodule(10)
+                      : form == "healthy"  ? bundle_with_nodule(1)
                       : form == "corridor" ? bundle_with_corridor()
                                            : tiny_bundle(form == "long" ? long_box : TinyBox{});
   if (form == "large") add_large_deformation(parts);

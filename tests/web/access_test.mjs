@@ -114,6 +114,49 @@ test("on the empty page the first Tab comes to its button", async () => {
   await page.close();
 });
 
+test("a finger's way of 47 px goes 6 mm deep at the most, however small the organ is drawn", async () => {
+  const page = await ready({ viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true });
+  for (let i = 0; i < 4; ++i) await page.evaluate(() => globalThis.palpateViewer.view.camera.nearer(2)).then(() => frame(page));
+  const scale = await page.evaluate(() => globalThis.palpateViewer.view.metresPerPixel(globalThis.palpateViewer.front().point));
+  assert.ok(scale > 3e-4, `${scale} m for each pixel`);
+  const client = await page.context().newCDPSession(page), [x, y] = await page.evaluate(() => {
+    const { view: { camera: { camera } } } = globalThis.palpateViewer, box = document.getElementById("organ").getBoundingClientRect(), p = camera.position.clone().set(...globalThis.palpateViewer.front().point).project(camera);
+    return [box.x + ((p.x + 1) / 2) * box.width, box.y + ((1 - p.y) / 2) * box.height];
+  });
+  const finger = (type, ...at) => client.send("Input.dispatchTouchEvent", { type, touchPoints: at.map(([fx, fy], id) => ({ x: fx, y: fy, id })) });
+  await finger("touchStart", [x, y]);
+  await finger("touchMove", [x + 20, y]);
+  await finger("touchMove", [x + 47, y]);
+  await pressedTo(page, 5.7);
+  await finger("touchEnd");
+  await closed(page);
+});
+
+test("the panel closes and opens at every size, and nothing that is shown lies over another", async () => {
+  const page = await ready();
+  for (const language of ["en", "de"]) {
+    await page.selectOption("#language", language, { force: true });
+    for (const [width, height] of [[1440, 900], [820, 1180], [844, 390], [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      for (const isOpen of width > 760 && height > 500 ? [true, false] : [false, true]) {
+        await frame(page);
+        assert.equal(await page.isVisible("#panel"), isOpen, `${width} x ${height}`);
+        const over = await page.evaluate(() => {
+          const parts = ["#title", "#readout", "#trust", "#legends", "#corner", "#tools"].map((name) => document.querySelector(name)).filter((one) => one.checkVisibility({ visibilityProperty: true }));
+          const boxes = parts.map((one) => [one.id, one.getBoundingClientRect()]);
+          const meet = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1;
+          const pairs = boxes.flatMap(([a, of], i) => boxes.slice(i + 1).filter(([, other]) => meet(of, other)).map(([b]) => `${a} over ${b}`));
+          return [...pairs, ...boxes.filter(([, { left, right }]) => left < -1 || right > innerWidth + 1).map(([a]) => `${a} beyond the page`)];
+        });
+        assert.deepEqual(over, [], `${language}, ${width} x ${height}, ${isOpen ? "open" : "closed"}`);
+        await picture(page, `layout-${language}-${width}-${isOpen ? "open" : "closed"}`);
+        await page.click("#more");
+      }
+    }
+  }
+  await closed(page);
+});
+
 test("on a phone every control is 44 px high or more", async () => {
   const page = await ready({ viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true });
   await page.click("#more");

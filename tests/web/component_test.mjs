@@ -2,11 +2,13 @@
 // <palpate-viewer> in the example page. PALPATE_PACKAGE: the folder of the npm package.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
+import { copyFileSync, createReadStream, mkdirSync, readdirSync, readFileSync, rmSync, statSync, symlinkSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
 import { violations } from "./axe.mjs";
-import { bundle, closed, folder, frame, open, packageFolder, renderMesh } from "./page.mjs";
+import { bundle, closed, folder, frame, open, packageFolder, renderMesh, require } from "./page.mjs";
 
 const npm = process.env.PALPATE_PACKAGE;
 const { serveExample } = await import(pathToFileURL(`${packageFolder}/example/serve.mjs`));
@@ -137,4 +139,133 @@ organ.addEventListener("palpate-touch", ({ detail }) => detail.tools[0]?.force.z
 export const wrong = async (scenes: Awaited<ReturnType<typeof make>>) => scenes.bundle.createScene({ contact: "disc" });
 `);
   execFileSync(`${packageFolder}/node_modules/.bin/tsc`, ["--noEmit", "--strict", "--target", "es2022", "--module", "esnext", "--moduleResolution", "bundler", "program.ts"], { cwd: user });
+});
+
+// ---- the packed package in pages of others -----------------------------------------------------------------------------
+
+const PAGE = `<!doctype html><html lang="en"><meta charset="utf-8"><title>Empty</title><palpate-viewer bundle="bundle.h5"></palpate-viewer>`;
+const vite = await import(pathToFileURL(require.resolve("vite").replace(/index\.cjs$/, "dist/node/index.js")));
+
+// A project with the packed package in node_modules. files: beside it.
+function project(name, files) {
+  const root = join(folder, name), installed = join(root, "node_modules/palpate");
+  rmSync(root, { recursive: true, force: true });
+  mkdirSync(installed, { recursive: true });
+  execFileSync("npm", ["pack", "--silent", "--pack-destination", root, npm], { cwd: root });
+  execFileSync("tar", ["-xzf", readdirSync(root).find((file) => file.endsWith(".tgz")), "--strip-components=1", "-C", installed], { cwd: root });
+  mkdirSync(join(root, "public"));
+  copyFileSync(bundle, join(root, "public/bundle.h5"));
+  writeFileSync(join(root, "package.json"), '{ "type": "module", "private": true }');
+  for (const [file, text] of Object.entries(files)) writeFileSync(join(root, file), text);
+  return root;
+}
+
+// Serves folders as they are. Returns the address.
+const servers = [];
+after(() => servers.forEach((one) => one.close()));
+const TYPES = { html: "text/html; charset=utf-8", js: "text/javascript", wasm: "application/wasm" };
+function serve(folders, headers = {}) {
+  const other = createServer(({ url }, response) => {
+    const path = decodeURI(url.replace(/[?#].*/, "").replace(/\/$/, "/index.html")), file = folders.map((at) => join(at, path)).find((one) => statSync(one, { throwIfNoEntry: false })?.isFile());
+    if (!file) return response.writeHead(404).end();
+    response.writeHead(200, { "Content-Type": TYPES[file.split(".").pop()] ?? "application/octet-stream", "Content-Length": statSync(file).size, ...headers });
+    createReadStream(file).pipe(response);
+  });
+  servers.push(other);
+  return new Promise((done) => other.listen(0, "127.0.0.1", () => done(`http://127.0.0.1:${other.address().port}/`)));
+}
+
+// The element opens its organ and is pressed; nothing was refused.
+async function isTouched(at, prepare = async () => {}) {
+  const page = await open({}, async (p) => {
+    await p.addInitScript(() => {
+      globalThis.heard = [];
+      for (const name of ["palpate-open", "palpate-error"]) addEventListener(name, ({ detail: { message = "" } }) => globalThis.heard.push([name, message]));
+      addEventListener("palpate-touch", ({ detail: { tools } }) => (globalThis.touched ||= tools[0]?.contacts > 0));
+    });
+    await prepare(p);
+  }, at);
+  await page.waitForFunction(() => globalThis.heard.length);
+  assert.deepEqual(await page.evaluate(() => globalThis.heard), [["palpate-open", ""]]);
+  await page.waitForFunction(() => document.querySelector("palpate-viewer").organ.shape);
+  await frame(page); // the camera is where the organ is drawn from
+  await page.evaluate(() => document.querySelector("palpate-viewer").press());
+  await page.waitForFunction(() => globalThis.touched);
+  return page;
+}
+
+const VITE = {
+  "index.html": `${PAGE}<script type="module" src="/main.js"></script></html>`,
+  "main.js": `import { hasSimd, loadRuntime } from "palpate";
+import simd from "palpate/simd/palpate.wasm?url";
+import baseline from "palpate/baseline/palpate.wasm?url";
+import "palpate/viewer";
+const runtime = await loadRuntime(fetch(hasSimd() ? simd : baseline));
+globalThis.nodes = runtime.openBundle(await (await fetch("bundle.h5")).arrayBuffer()).info.nodeCount;
+`,
+};
+const inModule = async (page) => {
+  await page.waitForFunction(() => globalThis.nodes);
+  assert.equal(await page.evaluate(() => globalThis.nodes), 64);
+};
+
+test("the packed package works in an empty page of Vite, served and built", async () => {
+  const root = project("vite", VITE), settings = { root, configFile: false, logLevel: "error" };
+  const dev = await vite.createServer({ ...settings, server: { port: 0, host: "127.0.0.1" } });
+  try {
+    await dev.listen();
+    const page = await isTouched(dev.resolvedUrls.local[0]);
+    await inModule(page);
+    await closed(page);
+  } finally {
+    await dev.close();
+  }
+  await vite.build({ ...settings, base: "./", build: { target: "es2022" } });
+  const built = await isTouched(await serve([join(root, "dist")]));
+  await inModule(built);
+  await closed(built);
+});
+
+const STATIC = (at) => ({
+  "index.html": `${PAGE}<script type="module" src="main.js"></script></html>`,
+  "main.js": `import { hasSimd, loadRuntime } from "${at}palpate.js";
+import "${at}palpate-viewer.js";
+const runtime = await loadRuntime(fetch(new URL(hasSimd() ? "${at}simd/palpate.wasm" : "${at}baseline/palpate.wasm", import.meta.url)));
+globalThis.nodes = runtime.openBundle(await (await fetch("bundle.h5")).arrayBuffer()).info.nodeCount;
+`,
+});
+const POLICY = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:";
+
+test("the packed package works as plain files, under a policy that forbids styles in the text and unsafe-eval", async () => {
+  const root = project("static", STATIC("./node_modules/palpate/"));
+  const broken = [], page = await isTouched(await serve([root, join(root, "public")], { "Content-Security-Policy": POLICY }), async (p) => {
+    p.on("console", (line) => /Content Security Policy/.test(line.text()) && broken.push(line.text()));
+  });
+  await inModule(page);
+  assert.equal(await page.evaluate(() => getComputedStyle(document.querySelector("palpate-viewer")).position), "relative", "its style is there");
+  assert.deepEqual(broken, []);
+  assert.match(page.workers()[0].url(), /palpate-engine\.js$/, "the engine's own file is the worker");
+  await closed(page);
+});
+
+test("the packed package works from another origin", async () => {
+  const root = project("elsewhere", {}), at = await serve([join(root, "node_modules/palpate")], { "Access-Control-Allow-Origin": "*" });
+  const here = project("here", STATIC(at)), page = await isTouched(await serve([here, join(here, "public")]));
+  await inModule(page);
+  await closed(page);
+});
+
+test("an engine that a page's policy refuses is named as the cause, and so is a file that is no WebAssembly", async () => {
+  const root = project("refused", STATIC("./node_modules/palpate/"));
+  const page = await open({}, async (p) => p.addInitScript(() => {
+    globalThis.heard = [];
+    addEventListener("palpate-error", ({ detail }) => globalThis.heard.push(detail.message));
+  }), await serve([root, join(root, "public")], { "Content-Security-Policy": POLICY.replace("worker-src 'self'", "worker-src 'none'") }));
+  await page.waitForFunction(() => globalThis.heard.length);
+  const [message] = await page.evaluate(() => globalThis.heard);
+  assert.match(message, /engine/);
+  assert.doesNotMatch(message, /WebGL/);
+  const wrong = await page.evaluate(async () => (await import("./node_modules/palpate/palpate.js")).loadRuntime(fetch("index.html")).catch((error) => error.message));
+  assert.match(wrong, /index\.html: expected a WebAssembly module, found "<!do"/);
+  await page.close();
 });

@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { cpSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
 import { get } from "node:http";
 import { test } from "node:test";
-import { looksRight } from "./axe.mjs";
+import { looksRight, violations } from "./axe.mjs";
 import { bundle, closed, drag, folder, inState, notice, noTools, open, packageFolder, ready, renderMesh } from "./page.mjs";
 
 const data = `${folder}/data`, PICTURE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
@@ -14,7 +14,7 @@ for (const of of ["plate/5 mm/corners/pictures", "liver-tumour/1700/face", "live
 cpSync(bundle, `${data}/plate/5 mm/corners/bundle.h5`);
 writeFileSync(`${data}/plate/5 mm/corners/pictures/boundary.png`, Buffer.from(PICTURE, "base64"));
 if (renderMesh) cpSync(renderMesh, `${data}/plate/render.ply`);
-cpSync(bundle, `${data}/liver-tumour/1700/face-healthy/bundle.h5`);
+execFileSync(process.env.WRITE_TINY_BUNDLE, [`${data}/liver-tumour/1700/face-healthy/bundle.h5`, "healthy"]);
 cpSync(bundle, `${data}/bundle.h5`); // of no case
 writeFileSync(`${data}/notes.txt`, "not for the page");
 // A point and the links of a report as studies/accuracy/report.py writes them.
@@ -37,7 +37,7 @@ test("the gallery lists each bundle with organ, boundary set, size and picture; 
   const cards = await page.$$eval("#organs li", (items) => items.map((item) => ({
     words: [item.querySelector("h2"), ...item.querySelectorAll("dd")].map((one) => one.textContent), picture: item.querySelector("img")?.complete && item.querySelector("img").naturalWidth,
   })));
-  assert.deepEqual(cards.map(({ words }) => words.slice(0, 3).join(" ")), ["liver-tumour face-healthy 1700", "liver-tumour face 1700", "plate corners 5 mm"]);
+  assert.deepEqual(cards.map(({ words }) => words.slice(0, 3).join(" ")), ["liver-tumour face 1700", "liver-tumour face-healthy 1700", "plate corners 5 mm"]);
   for (const { words } of cards) assert.match(words[3], /^\d+\.\d MB$/);
   await page.waitForFunction(() => document.querySelector("#organs img").naturalWidth === 1);
   assert.equal(await page.locator("#organs img").count(), 1);
@@ -126,6 +126,35 @@ test("the task scores the place of the last press in millimetres, reveals the no
   await closed(page);
 });
 
+test("the task's advice is true: beside the healthy organ a press takes more force over the nodule, and most where it is nearest", async () => {
+  const page = await gallery();
+  await page.click("#task-start a");
+  await inState(page, "ready");
+  await page.waitForFunction(() => /more force than at the same place of a healthy organ/.test(document.querySelector("#task p").textContent));
+  // Over the face z = 60 mm, from its middle outwards; the nodule is 36 mm wide.
+  const times = await page.evaluate(async () => {
+    const viewer = globalThis.palpateViewer, found = [];
+    for (const x of [0.03, 0.02, 0.01, 0.005]) found.push(await viewer.timesHealthy({ place: [x, 0.03, 0.06], normal: [0, 0, 1] }));
+    return found;
+  });
+  assert.ok(times.every((one, i) => one > 1 && (i === 0 || one < times[i - 1])), times.join(", "));
+  assert.ok(times[0] > 1.1, `${times[0]} times`);
+  await drag(page, [0, 0], [60, -40]);
+  await page.waitForFunction(() => /^1 press\. There, 6 mm take \d\.\d\d times the force of a healthy organ\. Is the place/.test(document.querySelector("#task p").textContent));
+  await closed(page);
+});
+
+test("without a healthy organ beside it the task gives no advice", async () => {
+  rmSync(`${folder}/alone`, { recursive: true, force: true });
+  cpSync(`${data}/liver-tumour/1700/face`, `${folder}/alone/liver-tumour/1700/face`, { recursive: true });
+  const page = await gallery({}, `${folder}/alone`);
+  await page.click("#task-start a");
+  await inState(page, "ready");
+  await drag(page, [0, 0], [60, -40]);
+  assert.match(await answer(page), /^1 press\. Is the place/);
+  await closed(page);
+});
+
 for (const [colorScheme, language, heading] of [["light", "en", "Organs"], ["dark", "de", "Organe"]])
   test(`axe-core finds nothing in the gallery and in the task, ${colorScheme}, ${language}, at 1440, 820 and 390 px`, async () => {
     const page = await gallery({ colorScheme }, data, language), wide = () => page.setViewportSize({ width: 1440, height: 900 });
@@ -133,6 +162,9 @@ for (const [colorScheme, language, heading] of [["light", "en", "Organs"], ["dar
     assert.equal(await page.textContent("#organs dt"), language === "de" ? "Gehalten" : "Held");
     await looksRight(page, `gallery-${colorScheme}`);
     await wide();
+    const style = await page.addStyleTag({ content: "#task-start a { color: var(--accent); }" });
+    assert.match((await violations(page)).join(), /contrast 1\.00/, "a control in the colour of its ground is found");
+    await style.evaluate((one) => one.remove());
     await page.click("#task-start a");
     await inState(page, "ready");
     await looksRight(page, `task-${colorScheme}`, { fullPage: false });

@@ -78,7 +78,7 @@ export const frame = (page) => page.evaluate(() => new Promise((done) => request
 export const pressesWith = (page, least) =>
   page.waitForFunction((wanted) => (wanted ? Number(document.getElementById("newtons").textContent) > wanted : Number(document.getElementById("newtons").textContent) === 0), least);
 export const picture = async (page, name) => (await frame(page), page.screenshot({ path: `${folder}/${name}.png` }));
-export const settled = (page) => page.waitForFunction(() => document.querySelectorAll("#effects .cost:not(:empty)").length > 3);
+export const settled = (page) => page.waitForFunction(() => document.querySelectorAll("#effects .cost:not(:empty)").length > 3 && !document.getElementById("measuring").textContent);
 
 // The page measures what effects cost when nobody has touched the organ for a while; `settled` waits for that.
 export async function ready(options) {

@@ -106,6 +106,36 @@ test("large deformation is offered where the bundle has it, changes the force, a
   await closed(page);
 });
 
+test("frames and touches do not wait for the costs of effects; those of large deformation are measured when the page is asked to", async () => {
+  const page = await ready();
+  execFileSync(process.env.WRITE_TINY_BUNDLE, [`${folder}/large.h5`, "large"]);
+  await give(page, "large.h5", readFileSync(`${folder}/large.h5`));
+  await page.waitForFunction(() => !document.querySelector('[data-effect="large"]').disabled);
+  const cost = (effect) => page.evaluate((name) => document.querySelector(`[data-effect=${name}]`).parentElement.querySelector(".cost").textContent, effect);
+  await page.waitForFunction(() => !document.getElementById("measure-control").hidden && !document.getElementById("measuring").textContent);
+  assert.match(await cost("contact"), /^\d/);
+  assert.equal(await cost("large"), "", "nothing was solved that nobody asked for");
+  await page.selectOption('[data-effect="large"]', "on");
+  // What the engine says after it was told to measure: frames go on, and a tool ends the measuring.
+  const said = await page.evaluate(() => new Promise((done) => {
+    const { worker } = globalThis.palpateViewer, { place, normal } = globalThis.palpateViewer.front(), said = [];
+    const point = place.map((x, d) => x - 0.002 * normal[d]), start = place.map((x, d) => x + 0.002 * normal[d]);
+    worker.addEventListener("message", ({ data: { type, left, interrupted, tools } }) => {
+      said.push({ type, left, interrupted });
+      if (type === "frame" && said.some((one) => one.left > 0) && !said.some((one) => one.interrupted)) worker.postMessage({ type: "tool", index: 0, target: { start, point, grasp: null, down: true } });
+      if (type === "frame" && tools[0]?.contacts) done(said);
+    });
+    worker.postMessage({ type: "measure", place, normal, large: true });
+  }));
+  const interrupted = said.findIndex((one) => one.interrupted);
+  assert.ok(interrupted > 0 && said.slice(0, interrupted).some(({ type }) => type === "frame"), JSON.stringify(said));
+  assert.ok(said[interrupted - 1].type === "frame" || said[interrupted - 1].left > 0);
+  await page.click("#reset");
+  await page.click("#measure");
+  await page.waitForFunction(() => document.querySelector('[data-effect="large"]').parentElement.querySelector(".cost").textContent);
+  await closed(page);
+});
+
 // ---- links and scene files ---------------------------------------------------------------------------------------------
 
 test("the address restores effects, disc, colour and camera; Back takes an effect back; a link of another bundle changes nothing", async () => {

@@ -1,9 +1,10 @@
 // node use_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER [RENDER_MESH] (page.mjs): what users of the viewer ran into: numbers of two
 // tools in one line, files that were refused without a reason, a camera inside the organ.
 import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { boxSurface, camera, closed, csv, drag, frame, give, inState, middle, noTools, notice, ofFine, open, pathRows, picture, ready, renderMesh, same, shown, steady } from "./page.mjs";
+import { boxSurface, camera, closed, csv, drag, folder, frame, give, inState, middle, noTools, notice, ofFine, open, pathRows, picture, ready, renderMesh, same, shown, steady } from "./page.mjs";
 
 // ---- numbers ---------------------------------------------------------------------------------------------------------
 
@@ -249,6 +250,26 @@ test("the drawn surface meets the drawn tool within 0.2 mm, and stands away from
   await closed(page);
 });
 
+test("the scale of the dent stays while a press deepens, and the dent is seen against the outline at rest", async () => {
+  const page = await ready(), scale = () => page.textContent("#most"), before = await scale();
+  const outline = () => page.evaluate(() => globalThis.palpateViewer.view.outline.visible);
+  assert.equal(before, "5", "a tenth of the 40 mm of the box, rounded up");
+  assert.equal(await outline(), false);
+  await page.click("#keep + span");
+  for (const far of [20, 200]) {
+    await drag(page, [0, 0], [far, 0]);
+    await steady(page);
+    assert.equal(await scale(), before);
+    assert.equal(await outline(), true);
+    await page.click("#reset");
+    await noTools(page);
+  }
+  await page.selectOption("#colour-by", "displacement");
+  await page.waitForFunction(() => document.getElementById("most").textContent === "10");
+  await page.waitForFunction(() => !globalThis.palpateViewer.view.outline.visible);
+  await closed(page);
+});
+
 test("tools meet the organ where it is drawn: a second tool beside a deep one begins without force", async () => {
   const page = await ready();
   assert.equal(await page.isChecked('[data-effect="follow"]'), true);
@@ -313,6 +334,48 @@ test("a path in mm, one far away and one that never meets the organ are named", 
   await notice(page, "path.csv.*fit in mm");
   await play(csv(pathRows(from, [[0, 0.02], [0.3, 0.01]])));
   await notice(page, "never met the organ.*within [\\d.]+ mm");
+  await closed(page);
+});
+
+test("a scene that never meets the organ, and one that is refused, are named by their files", async () => {
+  const page = await ready(), scene = (more) => `name = "away"\nunit = "mm"\n[effects]\ncontact = "point"\n[limits]\nforce = 10\n[[tool]]\npoints = [[0, 0, 0]]\npath = [[0, 900, 900, 900], [0.3, 900, 900, 800]]\n${more}`;
+  await give(page, "away.toml", scene(""), "#path-file");
+  await notice(page, "away\\.toml: no tool of this scene felt the organ");
+  await give(page, "wrong.toml", scene('law = "coulomb"\n'), "#path-file");
+  await notice(page, "^wrong\\.toml: .*law");
+  await give(page, "links.toml", scene('[[link]]\nname = "l"\nkind = "thread"\nplaces = [[0, 0, 0], [900, 900, 900]]\nrest_length = -1\n'), "#path-file");
+  await notice(page, "^links\\.toml: ");
+  await closed(page);
+});
+
+test("a bundle that does not come is told with the cause, not as a server without organs", async () => {
+  for (const [answer, cause] of [[(route) => route.abort("connectionreset"), "Failed to fetch"], [(route) => route.fulfill({ status: 503, body: "" }), "503"]]) {
+    const page = await open({}, (p) => p.route(/bundle\.h5/, answer));
+    await inState(page, "error");
+    assert.match(await page.textContent("#error-title"), /could not be loaded/);
+    assert.match(await page.textContent("#error-text"), new RegExp(`bundle\\.h5: .*${cause}`));
+    await closed(page);
+  }
+});
+
+test("another bundle that one opens is no link of another bundle; what a step told goes away after the touch; the mouse shows no cross", async () => {
+  const page = await ready();
+  await page.selectOption('[data-effect="law"]', "sliding");
+  await page.waitForFunction(() => location.hash.includes("law=sliding"));
+  execFileSync(process.env.WRITE_TINY_BUNDLE, [`${folder}/large.h5`, "large"]);
+  await give(page, "large.h5", readFileSync(`${folder}/large.h5`));
+  await page.waitForFunction(() => !document.querySelector('[data-effect="large"]').disabled);
+  await page.waitForFunction(() => !location.hash.includes("law=sliding"));
+  assert.equal(await page.textContent("#notice"), "");
+  await drag(page, [0, 0], [60, -40], { release: false });
+  assert.equal(await page.isVisible("#cross"), false);
+  // Tells of touches that were left out, and returns what the page says then.
+  const told = () => page.evaluate(() => (globalThis.palpateViewer.numbers({ ...globalThis.palpateViewer.newest.frame, lost: 126 }), document.getElementById("notice").textContent));
+  assert.match(await told(), /126 touches left out/);
+  await page.mouse.up();
+  await noTools(page);
+  await told();
+  await page.waitForFunction(() => document.getElementById("notice").textContent === "");
   await closed(page);
 });
 

@@ -37,7 +37,7 @@ function withoutValues(template) {
 }
 
 // Two words in a row are a sentence for users, apart from shaders, fonts and CSS; and so is a word that is given to the user directly.
-const NOT_SHOWN = /#include|vec4|system-ui|linear-gradient|^[\w-]+ [#.\[]|^translate|\[data-|^\(prefers-|^make -f |^<style>/;
+const NOT_SHOWN = /#include|vec4|system-ui|linear-gradient|^[\w-]+ [#.\[]|^translate|\[data-|^\(prefers-|^make -f |^<canvas /;
 const sentences = (text) => literals(text).filter((one) => /\p{L}{2,}[,;:]? \p{L}{2,}/u.test(one) && !NOT_SHOWN.test(one));
 const GIVEN = /(?:\.(?:textContent|innerText|title|ariaLabel) = |tellUser\(|new Option\(|Error\(|"aria-label", |fillText\()(["`][^"`]*["`])/g;
 const given = (text) => [...text.matchAll(GIVEN)].map(([, one]) => one.slice(1, -1).replace(/\$\{.*?\}+/g, "")).filter((one) => /\p{L}{2,}/u.test(one.replace(/Palpate|\bmm\b/g, "")));

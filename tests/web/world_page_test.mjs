@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
-import { closed, folder, inState, open, palpateRun } from "./page.mjs";
+import { pathToFileURL } from "node:url";
+import { closed, folder, inState, open, packageFolder, palpateRun, require } from "./page.mjs";
 import { piercingNeedle, playScene, pressingProbe, relativeDifference } from "./reference.mjs";
 import { violations } from "./axe.mjs";
 
@@ -242,4 +243,27 @@ test("any organ is pressed and pulled; organs press one another; motions play, s
   await page.selectOption("#language", "de");
   assert.equal(await page.textContent("#home"), "Alle Organe");
   await closed(page);
+});
+
+test("touches that take 5 ms leave time for frames between them", async () => {
+  const { transformWithEsbuild } = await import(pathToFileURL(require.resolve("vite").replace(/index\.cjs$/, "dist/node/index.js")));
+  const source = readFileSync(`${packageFolder}/viewer/src/touch_loop.ts`, "utf8").replace(/^import .*$/m, "const TOUCH_HZ = 1000;");
+  const { code } = await transformWithEsbuild(source, "touch_loop.ts"), { TouchLoop } = await import(`data:text/javascript,${encodeURIComponent(code)}`);
+  let touches = 0;
+  const loop = new TouchLoop(() => {
+    for (const until = performance.now() + 5; performance.now() < until; );
+    return ++touches < 200;
+  });
+  loop.run();
+  // What a browser calls for each message: the time between two, in the middle of many.
+  const waits = [];
+  for (let before = performance.now(); touches < 200; ) {
+    await new Promise((done) => setTimeout(done, 0));
+    const now = performance.now();
+    waits.push(now - before);
+    before = now;
+  }
+  const middle = waits.sort((a, b) => a - b)[Math.floor(waits.length / 2)];
+  assert.ok(middle < 60, `${middle} ms between frames`);
+  assert.ok(loop.lost > 100, `${loop.lost} touches of which nobody could make so many`);
 });

@@ -11,6 +11,7 @@ import { fetched, progressWords } from "../viewer/src/served";
 import { forceLabels, TOOL_COLOURS } from "../viewer/src/tool_readout";
 import { isLanguage, useLanguage, word } from "../viewer/src/words";
 import type { PalpateViewer, PalpateViewerEventMap } from "./palpate-viewer";
+import { waysToStart } from "./package_engine";
 import style from "./style.css?inline";
 
 const WATCHED = ["bundle", "effects", "disc", "colour"];
@@ -125,7 +126,10 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
 
   private build() {
     const root = this.shadowRoot ?? this.attachShadow({ mode: "open", delegatesFocus: true });
-    root.innerHTML = `<style>${style}</style><canvas tabindex="0" role="application"></canvas><div class="cross" hidden></div>
+    const sheet = new CSSStyleSheet(); // a page may forbid styles in its text
+    sheet.replaceSync(style);
+    root.adoptedStyleSheets = [sheet];
+    root.innerHTML = `<canvas tabindex="0" role="application"></canvas><div class="cross" hidden></div>
       <div class="labels" aria-hidden="true"></div><p class="said" role="status"></p>`;
     const part = (name: string) => root.querySelector<HTMLElement>(name)!;
     [this.canvas, this.labels, this.said] = [part("canvas") as HTMLCanvasElement, part(".labels"), part(".said")];
@@ -140,7 +144,7 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
       opening: () => {}, accepted: () => {}, opened: (bundle) => this.opened(bundle), refused: (why) => this.refused(why),
       progress: (done, total) => this.say(progressWords(done, total)),
       framed: (frame) => this.framed(frame),
-    });
+    }, waysToStart);
     new Keys(this.canvas, new Cross(this.canvas, this.shadowRoot!.querySelector<HTMLElement>(".cross")!), {
       isOpen: () => this.info !== null, turn: (right, up) => organ.view.camera.turn(right, up), nearer: (factor) => organ.view.camera.nearer(factor),
       push: (down, x, y) => organ.pointer.key(down, x, y), home: () => this.home(), undo: () => {}, replay: () => this.press(), reset: () => this.reset(),
@@ -170,7 +174,8 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
   }
 
   private refused({ what, name, message }: Extract<FromWorker, { type: "refused" }>) {
-    this.fail(what === "absent" ? word("element.absent", { url: name }) : message);
+    if (what === "runtime") this.fail(word("element.engine", { why: message }));
+    else this.fail(what === "absent" ? word("element.absent", { url: name }) : message);
   }
 
   private framed({ tools, flags }: Frame) {
@@ -200,6 +205,7 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
   private show() {
     const by = this.colour as ColourBy;
     this.organ!.tell({ type: "colour", by });
+    this.organ!.view.scale(by);
     this.organ!.view.show({ colour: by !== "nothing", mesh: false, fixed: false, soft: false, touchable: false });
   }
 

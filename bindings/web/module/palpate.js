@@ -90,6 +90,8 @@ export async function loadRuntime(wasm) {
   } else {
     bytes = source;
   }
+  const begin = new TextDecoder().decode(ArrayBuffer.isView(bytes) ? new Uint8Array(bytes.buffer, bytes.byteOffset, 4) : bytes.slice(0, 4));
+  if (begin !== "\0asm") throw new Error(`${source instanceof Response ? source.url : "palpate.wasm"}: expected a WebAssembly module, found "${begin}"`);
   return new Runtime((await WebAssembly.instantiate(bytes, imports)).instance);
 }
 
@@ -120,8 +122,9 @@ export class Runtime {
     return offset;
   }
 
-  /** Copies the bytes into the module's memory, once, and checks them. @param {Uint8Array} bytes @returns {Bundle} */
-  openBundle(bytes) {
+  /** Copies the bytes into the module's memory, once, and checks them. @param {Uint8Array | BufferSource} given @returns {Bundle} */
+  openBundle(given) {
+    const bytes = ArrayBuffer.isView(given) ? new Uint8Array(given.buffer, given.byteOffset, given.byteLength) : new Uint8Array(given);
     const store = new HeapBytes(this.heap, bytes.length);
     try {
       store.append(bytes);

@@ -1,14 +1,14 @@
 // The engine's thread: opens bundles, touches at a fixed rate, and computes a shape when the page asks for a frame.
 import { hasSimd, PalpateError, type Bundle, type Runtime, type Scene } from "../../module/palpate.js";
 import { meshOf, provenanceOf } from "./bundle_mesh";
-import { measureCosts } from "./costs";
+import { COST_NAMES, measureCost, solvesBody } from "./costs";
 import { DeviceLink } from "./device_link";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
-  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type FieldOf, type Frame, type FromWorker, type PageEffects, type Path, type Recording, type SavedFile,
+  frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type Cost, type FieldOf, type Frame, type FromWorker, type PageEffects, type Path, type Recording, type SavedFile,
   type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
-import { answerOf, FrameCounts, openStream, startRuntime } from "./engine_thread";
+import { answerOf, DownloadError, FrameCounts, openStream, startRuntime } from "./engine_thread";
 import { HeldTools } from "./held_tools";
 import { MotionClocks } from "./motion_clocks";
 import { nodulesOf } from "./nodules";
@@ -48,7 +48,12 @@ let replay: { path: Path; step: number; touched: boolean } | null = null;
 // ---- bundles ---------------------------------------------------------------------------------------------------------
 
 async function fetchBundle(url: string) {
-  const answer = await answerOf(url);
+  let answer: Response | null;
+  try {
+    answer = await answerOf(url);
+  } catch (error) {
+    return say({ type: "refused", name: url, what: "download", message: (error as Error).message, byteOffset: 0 });
+  }
   if (!answer) return say({ type: "refused", name: url, what: "absent", message: "", byteOffset: 0 });
   await opening(url, (engine) => openStream(engine, answer, (done, total) => say({ type: "progress", done, total })));
 }
@@ -75,13 +80,15 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     opened?.close();
     const { message } = error as Error;
     if (error instanceof PalpateError) say({ type: "refused", name, what: "bundle", message, byteOffset: error.byteOffset });
-    else say({ type: "refused", name, what: "runtime", message, byteOffset: 0 });
+    else say({ type: "refused", name, what: error instanceof DownloadError ? "download" : "runtime", message, byteOffset: 0 });
   }
 }
 
 function close() {
   forget();
   lastRecording = null;
+  interruptMeasuring();
+  costs = [];
   scene?.destroy();
   bundle?.close();
   scene = bundle = null;
@@ -94,6 +101,7 @@ function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMe
     forget();
     scene?.destroy();
     scene = changed;
+    costs = [];
     effects = wanted;
     toolShape = tool;
     if (mesh && mesh !== fineMesh) fineColours = new SurfaceColours({ rest: mesh.positions, normals: mesh.normals, parents: mesh.parents }, spacing);
@@ -164,6 +172,7 @@ function note(tool: RecordedTool, index: number) {
 }
 
 function place(index: number, target: ToolTarget) {
+  interruptMeasuring(); // a device's tools come without a message
   if (!replay && !own && held.place(index, target)) loop.run();
 }
 
@@ -335,13 +344,49 @@ function toolFrame(tool: RecordedTool, index: number): ToolFrame | null {
   return { point: tool.point, force: scene!.force(index), contacts: scene!.contacts(index), depth: held.depth(index, tool.point), normal: scene!.discNormal(index) };
 }
 
-function measure(place: Vector, normal: Vector) {
-  if (!bundle) return;
-  const available = (effect: string) => isAvailable(effect, bundle!.info, fineMesh !== null);
-  say({ type: "costs", costs: measureCosts(bundle, effects, toolShape, fineMesh, BRAIN_RELAXATION, available, place, normal) });
+// ---- what effects cost -----------------------------------------------------------------------------------------------
+
+const SLICE = 8; // ms of measuring, between which messages are heard
+let costs: Cost[] = []; // of the present effects
+let measuring: Generator<void, void> | null = null;
+
+function measure(place: Vector, normal: Vector, large: boolean) {
+  if (!bundle || loop.isRunning) return sayCosts(0, true);
+  const of = { bundle, effects, tool: toolShape, mesh: fineMesh, relaxation: BRAIN_RELAXATION, place, normal }, { info } = bundle;
+  const missing = COST_NAMES.filter((effect) => isAvailable(effect, info, fineMesh !== null) && (large || !solvesBody(effect, effects)) && !costs.some((cost) => cost.effect === effect));
+  measuring?.return();
+  measuring = (function* () {
+    for (const [index, effect] of missing.entries()) {
+      sayCosts(missing.length - index, false);
+      const cost = yield* measureCost(effect, of);
+      if (cost) costs.push(cost);
+    }
+    sayCosts(0, false);
+  })();
+  measureOn(measuring);
 }
 
+function measureOn(run: typeof measuring) {
+  if (!run || run !== measuring) return;
+  const until = performance.now() + SLICE;
+  while (performance.now() < until) if (run.next().done) return void (measuring = null);
+  setTimeout(() => measureOn(run), 0);
+}
+
+// Before a touch, and before what changes the scene or closes the bundle. The costs that are known are kept.
+function interruptMeasuring() {
+  if (!measuring) return;
+  measuring.return();
+  measuring = null;
+  sayCosts(0, true);
+}
+
+const sayCosts = (left: number, interrupted: boolean) => say({ type: "costs", costs, left, interrupted });
+
+const KEEPS_MEASURING: ToWorker["type"][] = ["frame", "colour", "field", "measure", "path", "withdraw"];
+
 addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
+  if (!KEEPS_MEASURING.includes(data.type)) interruptMeasuring();
   if (data.type === "fetch") void fetchBundle(data.url);
   if (data.type === "open") void opening(data.name, async (engine) => engine.openBundle(new Uint8Array(data.bytes)));
   if (data.type === "effects") changeEffects(data.effects, data.tool, data.mesh === undefined ? fineMesh : data.mesh);
@@ -354,7 +399,7 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "save") void save(data.as);
   if (data.type === "path") say({ type: "path", path: newestRecording() });
   if (data.type === "try") tryPath(data.path);
-  if (data.type === "measure") measure(data.place, data.normal);
+  if (data.type === "measure") measure(data.place, data.normal, data.large);
   if (data.type === "colour") {
     colourBy = data.by;
     counts.stale = true;
@@ -365,3 +410,4 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   }
   if (data.type === "reset") forget();
 });
+say({ type: "started" });

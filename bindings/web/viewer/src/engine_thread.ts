@@ -1,7 +1,7 @@
 // What the engine's threads of both pages share: the runtime, bundles from addresses, and what a frame tells of the touches before it.
 import baselineUrl from "@wasm/baseline/palpate.wasm?url";
 import simdUrl from "@wasm/simd/palpate.wasm?url";
-import { hasSimd, loadRuntime, type Bundle, type Runtime } from "../../module/palpate.js";
+import { hasSimd, loadRuntime, PalpateError, type Bundle, type Runtime } from "../../module/palpate.js";
 import type { TouchFrame } from "./messages";
 import type { TouchLoop } from "./touch_loop";
 
@@ -11,10 +11,16 @@ export async function startRuntime(): Promise<Runtime> {
   return (runtime ??= await loadRuntime(fetch(hasSimd() ? simdUrl : baselineUrl)));
 }
 
+// The file did not come, or not as a whole.
+export class DownloadError extends Error {}
+
 // null where the address has no file.
 export async function answerOf(url: string): Promise<Response | null> {
-  const answer = await fetch(url).catch(() => null);
-  return answer?.ok && answer.body ? answer : null;
+  const answer = await fetch(url).catch((error: Error) => {
+    throw new DownloadError(error.message);
+  });
+  if (!answer.ok && ![404, 410].includes(answer.status)) throw new DownloadError(`${answer.status} ${answer.statusText}`.trim());
+  return answer.ok && answer.body ? answer : null;
 }
 
 // progress: of bytes, about a hundred times.
@@ -23,6 +29,8 @@ export function openStream(engine: Runtime, { headers, body }: Response, progres
   let told = 0;
   return engine.openBundleStream(body!, total, (done) => {
     if (done - told >= total / 100 || done >= total) progress((told = done), total);
+  }).catch((error) => {
+    throw error instanceof PalpateError ? error : new DownloadError((error as Error).message);
   });
 }
 

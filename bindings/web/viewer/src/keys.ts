@@ -19,15 +19,17 @@ export interface KeyActions {
 
 export class Keys {
   private pushes = false;
+  private points = false; // a press of the pointer gives the canvas the focus, which browsers may show as that of the keyboard
 
   constructor(private canvas: HTMLElement, private cross: Cross, private actions: KeyActions, heard: Document | HTMLElement = document) {
     (heard as HTMLElement).addEventListener("keydown", (event) => this.down(event));
     (heard as HTMLElement).addEventListener("keyup", (event) => event.key === " " && this.push(false));
     for (const left of [window, heard]) left.addEventListener("blur", () => this.push(false));
     // The ring and the cross are shown to users of the keyboard alone.
-    canvas.addEventListener("focus", () => this.byKeys(canvas.matches(":focus-visible")));
+    canvas.addEventListener("focus", () => this.byKeys(!this.points && canvas.matches(":focus-visible")));
     canvas.addEventListener("blur", () => this.byKeys(false));
-    document.addEventListener("pointerdown", () => this.byKeys(false), { capture: true });
+    document.addEventListener("pointerdown", () => this.byKeys(!(this.points = true)), { capture: true });
+    for (const ended of ["pointerup", "pointercancel", "keydown"]) document.addEventListener(ended, () => (this.points = false), { capture: true });
   }
 
   private down(event: KeyboardEvent) {

@@ -2,12 +2,12 @@
 // around the canvas belongs to its owner (Compare, <palpate-viewer>).
 import type { BundleInfo } from "../../module/palpate.js";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
+import { EngineStart, type WayToStart } from "./engine_start";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import type { Quality } from "./quality";
 import { frameArrays, frameBytes, type Frame, type FromWorker, type Mesh, type PageEffects, type ToolShape, type ToWorker } from "./messages";
 import { OrganView, type Shape } from "./organ_view";
 import { ToolPointer, type PointerOptions } from "./tool_pointer";
-import { word } from "./words";
 
 export interface LiveEvents {
   opening: () => void; // another bundle: what was shown of the one before no longer fits
@@ -28,7 +28,7 @@ export class LiveOrgan {
   tool: ToolShape = DEFAULT_TOOL;
   frame: Frame | null = null; // the newest
   shape: Shape | null = null; // of the newest frame
-  private worker: Worker;
+  private engine: EngineStart;
   private fine: FineMesh | null = null;
   private accepted: { effects: PageEffects; tool: ToolShape } = { effects: DEFAULT_EFFECTS, tool: DEFAULT_TOOL };
   private buffer: ArrayBuffer | null = null;
@@ -36,24 +36,25 @@ export class LiveOrgan {
   private answers = new Map<string, (message: FromWorker) => void>();
 
   // surface: the bytes of a PLY file for each bundle that is opened; null: there is none. A file of another organ is left out.
-  // start: the effects of a bundle that is opened, with the finer surface or without. Throws where there is no WebGL.
+  // start: the effects of a bundle that is opened, with the finer surface or without. otherWays: to start the engine where its file cannot be
+  // a worker of the page. Throws where there is no WebGL.
   constructor(canvas: HTMLCanvasElement, pointer: Omit<PointerOptions, "followsDeformed">, private surface: () => Promise<ArrayBuffer | null>,
-              private start: (own: PageEffects) => PageEffects, private events: LiveEvents) {
+              private start: (own: PageEffects) => PageEffects, private events: LiveEvents, otherWays: WayToStart[] = []) {
     this.view = new OrganView(canvas);
+    this.view.outlinesRest = true;
     this.pointer = new ToolPointer(canvas, this.view, { ...pointer, followsDeformed: () => this.effects.collision === "deformed" });
-    this.worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
-    this.worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
-    this.worker.addEventListener("error", ({ message }) => events.refused({ type: "refused", name: "", what: "runtime", message: message || word("error.stopped.about"), byteOffset: 0 }));
+    const own: WayToStart = () => new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
+    this.engine = new EngineStart([own, ...otherWays], (message) => this.heard(message), (message) => events.refused({ type: "refused", name: "", what: "runtime", message, byteOffset: 0 }));
   }
 
   // Ends the engine; nothing else may be called afterwards.
   close() {
-    this.worker.terminate();
+    this.engine.close();
     this.view.close();
   }
 
   tell(message: ToWorker, transfer: Transferable[] = []) {
-    this.worker.postMessage(message, transfer);
+    this.engine.tell(message, transfer);
   }
 
   // For the messages with an answer of their own.

@@ -8,13 +8,14 @@ import { FrameClock } from "./clocks";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
 import { Headset } from "./headset";
+import { HealthyTwin, largestForce, twinOf } from "./healthy_twin";
 import { playedWords } from "./holds";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
 import { linearLimit, type LinearLimit } from "./linear_limit";
-import { type ColourBy, type FieldOf, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker } from "./messages";
+import { type ColourBy, type FieldOf, TOOL_COUNT, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker, type Trial } from "./messages";
 import { NoduleTask } from "./nodule_task";
 import type { Hit, OrganView } from "./organ_view";
-import { checkPlaceOfPath, demonstration, pathOfFile, save } from "./path_files";
+import { checkPlaceOfPath, demonstration, pathOfFile, save, trialPress } from "./path_files";
 import { bundleOfScene, readScene } from "./scene_reader";
 import { fetched, megabytes, servedFiles } from "./served";
 import type { SectionAxis } from "./section";
@@ -43,19 +44,26 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   tool: ToolShape = DEFAULT_TOOL;
   task = new NoduleTask(byId("task"), byId("find-nodule"), {
     show: (nodules, answer) => this.view.showNodules(nodules, answer),
-    ended: () => this.reset(),
+    ended: () => {
+      this.reset();
+      this.findTwin();
+    },
   });
+  private twin: HealthyTwin | null = null;
+  private trials: ((trial: Trial) => void)[] = []; // that the engine was asked to play
   private info: BundleInfo | null = null;
   private opened = false;
   private pressed: Hit | null = null; // the point of the last press
   private recordedSteps = 0;
   private replayed: Extract<FromWorker, { type: "replayed" }> | null = null;
+  private ownName = ""; // of its file
   private ownScene: WorldScene | null = null; // that Replay plays: a scene file that holds or pierces the organ
   private link = ""; // of the page's state
   private linked = 0; // ms, when the address was last compared
   saved: Extract<FromWorker, { type: "saved" }> | null = null; // the last file
   private lastTouch = 0; // ms
-  private measured = false;
+  private measured = false; // or being measured: what effects cost
+  private measuresLarge = false; // under large deformation too, as the user asked
   private frames = new FrameClock();
   private limit: LinearLimit | null = null;
   private field: FieldOf = "none"; // that the worker was asked for
@@ -71,6 +79,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     });
     worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
     worker.addEventListener("error", (event) => this.refuse("error.stopped", event.message || word("error.stopped.about"), 0));
+    view.outlinesRest = true;
     this.connectOwn();
     this.connect(["colour-by", "show-mesh", "show-fixed", "show-soft", "show-touchable"]);
     this.fineFile = fetched(SERVED.finer);
@@ -83,7 +92,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
       pressed: (hit: Hit) => {
         this.pressed = hit;
         this.ownScene = null;
-        this.task.press(hit.place);
+        void this.task.press(hit.place, () => this.timesHealthy(hit));
         byId("hint").classList.add("done");
         if (!this.newest?.frame.tools.some(Boolean)) this.plot.clear();
       },
@@ -97,16 +106,18 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private heard(message: FromWorker) {
     if (message.type === "frame") return this.take(message);
     if (message.type === "progress") return this.progress(message.done, message.total);
-    if (message.type === "costs") return this.effectsPanel.showCosts(message.costs);
+    if (message.type === "costs") return this.showCosts(message);
     if (message.type === "opened") return void this.open(message);
     if (message.type === "accepted") return void (this.accepted = { effects: message.effects, tool: message.tool, fine: this.fine });
     if (message.type === "replayed") return this.afterReplay(message);
-    if (message.type === "played") return void (this.played = message.forces);
+    if (message.type === "played") return this.afterScene(message.forces);
     if (message.type === "saved") return this.saveFile(message);
+    if (message.type === "tried") return this.trials.shift()?.(message.trial);
     if (message.type === "linked") return this.showLink(message);
     if (message.type !== "refused") return; // the answers that Compare asks for
     if (message.what === "absent") return this.absent(message.name);
-    if (message.what === "scene") return this.tellUser(message.message);
+    if (message.what === "download") return this.refuse("error.download", word("error.download.about", { url: message.name, why: message.message }), 0);
+    if (message.what === "scene") return this.tellUser(word("notice.refused", { name: this.ownName, why: message.message }));
     if (message.what === "effects") return this.refuseEffects(message.message);
     this.refuse(message.what === "bundle" ? "error.bundle" : "error.runtime", message.message, message.byteOffset);
   }
@@ -128,11 +139,11 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.tool = DEFAULT_TOOL;
     this.buffer = this.newest = this.pressed = this.replayed = this.ownScene = null;
     this.recordedSteps = 0;
-    this.measured = false;
+    this.measured = this.measuresLarge = false;
     this.pointer.forget();
     this.plot.clear();
-    this.view.most = 0.005;
     this.view.open(mesh, String(provenance.frame));
+    this.showChoices();
     this.fine = null;
     this.accepted = { effects: this.effects, tool: this.tool, fine: null };
     this.showEffects();
@@ -153,15 +164,16 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     if (file) this.drawFine(file.name, file.bytes);
     state("ready");
     this.lastTouch = performance.now();
-    this.followLink();
+    this.followLink(!this.link);
     if (location.search.includes("device=") && this.linkedTo === null) this.connectDevices(BRIDGE);
     if (STARTS_TASK && this.task.canStart) this.task.start();
   }
 
   // Restores what the page's address holds, where it was made with this bundle or for any bundle.
-  private followLink() {
+  // isGiven: by the user; else it may be what the page wrote for the bundle before.
+  private followLink(isGiven: boolean) {
     const made = bundleOfLink(location.hash), now = this.pageState();
-    if (made && made !== now.bundle) this.tellUser(word("notice.other-link"));
+    if (isGiven && made && made !== now.bundle) this.tellUser(word("notice.other-link"));
     if (location.hash && (!made || made === now.bundle)) this.restore(stateOfLink(location.hash, now, (effect) => isAvailable(effect, this.info!, this.fine !== null)));
     this.link = linkOf(this.pageState());
     history.replaceState(history.state, "", this.link);
@@ -302,7 +314,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private changeEffects(effects: PageEffects, otherMesh = false) {
     this.effects = effects;
     this.showFacts();
-    this.measured = false;
+    this.measured = this.measuresLarge = false;
     this.pointer.forget();
     const mesh = otherMesh && this.fine ? { positions: this.fine.positions, normals: this.fine.normals, parents: this.fine.parents } : undefined;
     this.tell({ type: "effects", effects, tool: this.tool, mesh });
@@ -311,7 +323,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private async playPath(file: File) {
     try {
       const text = await file.text();
-      if (file.name.toLowerCase().endsWith(".toml")) return this.playScene(text);
+      if (file.name.toLowerCase().endsWith(".toml")) return this.playScene(text, file.name);
       const path = pathOfFile(text);
       checkPlaceOfPath(path, this.mesh!.positions);
       this.replay(path);
@@ -321,10 +333,11 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   }
 
   // A scene file: its effects and its tools' disc become the page's.
-  private playScene(text: string) {
+  private playScene(text: string, name: string) {
     const bundle = bundleOfScene(text), open = hexadecimal(this.info!.identity);
     if (bundle && bundle !== open) throw new Error(word("scene.other-bundle", { bundle, open }));
     const own = readOwn(text, byId("name").textContent!);
+    this.ownName = name;
     if (own) return this.playOwn(own);
     const { effects, tool, path } = readScene(text, this);
     const missing = EFFECT_LINES.find((line) => line.value(effects) !== line.value(DEFAULT_EFFECTS) && line.effect !== "fine" && !isAvailable(line.effect, this.info!, false));
@@ -369,9 +382,34 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     if (!message.touched) this.tellUser(word("notice.never-met", { away: fixed(1000 * message.nearest, 1) }));
   }
 
+  // Of a scene whose tools felt nothing: it may be another organ's.
+  private afterScene(forces: Float64Array) {
+    this.played = forces;
+    if (this.ownScene?.tools.length && forces.every((force) => force === 0)) this.tellUser(word("notice.scene-never-met", { name: this.ownName }));
+  }
+
   private saveFile(saved: Extract<FromWorker, { type: "saved" }>) {
     this.saved = saved;
     save(saved.as === "scene" ? "recording.toml" : "forces.csv", saved.text);
+  }
+
+  // ---- a healthy organ beside it, for the task ------------------------------------------------------------------------
+
+  // Once, when a task begins; without one at the server, presses are not compared.
+  private findTwin() {
+    const address = twinOf(SERVED.bundle);
+    if (address && !this.twin) this.twin = new HealthyTwin(address, () => this.mesh && this.twin!.isOf(this.mesh) && this.task.compares());
+    else if (this.mesh && this.twin?.isOf(this.mesh)) this.task.compares();
+  }
+
+  // The force of a press there, for that in the healthy organ. Large deformation would take the engine's time from the touch.
+  private async timesHealthy({ place, normal }: Hit): Promise<number | null> {
+    const { twin, effects } = this;
+    if (!twin || !this.mesh || !twin.isOf(this.mesh) || effects.deformation !== "linear") return null;
+    const path = trialPress(place, normal), mine = new Promise<Trial>((done) => this.trials.push(done));
+    this.tell({ type: "try", path });
+    const [own, healthy] = (await Promise.all([mine, twin.plays(path, effects, this.tool)])).map((trial) => largestForce(trial, TOOL_COUNT));
+    return healthy > 0 ? own / healthy : null;
   }
 
   private front(): Hit | null {
@@ -388,6 +426,9 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private connectOwn() {
     this.click("replay", () => this.replay());
     this.click("undo", () => this.undo());
+    this.click("measure", () => {
+      this.measured = !(this.measuresLarge = true);
+    });
     this.click("device", () => this.connectDevices(this.linkedTo === null ? BRIDGE : null));
     this.click("open", () => byId("file").click());
     this.click("open-path", () => byId("path-file").click());
@@ -398,7 +439,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     byId("section-at").addEventListener("input", () => this.cut());
     byId("radius").addEventListener("input", () => this.showRadius());
     byId("radius").addEventListener("change", () => this.changeEffects(this.effects));
-    window.addEventListener("popstate", () => this.opened && this.followLink());
+    window.addEventListener("popstate", () => this.opened && this.followLink(true));
   }
 
   protected translate() {
@@ -525,7 +566,14 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     const hit = this.pressed ?? this.front();
     if (!hit || document.hidden) return;
     this.measured = true;
-    this.tell({ type: "measure", place: hit.place, normal: hit.normal });
+    this.tell({ type: "measure", place: hit.place, normal: hit.normal, large: this.measuresLarge });
+  }
+
+  private showCosts({ costs, left, interrupted }: Extract<FromWorker, { type: "costs" }>) {
+    this.effectsPanel.showCosts(costs);
+    byId("measuring").textContent = left ? word("effects.measuring", { left }) : "";
+    byId("measure-control").hidden = !this.info?.hasLarge || costs.some(({ effect }) => effect === "large") || this.measuresLarge;
+    if (interrupted) this.measured = false;
   }
 
   // What the page shows now, for scripts.

@@ -58,7 +58,7 @@ export type ToWorker =
   | { type: "save"; as: SavedFile } // answered by "saved"
   | { type: "path" } // answered by "path": what Replay plays
   | { type: "try"; path: Path } // answered by "tried"
-  | { type: "measure"; place: Vector; normal: Vector }
+  | { type: "measure"; place: Vector; normal: Vector; large: boolean } // what effects cost; large: those under large deformation too. Answered by "costs"
   | { type: "colour"; by: ColourBy } // what a frame's lengths are
   | { type: "field"; of: FieldOf } // what a frame's field is
   | { type: "link"; port: number | null } // connects to the bridge of devices; null: lets it go. Answered by "linked", again and again
@@ -177,14 +177,15 @@ export interface Cost {
 }
 
 export type FromWorker =
+  | { type: "started" } // the first of all
   | { type: "progress"; done: number; total: number }
   | { type: "opened"; name: string; mesh: Mesh; nodules: Nodule[]; info: BundleInfo; provenance: Record<string, unknown>; bytes: number; simd: boolean }
-  | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "runtime" | "scene"; message: string; byteOffset: number }
+  | { type: "refused"; name: string; what: "bundle" | "effects" | "absent" | "download" | "runtime" | "scene"; message: string; byteOffset: number }
   | { type: "accepted"; effects: PageEffects; tool: ToolShape }
   | { type: "replayed"; positions: Float32Array; fine: Float32Array; touched: boolean; nearest: number } // the nodes of the last shape, m, and the finer mesh's; whether a tool met the organ, and else the least distance, m, between a tool and the nodes at rest
   | { type: "played"; forces: Float64Array } // the tools of "scene" have come to their end; [step][tool][x y z] N, on the tool
   | { type: "saved"; as: SavedFile; text: string; difference: number } // difference: of the file's forces from those felt, N
-  | { type: "costs"; costs: Cost[] }
+  | { type: "costs"; costs: Cost[]; left: number; interrupted: boolean } // those that are known, again and again; left: to be measured. interrupted: by a touch
   | { type: "path"; path: Path | null }
   | { type: "linked"; state: DeviceState; tools: string[] } // tools: of devices that are there
   | { type: "tried"; trial: Trial }

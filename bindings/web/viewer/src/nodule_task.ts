@@ -23,6 +23,8 @@ export class NoduleTask {
   private last: Vector | null = null;
   private began = 0; // ms
   private took = 0; // s
+  private times: number | null = null; // that the last press takes more force than in a healthy organ
+  private isCompared = false;
 
   constructor(private box: HTMLElement, private offer: HTMLElement, private events: TaskEvents) {
     offer.addEventListener("click", () => this.start());
@@ -35,8 +37,19 @@ export class NoduleTask {
     return this.box.querySelector(`[data-do="${name}"]`)!;
   }
 
+  // Presses are compared with those in a healthy organ from now on.
+  compares() {
+    this.isCompared = true;
+    if (!this.box.hidden) this.show();
+  }
+
+  get isOn() {
+    return !this.box.hidden && !this.answer;
+  }
+
   // Of the bundle that was opened; a bundle without nodules has no task.
   open(nodules: Nodule[]) {
+    this.isCompared = false;
     this.nodules = nodules;
     this.offer.hidden = nodules.length === 0;
     this.stop();
@@ -48,7 +61,7 @@ export class NoduleTask {
 
   start() {
     this.presses = this.began = 0;
-    this.answer = this.last = null;
+    this.answer = this.last = this.times = null;
     this.box.hidden = false;
     this.events.ended();
     this.events.show([], null);
@@ -61,12 +74,17 @@ export class NoduleTask {
     this.events.show([], null);
   }
 
-  // A press at a place of the surface at rest.
-  press(place: Vector) {
-    if (this.box.hidden || this.answer) return;
+  // A press at a place of the surface at rest. times: the force that it takes there for that in a healthy organ; null: nobody knows.
+  async press(place: Vector, times: () => Promise<number | null>) {
+    if (!this.isOn) return;
     if (!this.began) this.began = performance.now();
-    ++this.presses;
+    const number = ++this.presses;
     this.last = place;
+    this.times = null;
+    this.show();
+    const found = await times();
+    if (number !== this.presses || !this.isOn) return;
+    this.times = found;
     this.show();
   }
 
@@ -85,8 +103,8 @@ export class NoduleTask {
     this.part("here").disabled = presses === 0;
     this.part("again").hidden = !answer;
     this.box.querySelector("p")!.textContent = answer ? this.result(answer)
-      : presses ? word("task.ask", { presses: counted("presses", presses) })
-      : word(this.nodules.length > 1 ? "task.begin.many" : "task.begin.one", { count: this.nodules.length });
+      : presses ? word("task.ask", { presses: counted("presses", presses), compared: this.times === null ? "" : `${word("task.times", { times: fixed(this.times, 2) })} ` })
+      : word(this.nodules.length > 1 ? "task.begin.many" : "task.begin.one", { count: this.nodules.length, advice: this.isCompared ? `${word("task.advice")} ` : "" });
   }
 
   private result({ nodule: { centre, radius, above }, millimetres }: Answer): string {

@@ -1,10 +1,11 @@
 // Draws the organ, the tools and their forces in three dimensions.
 import {
-  AmbientLight, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, HemisphereLight, LineBasicMaterial, LineSegments,
+  AmbientLight, BackSide, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, HemisphereLight, LineBasicMaterial, LineSegments,
   type Material, Mesh as Object3, MeshBasicMaterial, type Object3D, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
+import { boxOf } from "./geometry";
 import { frontOf, OrganCamera } from "./organ_camera";
 import { LinkFigures } from "./link_figures";
 import { NoduleMarks } from "./nodule_marks";
@@ -15,8 +16,9 @@ import { chosenQuality, isChosen, SlowFrames, type Quality } from "./quality";
 import { Section, type SectionAxis } from "./section";
 import { roomLight, Tissue } from "./tissue";
 import { ToolFigure } from "./tool_figure";
-import { TOOL_COUNT, type Frame, type DrawnLink, type Mesh, type ToolFrame, type Vector } from "./messages";
+import { TOOL_COUNT, type ColourBy, type Frame, type DrawnLink, type Mesh, type ToolFrame, type Vector } from "./messages";
 
+const LONGEST_DENT = 0.005, DENT_SHARE = 0.1; // m, and of the organ's smallest extent: that of a press up to where linear elasticity is good
 const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 
 export interface Hit {
@@ -50,7 +52,8 @@ export class OrganView {
   readonly camera: OrganCamera;
   private noduleMarks = new NoduleMarks();
   readonly section = new Section(TISSUE);
-  most = 0.005; // m: the palest colour
+  most = 0.005; // m: the palest colour, and what is longer
+  outlinesRest = false; // while tools press, what the organ has left shows behind it
   private renderer: WebGLRenderer;
   private scene = new Scene();
   private geometry = new BufferGeometry();
@@ -61,6 +64,7 @@ export class OrganView {
   private wire = new Object3(this.geometry, new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.35, depthWrite: false }));
   private fixed = new Points(new BufferGeometry(), new PointsMaterial({ size: 7, sizeAttenuation: false }));
   private touchable = new Points(new BufferGeometry(), new PointsMaterial({ size: 5, sizeAttenuation: false }));
+  private outline = new Object3(new BufferGeometry(), new MeshBasicMaterial({ side: BackSide, transparent: true, opacity: 0.3, depthWrite: false })); // of the organ at rest: its far side, which only a dent uncovers
   private soft = new Object3(new BufferGeometry(), new MeshBasicMaterial({ transparent: true, opacity: 0.55, depthWrite: false })); // triangles over a foundation
   private tools = Array.from({ length: TOOL_COUNT }, () => new ToolFigure());
   private links = new LinkFigures();
@@ -77,6 +81,8 @@ export class OrganView {
   private stale = true; // the picture no longer shows what there is
   private moved: { shape: Shape; palest?: number } | null = null; // what move() took last; null: to be taken again
   private drawnFrom = ""; // place and target of the camera in the last picture
+  private longestDent = 0.005; // m, that the scale of dents has; for the bundle that is open
+  private longest = 0.005; // m, of the scale of what is shown
   private touched = false; // the picture shows tools
   private shown: Shown = { colour: true, mesh: false, fixed: false, touchable: false, soft: false };
   radius = 0.1; // m, of the organ
@@ -95,7 +101,7 @@ export class OrganView {
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
     this.renderer.localClippingEnabled = true;
-    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.links.group, this.lines.group);
+    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.outline, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.links.group, this.lines.group);
     for (const material of [this.soft.material, this.wire.material, this.fixed.material, this.touchable.material, ...this.links.materials]) shownThrough(material, FINE_HIDES);
     // The browser may have thrown the picture away.
     canvas.addEventListener("webglcontextrestored", () => (this.stale = true));
@@ -136,6 +142,9 @@ export class OrganView {
     this.geometry.computeBoundingSphere();
     const sphere = this.geometry.boundingSphere!;
     this.radius = sphere.radius;
+    const { low, high } = boxOf(mesh.positions);
+    this.most = this.longest = this.longestDent = roundUp(Math.min(LONGEST_DENT, DENT_SHARE * Math.min(...high.map((x, d) => x - low[d]))));
+    renewed(this.outline, { position: new BufferAttribute(mesh.positions, 3) }, mesh.triangles);
     this.openFine(null);
     renewed(this.inside, {});
     this.tetrahedra = mesh.tetrahedra;
@@ -155,6 +164,7 @@ export class OrganView {
     if (!mesh) return void renewed(this.fine, {});
     const [position, normal, color] = [mesh.positions, mesh.normals, mesh.positions].map((numbers) => changing(numbers.slice()));
     renewed(this.fine, { position, normal, color }, mesh.triangles);
+    renewed(this.outline, { position: new BufferAttribute(mesh.positions, 3) }, mesh.triangles);
   }
 
   // Takes the positions of a frame. A finer mesh is drawn instead of the surface, and the interior shows through it.
@@ -165,7 +175,7 @@ export class OrganView {
     this.moved = { shape, palest };
     this.stale = true;
     this.moveInside(shape);
-    this.most = palest ?? this.mostOf(fine ? fine.lengths : lengths);
+    this.most = palest ?? this.longest;
     put(this.geometry, "position", positions);
     this.geometry.boundingSphere!.radius = this.radius * 1.5;
     this.surface.visible = !fine;
@@ -180,10 +190,10 @@ export class OrganView {
     }
   }
 
-  private mostOf(lengths: Float32Array): number {
-    let most = 0.002;
-    for (const length of lengths) most = Math.max(most, length);
-    return roundUp(Math.max(most, this.most > 2.5 * most ? most : Math.min(this.most, 2.5 * most)));
+  // The scale of the colours, which stays while one presses: a motion of the whole organ is longer than a dent.
+  scale(by: ColourBy) {
+    this.most = this.longest = (by === "displacement" ? 2 : 1) * this.longestDent;
+    this.again();
   }
 
   // Edges between two nodes of which at least one is inside, computed when they are first drawn; or the section.
@@ -236,6 +246,7 @@ export class OrganView {
     const halo = new Color(ink).getHSL({ h: 0, s: 0, l: 0 }).l < 0.5 ? "#ffffff" : "#14181b";
     this.wire.material.color = new Color(ink);
     this.inside.material.color = new Color(ink);
+    this.outline.material.color = new Color(ink);
     this.fixed.material.color = new Color(held);
     this.soft.material.color = new Color(soft);
     this.touchable.material.color = new Color(touchable);
@@ -284,6 +295,7 @@ export class OrganView {
     }
     this.stale ||= touched || this.touched;
     this.touched = touched;
+    this.outline.visible = this.outlinesRest && touched && !this.section.cut.visible;
     const places = frames.map((frame, t) => {
       const tip = this.tools[t].move(frame, frame?.radius ?? (typeof radii === "number" ? radii : radii[t]), camera);
       return tip && this.toScreen(tip);

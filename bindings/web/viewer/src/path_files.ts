@@ -89,6 +89,9 @@ export function demonstration(place: Vector, normal: Vector, depth = 0.012): Pat
   return moved(place, normal, [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]]);
 }
 
+// A press of 6 mm, by which places are compared.
+export const trialPress = (place: Vector, normal: Vector): Path => moved(place, normal, [[0, 0.002], [0.1, 0], [0.4, -0.006]]);
+
 export function demonstrationOfPull(place: Vector, normal: Vector, height = 0.008): Path {
   const path = moved(place, normal, [[0, 0.002], [0.15, -3e-4], [1.1, height], [1.9, height]]);
   for (let step = 0; step < path.steps; ++step) path.hold[TOOL_COUNT * step] = 1;

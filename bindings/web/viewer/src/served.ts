@@ -55,4 +55,4 @@ export async function fetched(url: string | null) {
 export const megabytes = (bytes: number) => (bytes / 1e6).toFixed(bytes < 1e7 ? 1 : 0);
 
 export const progressWords = (done: number, total: number) =>
-  word(total ? "loading.progress" : "loading.done", { done: decimal(megabytes(done)), total: decimal(megabytes(total)) });
+  word(!total ? "loading.done" : done < total ? "loading.progress" : "loading.checking", { done: decimal(megabytes(done)), total: decimal(megabytes(total)) });

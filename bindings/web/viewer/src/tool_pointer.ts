@@ -10,6 +10,7 @@ const ARRIVED = 1e-6; // m, from its target
 const DEEPEST = 0.03; // m
 const DEEPEST_SHARE = 0.3; // of the organ's radius: well below palpate_scene_def.release_distance, at which a tool loses its contact
 const PEN_DEPTH = 0.02; // m, how deep a pen presses at its full pressure
+const FINGER_SCALE = 1e-4; // m per pixel at the most: on a phone the organ is small, and a short way of the finger would go deep
 const NO_PRESSURE = 0.5; // what browsers report for a pen that does not measure its pressure
 const KEY_SPEED = 0.012; // m/s while space is held
 const KEYBOARD = -1, GAMEPAD = -2; // stand for the ids of pointers
@@ -191,7 +192,8 @@ export class ToolPointer {
     held.now = [event.offsetX, event.offsetY];
     const dx = event.offsetX - held.x, dy = event.offsetY - held.y;
     held.measures ||= event.pointerType === "pen" && event.pressure !== NO_PRESSURE;
-    const deeper = held.measures ? event.pressure * PEN_DEPTH : Math.hypot(dx, dy) * held.scale * 0.5;
+    const scale = event.pointerType === "touch" ? Math.min(held.scale * 0.5, FINGER_SCALE) : held.scale * 0.5;
+    const deeper = held.measures ? event.pressure * PEN_DEPTH : Math.hypot(dx, dy) * scale;
     this.aim(held, TOUCH_DOWN + deeper, dx, dy);
   }
 

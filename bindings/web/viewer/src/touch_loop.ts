@@ -1,8 +1,10 @@
-// Steps touches at a fixed rate. A browser wakes a worker about every 4 ms; it then makes the touches that are due.
+// Steps touches at a fixed rate. A browser wakes a worker about every 4 ms; it then makes the touches that are due. Where they take longer than
+// there is time, as those of several organs may, it makes as many as leave time for frames between them.
 import { TOUCH_HZ } from "./messages";
 
 const LINGER = 0.25 * TOUCH_HZ; // touches after the last tool has left, while forces still decay
 const MOST_DUE = 100; // a late loop runs at most this many touches to catch up and leaves out the others
+const LONGEST = 12; // ms of touches without a pause, in which the page's messages are heard: it asks for a frame there
 
 export class TouchLoop {
   lost = 0; // touches that were left out; the reader resets it
@@ -14,6 +16,10 @@ export class TouchLoop {
   // step: makes one touch, and says whether there are tools or motions. after: the touches of one wake-up.
   constructor(private step: () => boolean, private after: () => void = () => {}) {}
 
+  get isRunning() {
+    return this.running;
+  }
+
   run() {
     this.quiet = 0;
     if (this.running) return;
@@ -23,14 +29,21 @@ export class TouchLoop {
     this.tick();
   }
 
+  private leaveOut(touches: number) {
+    this.lost += touches;
+    this.steps += touches;
+  }
+
   private tick() {
-    let due = Math.floor(((performance.now() - this.began) * TOUCH_HZ) / 1000) - this.steps;
-    if (due > MOST_DUE) {
-      this.lost += due - MOST_DUE;
-      this.steps += due - MOST_DUE;
-      due = MOST_DUE;
-    }
+    const start = performance.now();
+    let due = Math.floor(((start - this.began) * TOUCH_HZ) / 1000) - this.steps;
+    if (due > MOST_DUE) this.leaveOut(due - MOST_DUE);
+    due = Math.min(due, MOST_DUE);
     for (let made = 0; made < due && this.running; ++made) {
+      if (performance.now() - start > LONGEST) {
+        this.leaveOut(due - made);
+        break;
+      }
       ++this.steps;
       this.quiet = this.step() ? 0 : this.quiet + 1;
       this.running = this.quiet <= LINGER;

@@ -13,6 +13,9 @@ import { ToolPointer, type PointerOptions } from "./tool_pointer";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
 import { brief, chosenLanguage, count, fill, offerLanguages, speak, threeDigits, word, type Key } from "./words";
 
+const ROOM = matchMedia("(min-width: 761px) and (min-height: 501px)"); // for the organ and the panel
+const FLAGS_STAY = 4000; // ms after the last touch
+
 export const isReady = () => document.body.dataset.state === "ready";
 
 export type State = "loading" | "ready" | "empty" | "error" | "unable";
@@ -47,7 +50,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   protected buffer: ArrayBuffer | null = null;
   protected played: Float64Array | null = null; // forces of the scene's tools, when they were played
   protected waiting = false; // for a frame of the worker
-  protected flagged = false; // what the page says is a step's flags
+  protected flagged = 0; // ms: when a step had flags; 0: what the page says is something else
   protected gamepads: Gamepads;
   private cross: Cross;
   private times = { touchUs: new Spread(), shapeUs: new Spread() };
@@ -91,7 +94,10 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     this.click("reset", () => this.reset());
     this.click("home", () => camera.home());
     this.click("error-back", () => state("ready"));
-    this.click("more", () => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open"))));
+    const panel = (open: boolean) => byId("more").setAttribute("aria-expanded", String(document.body.classList.toggle("panel-open", open)));
+    ROOM.addEventListener("change", () => panel(ROOM.matches));
+    panel(ROOM.matches);
+    this.click("more", () => panel(!document.body.classList.contains("panel-open")));
     for (const button of document.querySelectorAll("[data-open]")) button.addEventListener("click", () => byId("file").click());
     for (const file of document.querySelectorAll<HTMLInputElement>("input[type=file]"))
       file.addEventListener("change", () => {
@@ -146,6 +152,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
 
   // Says something beside the organ; on the empty page, in its card.
   protected tellUser(text: string) {
+    this.flagged = 0;
     byId("notice").textContent = byId("empty-note").textContent = text;
   }
 
@@ -160,6 +167,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   protected showDrawn(soft: boolean): ColourBy {
     const by = byId<HTMLSelectElement>("colour-by").value as ColourBy;
     byId("legend-name").textContent = word(by === "dent" ? "legend.dent" : "legend.displacement");
+    this.view.scale(by);
     this.view.show({ colour: by !== "nothing", mesh: isOn("show-mesh"), fixed: isOn("show-fixed"), soft, touchable: isOn("show-touchable") });
     if (this.newest) this.view.move(this.newest.shape);
     byId("legend").hidden = by === "nothing";
@@ -215,12 +223,12 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     }
     this.rate.add(frame.touches, frame.at);
     byId("touch-rate").textContent = frame.touches ? this.rate.words : word("times.at-rest");
-    const words = flagWords(frame.flags);
+    const words = flagWords(frame.flags), now = performance.now();
     if (frame.lost) words.push(word("notice.lost", { count: frame.lost }));
-    this.flagged ||= words.length > 0;
-    if (says && this.flagged) {
+    if (words.length) this.flagged = now;
+    if (this.flagged && (says || now - this.flagged > FLAGS_STAY)) {
       this.tellUser(words.join("; "));
-      this.flagged = words.length > 0;
+      if (words.length) this.flagged = now;
     }
     byId("most").textContent = brief(1000 * this.view.most);
     byId("middle").textContent = brief(500 * this.view.most);

@@ -87,7 +87,6 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
     this.newest = this.buffer = null;
     this.waiting = false;
     this.pointer.forget();
-    this.view.most = 0.005;
     const from = clearestDirection(organs.map(({ mesh }) => mesh), frontOf(frame).toArray());
     this.view.open(this.joined.mesh, frame, this.joined.colours, new Vector3(...from));
     this.organs = organs;
