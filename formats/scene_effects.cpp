@@ -39,7 +39,7 @@ void check_links(const SceneConfig& scene, const TomlTable& root) {
                      std::to_string(stretches));
 }
 
-// Motions move the linear organ, and tools meet it where it is.
+// Tools meet an organ that moves where it is.
 void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collision) {
   if (scene.motions.empty()) return;
   for (std::size_t i = 0; i < scene.motions.size(); ++i)
@@ -47,10 +47,6 @@ void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collisi
       if (scene.motions[i].name == scene.motions[j].name)
         root.contradicts("motion", scene.motions[i].line, "a name that no other [[motion]] has",
                          fmt::format("\"{}\" again", scene.motions[i].name));
-  if (scene.def.large.deformation != PALPATE_DEFORMATION_LINEAR)
-    root.contradicts("motion", scene.motions[0].line,
-                     "deformation = \"linear\" in [effects], since the scene has motions",
-                     in_words("deformation", scene.def));
   if (!names_collision) scene.def.collision = PALPATE_COLLISION_DEFORMED;
   if (scene.def.collision == PALPATE_COLLISION_REST)
     root.contradicts("motion", scene.motions[0].line,

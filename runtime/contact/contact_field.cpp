@@ -102,6 +102,7 @@ void ContactField::set_rest() {
   swap_layers();
   solver_ = nullptr;
   now_->norm = now_->linear_norm = 0, path_.now += before_->norm;
+  if (added_ && offset_) path_.now += added_->change() / reach_;
   path_.set = path_.now;
   measure_ways();
 }
@@ -120,12 +121,12 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   now.norm = now.linear_norm = norms.whole;
   gather_contacts(set, norms_, measured);
   measure_ways();
-  if (added_ && count() > 0) share_added_field();
+  if (added_ && !offset_ && count() > 0) share_added_field();
   if (measured) remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
   double change = std::min(measure_contacts(norms.change_of_kept, most - *work, work), before_->norm + now.norm);
   if (change > norms.change_of_kept || !measured) change = std::min(change, measure_whole_change(most - *work, work));
-  if (now.adds && before_->adds) change += added_->change() / reach_;
+  if ((now.adds && before_->adds) || (added_ && offset_)) change += added_->change() / reach_;
   if (now.adds != before_->adds) change = before_->norm + now.norm;
   path_.now += change;
   path_.set = path_.now;
@@ -294,8 +295,7 @@ const ContactField::Contact* ContactField::find(const Layer& layer, const Contac
 
 double ContactField::own_norm(const ContactId& id) const {
   const Contact* contact = find(*now_, id);
-  if (contact && now_->adds && now_->contact_count == 1)
-    return now_->norm;  // what `adds` comes from a body that has no offset
+  if (contact && now_->adds && now_->contact_count == 1) return now_->norm;
   return contact ? contact->ratio * contact->own : 0;
 }
 

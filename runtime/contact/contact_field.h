@@ -22,16 +22,15 @@ class ContactField final : public SurfaceField {
   bool create(SceneMemory& memory, const DisplacementField* field, std::int32_t node_capacity,
               std::int32_t contact_capacity, std::int32_t surface_nodes);
   // What `added` has adds to the contacts' field, while there are contacts. A contact that is alone makes all of it. Of several, each makes
-  // as many times its own linear part as its nodes move, along its forces, farther than the linear field moves them.
-  // reach: m / sqrt(J), the same for all nodes. borrowed.
+  // as many times its own linear part as its nodes move, along its forces, farther than the linear field moves them. Beside an offset it is
+  // there without contacts, too, and belongs to none. reach: m / sqrt(J), the same for all nodes. borrowed.
   void add(const AddedField* added, double reach) { added_ = added, reach_ = reach; }
   // The offset adds to the contacts' field, with contacts and without. It belongs to no contact.
   // reach: m / sqrt(J), in which its length is stated as a norm (set_reaches of the scene). borrowed.
   void move(const Offset* offset, double reach) { offset_ = offset, moved_reach_ = reach; }
   bool has_offset() const override { return offset_ != nullptr; }
   Vec3 moved_at_node(std::int32_t node) const override { return offset_ ? offset_->now(node) : Vec3{}; }
-  // The offset has begun a step: until set() the field is that of the last step's contacts, moved by the offset.
-  void begin_moved();
+  void begin_moved() override;
   bool exists() const { return field_ != nullptr; }
   void forget();
   // Completes a restored state (scene_memory.h) by what follows from it.
@@ -134,21 +133,28 @@ class ContactField final : public SurfaceField {
   Vec3 recall(KnownNodes& known, std::int32_t node, const LoadField& loads, QueryWork* work, Added added) const;
   // Of what the contacts do not make.
   Vec3 added_at(const Layer& layer, std::int32_t node) const {
-    Vec3 sum = moved_at(layer, node);
-    if (layer.adds) sum += &layer == now_ ? added_->now(node) : added_->before(node);
-    return sum;
+    return layer.adds ? moved_at(layer, node) + body_adds(layer, node) : moved_at(layer, node);
   }
+  Vec3 body_adds(const Layer& layer, std::int32_t node) const {
+    return &layer == now_ ? added_->now(node) : added_->before(node);
+  }
+  // Of what belongs to no contact.
   Vec3 moved_at(const Layer& layer, std::int32_t node) const {
     if (!offset_) return {};
-    return &layer == now_ || is_set_ ? offset_->now(node) : offset_->before(node);
+    const Vec3 moved = &layer == now_ || is_set_ ? offset_->now(node) : offset_->before(node);
+    return added_ ? moved + body_adds(layer, node) : moved;
   }
   bool has_given() const { return offset_ && offset_->has_given(); }
   // m, B g (offset.h): the contacts make it, beside their loads.
   Vec3 given_at(const Layer& layer, std::int32_t node) const {
     return &layer == now_ ? offset_->given(node) : offset_->given_before(node);
   }
-  double moved_norm() const { return offset_ ? offset_->longest() / moved_reach_ : 0; }
-  double moved_change() const { return offset_ ? offset_->change() / moved_reach_ : 0; }
+  double moved_norm() const {
+    return !offset_ ? 0 : (added_ ? offset_->longest() + added_->longest() : offset_->longest()) / moved_reach_;
+  }
+  double moved_change() const {
+    return !offset_ ? 0 : (added_ ? offset_->change() + added_->change() : offset_->change()) / moved_reach_;
+  }
   Operations operations_moved() const { return offset_ ? (has_given() ? 2 : 1) * offset_->count() : 0; }
   void share_added_field();
   template <class Visit>

@@ -36,7 +36,7 @@ void DisplacementField::restored(const Tensors& tensors) {
 
 Vec3 DisplacementField::by_contacts(std::int32_t node) const {
   QueryWork work;
-  if (body_) return body_->at_node(node, &work);
+  if (body_) return body_->at_node(node, &work) - body_->moved_at_node(node);
   Vec3 u = now_.at_node(node);
   if (offset_ && offset_->has_given()) u += offset_->given(node);
   u = finite_or_zero(u);
@@ -44,7 +44,8 @@ Vec3 DisplacementField::by_contacts(std::int32_t node) const {
 }
 
 Vec3 DisplacementField::at_node(std::int32_t node) const {
-  return body_ ? by_contacts(node) : by_contacts(node) + moved_at_node(node);
+  QueryWork work;
+  return body_ ? body_->at_node(node, &work) : by_contacts(node) + moved_at_node(node);
 }
 
 Vec3 DisplacementField::before_at_node(std::int32_t node) const {

@@ -7,8 +7,8 @@
 // The organ has the displacement u = o + C f + B g.
 //
 // A scene has one offset, and one effect owns it. In its prepare() it makes the rows, of the bundle or of its own: C f for a load f. It also
-// gives them to the shape (ShapeState::moved_surface, moved_interior). Where the scene has a corridor the rows have the nodes inside too,
-// because what holds nodes there asks for them. The amounts reach the shape in palpate_contacts.
+// gives them to the shape (ShapeState::moved_surface, moved_interior). Where the scene has a corridor, or a body that does not respond linearly, the rows
+// have the nodes inside too, because what holds nodes there asks for them, and so does that body. The amounts reach the shape in palpate_contacts.
 #pragma once
 
 #include <cstdint>

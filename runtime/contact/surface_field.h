@@ -33,6 +33,8 @@ class SurfaceField {
   // m: of what moves the surface beside the contacts (offset.h), alone.
   virtual bool has_offset() const { return false; }
   virtual Vec3 moved_at_node(std::int32_t /*node*/) const { return {}; }
+  // The offset has begun a step: until the next solve the field is that of the last step's contacts, moved by the offset.
+  virtual void begin_moved() {}
 
   // Predicts the field as if the contact ended and all others kept their targets and laws; predicted_at_node() then reads it. False where
   // that takes more than `most`. And the fewest operations that it takes; zero where it is not possible.

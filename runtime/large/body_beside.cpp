@@ -46,41 +46,45 @@ bool BodyBeside::make_mailbox(SceneMemory& memory, std::size_t bytes, std::uint6
   return palpate_mailbox_create(*box, bytes) != nullptr;
 }
 
-bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, const Limits& limits) {
-  body_ = body, limits_ = limits;
+bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset, const Limits& limits) {
+  body_ = body, offset_ = offset, limits_ = limits;
   const auto nodes = static_cast<std::size_t>(limits.nodes), constraints = static_cast<std::size_t>(limits.constraints);
+  const auto amounts = static_cast<std::size_t>(offset->count());
   const std::size_t job = sizeof(Job) + nodes * sizeof(ContactNode) +
-                          constraints * (sizeof(ContactConstraint) + sizeof(Vec3)),
-                    solution = sizeof(Solution) + constraints * sizeof(Solved) +
+                          constraints * (sizeof(ContactConstraint) + sizeof(Vec3)) + amounts * sizeof(double),
+                    solution = sizeof(Solution) + constraints * sizeof(Solved) + amounts * sizeof(double) +
                                3 * sizeof(float) *
                                    (static_cast<std::size_t>(limits.field_nodes) +
                                     static_cast<std::size_t>(limits.surface_nodes));
   acting_.constraints = memory.array<ContactConstraint>(constraints);
-  acting_.target = memory.array<Vec3>(constraints);
-  force_ = memory.array<Vec3>(nodes);
+  acting_.target = memory.array<Vec3>(constraints), left_.target = memory.array<Vec3>(constraints);
+  thread_.force = memory.array<Vec3>(nodes);
   for (int i = 0; i < 2; ++i) {
     const std::size_t numbers = 3 * static_cast<std::size_t>(limits.field_nodes);
-    offset_[i] = memory.array<float>(numbers), solved_[i] = memory.array<Solved>(constraints);
+    beyond_[i] = memory.array<float>(numbers), solved_[i] = memory.array<Solved>(constraints);
+    amounts_[i] = memory.array<double>(amounts);
+    memory.keep_array(amounts_[i], amounts);
     memory.keep(solved_count_[i]);
-    memory.keep_array(offset_[i], numbers), memory.keep_array(solved_[i], constraints, solved_count_[i]);
+    memory.keep_array(beyond_[i], numbers), memory.keep_array(solved_[i], constraints, solved_count_[i]);
   }
   if (!make_mailbox(memory, job, &jobs_) || !make_mailbox(memory, solution, &solutions_) ||
       !added_.create(memory, limits.field_nodes, limits.surface_nodes))
     return false;
-  for (double* number : {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.spring})
+  for (double* number : {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.given, &told_.spring})
     memory.keep(*number);
-  memory.keep(miss_);
+  memory.keep(miss_), memory.keep(moved_by_);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
-                               &behind_, &goes_on_, &settled_, &published_})
+                               &behind_, &goes_on_, &settled_, &thread_.published})
     memory.keep(*number);
-  memory.keep(begun_), memory.keep(begun_beside_);
+  memory.keep(begun_), memory.keep(thread_.begun), memory.keep(thread_.given);
   return !memory.failed();
 }
 
 void BodyBeside::forget() {
   ++begun_;
   added_.forget();
-  told_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = 0,
+  for (double* const amounts : amounts_) std::fill_n(amounts, offset_->count(), 0.0);
+  told_ = {}, moved_by_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = 0,
   solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
 }
 
@@ -99,6 +103,7 @@ void BodyBeside::give(const ContactConstraints& set) {
   std::copy(set.nodes, set.nodes + set.node_count, nodes_of(job));
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints_of(job));
   std::copy(set.target, set.target + set.constraint_count, targets_of(job));
+  std::copy_n(offset_->amounts(), offset_->count(), amounts_of(job));
   palpate_mailbox_publish(jobs());
 }
 
@@ -116,6 +121,33 @@ void BodyBeside::expect(const Solved& solved, Vec3 target, Vec3 along, Miss* mis
                                           miss_.share * length(solved.stiffness * aside) / solved.metres);
 }
 
+// m, at most, from the offset's amounts in a solution to those now.
+double BodyBeside::moved_since(const double* amounts) const {
+  double sum = 0;
+  for (std::int32_t m = 0; m < offset_->count(); ++m)
+    sum += std::fabs(offset_->amounts()[m] - amounts[m]) * offset_->rows().longest[m];
+  return sum;
+}
+
+// After the fields of two solutions, one after the other, have become that of the touch.
+void BodyBeside::measure_moved() {
+  double way = 0;
+  for (std::int32_t m = 0; m < offset_->count(); ++m)
+    way += std::fabs(amounts_[newest_][m] - amounts_[1 - newest_][m]) * offset_->rows().longest[m];
+  constexpr double least_way = 1e-5;  // m; below, the solver's tolerance decides
+  if (way <= least_way) return;
+  moved_by_.rate = added_.change() / way;
+  moved_by_.is_known = 1;
+}
+
+// largest: m, of the contacts' targets; 0: there are no contacts.
+bool BodyBeside::is_moved_too_far(double largest) const {
+  const double way = offset_->exists() ? moved_since(amounts_[newest_]) : 0;
+  if (!moved_by_.is_known) return way > kBehindUnknown;
+  const double miss = moved_by_.rate * way;
+  return miss > kLeastMiss && miss > kBehind * (largest > 0 ? largest : offset_->longest());
+}
+
 // A contact that the solution does not have, or that has ended since, is as far from it as its whole target. Both lists ascend.
 bool BodyBeside::is_behind(const ContactConstraints& set) const {
   const Solved *solved = solved_[newest_], *const end = solved + solved_count_[newest_];
@@ -130,7 +162,7 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
     for (; solved != end && solved->id < now.id; ++solved) unknown = std::max(unknown, farthest(*solved));
     const Vec3 target = target_of(set, p);
     const double metres = metres_of(now);
-    largest = std::max(largest, metres * length(only(held_axes(now), acting_.target[p])));
+    largest = std::max(largest, metres * length(only(held_axes(now), offset_->left_of_target(acting_, p))));
     if (solved == end || solved->id != now.id) {
       unknown = std::max(unknown, metres * length(target));
       continue;
@@ -143,7 +175,7 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
   }
   for (; solved != end; ++solved) unknown = std::max(unknown, farthest(*solved));
   const double own = told_.residual + told_.off;
-  if (unknown > kBehindUnknown || own > kBehind) return true;
+  if (unknown > kBehindUnknown || own > kBehind || is_moved_too_far(largest)) return true;
   if (!miss_.is_known) return way > kBehindUnknown;
   return miss.displacement > kLeastMiss && (miss.displacement + told_.residual * largest > kBehind * largest ||
                                             miss.force + own * force > kBehind * force);
@@ -155,7 +187,8 @@ void BodyBeside::copy(Solution* newest) {
   told_ = newest->told;
   solved_count_[newest_] = newest->constraint_count;
   std::copy_n(solved_of(newest), newest->constraint_count, solved_[newest_]);
-  std::copy_n(added_of(newest), 3 * static_cast<std::size_t>(limits_.field_nodes), offset_[newest_]);
+  std::copy_n(amounts_of(newest), offset_->count(), amounts_[newest_]);
+  std::copy_n(added_of(newest), 3 * static_cast<std::size_t>(limits_.field_nodes), beyond_[newest_]);
   solutions_taken_ = std::min(2, solutions_taken_ + 1);
 }
 
@@ -168,7 +201,7 @@ bool BodyBeside::same_contacts(const Solved* solved, std::int32_t count, const C
 
 // m, at the constraint, of o since the newest solution.
 Vec3 BodyBeside::moved_on(const ContactConstraint& constraint) const {
-  Vec3 sum = -1 * mean_of(acting_, constraint, offset_[newest_]);
+  Vec3 sum = -1 * mean_of(acting_, constraint, beyond_[newest_]);
   for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
     sum += acting_.nodes[e].weight * added_.now(acting_.nodes[e].node);
   return sum;
@@ -181,7 +214,7 @@ double BodyBeside::energy(const Vec3* force) const {
   for (std::int32_t p = 0; p < acting_.constraint_count; ++p) {
     const ContactConstraint& constraint = acting_.constraints[p];
     const Solved* const solved = solved_of(constraint);
-    sum += 0.5 * dot(force[p], in_axes(constraint, acting_.target[p]));
+    sum += 0.5 * dot(force[p], in_axes(constraint, offset_->left_of_target(acting_, p)));
     if (solved) sum += 0.5 * dot(force[p] + solved->force, moved_on(constraint));
   }
   return sum;
@@ -236,8 +269,8 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
       for (int i = 0; i < 3; ++i) {
         const std::size_t at = 3 * static_cast<std::size_t>(set.nodes[e].node) + static_cast<std::size_t>(i);
-        const auto last = static_cast<double>(offset_[newest_][at]),
-                   earlier = static_cast<double>(offset_[1 - newest_][at]);
+        const auto last = static_cast<double>(beyond_[newest_][at]),
+                   earlier = static_cast<double>(beyond_[1 - newest_][at]);
         change[i] += set.nodes[e].weight * (last - static_cast<double>(added_of(newest)[at]));
         miss[i] += set.nodes[e].weight * s * (last - earlier);
       }
@@ -269,24 +302,29 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
   miss_.is_known = 1;
 }
 
-const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* fresh) {
+const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, bool* fresh) {
+  Vec3* const left = left_.target;
+  left_ = requested, left_.target = left;
+  for (std::int32_t p = 0; p < requested.constraint_count; ++p) left[p] = offset_->left_of_target(requested, p);
+  const ContactConstraints& set = left_;
   Solution* const newest = take_newest(fresh);
   if (*fresh) measure_miss(set, newest), copy(newest);
   if (newest && same_contacts(solved_[newest_], solved_count_[newest_], set))
-    added_.set(offset_[newest_], offset_[1 - newest_],
+    added_.set(beyond_[newest_], beyond_[1 - newest_],
                goes_on_ ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); }) : 0);
   else if (newest)
-    added_.set(offset_[newest_], offset_[newest_], 0);
+    added_.set(beyond_[newest_], beyond_[newest_], 0);
   else
     added_.keep();
+  if (*fresh) measure_moved();
   give(set);
   ContactConstraint* const constraints = acting_.constraints;
   Vec3* const targets = acting_.target;
-  acting_ = set;
+  acting_ = requested;
   acting_.constraints = constraints, acting_.target = targets;
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints);
-  std::copy(set.target, set.target + set.constraint_count, targets);
-  if (newest) turn_frames(displacement_of(newest)), take_targets(set);
+  std::copy(requested.target, requested.target + set.constraint_count, targets);
+  if (newest) turn_frames(displacement_of(newest)), take_targets(requested);
   behind_ = is_behind(set);
   return acting_;
 }
@@ -295,7 +333,8 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& set, bool* 
 void BodyBeside::turn_frames(const float* displacement) {
   const auto moved = [&](std::int32_t node) {
     const float* const u = displacement + 3 * static_cast<std::size_t>(node);
-    return Vec3{static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+    const Vec3 from_offset = {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+    return offset_->exists() ? from_offset + offset_->now(node) : from_offset;
   };
   for (std::int32_t p = 0; p < acting_.constraint_count; ++p) {
     ContactConstraint& constraint = acting_.constraints[p];
@@ -311,6 +350,7 @@ void BodyBeside::turn_frames(const float* displacement) {
 
 void BodyBeside::take_targets(const ContactConstraints& set) {
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    left_.target[p] = offset_->left_of_target(set, p);
     const ContactConstraint& constraint = acting_.constraints[p];
     Vec3 target = in_axes(set.constraints[p], set.target[p]);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
@@ -322,30 +362,41 @@ void BodyBeside::take_targets(const ContactConstraints& set) {
 std::int32_t BodyBeside::deform() {
   auto* const job = reinterpret_cast<Job*>(const_cast<palpate_contacts*>(palpate_mailbox_newest(jobs(), nullptr)));
   if (!job) return 0;
-  if (job->begun != begun_beside_) {
+  if (job->begun != thread_.begun) {
     body_->forget();
-    begun_beside_ = job->begun, published_ = 0;
+    thread_.begun = job->begun, thread_.published = 0, thread_.given = 0;
   }
-  job_set_.nodes = nodes_of(job), job_set_.constraints = constraints_of(job), job_set_.target = targets_of(job);
-  job_set_.node_count = job->node_count, job_set_.constraint_count = job->constraint_count;
+  thread_.set.nodes = nodes_of(job), thread_.set.constraints = constraints_of(job),
+  thread_.set.target = targets_of(job);
+  thread_.set.node_count = job->node_count, thread_.set.constraint_count = job->constraint_count;
   StepWork work;
   work.create(INT64_MAX);
   work.begin();
-  const DeformingBody::Outcome outcome = body_->solve(job_set_, &work, force_);
-  if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == published_) return 0;
-  publish(job_set_, outcome);
+  body_->move_by(amounts_of(job));
+  const DeformingBody::Outcome outcome = body_->solve(thread_.set, &work, thread_.force);
+  if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == thread_.published) return 0;
+  publish(thread_.set, amounts_of(job), outcome);
   body_->renew();
   return std::max(1, outcome.evaluations);
 }
 
-void BodyBeside::publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome) {
+void BodyBeside::publish(const ContactConstraints& set, const double* amounts, const DeformingBody::Outcome& outcome) {
   auto* const solution = reinterpret_cast<Solution*>(palpate_mailbox_slot(solutions()));
   *solution = Solution{};
-  solution->begun = begun_beside_;
-  solution->told = {outcome.steps,   outcome.cut,      outcome.residual > kUnfinished || outcome.unheld,
-                    outcome.failed,  outcome.residual, outcome.least_volume,
-                    body_->off(set), body_->energy(),  0};
-  solution->constraint_count = published_ = set.constraint_count;
+  solution->begun = thread_.begun;
+  thread_.given += body_->take_given();
+  solution->told = {outcome.steps,
+                    outcome.cut,
+                    outcome.residual > kUnfinished || outcome.unheld,
+                    outcome.failed,
+                    outcome.residual,
+                    outcome.least_volume,
+                    body_->off(set),
+                    body_->energy(),
+                    thread_.given,
+                    0};
+  std::copy_n(amounts, offset_->count(), amounts_of(solution));
+  solution->constraint_count = thread_.published = set.constraint_count;
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];

@@ -9,6 +9,9 @@
 // targets are now. Where that would have missed the newest solution by more than half of what o_n alone missed it by, as after a turn
 // of a tool, o stays. Nothing of this enters the solutions.
 //
+// Where the scene's offset (contact/offset.h) moves the body, all of this is relative to it: the thread gets its amounts with the contacts and with what
+// they leave of the targets, and what they have moved since then is the touch's linear displacement.
+//
 // Two mailboxes (palpate_mailbox.h) connect the threads. Neither waits for the other.
 #pragma once
 
@@ -17,6 +20,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/offset.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
 #include "runtime/large/deforming_body.h"
 #include "runtime/large/turned_surface.h"
@@ -40,8 +44,8 @@ class BodyBeside {
   // A solution is unfinished above this residual (LargeOutcome), as a step in the touch.
   static constexpr double kUnfinished = LargeSolver::kUnfinished;
 
-  // body: made, borrowed; only deform() and restored() use it.
-  bool create(SceneMemory& memory, DeformingBody* body, const Limits& limits);
+  // body: made, borrowed; only deform() and restored() use it. offset: borrowed; only the touch uses it.
+  bool create(SceneMemory& memory, DeformingBody* body, Offset* offset, const Limits& limits);
   // For constraints with frames; the arguments are those of TurnedSurface::create. False where memory ends.
   bool follow_normals(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
                       std::int32_t triangle_count) {
@@ -56,6 +60,7 @@ class BodyBeside {
     double off =
         0;  // rad, of the frames of its contacts from the surface's normals: its forces miss as much of themselves
     double energy = 0;  // J, of the body
+    double given = 0;   // J, that the offset has given it since forget()
     double spring = 0;  // J, of the linear organ under the same forces
   };
   // Takes the newest solution, gives the constraints of a step to the other thread, and returns them as the linear organ is to hold
@@ -64,6 +69,8 @@ class BodyBeside {
   const ContactConstraints& take(const ContactConstraints& set, bool* fresh);
   // Other targets of the same constraints, for what take() has returned.
   void take_targets(const ContactConstraints& set);
+  // The constraints of the step with what the offset leaves of their targets; after take(), until the next call.
+  const ContactConstraints& left() const { return left_; }
   const Told& told() const { return told_; }
   // The contacts of this step are too far from the newest solution.
   bool behind() const { return behind_ != 0; }
@@ -115,13 +122,23 @@ class BodyBeside {
     Told told;
     std::int32_t constraint_count, unused;
   };
+  // Of the offset between solutions and since the newest one.
+  struct MovedBy {
+    double rate =
+        0;  // by how much o has changed for each metre that the offset has moved a node, from one solution to the next
+    std::int32_t is_known = 0, unused = 0;
+  };
   // In a slot of a mailbox the arrays follow the head.
   ContactNode* nodes_of(Job* job) const { return reinterpret_cast<ContactNode*>(job + 1); }
   ContactConstraint* constraints_of(Job* job) const {
     return reinterpret_cast<ContactConstraint*>(nodes_of(job) + limits_.nodes);
   }
   Vec3* targets_of(Job* job) const { return reinterpret_cast<Vec3*>(constraints_of(job) + limits_.constraints); }
-  Solved* solved_of(Solution* solution) const { return reinterpret_cast<Solved*>(solution + 1); }
+  double* amounts_of(Job* job) const { return reinterpret_cast<double*>(targets_of(job) + limits_.constraints); }
+  double* amounts_of(Solution* solution) const { return reinterpret_cast<double*>(solution + 1); }
+  Solved* solved_of(Solution* solution) const {
+    return reinterpret_cast<Solved*>(amounts_of(solution) + offset_->count());
+  }
   float* added_of(Solution* solution) const {
     return reinterpret_cast<float*>(solved_of(solution) + limits_.constraints);
   }
@@ -139,25 +156,31 @@ class BodyBeside {
   template <class Target>
   double share(std::int32_t count, Target target) const;
   bool same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const;
-  void publish(const ContactConstraints& set, const DeformingBody::Outcome& outcome);
+  void publish(const ContactConstraints& set, const double* amounts, const DeformingBody::Outcome& outcome);
   static double by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   bool is_behind(const ContactConstraints& set) const;
+  double moved_since(const double* amounts) const;
+  void measure_moved();
+  bool is_moved_too_far(double largest) const;
   void expect(const Solved& solved, Vec3 target, Vec3 along, Miss* miss) const;
   void forget_miss();
   Vec3 moved_on(const ContactConstraint& constraint) const;
   const Solved* solved_of(const ContactConstraint& constraint) const;
 
   DeformingBody* body_ = nullptr;
+  Offset* offset_ = nullptr;
   TurnedSurface turned_;
   Limits limits_;
   std::uint64_t *jobs_ = nullptr, *solutions_ = nullptr;  // the mailboxes' memory
   // Of the touch:
   AddedField added_;
-  float* offset_[2] = {};   // [field nodes][3] m, o of the newest solution and of the last one, turn by turn
-  Solved* solved_[2] = {};  // [constraints]
+  float* beyond_[2] = {};    // [field nodes][3] m, o of the newest solution and of the last one, turn by turn
+  double* amounts_[2] = {};  // of the offset, of the same
+  Solved* solved_[2] = {};   // [constraints]
   std::int32_t solved_count_[2] = {}, newest_ = 0;
-  ContactConstraints acting_;
+  ContactConstraints acting_, left_;
+  MovedBy moved_by_;
   Told told_;
   KnownMiss miss_;
   std::int32_t goes_on_ = 0;  // o does, between solutions
@@ -166,11 +189,13 @@ class BodyBeside {
       0;  // a solution with contacts before the newest one was at its targets, and none has failed since
   std::uint64_t begun_ = 1;
   std::int32_t solutions_taken_ = 0;  // since forget(); 2 and more count as 2
-  // Of the other thread:
-  ContactConstraints job_set_;
-  Vec3* force_ = nullptr;  // [nodes] N
-  std::uint64_t begun_beside_ = 1;
-  std::int32_t published_ = 0;  // constraints of the last solution
+  struct Thread {
+    ContactConstraints set;
+    Vec3* force = nullptr;  // [nodes] N
+    double given = 0;       // J, by the offset since forget()
+    std::uint64_t begun = 1;
+    std::int32_t published = 0;  // constraints of the last solution
+  } thread_;                     // of the other one
 };
 
 }  // namespace palpate

@@ -86,7 +86,7 @@ void BodyEnergy::shorten(const ContactConstraints& set, double excess, double st
     if (!sliding_[p].slides()) continue;
     const Vec3 shorter = {(1 - kept) * set.target[p].x, 0, 0};
     *sliding_[p].slack += set.constraints[p].share * shorter.x;
-    if (rows) rows->set_target(p, set.target[p] - shorter);
+    if (rows) rows->set_target(p, rows->set().target[p] - shorter);
   }
 }
 
@@ -102,8 +102,7 @@ void BodyEnergy::lengthen(const ContactConstraints& set, double stored) const {
   }
 }
 
-bool BodyEnergy::give_way(double energy, double noise, ContactRows& rows) const {
-  const ContactConstraints& set = rows.set();
+bool BodyEnergy::give_way(double energy, double noise, const ContactConstraints& set, ContactRows& rows) const {
   const Work work = work_of(set);
   const double stored = stored_in(set), excess = energy - work_ - work.sum - adopted_;
   if (adopts_ || !work.known || !(stored > 0 && excess > kTolerance * stored + noise)) return false;

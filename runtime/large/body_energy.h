@@ -25,13 +25,16 @@ class BodyEnergy {
   Sliding* sliding() { return sliding_; }  // [constraint_capacity]
   Vec3* force() { return force_; }         // [constraint_capacity]
 
+  // set: the constraints of `rows` with what the offset leaves of their targets.
   // True where the body has more energy in this step, J, than was paid for, and contacts have shorter targets in `rows` for it: the step is to be
   // solved again. noise: of the energy, J. Cost: some 30 operations for each constraint.
-  bool give_way(double energy, double noise, ContactRows& rows) const;
+  bool give_way(double energy, double noise, const ContactConstraints& set, ContactRows& rows) const;
   // Judges the energy of this step. What is given too much is taken back in the next one.
   void judge(double energy, double noise, const ContactConstraints& set);
   // What the body has at the next state that is judged counts as paid.
   void adopt() { adopts_ = 1; }
+  // What else the body was given, J.
+  void pay(double given) { adopted_ += given; }
   // At the last state that was judged contacts had given more than the tolerance allows.
   bool gives_much() const { return gives_much_ != 0; }
   // The body is behind its contacts in this step, which may feel less than it will have taken when it has caught up.

@@ -27,9 +27,9 @@ double longest_difference(const float* u, const float* v, std::int32_t nodes) {
 
 }  // namespace
 
-bool BodyField::create(SceneMemory& memory, const DeformingBody* body, std::int32_t constraint_capacity,
-                       std::int32_t surface_nodes) {
-  body_ = body, surface_nodes_ = surface_nodes;
+bool BodyField::create(SceneMemory& memory, const DeformingBody* body, const Offset* offset,
+                       std::int32_t constraint_capacity, std::int32_t surface_nodes) {
+  body_ = body, offset_ = offset, surface_nodes_ = surface_nodes;
   const auto constraints = static_cast<std::size_t>(constraint_capacity),
              numbers = 3 * static_cast<std::size_t>(surface_nodes);
   for (float** field : {&now_, &before_}) *field = memory.array<float>(numbers);
@@ -48,6 +48,12 @@ void BodyField::forget() {
   for (float* field : {now_, before_}) std::fill(field, field + 3 * static_cast<std::size_t>(surface_nodes_), 0.0f);
   contact_count_ = last_count_ = moves_ = 0;
   norm_ = norm_before_ = path_ = path_set_ = path_before_ = predicted_apart_ = 0;
+  is_set_ = true;
+}
+
+void BodyField::begin_moved() {
+  is_set_ = false;
+  path_ += offset_->stepped();
 }
 
 const BodyField::Contact* BodyField::find(const ContactId& id) const {
@@ -95,7 +101,7 @@ void BodyField::find_own_parts() {
     double there = 0, linear = 0;
     for (std::int32_t r = now.first; r < now.end; ++r)
       there += force[r] * solver.on_row(r), linear += force[r] * together_[r];
-    const double ratio = linear > 0 ? std::clamp(there / linear, kLeastRatio, kMostRatio) : 1;
+    const double ratio = linear > 0 && moved_norm() == 0 ? std::clamp(there / linear, kLeastRatio, kMostRatio) : 1;
     for (std::int32_t r = now.first; r < now.end; ++r) {
       own_[r] = ratio * force[r];
       for (int d = 0; d < 3; ++d) now.sum[d] += own_[r] * solver.direction(r)[d];
@@ -113,6 +119,7 @@ void BodyField::find_own_parts() {
 
 void BodyField::set(const ContactConstraints& set, const Vec3* force, bool solved, Operations* work) {
   std::swap(now_, before_);
+  is_set_ = true;
   norm_before_ = norm_, path_before_ = path_set_;
   body_->write_field(surface_nodes_, now_);
   norm_ = longest(now_, surface_nodes_);
@@ -131,7 +138,7 @@ void BodyField::end(const ContactId& id) {
 
 Vec3 BodyField::evaluate_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return node < surface_nodes_ ? read(now_, node) : body_->displacement(node);
+  return (node < surface_nodes_ ? read(now_, node) : body_->moved_by_contacts(node)) + moved_at_node(node);
 }
 
 Vec3 BodyField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {
@@ -150,9 +157,11 @@ bool BodyField::predict_without(const ContactId& id, Operations /*most*/, Operat
   const std::int32_t rows = contacts_[contact_count_ - 1].end;
   std::fill(predicted_, predicted_ + rows, 0.0);
   const auto is_gone = [&](const Contact& c) { return c.ended != 0 || &c == contact; };
-  predicts_rest_ = std::all_of(contacts_, contacts_ + contact_count_, is_gone);
-  if (predicts_rest_) {
-    predicted_apart_ = norm_;
+  const bool all_gone = std::all_of(contacts_, contacts_ + contact_count_, is_gone);
+  predicts_rest_ = all_gone && moved_norm() == 0;
+  if (all_gone) {
+    std::copy(own_, own_ + rows, predicted_);
+    predicted_apart_ = predicts_rest_ ? norm_ : solver.response_bound(predicted_, 0, rows);
     return true;
   }
   double* const gone = together_;  // [rows] 1: of a contact that is gone
@@ -215,18 +224,19 @@ double BodyField::own_norm(const ContactId& id) const {
 
 double BodyField::norm_without(const ContactId& id) const {
   const Contact* const contact = find(id);
-  return !contact ? norm_ : alone() ? 0 : norm_ + contact->own;
+  return moved_norm() + (!contact ? norm_ : alone() ? 0 : norm_ + contact->own);
 }
 
 double BodyField::last_change_without(const ContactId& id) const {
   const Contact* const contact = find(id);
   const auto same = [&](const Contact& c) { return c.id == id; };
   const Contact* const before = std::find_if(last_, last_ + last_count_, same);
-  const double without_before = before == last_ + last_count_ ? norm_before_
-                                : last_count_ == 1            ? 0
-                                                              : norm_before_ + before->own;
+  const double without_before = before == last_ + last_count_           ? norm_before_
+                                : last_count_ == 1 && moved_norm() == 0 ? 0
+                                                                        : norm_before_ + before->own;
   const double own = contact ? contact->own_change : before != last_ + last_count_ ? before->own : 0;
-  return std::min(last_change() + own, norm_without(id) + without_before);
+  return std::min(last_change() + own,
+                  norm_without(id) - moved_norm() + without_before + (offset_ ? offset_->change() : 0));
 }
 
 }  // namespace palpate

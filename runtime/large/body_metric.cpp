@@ -78,7 +78,8 @@ bool BodyMetric::make_slice(std::int32_t slice) {
 bool BodyMetric::renew(const float* u) {
   const std::size_t numbers = 3 * static_cast<std::size_t>(energy_->nodes());
   for (std::size_t i = 0; i < numbers && state_.slices == 0; ++i)
-    of_next_[i] = (energy_->base() ? energy_->base()[i] : 0.0f) + u[i];
+    of_next_[i] =
+        (energy_->base() ? energy_->base()[i] : 0.0f) + (energy_->moved() ? energy_->moved()[i] : 0.0f) + u[i];
   if (!make_slice(state_.slices)) {
     state_.slices = 0;
     return false;

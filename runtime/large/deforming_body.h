@@ -39,6 +39,13 @@ class DeformingBody {
     return turned_.create(memory, rest, nodes, triangles, triangle_count);
   }
 
+  // As LargeSolver. Targets, reactions, fields are those from the offset.
+  bool take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows) {
+    return solver_.take_offset(memory, body, rows);
+  }
+  void move_by(const double* amounts) { solver_.move_by(amounts); }
+  double take_given() { return solver_.take_given(); }
+
   struct Outcome : LargeOutcome {
     double missed = 0;     // m, by how much the worst contact misses its law; 0 where none gives way
     bool inexact = false;  // by more than kInexact of the largest target
@@ -86,9 +93,16 @@ class DeformingBody {
   }
   // The same, less the linear response to the forces of the last solve().
   void write_beyond_linear(std::int32_t count, float* out) { solver_.write_beyond_linear(force_, count, out); }
+  // m, of a node: from the offset, and with it.
+  Vec3 moved_by_contacts(std::int32_t node) const {
+    float u[3];
+    solver_.displacement(node, u);
+    return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+  }
   Vec3 displacement(std::int32_t node) const {
     float u[3];
     solver_.displacement(node, u);
+    solver_.add_moved(node, u);
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
   }
 

@@ -104,6 +104,17 @@ bool is_an_order(const HyperelasticBody& body, const std::int32_t* order, std::i
   return true;
 }
 
+// All of the body, whose arrays last as long as `scratch`.
+palpate_status read_whole_body(const SectionReader& reader, SceneMemory& scratch, HyperelasticBody* body) {
+  const SectionReader of_scratch(reader.bundle(), scratch, reader.error());
+  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
+  if (!laws) return reader.no_memory("deformation");
+  palpate_status status = read_large_body(reader, body, laws);
+  if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, body);
+  if (status == PALPATE_OK) status = read_supports(reader, of_scratch, body);
+  return status;
+}
+
 palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, const palpate_scene& scene,
                                    DeformingBody& deforming) {
   const palpate_scene_def& def = scene.def;
@@ -112,17 +123,14 @@ palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, 
   const char* const effect = "deformation LARGE";
   if (!reader.find(SectionId::large_order)) return reader.missing(effect, SectionId::large_order);
   HyperelasticBody body;
-  TissueLaw* const laws = scratch.array<TissueLaw>(reader.counts().regions);
   std::uint8_t* const seen = scratch.array<std::uint8_t>(reader.counts().nodes);
-  if (scratch.failed()) return reader.no_memory("deformation");
-  if (const palpate_status status = read_large_body(reader, &body, laws)) return status;
+  if (!seen) return reader.no_memory("deformation");
+  if (const palpate_status status = read_whole_body(reader, scratch, &body)) return status;
   const std::int32_t* order = nullptr;
   const double* preload = nullptr;
   const std::uint64_t count = reader.find(SectionId::large_order)->shape[0];
   using Sections = formats::IndexedSections;
   palpate_status status = of_scratch.copy_indices(SectionId::large_order, count, &Sections::large_order, &order);
-  if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, &body);
-  if (status == PALPATE_OK) status = read_supports(reader, of_scratch, &body);
   if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
   if (status != PALPATE_OK) return status;
   if (!is_an_order(body, order, static_cast<std::int32_t>(count), seen))
@@ -189,18 +197,19 @@ bool place_in_touch(const SectionReader& reader, palpate_scene& scene, BodyInTou
   const palpate_scene_def& def = scene.def;
   scene.touch.admission.admit_any(body.deforming().operations_to_renew());
   return !(follows_deformed_surface(def) || (scene.uses & kUsesDisplacements) != 0) ||
-         body.create_field(reader.memory(), scene.touch.most_constraints, reader.surface_nodes());
+         body.create_field(reader.memory(), scene.touch.offset.exists() ? &scene.touch.offset : nullptr,
+                           scene.touch.most_constraints, reader.surface_nodes());
 }
 
-bool place_in_thread(const SectionReader& reader, const palpate_scene& scene, BodyInThread& body) {
+bool place_in_thread(const SectionReader& reader, palpate_scene& scene, BodyInThread& body) {
   const palpate_scene_def& def = scene.def;
-  const TouchState& touch = scene.touch;
+  TouchState& touch = scene.touch;
   BodyBeside::Limits limits;
   limits.nodes = def.max_contact_nodes, limits.constraints = touch.most_constraints;
   limits.surface_nodes = reader.surface_nodes();
   const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes);
   limits.field_nodes = scene.tensors.corridor ? nodes : std::max(reader.surface_nodes(), touch.held.nodes);
-  return body.beside().create(reader.memory(), &body.deforming(), limits) &&
+  return body.beside().create(reader.memory(), &body.deforming(), &touch.offset, limits) &&
          (def.law == PALPATE_LAW_STICKING ||
           body.beside().follow_normals(reader.memory(), touch.surface.rest, reader.surface_nodes(),
                                        touch.surface.triangles, reader.triangles()));
@@ -217,6 +226,18 @@ void log_fewest_steps(const palpate_scene& scene) {
       static_cast<long long>(scene.def.max_operations));
 }
 
+// What moves the organ from outside is known now.
+palpate_status take_offset(const SectionReader& reader, const Offset& offset, DeformingBody& deforming) {
+  if (!offset.exists()) return PALPATE_OK;
+  SceneMemory scratch = reader.memory().of_same_host();
+  HyperelasticBody body;
+  palpate_status status = read_whole_body(reader, scratch, &body);
+  if (status == PALPATE_OK && !deforming.take_offset(reader.memory(), body, offset.rows()))
+    status = reader.no_memory("deformation");
+  scratch.release_all();
+  return status;
+}
+
 // After the surface and the limits of contacts are known.
 palpate_status build(EffectBuild& build) {
   const SectionReader& reader = build.reader;
@@ -224,6 +245,7 @@ palpate_status build(EffectBuild& build) {
   const palpate_scene_def& def = scene.def;
   TouchState& touch = scene.touch;
   LargeBody& body = body_of(scene);
+  if (const palpate_status status = take_offset(reader, touch.offset, body.deforming())) return status;
   touch.held = scene.shape.held = {field_nodes_of(reader, scene), !is_in_touch(def)};
   const bool made = (!contacts_may_slide(def) || body.watch_energy(reader.memory(), touch.most_constraints)) &&
                     (def.law == PALPATE_LAW_STICKING ||

@@ -10,6 +10,21 @@ namespace {
 
 // Rounding of a preload's energy, from which all others are counted, as a share.
 constexpr double kEnergyNoise = 2e-7;
+// Of a displacement by the offset, so that what rounding leaves of the gradient counts as none: 40 times its rounding in single precision.
+constexpr double kPlaceNoise = 2.5e-6;
+
+// out: [3 rows] N, the stiffness times a displacement [3 nodes] by places.
+void multiply(const BlockRows& stiffness, const double* moved, std::int32_t rows, float* out) {
+  for (std::int32_t row = 0; row < rows; ++row)
+    for (std::size_t i = 0; i < 3; ++i) {
+      double sum = 0;
+      for (std::int64_t at = stiffness.first[row]; at < stiffness.first[row + 1]; ++at)
+        for (std::size_t k = 0; k < 3; ++k)
+          sum += stiffness.block[9 * static_cast<std::size_t>(at) + 3 * i + k] *
+                 moved[3 * static_cast<std::size_t>(stiffness.column[at]) + k];
+      out[3 * static_cast<std::size_t>(row) + i] = static_cast<float>(sum);
+    }
+}
 
 void evaluate_plainly(const HyperelasticEnergy::Elements& elements, const float* u, float* f,
                       HyperelasticEnergy::Energy* energy) {
@@ -75,7 +90,11 @@ double HyperelasticEnergy::add_supports(const float* u, float* f) const {
   for (std::int32_t p = 0; p < support_count_; ++p) {
     const double* const k = support_stiffness_ + 9 * static_cast<std::size_t>(p);
     const std::int32_t a = support_place_[2 * p], b = support_place_[2 * p + 1];
-    const float *const at_a = u + 3 * static_cast<std::size_t>(a), *const at_b = u + 3 * static_cast<std::size_t>(b);
+    float at_a[3], at_b[3];  // from where they are slack
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t of_a = 3 * static_cast<std::size_t>(a) + i, of_b = 3 * static_cast<std::size_t>(b) + i;
+      at_a[i] = base_ ? base_[of_a] + u[of_a] : u[of_a], at_b[i] = base_ ? base_[of_b] + u[of_b] : u[of_b];
+    }
     double on_a[3], on_b[3];
     for (int i = 0; i < 3; ++i) {
       on_a[i] = k[3 * i] * static_cast<double>(at_b[0]) + k[3 * i + 1] * static_cast<double>(at_b[1]) +
@@ -102,21 +121,73 @@ bool HyperelasticEnergy::take_load(SceneMemory& memory, const HyperelasticBody& 
   for (std::int32_t n = 0; made && n < nodes_; ++n)
     for (std::size_t i = 0; i < 3 && place_[n] < rows_; ++i)
       moved[3 * static_cast<std::size_t>(place_[n]) + i] = preload[3 * static_cast<std::size_t>(n) + i];
-  for (std::int32_t row = 0; made && row < rows_; ++row)
-    for (std::size_t i = 0; i < 3; ++i) {
-      double sum = 0;
-      for (std::int64_t at = stiffness.first[row]; at < stiffness.first[row + 1]; ++at)
-        for (std::size_t k = 0; k < 3; ++k)
-          sum += stiffness.block[9 * static_cast<std::size_t>(at) + 3 * i + k] *
-                 moved[3 * static_cast<std::size_t>(stiffness.column[at]) + k];
-      load_[3 * static_cast<std::size_t>(row) + i] = static_cast<float>(sum);
-    }
-  for (std::int32_t n = 0; made && n < nodes_; ++n)
-    for (std::size_t i = 0; i < 3; ++i)
-      if (place_[n] < rows_ && body.fixed[3 * static_cast<std::size_t>(n) + i])
-        load_[3 * static_cast<std::size_t>(place_[n]) + i] = 0;
+  if (made) multiply(stiffness, moved, rows_, load_), clear_held_dofs(body, load_);
   scratch.release_all();
   return made;
+}
+
+void HyperelasticEnergy::clear_held_dofs(const HyperelasticBody& body, float* f) const {
+  for (std::int32_t n = 0; n < nodes_; ++n)
+    for (std::size_t i = 0; i < 3; ++i)
+      if (place_[n] < rows_ && body.fixed[3 * static_cast<std::size_t>(n) + i])
+        f[3 * static_cast<std::size_t>(place_[n]) + i] = 0;
+}
+
+bool HyperelasticEnergy::take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows) {
+  Offset& of = offset_;
+  const auto count = static_cast<std::size_t>(rows.count), nodes = static_cast<std::size_t>(nodes_);
+  of.loads = memory.array<float>(count * length_), of.load = memory.array<float>(length_);
+  of.roughness = memory.array<double>(count), of.amounts = memory.array<double>(count);
+  of.by = memory.array<float>(padded_);
+  memory.keep_array(of.amounts, count);
+  if (!absolute_) absolute_ = memory.array<float>(padded_);
+  SceneMemory scratch = memory.of_same_host();
+  // The elements alone, with nothing held: the columns of held nodes count.
+  HyperelasticBody bare = body;
+  bare.fixed = scratch.array<std::uint8_t>(3 * nodes), bare.support_count = 0;
+  double* const row = scratch.array<double>(3 * nodes);
+  BlockRows stiffness;
+  const bool made =
+      !memory.failed() && !scratch.failed() && assemble_stiffness(scratch, bare, place_, nodes_, &stiffness);
+  for (std::int32_t m = 0; made && m < rows.count; ++m) {
+    for (std::int32_t n = 0; n < nodes_; ++n) store3(rows.at(m, n), row + 3 * static_cast<std::size_t>(place_[n]));
+    float* const load = of.loads + static_cast<std::size_t>(m) * length_;
+    multiply(stiffness, row, rows_, load);
+    clear_held_dofs(body, load);
+    double sum = 0;
+    for (std::int32_t r = 0; r < rows_; ++r)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double u = row[3 * static_cast<std::size_t>(r) + i];
+        sum += 0.5 * stiffness.block[9 * static_cast<std::size_t>(stiffness.index_of(r, r)) + 4 * i] * u * u;
+      }
+    of.roughness[m] = std::sqrt(sum);
+  }
+  scratch.release_all();
+  if (made) of.rows = rows;
+  return made;
+}
+
+void HyperelasticEnergy::move(const double* from, const double* to, double share) {
+  Offset& of = offset_;
+  of.acts = false;
+  double rough = 0;
+  for (std::int32_t m = 0; m < of.rows.count; ++m) {
+    of.amounts[m] = share == 1 ? to[m] : from[m] + share * (to[m] - from[m]);
+    of.acts = of.acts || of.amounts[m] != 0;
+    rough += std::fabs(of.amounts[m]) * of.roughness[m];
+  }
+  of.noise = kPlaceNoise * kPlaceNoise * rough * rough;
+  if (!of.acts) return;
+  for (std::int32_t n = 0; n < nodes_; ++n) {
+    const Vec3 at = of.rows.sum_at(of.amounts, n);
+    for (int i = 0; i < 3; ++i)
+      of.by[3 * static_cast<std::size_t>(place_[n]) + static_cast<std::size_t>(i)] = static_cast<float>(at[i]);
+  }
+  std::fill(of.load, of.load + length_, 0.0f);
+  for (std::int32_t m = 0; m < of.rows.count; ++m)
+    if (of.amounts[m] != 0)
+      add_multiple(static_cast<float>(of.amounts[m]), of.loads + static_cast<std::size_t>(m) * length_, length_,
+                   of.load);
 }
 
 void HyperelasticEnergy::rest_at(const float* u, float* force) {
@@ -134,16 +205,24 @@ HyperelasticEnergy::Energy HyperelasticEnergy::evaluate(const float* u, float* f
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) absolute_[i] = base_[i] + u[i];
     u = absolute_;
   }
+  if (offset_.acts) {
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) absolute_[i] = offset_.by[i] + u[i];
+    u = absolute_;
+  }
 #ifdef PALPATE_DISPATCHES
   if (best_instructions() != Instructions::baseline)
     evaluate_with_avx2(elements_, u, f, &energy);
   else
 #endif
     evaluate_plainly(elements_, u, f, &energy);
-  energy.energy += add_supports(u, f);
+  energy.energy += add_supports(from_rest, f);
   if (load_) {
     energy.energy -= base_energy_ + load_share_ * dot_product(load_, from_rest, length_);
     add_multiple(static_cast<float>(-load_share_), load_, length_, f);
+  }
+  if (offset_.acts) {
+    energy.energy -= dot_product(offset_.load, from_rest, length_);
+    add_multiple(-1, offset_.load, length_, f);
   }
   clear_held(f);
   if (!std::isfinite(energy.energy)) energy.least_volume = 0;

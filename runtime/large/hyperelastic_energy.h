@@ -1,11 +1,16 @@
 // Energy and forces of the hyperelastic body at a displacement from where it rests: its elements, its soft supports and, under a preload,
 // the load that holds it there. Vectors over the dofs that move are padded with zeros (length()).
+//
+// What moves the body from outside is a displacement o, rows with amounts (contact/offset.h), which held nodes have, too. The body is then at
+// o + u for a displacement u. Soft supports, whose bases move, are stretched by u alone, and the load K_el o acts, with the stiffness K_el of
+// the elements at rest: so u is zero for the linear body, and is what the hyperelastic body does otherwise.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/bundle/offset_rows.h"
 #include "runtime/large/block_rows.h"
 #include "runtime/large/element_lanes.h"
 
@@ -28,6 +33,12 @@ class HyperelasticEnergy {
   void set_load_share(double share) { load_share_ = share; }
   // The body rests at u from now on, held there by the force that it has there.
   void rest_at(const float* u, float* force);
+  // rows: of finite numbers, with all nodes; borrowed. The amounts are zero.
+  bool take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows);
+  // The amounts [offset_rows()] become from + share (to - from). Cost: a pass over the nodes for each row.
+  void move(const double* from, const double* to, double share);
+  // After amounts() has been restored.
+  void restored() { move(offset_.amounts, offset_.amounts, 0); }
 
   std::int32_t nodes() const { return nodes_; }
   std::int32_t rows() const { return rows_; }  // nodes that move
@@ -37,8 +48,12 @@ class HyperelasticEnergy {
   const std::int32_t* places() const { return place_; }
   std::int32_t place(std::int32_t node) const { return place_[node]; }
   const float* base() const { return base_; }  // [padded] m, where the body rests under a preload; else nullptr
-  // J, of an energy, by the rounding of the preload's.
-  double noise() const { return noise_; }
+  // J, of an energy, by the rounding of the preload's and of the places to which the offset moves.
+  double noise() const { return noise_ + offset_.noise; }
+  std::int32_t offset_rows() const { return offset_.rows.count; }
+  const double* amounts() const { return offset_.amounts; }
+  bool is_moved() const { return offset_.acts; }
+  const float* moved() const { return offset_.acts ? offset_.by : nullptr; }  // [padded] m, o by places; nullptr: zero
 
   // u: [3 nodes] m, by places; f: [length] N, dE/du. Where the energy is not finite, the least volume is 0.
   Energy evaluate(const float* u, float* f);
@@ -48,8 +63,19 @@ class HyperelasticEnergy {
   }
 
  private:
+  struct Offset {
+    OffsetRows rows;
+    float* loads = nullptr;  // [rows][length] N per unit, K_el times the row
+    double* roughness =
+        nullptr;                // [rows] sqrt(J) per unit: of rounding that displaces each dof by its own displacement
+    double* amounts = nullptr;  // [rows]
+    float *by = nullptr, *load = nullptr;  // under these: [padded] m, o; [length] N
+    double noise = 0;                      // J
+    bool acts = false;                     // an amount is not zero
+  };
   bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
   double add_supports(const float* u, float* f) const;
+  void clear_held_dofs(const HyperelasticBody& body, float* f) const;
 
   Elements elements_;
   std::int32_t nodes_ = 0, rows_ = 0;
@@ -60,8 +86,9 @@ class HyperelasticEnergy {
   std::int32_t* support_place_ = nullptr;  // [support_count][2]
   double* support_stiffness_ = nullptr;    // [support_count][9] N/m
   std::int32_t support_count_ = 0;
-  // Under a preload: where the body rests and the place of a state, [padded] m; the load there, [length] N.
+  // Under a preload: where the body rests, [padded] m; the load there, [length] N. There and with an offset: the place of a state, [padded] m.
   float *base_ = nullptr, *absolute_ = nullptr, *load_ = nullptr;
+  Offset offset_;
   double base_energy_ = 0, noise_ = 0;  // J
   double load_share_ = 1;
 };

@@ -46,6 +46,10 @@ ContactSolver::Outcome BodyInTouch::solve(TouchStep& step, bool again) {
   TouchState& state = *step.state;
   const ContactConstraints& set = *step.acting;
   const DeformingBody::Outcome last = again ? outcome_ : DeformingBody::Outcome{};
+  if (state.offset.exists() && !again) {
+    deforming_.move_by(state.offset.amounts());
+    energy_.pay(deforming_.take_given());
+  }
   outcome_ = deforming_.solve(set, &state.work, state.force);
   outcome_.steps += last.steps, outcome_.evaluations += last.evaluations;
   std::fill(state.modified, state.modified + set.node_count, Vec3{});
@@ -62,7 +66,7 @@ bool BodyInTouch::gives_way(TouchStep& step, ContactSolver::Outcome) {
   if (!watches_ || lags(outcome_)) return false;
   note_energy(step);
   const double energy = deforming_.energy();
-  return energy_.give_way(energy, deforming_.solver().energy_noise(energy), step.state->rows);
+  return energy_.give_way(energy, deforming_.solver().energy_noise(energy), *step.acting, step.state->rows);
 }
 
 void BodyInTouch::judge(TouchStep& step, ContactSolver::Outcome) {
@@ -83,7 +87,7 @@ void BodyInTouch::judge(TouchStep& step, ContactSolver::Outcome) {
 }
 
 Vec3 BodyInTouch::moved_node(const TouchState& state, std::int32_t e) const {
-  return deforming_.displacement(state.rows.set().nodes[e].node);
+  return deforming_.moved_by_contacts(state.rows.set().nodes[e].node);
 }
 
 void BodyInTouch::move_surface(TouchStep& step, const ContactConstraints& set) {
@@ -95,7 +99,12 @@ void BodyInTouch::move_surface(TouchStep& step, const ContactConstraints& set) {
 
 void BodyInTouch::write(const TouchStep& step) const {
   palpate_contacts& out = *step.out;
-  deforming_.write_field(step.state->held.nodes, field_behind(out));
+  const Offset& offset = step.state->offset;
+  float* const field = field_behind(out);
+  deforming_.write_field(step.state->held.nodes, field);
+  for (std::int32_t n = 0; n < step.state->held.nodes && offset.exists(); ++n)
+    for (int i = 0; i < 3; ++i)
+      field[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] += static_cast<float>(offset.now(n)[i]);
   out.sweeps = deforming_.effort().sweeps, out.newton_steps = deforming_.effort().newton_steps;
   out.residual_displacement = outcome_.missed;
 }
@@ -111,9 +120,11 @@ void BodyInTouch::forget() {
 // The constraints as the linear organ is to hold them.
 const ContactConstraints& BodyInThread::take(TouchStep& step) {
   bool fresh = false;
+  const double given_before = beside_.told().given;
   const ContactConstraints& set = beside_.take(step.state->rows.set(), &fresh);
   const BodyBeside::Told& told = beside_.told();
   // What contacts felt before is no work that was done on the body.
+  energy_.pay(told.given - given_before);
   if (watches_ && fresh && beside_.is_first()) energy_.adopt();
   std::uint32_t flags = 0;
   if (told.failed) flags |= PALPATE_STEP_UNSOLVED;
@@ -130,7 +141,7 @@ Vec3 BodyInThread::moved_node(const TouchState& state, std::int32_t e) const {
 // The body's energy, of a solution that goes on by the linear response.
 void BodyInThread::judge(TouchStep& step, ContactSolver::Outcome outcome) {
   if (!watches_) return;
-  const ContactConstraints& set = step.state->rows.set();
+  const ContactConstraints& set = beside_.left();
   note_energy(step, set, [&](std::int32_t p) {
     const ContactConstraint& constraint = step.acting->constraints[p];
     const Vec3 reaction = step.state->solver.reaction(p);

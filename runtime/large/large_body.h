@@ -43,9 +43,10 @@ class LargeBody : public Body {
 class BodyInTouch final : public LargeBody {
  public:
   // For those who ask about the surface beside the solve. False where memory ends.
-  bool create_field(SceneMemory& memory, std::int32_t constraint_capacity, std::int32_t surface_nodes) {
+  bool create_field(SceneMemory& memory, const Offset* offset, std::int32_t constraint_capacity,
+                    std::int32_t surface_nodes) {
     has_field_ = true;
-    return field_.create(memory, &deforming_, constraint_capacity, surface_nodes);
+    return field_.create(memory, &deforming_, offset, constraint_capacity, surface_nodes);
   }
 
   SurfaceField* surface_field() override { return &field_; }

@@ -116,7 +116,13 @@ void LargeSolver::keep(SceneMemory& memory) {
   metric_.keep(memory);
 }
 
+bool LargeSolver::take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows) {
+  memory.keep(moved_.given);
+  return energy_.take_offset(memory, body, rows);
+}
+
 void LargeSolver::restored() {
+  energy_.restored();
   metric_.restored();
   rows_.restored();
 }
@@ -142,6 +148,9 @@ void LargeSolver::come_to_rest() {
   now_.solved = now_.at_rest = 1;
   now_.energy = now_.peak_energy = now_.residual = 0, now_.least_volume = now_.reach = 1;
   now_.alone = now_.still = 0;
+  const double unmoved[kMostOffsetRows] = {};
+  energy_.move(unmoved, unmoved, 1);
+  moved_ = {};
   soft_.forget();
   if (metric_.forget()) rows_.find_all_responses();
 }
@@ -151,8 +160,9 @@ void LargeSolver::forget() {
   come_to_rest();
 }
 
-// No row holds or pushes the body.
+// No row holds or pushes the body, and nothing moves it from outside.
 bool LargeSolver::nothing_acts() const {
+  if (energy_.is_moved()) return false;
   for (std::int32_t r = 0; r < rows_.count(); ++r)
     if (rows_.holds(r) || rows_.applied()[r] != 0) return false;
   return true;
@@ -166,6 +176,32 @@ void LargeSolver::write_beyond_linear(const double* force, std::int32_t count, f
 }
 
 // ---- a step --------------------------------------------------------------------------------------------------------
+
+// The displacement from the offset stays: the linear body's would.
+void LargeSolver::move_by(const double* amounts) {
+  const std::int32_t count = energy_.offset_rows();
+  moved_.now = moved_.cut = false;
+  if (std::equal(amounts, amounts + count, energy_.amounts())) return;
+  double from[kMostOffsetRows];
+  std::copy_n(energy_.amounts(), count, from);
+  const double least = std::min(kLeastVolume, now_.least_volume);
+  double share = now_.reach;
+  for (int i = 0; i < 10 && share > 0; ++i, share /= 2) {
+    energy_.move(from, amounts, share);
+    const HyperelasticEnergy::Energy found = energy_.evaluate(u_, trial_f_);
+    ++moved_.evaluations;
+    if (!(found.least_volume > least) || !std::isfinite(found.energy)) continue;
+    const double energy = found.energy + 0.5 * rows_.times_compliance(of_rows_.local, of_rows_.local);
+    moved_.given += energy - now_.energy;
+    now_.energy = energy, now_.least_volume = found.least_volume;
+    std::swap(f_, trial_f_);
+    now_.solved = now_.at_rest = 0;
+    moved_.now = true, moved_.cut = share < 1;
+    return;
+  }
+  energy_.move(from, from, 1);
+  moved_.cut = true;
+}
 
 bool LargeSolver::take(const LargeContacts& contacts) {
   const LargeRows::Changed changed = rows_.take(contacts, &of_rows_.local, &of_rows_.other_local);
@@ -234,7 +270,7 @@ bool LargeSolver::hold(const std::uint8_t* holds, const double* place, const dou
   const bool other_rows = set_held(holds, start);
   if ((other_rows || rows_changed_) && !rows_.factor()) return false;
   constexpr double least_move = 1e-9;  // m
-  still_ = find_move(place) <= least_move && !rows_changed_ && !other_rows;
+  still_ = find_move(place) <= least_move && !rows_changed_ && !other_rows && !moved_.now;
   if (still_ && now_.solved == 2) return true;
   rows_changed_ = false;
   now_.solved = 0;
@@ -413,6 +449,8 @@ void LargeSolver::give_up() {
 }
 
 void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
+  outcome->evaluations += std::exchange(moved_.evaluations, 0);
+  if (moved_.cut) outcome->cut = true, now_.solved = 0;
   bool finite = sound && std::isfinite(now_.energy);
   for (std::int32_t r = 0; r < rows_.count(); ++r) finite = finite && std::isfinite(of_rows_.multiplier[r]);
   outcome->failed = !finite;

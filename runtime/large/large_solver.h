@@ -16,6 +16,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/large/body_metric.h"
@@ -72,6 +73,18 @@ class LargeSolver {
   void rest_displacement(std::int32_t node, float out[3]) const {
     for (int i = 0; i < 3; ++i) out[i] = energy_.base() ? energy_.base()[at(node) + static_cast<std::size_t>(i)] : 0.0f;
   }
+
+  // What moves the body from outside, as HyperelasticEnergy has it: displacements and targets of rows are relative to it.
+  bool take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows);
+  // Before a step: its amounts. The body goes as far on the way to them as leaves no tetrahedron nearly flat. Cost: an evaluation, where the
+  // amounts are other ones than in the last step.
+  void move_by(const double* amounts);
+  // m, of a node by the offset, added.
+  void add_moved(std::int32_t node, float out[3]) const {
+    for (std::size_t i = 0; i < 3 && energy_.moved(); ++i) out[i] += energy_.moved()[at(node) + i];
+  }
+  // J, that moving has given the body since the last call, its displacement from the offset kept.
+  double take_given() { return std::exchange(moved_.given, 0); }
 
   // force: [row_count] N, of each row on the body, all of which hold. most_steps: 1 .. ; where targets and rows are those of the
   // last step and that was solved, nothing is computed.
@@ -179,6 +192,12 @@ class LargeSolver {
   void come_to_rest();
   bool nothing_acts() const;
 
+  // Of the last move_by(): evaluations that no step has told yet; the body was moved; it is not where the amounts have it.
+  struct Moved {
+    double given = 0;
+    std::int32_t evaluations = 0;
+    bool now = false, cut = false;
+  };
   HyperelasticEnergy energy_;
   BodyMetric metric_;
   LargeRows rows_;
@@ -206,6 +225,7 @@ class LargeSolver {
   // Where this step began, to which give_up() returns.
   Kept before_ = {};
   float *u_before_ = nullptr, *f_before_ = nullptr;  // as u_ and f_
+  Moved moved_;
   double tolerance_ = kTolerance;
   bool rows_changed_ = false;
   bool still_ = false;      // the targets are those of the last step

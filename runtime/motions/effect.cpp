@@ -16,13 +16,13 @@ using formats::SectionId;
 constexpr EffectKey kKeys[] = {
     {PALPATE_EFFECT_KEY(motions_effect, palpate_motions_def, motions), PALPATE_KEY_FLAG, "", "", 0, 1}};
 constexpr EffectNeed kNeeds[] = {
-    {"deformation", kAbsent, "motions move an organ of deformation LINEAR alone; leave motions at 0, or take LINEAR"},
     {"collision", 1u << PALPATE_COLLISION_OFF | 1u << PALPATE_COLLISION_DEFORMED,
      "tools meet an organ that moves where it is: take collision DEFORMED, or OFF, or leave motions at 0"}};
 
 void add_sections(const palpate_scene_def& def, SectionList& sections) {
   sections.add({SectionId::motion_kinds, SectionId::motion_surface});
-  if (def.shape == PALPATE_SHAPE_VOLUME) sections.add({SectionId::motion_interior});
+  if (def.shape == PALPATE_SHAPE_VOLUME || key_number(def, "deformation") != 0)
+    sections.add({SectionId::motion_interior});
   sections.add({SectionId::motion_volume});
 }
 
@@ -70,8 +70,9 @@ palpate_status prepare(EffectBuild& build) {
   Motions::Source source;
   source.offset = &scene.touch.offset, source.pass = build.pass;
   if (const palpate_status status = read_kinds_and_volumes(reader, &source)) return status;
+  source.is_linear = scene.touch.body->responds_linearly();
   const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
-  if (scene.tensors.corridor && inside > 0) {
+  if ((scene.tensors.corridor || !source.is_linear) && inside > 0) {
     OffsetRows of_interior;
     if (const palpate_status status = read_rows(reader, SectionId::motion_interior, inside, &of_interior))
       return status;

@@ -15,6 +15,13 @@ constexpr double kFarthest = 1e6;  // m
 constexpr std::int32_t kMost = formats::kMostMotions;
 static_assert(kMost <= kMostOffsetRows);
 
+palpate_status refuse_pressure(std::int32_t motion, const char* function, palpate_error* error) {
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+              "%s: expected no pressure under large deformation, where it would act on a surface that turns and grows, "
+              "found motion %d; give it the amount 0, or take deformation LINEAR",
+              function, static_cast<int>(motion));
+}
+
 }  // namespace
 
 bool Motions::create(SceneMemory& memory, const Source& source) {
@@ -43,6 +50,9 @@ palpate_status Motions::set(const double* amounts, std::int32_t given, palpate_e
     return fail(error, PALPATE_ERROR_ARGUMENT, 0,
                 "palpate_scene_set_motions: expected an amount for each of the %d motions, found %d amounts",
                 static_cast<int>(count()), amounts ? static_cast<int>(given) : 0);
+  for (std::int32_t m = 0; m < count(); ++m)
+    if (is_pressure(m) && !source_.is_linear && amounts[m] != 0)
+      return refuse_pressure(m, "palpate_scene_set_motions", error);
   double farthest = 0;
   for (std::int32_t m = 0; m < count(); ++m) farthest += std::fabs(amounts[m]) * rows().longest[m];
   const bool finite = std::all_of(amounts, amounts + count(), [](double q) { return std::isfinite(q); });
@@ -61,8 +71,8 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
                 expected, static_cast<int>(motion));
   };
   if (motion < 0 || motion >= count()) return bad("one of the bundle's motions");
-  if (static_cast<formats::MotionKind>(source_.kind[motion]) != formats::MotionKind::pressure)
-    return bad("a motion of kind PRESSURE, whose surface sweeps a volume");
+  if (is_pressure(motion) && !source_.is_linear) return refuse_pressure(motion, "palpate_scene_hold_volume", error);
+  if (!is_pressure(motion)) return bad("a motion of kind PRESSURE, whose surface sweeps a volume");
   const double own = source_.volume[static_cast<std::size_t>(motion) * static_cast<std::size_t>(count()) +
                                     static_cast<std::size_t>(motion)];
   if (holds && !(own > 0 && std::fabs(volume) / own * rows().longest[motion] <= kFarthest))
@@ -143,13 +153,13 @@ std::uint32_t Motions::take(double most) {
 void Motions::begin_step(TouchStep& step) {
   TouchState& state = *step.state;
   step.flags |= take(step.context->def.max_tool_speed * state.input.dt());
-  if (state.linear_field.has_offset()) state.linear_field.begin_moved();
+  if (state.field && state.field->has_offset()) state.field->begin_moved();
   step.context->watch.ended(source_.pass);
 }
 
 // m^3, what the surface of a pressure has swept.
 double Motions::volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const {
-  if (static_cast<formats::MotionKind>(source_.kind[motion]) != formats::MotionKind::pressure) return 0;
+  if (!is_pressure(motion)) return 0;
   double sum = 0;
   for (std::int32_t m = 0; m < count(); ++m) sum += swept(motion, m) * source_.offset->whole_amount(m);
   for (std::int32_t e = 0; e < set.node_count; ++e) sum += dot(rows().at(motion, set.nodes[e].node), force[e]);

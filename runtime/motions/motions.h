@@ -21,6 +21,7 @@ class Motions final : public StepPart {
     Offset* offset = nullptr;
     const double* volume = nullptr;
     const std::int32_t* kind = nullptr;  // [count]
+    bool is_linear = true;               // the organ; else no pressure acts
     Pass pass = Pass::input;
   };
   bool create(SceneMemory& memory, const Source& source);
@@ -45,6 +46,9 @@ class Motions final : public StepPart {
   const OffsetRows& rows() const { return source_.offset->rows(); }
   // m^3 per unit of the amount of `by`.
   double swept(std::int32_t motion, std::int32_t by) const { return source_.volume[motion * count() + by]; }
+  bool is_pressure(std::int32_t motion) const {
+    return static_cast<formats::MotionKind>(source_.kind[motion]) == formats::MotionKind::pressure;
+  }
   double volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const;
   void hold(const double* volumes, double* amounts) const;
   void change_held();

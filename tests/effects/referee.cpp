@@ -144,6 +144,7 @@ void Referee::read(Organ& organ, int k) {
     organ.u = VectorXd::Zero(body.dofs());
     for (std::size_t i = 0; i < organ.told.size(); ++i) organ.u[static_cast<Eigen::Index>(i)] = organ.told[i];
     organ.drawn = organ.u;
+    if (of_.motions) amounts_of(organ);
     return;
   }
   organ.u = VectorXd::Zero(body.dofs());
@@ -669,7 +670,7 @@ void Referee::check_inside(Organ& organ) {
 
 // ---- large deformation -------------------------------------------------------------------------------------------------
 
-// Where Newton's method brings the body under the forces that the step tells.
+// Where Newton's method brings the body under the forces that the step tells, with the supports where the motions bring them.
 void Referee::check_large(Organ& organ) {
   static const Seen seen(body_of(Store::f32).touched, false, 0);
   static const LargeReference reference(seen.body);
@@ -677,6 +678,12 @@ void Referee::check_large(Organ& organ) {
   for (std::int32_t n = 0; 3 * n < meshed.size(); ++n) meshed.segment<3>(3 * n) = body_.touched.node(n);
   VectorXd load = VectorXd::Zero(rest_.size()), found = rest_ - meshed + organ.u;
   if (of_.def.preload == PALPATE_PRELOAD_ON) load = body_.touched.stiffness() * body_.preload;
+  if (of_.motions) {
+    const VectorXd moved = body_.motions * amounts_of(organ);
+    load += body_.touched.stiffness() * moved;  // gravity; zero where supports alone move
+    for (Eigen::Index i = 0; i < load.size(); ++i)
+      if (body_.touched.fixed[i]) miss("supports", std::fabs(found[i] - moved[i]), kLength);
+  }
   for (Eigen::Index i = 0; i < load.size(); ++i)
     if (body_.touched.fixed[i]) load[i] = 0;
   if (of_.def.shape != PALPATE_SHAPE_VOLUME) return;

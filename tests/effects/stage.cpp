@@ -65,6 +65,7 @@ Stage::Stage(const SceneOfEffects& of) : of_(of), body_(body_of(of.store).touche
     if (!scene) return;
     contacts_ = std::make_unique<Contacts>(scene);
     palpate_scene_set_pose(scene, &poses_[0], nullptr);
+    if (of.holds_volume && palpate_scene_hold_volume(scene, kFilling, 0, 0, &refusal_) != PALPATE_OK) scene_.reset();
     return;
   }
   palpate_world_organ organs[2];
@@ -198,7 +199,9 @@ void Stage::move_organs(int s) {
     return u;
   }();
   const double breath = at(s, {{12, 0}, {55, 1}, {95, -0.5}, {150, 0.7}});
-  if (of_.motions) amounts_ = breath * Eigen::Vector4d(0.8, 0.5, 1, -0.6).cwiseProduct(unit);
+  // No pressure acts on a body under large deformation.
+  const double filling = of_.def.large.deformation == PALPATE_DEFORMATION_LINEAR ? 1 : 0;
+  if (of_.motions) amounts_ = breath * Eigen::Vector4d(0.8, 0.5, filling, -0.6).cwiseProduct(unit);
   for (int k = 0; k < organs() && of_.motions; ++k) {
     palpate_scene_set_motions(scene(k), amounts_.data(), 4, nullptr);
     if (!of_.holds_volume || s < kHoldsVolumeFrom) continue;

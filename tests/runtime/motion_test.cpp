@@ -453,8 +453,6 @@ TEST(Motions, ScenesThatCannotMoveAreRefusedWithOneSentence) {
   };
   EXPECT_THAT(refusal(on_one(), [](SceneDef& def) { def.collision = PALPATE_COLLISION_REST; }),
               HasSubstr("collision DEFORMED"));
-  EXPECT_THAT(refusal(on_one(), [](SceneDef& def) { def.large.deformation = PALPATE_DEFORMATION_LARGE; }),
-              HasSubstr("deformation LINEAR alone"));
   EXPECT_THAT(refusal(on_one(), [](SceneDef& def) { def.motions.motions = 2; }), HasSubstr("motions must be 0 or 1"));
   static const TouchedBox plain;
   EXPECT_THAT(refusal(plain, [](SceneDef&) {}), HasSubstr("motion/displacement_surface"));
