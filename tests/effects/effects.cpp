@@ -145,13 +145,14 @@ const std::vector<Effect>& effects() {
   return list;
 }
 
-SceneOfEffects scene_with(const Effect& a, const Effect& b) {
+SceneOfEffects scene_with(const std::vector<const Effect*>& all) {
   SceneOfEffects scene;
   // A few constraints: the scene's matrices stay small.
   scene.def.max_tools = 4, scene.def.max_points = 4;
   scene.def.torque_limit = scene.def.torque_slew = INFINITY;
-  const std::set<Slot> named = {a.slot, b.slot};
-  for (const Effect* effect : {&a, &b}) {
+  std::set<Slot> named;
+  for (const Effect* effect : all) named.insert(effect->slot);
+  for (const Effect* effect : all) {
     effect->apply(scene);
     if (effect->needs) effect->needs(scene, named);
   }

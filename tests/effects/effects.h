@@ -56,8 +56,8 @@ struct Effect {
 
 const std::vector<Effect>& effects();
 
-// The scene with both; a and b may be the same one.
-SceneOfEffects scene_with(const Effect& a, const Effect& b);
+// The scene with all of them. One may come twice.
+SceneOfEffects scene_with(const std::vector<const Effect*>& all);
 
 // Meshes that a scene_def borrows. The fine surface is the body's own, its edges halved; the render mesh has vertices on every triangle.
 const palpate_render_mesh& effect_skin();

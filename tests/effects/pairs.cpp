@@ -99,14 +99,14 @@ class Played {
       restored_.step(s);
       if (goes_on_ < 0 && !same_touch(plain_, restored_)) goes_on_ = s;
     }
-    if ((seen_.flags & ~may_flag_) != 0 && s >= kSteps - kMustTrust) flagged_ = s;
+    if ((seen_.flags & ~may_flag_) != 0 && s >= kSteps - kMustTrust) flagged_ = s, last_flags_ = seen_.flags;
   }
   double worst() const { return referee_.worst(); }
   std::string faults() const {
     std::string faults;
     if (differs_ >= 0) faults += fmt::format("A report changes the bits of step {}. ", differs_);
     if (goes_on_ >= 0) faults += fmt::format("A restored scene has other bits in step {}. ", goes_on_);
-    if (flagged_ >= 0) faults += fmt::format("Step {} stands still and is flagged. ", flagged_);
+    if (flagged_ >= 0) faults += fmt::format("Step {} stands still and is flagged {:#x}. ", flagged_, last_flags_);
     if (referee_.trusted < kSteps - kMayFlag) faults += fmt::format("Only {} steps are trusted. ", referee_.trusted);
     for (const auto& [kind, error] : referee_.errors())
       if (!(error <= kWorst)) faults += fmt::format("{}: {:.2g}. ", kind, error);
@@ -119,12 +119,23 @@ class Played {
   // Where organs touch: nothing holds a vertex that comes in past a side of the other organ, and steps say so (docs/method.md, section 17).
   palpate_step_flags may_flag_;
   int differs_ = -1, goes_on_ = -1, flagged_ = -1;  // the first, and for flagged the last, step
+  palpate_step_flags last_flags_ = 0;               // of that one
 };
+
+void play(const SceneOfEffects& of, PairFound* found) {
+  try {
+    Played played(of);
+    for (int s = 0; s < kSteps; ++s) played.step(s);
+    found->error = played.worst(), found->faults = played.faults();
+  } catch (const std::exception& broke) {  // Newton's method that does not converge, a state that is refused
+    found->error = INFINITY, found->faults = broke.what();
+  }
+}
 
 // Whether the scene is refused exactly where the page gives a reason.
 bool is_made(const Effect& a, const Effect& b, PairFound* found) {
   const Refusal* const refusal = refusal_of(a, b);
-  const Stage stage(scene_with(a, b));
+  const Stage stage(scene_with({&a, &b}));
   if (stage.made() && !refusal) return true;
   found->refusal = refusal ? refusal->key : "?";
   if (stage.made())
@@ -141,13 +152,7 @@ PairFound play(const Effect& a, const Effect& b) {
   found.effects[0] = a.name, found.effects[1] = b.name;
   found.alternatives = &a != &b && a.slot == b.slot && a.slot != Slot::own;
   if (found.alternatives || !is_made(a, b, &found)) return found;
-  try {
-    Played played(scene_with(a, b));
-    for (int s = 0; s < kSteps; ++s) played.step(s);
-    found.error = played.worst(), found.faults = played.faults();
-  } catch (const std::exception& broke) {  // Newton's method that does not converge, a state that is refused
-    found.error = INFINITY, found.faults = broke.what();
-  }
+  play(scene_with({&a, &b}), &found);
   return found;
 }
 
@@ -170,6 +175,15 @@ std::vector<PairFound> play_pairs_of(std::size_t first) {
   return found;
 }
 
+std::string faults_of_crowd(const std::vector<const char*>& names) {
+  std::vector<const Effect*> all;
+  for (const Effect& effect : effects())
+    if (has(names, effect.name)) all.push_back(&effect);
+  PairFound found;
+  play(scene_with(all), &found);
+  return all.size() == names.size() ? found.faults : "a name is not that of an effect";
+}
+
 std::string page_of(const std::vector<std::vector<PairFound>>& found) {
   std::string page =
       "# Every pair of effects\n\n"
@@ -183,6 +197,8 @@ std::string page_of(const std::vector<std::vector<PairFound>>& found) {
       "places that are\nheld, laws, sums, torques, corrections, shapes. The error is the largest of all these, in "
       "parts of 3 mm or of the largest "
       "force. A scene that\ngoes on from a saved state, and one with a report, must have the same bits.\n\n"
+      "Crowds are compared in the same way: all that one organ may have at once, 14 effects and more, under each law, "
+      "on a linear organ and\nunder the three forms of large deformation (`ctest -R EffectCrowds`).\n\n"
       "| cell | meaning |\n|---|---|\n"
       "| 1 | they act together; the error is at most 1e-5, that of single precision |\n"
       "| 2 | at most 1e-3: half precision; the end of iterations where lines or normals turn with the surface |\n"

@@ -20,6 +20,9 @@ struct PairFound {
 // first: the number of one effect; the pairs of it with itself and with all effects before it.
 std::vector<PairFound> play_pairs_of(std::size_t first);
 
+// A scene of many: what is wrong in it. names: as in the list of effects().
+std::string faults_of_crowd(const std::vector<const char*>& names);
+
 // docs/effects.md.
 std::string page_of(const std::vector<std::vector<PairFound>>& found);
 

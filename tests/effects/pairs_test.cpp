@@ -22,5 +22,29 @@ TEST(EffectPairs, ActTogetherAsAFullSolveSaysOrAreRefusedAsThePageTells) {
   EXPECT_EQ(page, page_of(found)) << "make -f Makefile.data effects-page writes it anew";
 }
 
+// What no scene of two shows: jaws, sutures and a needle in an organ that breathes, under every tissue.
+TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
+  const std::vector<const char*> crowd = {"collision deformed",
+                                          "contact patch",
+                                          "relaxation",
+                                          "queries",
+                                          "report",
+                                          "inside",
+                                          "skin",
+                                          "dent",
+                                          "motions",
+                                          "grasps",
+                                          "links",
+                                          "needles"};
+  const std::vector<std::vector<const char*>> tissues = {
+      {"force response (Q)", "radial response (P)", "volumes held"}, {"large"}, {"large beside"}, {"large renewed"}};
+  for (const char* law : {"law sticking", "law sliding", "law unilateral", "law coulomb"})
+    for (const auto& tissue : tissues) {
+      std::vector<const char*> all = crowd;
+      all.push_back(law), all.insert(all.end(), tissue.begin(), tissue.end());
+      EXPECT_EQ(faults_of_crowd(all), "") << law << ", " << tissue[0];
+    }
+}
+
 }  // namespace
 }  // namespace palpate::tests
