@@ -23,13 +23,13 @@ bool BodyEnergy::create(SceneMemory& memory, std::int32_t constraint_capacity) {
 }
 
 void BodyEnergy::forget() {
-  energy_ = 0, count_ = 0;
+  energy_ = 0;
   end_touch();
 }
 
 // The next one begins with the energy that the body has.
 void BodyEnergy::end_touch() {
-  work_ = lost_ = 0, adopted_ = energy_, adopts_ = gives_much_ = settled_ = lagged_ = 0;
+  count_ = 0, work_ = lost_ = 0, adopted_ = energy_, adopts_ = gives_much_ = settled_ = lagged_ = 0;
 }
 
 // Where its tool holds a constraint. Of one that does not slide, its displacement, which moves alike.
@@ -123,7 +123,7 @@ bool BodyEnergy::lag_shortens(const ContactConstraints& set, double share) const
 void BodyEnergy::judge(double energy, double noise, const ContactConstraints& set) {
   const Work of_step = work_of(set);
   const double work = work_ + of_step.sum, stored = stored_in(set);
-  // What a constraint did that was not there before is not known either.
+  // What constraints do that were not there in the last step is not known: those that are new, and all where a touch begins.
   if (adopts_ || !of_step.known) adopted_ = energy + lost_ - work;
   adopts_ = 0, energy_ = energy;
   lost_ = work + adopted_ - energy;
