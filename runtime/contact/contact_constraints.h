@@ -54,6 +54,11 @@ inline bool has_disc(const ContactConstraint& constraint) {
   return constraint.discs[0].radius > 0 || constraint.discs[1].radius > 0;
 }
 
+// A joined constraint holds its nodes along its first axis, though the row is another one's.
+inline std::uint32_t held_axes(const ContactConstraint& constraint) {
+  return constraint.joined ? 1u : constraint.axes;
+}
+
 // m, of one of its targets: those of a gradient have no unit, and move the rim of its disc by so much.
 inline double metres_of(const ContactConstraint& constraint) {
   return length(constraint.discs[0].gradient) > 0 ? constraint.discs[0].radius : 1;

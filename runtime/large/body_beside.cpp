@@ -16,11 +16,6 @@ Vec3 only(std::uint32_t axes, Vec3 v) {
   return v;
 }
 
-// A joined constraint holds its nodes along its first axis, though the row is another one's.
-std::uint32_t held_axes(const ContactConstraint& constraint) {
-  return constraint.joined ? 1u : constraint.axes;
-}
-
 // The same of those that the constraint has.
 Vec3 target_of(const ContactConstraints& set, std::int32_t p) {
   return in_axes(set.constraints[p], only(held_axes(set.constraints[p]), set.target[p]));

@@ -38,7 +38,7 @@ Vec3 BodyEnergy::place_of(const ContactConstraints& set, std::int32_t p) const {
   const ContactConstraint& constraint = set.constraints[p];
   Vec3 along_rows;
   for (int i = 0; i < 3; ++i)
-    if (constraint.axes >> i & 1u) along_rows[i] = set.target[p][i];
+    if (held_axes(constraint) >> i & 1u) along_rows[i] = set.target[p][i];
   return constraint.framed ? transposed_times(constraint.frame, along_rows) : along_rows;
 }
 
@@ -123,7 +123,7 @@ bool BodyEnergy::lag_shortens(const ContactConstraints& set, double share) const
 void BodyEnergy::judge(double energy, double noise, const ContactConstraints& set) {
   const Work of_step = work_of(set);
   const double work = work_ + of_step.sum, stored = stored_in(set);
-  // What constraints do that were not there in the last step is not known: those that are new, and all where a touch begins.
+  // What a constraint does that has just come is not known, as that of each one in the first step of a touch.
   if (adopts_ || !of_step.known) adopted_ = energy + lost_ - work;
   adopts_ = 0, energy_ = energy;
   lost_ = work + adopted_ - energy;

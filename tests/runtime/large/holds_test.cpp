@@ -37,7 +37,11 @@ struct Holding {
   explicit Holding(const SceneDef& def) : scene(box().scene(def)), contacts(scene.get()) {}
   palpate_step_flags step(const palpate_part* part) {
     palpate_tool tool = palpate_default_tool();
-    tool.id = 3, tool.parts = part, tool.has_torque = 1;
+    tool.parts = part;
+    return step(tool);
+  }
+  palpate_step_flags step(palpate_tool tool) {
+    tool.id = 3, tool.has_torque = 1;
     const palpate_step_flags flags = palpate_scene_touch(scene.get(), &tool, 1, 1e-3, contacts.get(), contacts.bytes());
     for (int i = 0; i < 100 && palpate_scene_deform(scene.get()) > 0;) ++i;
     return flags;
@@ -287,6 +291,33 @@ TEST(LargeHolds, ASpringToTheWorldGivesBackNoMoreThanWentInOnAClosedWay) {
     EXPECT_GT(most, 5e-4);
     EXPECT_LE(std::fabs(work), 0.02 * most) << form;
   }
+}
+
+// N, that a finger feels which comes and presses by 0.7 mm, while a thread through three places is drawn tighter by 0.8 mm.
+double felt_beside_a_thread(palpate_deformation_model form, palpate_contact_law law) {
+  const Vector3d at[] = {{0.06, 0.012, 0.03}, {0.06, 0.024, 0.016}, {0.06, 0.036, 0.03}}, pressed(0.06, 0.04, 0.01);
+  SceneDef def = holding_def(form, law);
+  def.collision = PALPATE_COLLISION_REST, def.links.max_links = 2;
+  Holding holding(def);
+  for (int s = 0; s <= 80; ++s) {
+    palpate_link parts[2];
+    for (int i = 0; i < 2; ++i)
+      parts[i] = link_of(PALPATE_LINK_THREAD, end_at(at[i]), end_at(at[i + 1]), (at[i] - at[i + 1]).norm());
+    parts[0].rest_length -= 1e-5 * (s + 1), parts[0].runs_on = 1;
+    palpate_scene_set_links(holding.scene.get(), parts, 2, nullptr);
+    const Vector3d point = pressed + Vector3d(1e-4 - 1e-5 * s, 0, 0);
+    holding.step(point_tool(point.data(), 1, 0.004));
+  }
+  return holding.force().norm();
+}
+
+// What the thread does to the body is paid for, and takes no force from the finger. So little moves that the linear organ tells the force.
+TEST(LargeHolds, AFingerThatComesWhileAThreadIsDrawnFeelsTheTissue) {
+  const double linear = felt_beside_a_thread(PALPATE_DEFORMATION_LINEAR, PALPATE_LAW_STICKING);
+  EXPECT_GT(linear, 0.01);
+  for (const auto form : kForms)
+    for (const auto law : kEveryLaw)
+      EXPECT_NEAR(felt_beside_a_thread(form, law), linear, 0.02 * linear) << form << " " << law;
 }
 
 // ---- needles -----------------------------------------------------------------------------------------------------------
