@@ -15,7 +15,7 @@ constexpr double kTolerance = 0.01, kTold = 0.02;
 bool BodyEnergy::create(SceneMemory& memory, std::int32_t constraint_capacity) {
   const auto capacity = static_cast<std::size_t>(constraint_capacity);
   held_ = memory.array<Held>(capacity), sliding_ = memory.array<Sliding>(capacity);
-  force_ = memory.array<Vec3>(capacity);
+  force_ = memory.array<Vec3>(capacity), along_ = memory.array<Along>(capacity);
   for (double* const number : {&work_, &adopted_, &lost_, &energy_}) memory.keep(*number);
   for (std::int32_t* const number : {&count_, &adopts_, &gives_much_, &settled_, &lagged_}) memory.keep(*number);
   memory.keep_array(held_, capacity, count_);
@@ -50,14 +50,21 @@ const BodyEnergy::Held* BodyEnergy::held(const ContactConstraint& constraint) co
   return at != end && at->id == constraint.id ? at : nullptr;
 }
 
-// Tools take the work (f + f') . (p' - p) / 2.
+// Tools take the work (f + f') . (p' - p) / 2. Of a row along a line t the target follows the way of its nodes along the line, and the turn of
+// the line, t' - t, which takes no work.
+double BodyEnergy::turned(const Held& before, std::int32_t p) const {
+  const Along &now = along_[p], &was = before.along;
+  return 0.25 * (dot(force_[p], now.line) + dot(before.force, was.line)) *
+         dot(now.line - was.line, now.moved + was.moved);
+}
+
 BodyEnergy::Work BodyEnergy::work_of(const ContactConstraints& set) const {
   Work work;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const Held* const before = held(set.constraints[p]);
     const bool slides = sliding_[p].slides();
     if (before)
-      work.sum += 0.5 * dot(force_[p] + before->force, place_of(set, p) - before->at);
+      work.sum += 0.5 * dot(force_[p] + before->force, place_of(set, p) - before->at) - turned(*before, p);
     else if (slides)
       work.sum += 0.5 * dot(force_[p], sliding_[p].at - sliding_[p].from);
     const bool same = before && before->node == set.nodes[set.constraints[p].first_node].node;
@@ -142,7 +149,7 @@ void BodyEnergy::end(const ContactConstraints& set, bool followed) {
   count_ = set.constraint_count;
   for (std::int32_t p = 0; p < count_; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    held_[p] = {constraint.id, set.nodes[constraint.first_node].node, 0, place_of(set, p), force_[p]};
+    held_[p] = {constraint.id, set.nodes[constraint.first_node].node, 0, place_of(set, p), force_[p], along_[p]};
     slides = slides || sliding_[p].slides();
   }
   if (!slides) return end_touch();

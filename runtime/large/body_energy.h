@@ -24,6 +24,11 @@ class BodyEnergy {
   // Of this step, to be filled before the calls below: what a touch knows about constraint p, and the force on the body, N.
   Sliding* sliding() { return sliding_; }  // [constraint_capacity]
   Vec3* force() { return force_; }         // [constraint_capacity]
+  // Of a constraint that holds along one line, which turns by itself: the line, unit, and the mean displacement of its nodes, m. Zero of others.
+  struct Along {
+    Vec3 line, moved;
+  };
+  Along* along() { return along_; }  // [constraint_capacity]
 
   // set: the constraints of `rows` with what the offset leaves of their targets.
   // True where the body has more energy in this step, J, than was paid for, and contacts have shorter targets in `rows` for it: the step is to be
@@ -51,12 +56,14 @@ class BodyEnergy {
     ConstraintId id;
     std::int32_t node, unused;  // the first node that it holds
     Vec3 at, force;             // m and N, in the organ's frame
+    Along along;
   };
   struct Work {
     double sum = 0;     // J
     bool known = true;  // constraints that do not slide are those of the last step
   };
   Work work_of(const ContactConstraints& set) const;
+  double turned(const Held& before, std::int32_t p) const;
   const Held* held(const ContactConstraint& constraint) const;
   Vec3 place_of(const ContactConstraints& set, std::int32_t p) const;
   double stored_in(const ContactConstraints& set) const;
@@ -68,6 +75,7 @@ class BodyEnergy {
   Held* held_ = nullptr;        // [constraint_capacity]
   Sliding* sliding_ = nullptr;  // [constraint_capacity]
   Vec3* force_ = nullptr;       // [constraint_capacity] N
+  Along* along_ = nullptr;      // [constraint_capacity]
   std::int32_t count_ = 0;
   double work_ = 0;              // J, what the tools have put in since the touch began
   double adopted_ = 0;           // J, that the body had beyond it, or that was lost and is not given back
