@@ -31,6 +31,10 @@ Vec3 mean_of(const ContactConstraints& set, const ContactConstraint& constraint,
   return sum;
 }
 
+bool is_doubted(const DeformingBody::Outcome& outcome) {
+  return outcome.cut || outcome.failed || outcome.unheld || outcome.residual > BodyBeside::kUnfinished;
+}
+
 }  // namespace
 
 bool BodyBeside::make_mailbox(SceneMemory& memory, std::size_t bytes, std::uint64_t** box) {
@@ -69,7 +73,7 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset
     memory.keep(*number);
   memory.keep(miss_), memory.keep(moved_by_);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
-                               &behind_, &goes_on_, &settled_, &thread_.published})
+                               &behind_, &goes_on_, &settled_, &thread_.published, &thread_.doubted})
     memory.keep(*number);
   memory.keep(begun_), memory.keep(thread_.begun), memory.keep(thread_.given);
   return !memory.failed();
@@ -359,7 +363,7 @@ std::int32_t BodyBeside::deform() {
   if (!job) return 0;
   if (job->begun != thread_.begun) {
     body_->forget();
-    thread_.begun = job->begun, thread_.published = 0, thread_.given = 0;
+    thread_.begun = job->begun, thread_.published = thread_.doubted = 0, thread_.given = 0;
   }
   thread_.set.nodes = nodes_of(job), thread_.set.constraints = constraints_of(job),
   thread_.set.target = targets_of(job);
@@ -369,7 +373,10 @@ std::int32_t BodyBeside::deform() {
   work.begin();
   body_->move_by(amounts_of(job));
   const DeformingBody::Outcome outcome = body_->solve(thread_.set, &work, thread_.force);
-  if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == thread_.published) return 0;
+  // A body that has come to rest says so, though it took no step for it.
+  const bool doubted = is_doubted(outcome), is_news = thread_.doubted && !doubted;
+  if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == thread_.published && !is_news) return 0;
+  thread_.doubted = doubted;
   publish(thread_.set, amounts_of(job), outcome);
   body_->renew();
   return std::max(1, outcome.evaluations);

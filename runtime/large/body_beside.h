@@ -195,6 +195,7 @@ class BodyBeside {
     double given = 0;       // J, by the offset since forget()
     std::uint64_t begun = 1;
     std::int32_t published = 0;  // constraints of the last solution
+    std::int32_t doubted = 0;    // the last solution is not to be trusted
   } thread_;                     // of the other one
 };
 

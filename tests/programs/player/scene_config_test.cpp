@@ -216,7 +216,6 @@ TEST_F(SceneFile, RefusesAMotionThatCannotBeWithLineAndKey) {
   refused("amounts = [[0, inf]]\n", "amounts");
   refused(sine + "colour = 1\n", "unknown key \"colour\"");
   refused(sine, "collision = \"deformed\" or \"off\"", "[effects]\ncollision = \"rest\"\n");
-  refused(sine, "deformation = \"linear\"", "[effects]\ndeformation = \"large\"\n");
   refused(sine + "[[motion]]\nname = \"diaphragm\"\n" + sine, "found \"diaphragm\"");
   const auto of_csv = [&](const std::string& csv) {
     return refusal_of(kPoint + kPath + "[[motion]]\nname = \"a\"\namounts_csv = \"" + csv + "\"\n");
