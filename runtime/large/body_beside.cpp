@@ -31,8 +31,11 @@ Vec3 mean_of(const ContactConstraints& set, const ContactConstraint& constraint,
   return sum;
 }
 
+bool is_unfinished(const DeformingBody::Outcome& outcome) {
+  return outcome.residual > BodyBeside::kUnfinished || outcome.unheld;
+}
 bool is_doubted(const DeformingBody::Outcome& outcome) {
-  return outcome.cut || outcome.failed || outcome.unheld || outcome.residual > BodyBeside::kUnfinished;
+  return outcome.cut || outcome.failed || is_unfinished(outcome);
 }
 
 }  // namespace
@@ -387,16 +390,8 @@ void BodyBeside::publish(const ContactConstraints& set, const double* amounts, c
   *solution = Solution{};
   solution->begun = thread_.begun;
   thread_.given += body_->take_given();
-  solution->told = {outcome.steps,
-                    outcome.cut,
-                    outcome.residual > kUnfinished || outcome.unheld,
-                    outcome.failed,
-                    outcome.residual,
-                    outcome.least_volume,
-                    body_->off(set),
-                    body_->energy(),
-                    thread_.given,
-                    0};
+  solution->told = {outcome.steps,        outcome.cut,     is_unfinished(outcome), outcome.failed, outcome.residual,
+                    outcome.least_volume, body_->off(set), body_->energy(),        thread_.given,  0};
   std::copy_n(amounts, offset_->count(), amounts_of(solution));
   solution->constraint_count = thread_.published = set.constraint_count;
   Solved* const solved = solved_of(solution);
