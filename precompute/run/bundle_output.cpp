@@ -171,7 +171,9 @@ void add_motions(std::vector<FilledSection>& sections, const BundleContent& cont
   sections.push_back(names_of(SectionId::motion_names, body.motions, [](const Motion& motion) { return motion.name; }));
   sections.push_back(made(SectionId::motion_kinds, {m}, kinds));
   sections.push_back(made(SectionId::motion_surface, {m, ns, 3}, std::move(surface)));
-  if (content.interior) sections.push_back(made(SectionId::motion_interior, {m, n - ns, 3}, std::move(interior)));
+  // A hyperelastic body moves with all of its nodes.
+  if (content.interior || !content.elimination_order.empty())
+    sections.push_back(made(SectionId::motion_interior, {m, n - ns, 3}, std::move(interior)));
   if (!content.motions.volume.empty())
     sections.push_back(held_by_content(SectionId::motion_volume, {m, m}, content.motions.volume));
   sections.push_back(held_by_content(SectionId::motion_residual, {m}, content.motions.residual));

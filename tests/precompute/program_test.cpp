@@ -299,6 +299,10 @@ TEST_F(Program, StoresMotionsBesideTheSameColumns) {
   for (const SectionId id : {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface,
                              SectionId::motion_volume, SectionId::motion_residual})
     EXPECT_EQ(formats::find_section(index_of(plain), id), nullptr);
+  EXPECT_EQ(formats::find_section(index_of(bytes), SectionId::motion_interior), nullptr);
+  // A hyperelastic body moves with all of its nodes.
+  const std::string large = made("large.h5", "--large-deformation");
+  EXPECT_EQ(section<float>(large, SectionId::motion_interior).size(), 5 * 3 * (index_of(large).counts.nodes - ns));
 }
 
 TEST_F(Program, StoresCorridorsBesideTheSameColumnsInEveryForm) {
