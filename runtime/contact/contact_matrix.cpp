@@ -330,8 +330,10 @@ bool ContactMatrix::fill_rows(const ContactConstraints& set, std::int32_t p) {
     const bool add = constraint.joined || other.joined, couple = q != p && has_disc(constraint) && has_disc(other);
     if (between_ || couple) {
       const Mat3 of_discs = couple ? compliance_between(constraint, other) : Mat3{};
-      sum = *block, block = &sum;
-      add_scaled(sum, 1, of_discs);
+      if (couple) {
+        sum = *block, block = &sum;
+        add_scaled(sum, 1, of_discs);
+      }
       remember_between(rows, columns, of_discs, add);
     }
     if (!write_block(matrix_, rows, columns, *block, q == p, add)) return false;

@@ -123,19 +123,16 @@ void BodyBeside::expect(const Solved& solved, Vec3 target, Vec3 along, Miss* mis
                                           miss_.share * length(solved.stiffness * aside) / solved.metres);
 }
 
-// m, at most, from the offset's amounts in a solution to those now.
-double BodyBeside::moved_since(const double* amounts) const {
+// m, at most, from one set of the offset's amounts to another.
+double BodyBeside::way_between(const double* from, const double* to) const {
   double sum = 0;
-  for (std::int32_t m = 0; m < offset_->count(); ++m)
-    sum += std::fabs(offset_->amounts()[m] - amounts[m]) * offset_->rows().longest[m];
+  for (std::int32_t m = 0; m < offset_->count(); ++m) sum += std::fabs(to[m] - from[m]) * offset_->rows().longest[m];
   return sum;
 }
 
 // After the fields of two solutions, one after the other, have become that of the touch.
 void BodyBeside::measure_moved() {
-  double way = 0;
-  for (std::int32_t m = 0; m < offset_->count(); ++m)
-    way += std::fabs(amounts_[newest_][m] - amounts_[1 - newest_][m]) * offset_->rows().longest[m];
+  const double way = way_between(amounts_[1 - newest_], amounts_[newest_]);
   constexpr double least_way = 1e-5;  // m; below, the solver's tolerance decides
   if (way <= least_way) return;
   moved_by_.rate = added_.change() / way;
@@ -144,7 +141,7 @@ void BodyBeside::measure_moved() {
 
 // largest: m, of the contacts' targets; 0: there are no contacts.
 bool BodyBeside::is_moved_too_far(double largest) const {
-  const double way = offset_->exists() ? moved_since(amounts_[newest_]) : 0;
+  const double way = offset_->exists() ? way_between(amounts_[newest_], offset_->amounts()) : 0;
   if (!moved_by_.is_known) return way > kBehindUnknown;
   const double miss = moved_by_.rate * way;
   return miss > kLeastMiss && miss > kBehind * (largest > 0 ? largest : offset_->longest());
@@ -307,7 +304,7 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
 const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, bool* fresh) {
   Vec3* const left = left_.target;
   left_ = requested, left_.target = left;
-  for (std::int32_t p = 0; p < requested.constraint_count; ++p) left[p] = offset_->left_of_target(requested, p);
+  take_left(requested);
   const ContactConstraints& set = left_;
   Solution* const newest = take_newest(fresh);
   if (*fresh) measure_miss(set, newest), copy(newest);
@@ -326,7 +323,7 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
   acting_.constraints = constraints, acting_.target = targets;
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints);
   std::copy(requested.target, requested.target + set.constraint_count, targets);
-  if (newest) turn_frames(displacement_of(newest)), take_targets(requested);
+  if (newest) turn_frames(displacement_of(newest)), aim(requested);
   behind_ = is_behind(set);
   return acting_;
 }
@@ -351,8 +348,17 @@ void BodyBeside::turn_frames(const float* displacement) {
 }
 
 void BodyBeside::take_targets(const ContactConstraints& set) {
+  take_left(set);
+  aim(set);
+}
+
+void BodyBeside::take_left(const ContactConstraints& set) {
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) left_.target[p] = offset_->left_of_target(set, p);
+}
+
+// The targets of the linear organ: those of the constraints, along the turned frames, less what the solution adds.
+void BodyBeside::aim(const ContactConstraints& set) {
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    left_.target[p] = offset_->left_of_target(set, p);
     const ContactConstraint& constraint = acting_.constraints[p];
     Vec3 target = in_axes(set.constraints[p], set.target[p]);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)

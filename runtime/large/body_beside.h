@@ -160,7 +160,9 @@ class BodyBeside {
   static double by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   bool is_behind(const ContactConstraints& set) const;
-  double moved_since(const double* amounts) const;
+  double way_between(const double* from, const double* to) const;
+  void take_left(const ContactConstraints& set);
+  void aim(const ContactConstraints& set);
   void measure_moved();
   bool is_moved_too_far(double largest) const;
   void expect(const Solved& solved, Vec3 target, Vec3 along, Miss* miss) const;
