@@ -50,8 +50,8 @@ const BodyEnergy::Held* BodyEnergy::held(const ContactConstraint& constraint) co
   return at != end && at->id == constraint.id ? at : nullptr;
 }
 
-// Tools take the work (f + f') . (p' - p) / 2. Of a row along a line t the target follows the way of its nodes along the line, and the turn of
-// the line, t' - t, which takes no work.
+// Between two steps a tool does the work (f + f') . (p' - p) / 2. A link holds along a line t. Its target changes where its nodes move along the
+// line, and where the line turns by t' - t; the turn does no work, so turned() is taken off.
 double BodyEnergy::turned(const Held& before, std::int32_t p) const {
   const Along &now = along_[p], &was = before.along;
   return 0.25 * (dot(force_[p], now.line) + dot(before.force, was.line)) *
