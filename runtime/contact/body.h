@@ -15,6 +15,15 @@ class SurfaceField;
 struct TouchState;
 struct TouchStep;
 
+// The rows of a body's constraints as a system of its own.
+struct BodySystem {
+  const RowMatrix* matrix = nullptr;          // m/N
+  const RowsOfConstraint* rows_of = nullptr;  // [constraints]
+  SystemSolver* system = nullptr;             // of their targets and reactions
+  // Of the linear organ: how far reactions move its nodes.
+  const ContactMatrix* nodes = nullptr;
+};
+
 // What a body says about the steps of its own that it took for a step of the touch.
 struct Deformed {
   std::int32_t steps = 0;
@@ -43,6 +52,24 @@ class Body {
   virtual ContactSolver::Outcome solve(TouchStep& step, bool again);
   // What solve() takes at least.
   virtual Operations operations_to_solve(const TouchStep& step) const;
+  // ---- where several bodies are solved as one, in place of take(), solve(), gives_way() and take_targets()
+  // Brings the constraints and their system up to date: those between bodies have no targets of their own. False: a number is not finite.
+  virtual bool prepare(TouchStep& step);
+  // The constraints have other targets. The system gets what is left of each one where no reaction acts.
+  virtual void aim(TouchStep& step);
+  virtual BodySystem system(TouchState& state);
+  // Whether the body takes steps of its own, by follow().
+  virtual bool takes_steps() const { return false; }
+  // All have reactions, and the constraints between bodies have as targets where these bring them. True: the body has gone on, so that the
+  // systems are to be solved again.
+  virtual bool follow(TouchStep&) { return false; }
+  // Takes the reactions over as solve() its own.
+  virtual ContactSolver::Outcome take_reactions(TouchStep& step, const LawEffort& effort);
+  // The step has no solution: it ends without contact forces.
+  virtual ContactSolver::Outcome fail(TouchStep& step);
+  // m, along its rows: where the reactions of the system bring constraint p.
+  virtual Vec3 reached(const TouchState& state, std::int32_t p) const;
+
   // Whether contacts that slide have shorter targets now, for energy that nobody paid, so that the step is to be solved again.
   virtual bool gives_way(TouchStep& step, ContactSolver::Outcome outcome);
   // Judges the energy of contacts that slide.

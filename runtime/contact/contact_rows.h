@@ -96,6 +96,13 @@ class ContactRows {
   // Gives constraint p of this step another target; the caller then solves the step again.
   void set_target(std::int32_t p, Vec3 target) { set_.target[p] = target; }
 
+  // Constraint p holds its target, or, where it has let go, nothing, whatever its law was.
+  void settle(std::int32_t p, bool holds) {
+    ContactConstraint& constraint = set_.constraints[p];
+    constraint.law = ContactLaw::sticking;
+    if (!holds) constraint.axes = 0;
+  }
+
   // Takes the constraints from `first` on out of this step again.
   void take_back(std::int32_t first);
   // In place of those from `first` on, which are of one contact: `count` constraints as an earlier step had them, with their nodes, with

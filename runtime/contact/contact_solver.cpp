@@ -163,7 +163,6 @@ bool ContactSolver::prepare(const Tensors& tensors, const ContactConstraints& se
 
 SystemSolver::Outcome ContactSolver::take_reactions(const ContactConstraints& set, const LawEffort& effort, Vec3* force,
                                                     Vec3* modified) {
-  take_targets(set);
   system_.take_reactions(rows_for(set), effort);
   return write_forces(set, force, modified) ? Outcome::solved : fail(set, force, modified);
 }

@@ -45,9 +45,10 @@ class ContactSolver {
                 bool again = false);
 
   // For several organs whose systems are solved as one, in place of solve(). prepare() brings the
-  // matrix up to date; false: a number is not finite. Then whoever solves sets the reactions of all rows, and take_reactions() takes them
-  // over as solve() its own. The constraints between organs have got as targets where the reactions bring them.
+  // matrix up to date; false: a number is not finite. take_targets() writes those of the system. Then whoever solves sets the reactions of all
+  // rows, and take_reactions() takes them over as solve() its own. The constraints between organs have got as targets where the reactions bring them.
   bool prepare(const Tensors& tensors, const ContactConstraints& set, StepWork* work);
+  void take_targets(const ContactConstraints& set);
   Outcome take_reactions(const ContactConstraints& set, const LawEffort& effort, Vec3* force, Vec3* modified);
   // Ends a solve without contact forces; the next step begins anew.
   Outcome fail(const ContactConstraints& set, Vec3* force, Vec3* modified);
@@ -137,7 +138,6 @@ class ContactSolver {
   Operations entries_of(const Changes& changes) const;
   bool update(const Tensors& tensors, const ContactConstraints& set, StepWork* work);
   void make_room_for_changes(StepWork* work);
-  void take_targets(const ContactConstraints& set);
   bool write_forces(const ContactConstraints& set, Vec3* force, Vec3* modified) const;
 
   ContactMatrix matrix_;

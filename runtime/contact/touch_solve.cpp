@@ -50,6 +50,39 @@ ContactSolver::Outcome Body::solve(TouchStep& step, bool again) {
   return state.solver.solve(step.context->tensors, *step.acting, state.force, state.modified, &state.work, again);
 }
 
+bool Body::prepare(TouchStep& step) {
+  TouchState& state = *step.state;
+  step.taken = &take(step), step.acting = &state.offset.acting(*step.taken);
+  if (!state.solver.prepare(step.context->tensors, *step.acting, &state.work)) return false;
+  state.solver.take_targets(*step.acting);
+  return true;
+}
+
+void Body::aim(TouchStep& step) {
+  take_targets(step);
+  step.acting = &step.state->offset.acting(*step.taken);
+  step.state->solver.take_targets(*step.acting);
+}
+
+BodySystem Body::system(TouchState& state) {
+  ContactSolver& solver = state.solver;
+  return {&solver.matrix().rows(), solver.matrix().rows_of_constraints(), &solver.system(), &solver.matrix()};
+}
+
+ContactSolver::Outcome Body::take_reactions(TouchStep& step, const LawEffort& effort) {
+  aim(step);
+  return step.state->solver.take_reactions(*step.acting, effort, step.state->force, step.state->modified);
+}
+
+ContactSolver::Outcome Body::fail(TouchStep& step) {
+  TouchState& state = *step.state;
+  return state.solver.fail(*step.acting, state.force, state.modified);
+}
+
+Vec3 Body::reached(const TouchState& state, std::int32_t p) const {
+  return state.solver.reached(p);
+}
+
 Operations Body::operations_to_solve(const TouchStep& step) const {
   return step.state->solver.operations_to_solve({});
 }
@@ -142,8 +175,8 @@ ContactSolver::Outcome solve_again(TouchStep& step, const ContactConstraints& se
 void solve_contacts(TouchStep& step, const ContactSolver::Outcome* joint) {
   TouchState& state = *step.state;
   Body& body = *state.body;
-  const ContactConstraints& set = body.take(step);
-  step.acting = joint ? &state.offset.acting(set) : &set;
+  if (!joint) step.taken = step.acting = &body.take(step);
+  const ContactConstraints& set = *step.taken;
   const ContactSolver::Outcome outcome = joint ? *joint : solve_again(step, set);
   body.judge(step, outcome);
   step.is_solved = outcome != ContactSolver::Outcome::unsolved;

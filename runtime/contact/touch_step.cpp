@@ -12,7 +12,7 @@ constexpr Deformed kUndeformed;
 
 void TouchStep::begin(const StepContext& of_scene, TouchState& of_steps) {
   context = &of_scene, state = &of_steps, out = nullptr;
-  flags = 0, unasked = 0, acting = nullptr, deformed = kUndeformed;
+  flags = 0, unasked = 0, taken = acting = nullptr, deformed = kUndeformed;
   is_solved = follows = finds_far = false;
   std::fill(far, far + PALPATE_MAX_TOOLS, false);
 }

@@ -49,7 +49,8 @@ struct TouchStep {
   bool is_solved;  // the step has a solution
   // And the organ is where its contacts hold it. A body with a field of its own may lag behind its contacts: the distance that is left is then no slip of a tool.
   bool follows;
-  const ContactConstraints* acting;  // as the solver held them
+  const ContactConstraints* taken;   // as the body holds them
+  const ContactConstraints* acting;  // with what the offset leaves of their targets
   // Of what nothing puts off: counted when all else is done.
   Operations unasked;
   // Of the places in use: a step with one tool does not write those of all others.

@@ -99,7 +99,7 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
   return counts ? newest : nullptr;
 }
 
-void BodyBeside::give(const ContactConstraints& set) {
+void BodyBeside::send(const ContactConstraints& set) {
   auto* const job = reinterpret_cast<Job*>(palpate_mailbox_slot(jobs()));
   *job = {begun_, set.node_count, set.constraint_count};
   std::copy(set.nodes, set.nodes + set.node_count, nodes_of(job));
@@ -301,7 +301,7 @@ void BodyBeside::measure_miss(const ContactConstraints& set, Solution* newest) {
   miss_.is_known = 1;
 }
 
-const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, bool* fresh) {
+const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, bool knows_targets, bool* fresh) {
   Vec3* const left = left_.target;
   left_ = requested, left_.target = left;
   take_left(requested);
@@ -310,13 +310,12 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
   if (*fresh) measure_miss(set, newest), copy(newest);
   if (newest && same_contacts(solved_[newest_], solved_count_[newest_], set))
     added_.set(beyond_[newest_], beyond_[1 - newest_],
-               goes_on_ ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); }) : 0);
+               goes_on_ && knows_targets ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); }) : 0);
   else if (newest)
     added_.set(beyond_[newest_], beyond_[newest_], 0);
   else
     added_.keep();
   if (*fresh) measure_moved();
-  give(set);
   ContactConstraint* const constraints = acting_.constraints;
   Vec3* const targets = acting_.target;
   acting_ = requested;
@@ -324,8 +323,20 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints);
   std::copy(requested.target, requested.target + set.constraint_count, targets);
   if (newest) turn_frames(displacement_of(newest)), aim(requested);
-  behind_ = is_behind(set);
   return acting_;
+}
+
+void BodyBeside::give() {
+  send(left_);
+  behind_ = is_behind(left_);
+}
+
+Vec3 BodyBeside::added_on(std::int32_t p) const {
+  const ContactConstraint& constraint = acting_.constraints[p];
+  Vec3 sum;
+  for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+    sum += acting_.nodes[e].weight * added_.now(acting_.nodes[e].node);
+  return constraint.framed ? constraint.frame * sum : sum;
 }
 
 // The frames of the constraints: those of the newest solution, or as that has turned the surface.

@@ -63,12 +63,17 @@ class BodyBeside {
     double given = 0;   // J, that the offset has given it since forget()
     double spring = 0;  // J, of the linear organ under the same forces
   };
-  // Takes the newest solution, gives the constraints of a step to the other thread, and returns them as the linear organ is to hold
+  // Takes the newest solution, and returns the constraints of a step as the linear organ is to hold
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
-  // *fresh: the solution is new. Cost: a pass over the nodes; six triangles a contact node.
-  const ContactConstraints& take(const ContactConstraints& set, bool* fresh);
+  // knows_targets: of all constraints; else o does not go on. *fresh: the solution is new. Cost: a pass over the nodes; six triangles a
+  // contact node.
+  const ContactConstraints& take(const ContactConstraints& set, bool knows_targets, bool* fresh);
   // Other targets of the same constraints, for what take() has returned.
   void take_targets(const ContactConstraints& set);
+  // Gives the constraints to the other thread, with the last targets.
+  void give();
+  // m, along its rows: what is added at constraint p of those that take() has returned.
+  Vec3 added_on(std::int32_t p) const;
   // The constraints of the step with what the offset leaves of their targets; after take(), until the next call.
   const ContactConstraints& left() const { return left_; }
   const Told& told() const { return told_; }
@@ -150,7 +155,7 @@ class BodyBeside {
   palpate_mailbox* solutions() const { return reinterpret_cast<palpate_mailbox*>(solutions_); }
   Solution* take_newest(bool* fresh);
   void copy(Solution* newest);
-  void give(const ContactConstraints& set);
+  void send(const ContactConstraints& set);
   void turn_frames(const float* displacement);
   // At the targets target(p), of constraints 0 .. count - 1 in the organ's axes.
   template <class Target>

@@ -109,7 +109,6 @@ std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t
   const Mat3 frame = frames_[p] = present_frame(set, p);
   lead_[p] = constraint.joined ? lead_[p - 1] : p;
   if (constraint.joined) return join_row(set, p), count;
-  const Vec3 target = constraint.framed ? frame * transposed_times(constraint.frame, set.target[p]) : set.target[p];
   const std::int32_t group = count;
   int axis_of[3] = {}, imposed = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -120,7 +119,7 @@ std::int32_t DeformingBody::add_rows(const ContactConstraints& set, std::int32_t
     LargeRow& row = rows_.list[count];
     row = LargeRow{};
     row.first = constraint.first_node, row.count = constraint.node_count;
-    row.group = group, row.target = target[axis_of[i]];
+    row.group = group;
     for (int d = 0; d < 3; ++d) row.direction[d] = frame.m[axis_of[i]][d];
     for (int k = 0; k < imposed; ++k) row.compliance[k] = constraint.local.m[axis_of[i]][axis_of[k]];
     rows_of_[p].at[axis_of[i]] = count;
@@ -135,7 +134,22 @@ void DeformingBody::join_row(const ContactConstraints& set, std::int32_t p) {
   rows_of_[p] = {{-1, -1, -1}};
   const double* const d = frames_[p].m[0];
   rows_.joins[rows_.join_count++] = {row, constraint.first_node, constraint.node_count, 0, {d[0], d[1], d[2]}};
-  rows_.list[row].target += set.target[p].x, rows_.list[row].compliance[0] += constraint.local.m[0][0];
+  rows_.list[row].compliance[0] += constraint.local.m[0][0];
+}
+
+// m, along the turned frames.
+void DeformingBody::take_targets(const ContactConstraints& set) {
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    if (constraint.joined) {
+      if (const std::int32_t row = rows_of_[lead_[p]].at[0]; row >= 0) rows_.list[row].target += set.target[p].x;
+      continue;
+    }
+    const Vec3 target =
+        constraint.framed ? frames_[p] * transposed_times(constraint.frame, set.target[p]) : set.target[p];
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) rows_.list[row].target = target[i];
+  }
 }
 
 // What the mesh does not resolve between discs (disc_compliance.h), in the frames of their constraints, which turn with the surface.
@@ -214,10 +228,23 @@ double DeformingBody::reached(std::int32_t r, const double* reaction) const {
   return place;
 }
 
-// Begins a solution of the laws at the state now, from the forces `carried`. Returns by how much these miss the laws, m.
-double DeformingBody::begin_laws(const ContactConstraints& set, const double* carried) {
+// m, by how much the linear response to a change of the reactions moves row r.
+double DeformingBody::moved_by_change(std::int32_t r, const double* reaction, const double* carried) const {
+  const double* const c = solver_.compliance().row(r);
+  double moved = 0;
+  for (std::int32_t k = 0; k < rows_.count; ++k) moved += c[k] * (reaction[k] - carried[k]);
+  return moved;
+}
+
+// What the state leaves of the targets for the reactions.
+void DeformingBody::find_left() {
   solver_.find_free(free_);
   for (std::int32_t r = 0; r < rows_.count; ++r) laws_.targets()[r] = rows_.list[r].target - free_[r];
+}
+
+// Begins a solution of the laws at the state now, from the forces `carried`. Returns by how much these miss the laws, m.
+double DeformingBody::begin_laws(const ContactConstraints& set, const double* carried) {
+  find_left();
   std::copy(carried, carried + rows_.count, laws_.reactions());
   const ConstraintRows rows = {set.constraints, rows_of_, set.constraint_count};
   laws_.begin(rows);
@@ -233,13 +260,18 @@ void DeformingBody::drop_held_rows(const ContactConstraints& set) {
       if (at >= 0 && solver_.compliance().scale[at] == 0) at = -1;
 }
 
-// False where a number is not finite.
-bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work,
-                               Outcome* outcome) {
+// m
+double DeformingBody::largest_target(const ContactConstraints& set) const {
   double largest = 0;
   for (std::int32_t p = 0; p < set.constraint_count; ++p)
     for (const std::int32_t r : rows_of_[p].at)
       if (r >= 0) largest = std::max(largest, metres_of(set.constraints[p]) * std::fabs(rows_.list[r].target));
+  return largest;
+}
+
+// False where a number is not finite.
+bool DeformingBody::solve_laws(const ContactConstraints& set, StepWork* work, Outcome* outcome) {
+  const double largest = largest_target(set);
   drop_held_rows(set);
   UnknownNodes nodes;
   // Contacts that move in every step may have taken all of `work`. Without operations of their own the laws would never give such a contact a force.
@@ -250,12 +282,12 @@ bool DeformingBody::solve_laws(const ContactConstraints& set, std::int32_t most_
   for (int round = 0;; ++round) {
     outcome->missed = begin_laws(set, carried);
     const bool met = outcome->missed <= kLawMet * largest;
-    if (round > 0 && (met || outcome->steps >= most_steps || round >= kMostRounds)) break;
+    if (round > 0 && (met || outcome->steps >= most_steps_ || round >= kMostRounds)) break;
     laws_.solve(nodes, &of_laws);
     effort_.sweeps += laws_.effort().sweeps, effort_.newton_steps += laws_.effort().newton_steps;
     decide(set, laws_.reactions());
     if (!solver_.hold(holds_, place_, carried, outcome)) return false;
-    solver_.improve(std::max(1, most_steps - outcome->steps), outcome);
+    solver_.improve(std::max(1, most_steps_ - outcome->steps), outcome);
     carried = solver_.carried();
   }
   work->add(of_laws.done());
@@ -280,38 +312,42 @@ void DeformingBody::obey(const ContactConstraint& constraint, std::int32_t p) {
   if (across > 0 && (slips || across > most)) r.y *= most / across, r.z *= most / across;
 }
 
-DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepWork* work, Vec3* force) {
+// The rows of a step, with their targets, and how many steps of the method it may take.
+LargeContacts DeformingBody::take_rows(const ContactConstraints& set, StepWork* work) {
   for (std::int32_t e = 0; e < set.node_count; ++e)
-    rows_.nodes[e] = set.nodes[e].node, rows_.weights[e] = set.nodes[e].weight, force[e] = Vec3{};
+    rows_.nodes[e] = set.nodes[e].node, rows_.weights[e] = set.nodes[e].weight;
   rows_.count = rows_.join_count = 0, effort_ = {};
   find_known(set);
-  bool may_give_way = false;
-  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    rows_.count = add_rows(set, p, rows_.count);
-    may_give_way = may_give_way || palpate::may_give_way(set.constraints[p]);
-  }
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) rows_.count = add_rows(set, p, rows_.count);
+  take_targets(set);
   take_start(set);
   rows_.has_beside = fill_beside(set, work);
-  const LargeContacts contacts = {rows_.list,
-                                  rows_.nodes,
-                                  rows_.weights,
-                                  rows_.count,
-                                  start_,
-                                  rows_.has_beside ? rows_.beside : nullptr,
-                                  3 * static_cast<std::size_t>(constraint_capacity_),
-                                  rows_.joins,
-                                  rows_.join_count};
   const Operations fit = work->left() / std::max<Operations>(operations_, 1);
-  const auto most =
+  most_steps_ =
       static_cast<std::int32_t>(std::clamp<Operations>(fit, LargeSolver::kFewestSteps, LargeSolver::kMostSteps));
+  LargeContacts contacts = last_rows();
+  contacts.start = start_;
+  return contacts;
+}
+
+DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepWork* work, Vec3* force) {
+  const LargeContacts contacts = take_rows(set, work);
   Outcome outcome;
-  laws_decided_ = may_give_way;
-  if (may_give_way) {
-    const bool sound = solver_.take(contacts) && solve_laws(set, most, work, &outcome);
+  laws_decided_ =
+      std::any_of(set.constraints, set.constraints + set.constraint_count,
+                  [](const ContactConstraint& constraint) { return palpate::may_give_way(constraint); });
+  if (laws_decided_) {
+    const bool sound = solver_.take(contacts) && solve_laws(set, work, &outcome);
     solver_.forces(sound, force_, &outcome);
   } else {
-    static_cast<LargeOutcome&>(outcome) = solver_.step(contacts, most, force_);
+    static_cast<LargeOutcome&>(outcome) = solver_.step(contacts, most_steps_, force_);
   }
+  write_forces(set, outcome, work, force);
+  return outcome;
+}
+
+// What the step leaves, and the forces at the contact nodes.
+void DeformingBody::write_forces(const ContactConstraints& set, const Outcome& outcome, StepWork* work, Vec3* force) {
   // The forces of a state that is far from its solution say little: no row gets more than it had.
   for (std::int32_t r = 0; outcome.lost && r < rows_.count; ++r)
     force_[r] = std::clamp(force_[r], -std::fabs(start_[r]), std::fabs(start_[r]));
@@ -320,6 +356,7 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
     kept_count_ = 0;
   else
     keep(set);
+  std::fill(force, force + set.node_count, Vec3{});
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     reaction_[p] = constraint.joined ? reaction_[lead_[p]] : Vec3{};
@@ -330,8 +367,69 @@ DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepW
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
       force[e] += rows_.weights[e] * sum;
   }
+}
+
+// ---- several bodies as one -------------------------------------------------------------------------------------------
+
+bool DeformingBody::begin(const ContactConstraints& set, StepWork* work) {
+  joint_ = {};
+  laws_decided_ = true;
+  if (!solver_.take(take_rows(set, work))) return false;
+  drop_held_rows(set);
+  std::copy(start_, start_ + rows_.count, laws_.reactions());
+  joint_.carried = start_;
+  return true;
+}
+
+void DeformingBody::aim(const ContactConstraints& set) {
+  take_targets(set);
+  find_left();
+}
+
+Vec3 DeformingBody::reached(std::int32_t p) const {
+  Vec3 place;
+  for (int i = 0; i < 3; ++i)
+    if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) place[i] = reached(row, laws_.reactions());
+  return place;
+}
+
+// A round: the body goes where the reactions bring its rows in the linear response, and on to its balance. It has gone far enough where the
+// next reactions would hardly move it.
+bool DeformingBody::follow(const ContactConstraints& set, bool* went) {
+  *went = false;
+  take_targets(set);
+  Outcome& outcome = joint_.outcome;
+  const double* const reaction = laws_.reactions();
+  for (std::int32_t p = 0; p < set.constraint_count; ++p)
+    for (int i = 0; i < 3; ++i)
+      if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) reaction_[p][i] = reaction[row];
+  double missed = 0;
+  for (std::int32_t r = 0; r < rows_.count; ++r)
+    missed = std::max(missed, std::fabs(moved_by_change(r, reaction, joint_.carried)));
+  const double largest = largest_target(set);
+  outcome.missed = missed, outcome.inexact = !(missed <= kInexact * largest);
+  if (joint_.rounds > 0 &&
+      (missed <= kLawMet * largest || outcome.steps >= most_steps_ || joint_.rounds >= kMostRounds))
+    return true;
+  decide(set, reaction);
+  if (!solver_.hold(holds_, place_, joint_.carried, &outcome)) return false;
+  solver_.improve(std::max(1, most_steps_ - outcome.steps), &outcome);
+  joint_.carried = solver_.carried(), ++joint_.rounds;
+  *went = true;
+  return true;
+}
+
+// The reactions act on all bodies alike. Where this body was put back to where the step began, it has the forces that it had there.
+DeformingBody::Outcome DeformingBody::end(const ContactConstraints& set, bool sound, StepWork* work, Vec3* force) {
+  Outcome& outcome = joint_.outcome;
+  solver_.forces(sound, force_, &outcome);
+  if (!outcome.failed && !outcome.given_up)
+    std::copy(laws_.reactions(), laws_.reactions() + rows_.count, force_);
+  write_forces(set, outcome, work, force);
   return outcome;
 }
+
+// ---- what it answers -------------------------------------------------------------------------------------------------
 
 // The rows of the constraint one after the other: S <- S + v v^T / pivot, v the row that is left of the axis by those before.
 Mat3 DeformingBody::own_stiffness(std::int32_t p) const {

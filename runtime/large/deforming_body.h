@@ -55,6 +55,18 @@ class DeformingBody {
   // Whatever the outcome, no contact pulls that may not, and no friction exceeds what its law allows.
   Outcome solve(const ContactConstraints& set, StepWork* work, Vec3* force);
 
+  // Where several bodies are solved as one, in place of solve(): begin() and aim(); then whoever solves sets the reactions of laws(), follow()
+  // takes the body where they bring it, and aim() begins anew where it has gone on; at last end(), whose forces are the last reactions.
+  // begin(), follow(): false as LargeSolver::take(). *went: the laws are to be solved again.
+  bool begin(const ContactConstraints& set, StepWork* work);
+  void aim(const ContactConstraints& set);
+  bool follow(const ContactConstraints& set, bool* went);
+  Outcome end(const ContactConstraints& set, bool sound, StepWork* work, Vec3* force);
+  SystemSolver& laws() { return laws_; }
+  const RowsOfConstraint* rows_of_constraints() const { return rows_of_; }
+  // m, along its rows: where the reactions of laws() bring constraint p in the linear response.
+  Vec3 reached(std::int32_t p) const;
+
   // Of constraint p of the last solve(), in the frame that has turned with the surface: the force on the body (N), and by how much
   // its rows miss their targets (m).
   Vec3 reaction(std::int32_t p) const { return reaction_[p]; }
@@ -138,15 +150,21 @@ class DeformingBody {
   Mat3 present_frame(const ContactConstraints& set, std::int32_t p);
   std::int32_t add_rows(const ContactConstraints& set, std::int32_t p, std::int32_t count);
   void join_row(const ContactConstraints& set, std::int32_t p);
+  LargeContacts take_rows(const ContactConstraints& set, StepWork* work);
+  void take_targets(const ContactConstraints& set);
+  double largest_target(const ContactConstraints& set) const;
   void take_start(const ContactConstraints& set);
   bool fill_beside(const ContactConstraints& set, StepWork* work);
   void keep(const ContactConstraints& set);
-  bool solve_laws(const ContactConstraints& set, std::int32_t most_steps, StepWork* work, Outcome* outcome);
+  bool solve_laws(const ContactConstraints& set, StepWork* work, Outcome* outcome);
+  void find_left();
+  void write_forces(const ContactConstraints& set, const Outcome& outcome, StepWork* work, Vec3* force);
   double begin_laws(const ContactConstraints& set, const double* carried);
   void drop_held_rows(const ContactConstraints& set);
   void decide(const ContactConstraints& set, const double* reaction);
   void obey(const ContactConstraint& constraint, std::int32_t p);
   double reached(std::int32_t r, const double* reaction) const;
+  double moved_by_change(std::int32_t r, const double* reaction, const double* carried) const;
 
   LargeSolver solver_;
   TurnedSurface turned_;
@@ -173,6 +191,13 @@ class DeformingBody {
   double *free_ = nullptr, *ahead_ = nullptr;         // [3 constraint_capacity] m
   std::uint8_t *holds_ = nullptr, *slips_ = nullptr;  // [3 constraint_capacity]
   bool laws_decided_ = false;                         // in the last solve()
+  // Of a step, where several bodies are solved as one:
+  struct Joint {
+    Outcome outcome;
+    const double* carried = nullptr;  // [rows] N, of the last state
+    std::int32_t rounds = 0;
+  } joint_;
+  std::int32_t most_steps_ = 0;  // of a step
   Operations operations_ = 0, solve_operations_ = 0, of_laws_ = 0;
 };
 

@@ -15,6 +15,9 @@ namespace {
 
 using formats::SectionId;
 
+// Of a solve beside the touch, for its laws: some 10 ms. Where many rows of several organs hold the same few nodes, laws end only slowly.
+constexpr Operations kMostOfLawsBeside = 10'000'000;
+
 constexpr EffectKey kKeys[] = {{PALPATE_EFFECT_KEY(large_effect, palpate_large_def, deformation), PALPATE_KEY_CHOICE,
                                 "", "linear, large, large-beside, large-renewed", 0,
                                 PALPATE_DEFORMATION_LARGE_RENEWED}};
@@ -38,7 +41,7 @@ bool renews_metric(const palpate_scene_def& def) {
 
 // Of contacts, or of what else asks for rows.
 bool rows_may_give_way(const palpate_scene& scene) {
-  return contacts_may_give_way(scene.def) || scene.rows.constraints > 0;
+  return contacts_may_give_way(scene.def) || scene.rows.constraints > 0 || scene.reserved.constraints > 0;
 }
 
 LargeBody& body_of(const palpate_scene& scene) {
@@ -142,7 +145,7 @@ palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, 
   DeformingBody::Limits limits;
   limits.nodes = def.max_contact_nodes, limits.constraints = scene.touch.most_constraints;
   limits.gives_way = rows_may_give_way(scene), limits.renews_metric = renews_metric(def);
-  if (is_in_touch(def)) limits.of_laws = def.max_operations;
+  limits.of_laws = is_in_touch(def) ? def.max_operations : kMostOfLawsBeside;
   switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
     case LargeSolver::Created::no_memory:
       return reader.no_memory("deformation");

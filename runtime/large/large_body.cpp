@@ -54,15 +54,55 @@ ContactSolver::Outcome BodyInTouch::solve(TouchStep& step, bool again) {
   TouchState& state = *step.state;
   const ContactConstraints& set = *step.acting;
   const DeformingBody::Outcome last = again ? outcome_ : DeformingBody::Outcome{};
-  if (state.offset.exists() && !again) {
-    deforming_.move_by(state.offset.amounts());
-    energy_.pay(deforming_.take_given());
-  }
+  if (!again) take_offset(step);
   outcome_ = deforming_.solve(set, &state.work, state.force);
   outcome_.steps += last.steps, outcome_.evaluations += last.evaluations;
-  std::fill(state.modified, state.modified + set.node_count, Vec3{});
+  return tell(step);
+}
+
+void BodyInTouch::take_offset(TouchStep& step) {
+  const Offset& offset = step.state->offset;
+  if (!offset.exists()) return;
+  deforming_.move_by(step.state->offset.amounts());
+  energy_.pay(deforming_.take_given());
+}
+
+ContactSolver::Outcome BodyInTouch::tell(TouchStep& step) {
+  std::fill(step.state->modified, step.state->modified + step.acting->node_count, Vec3{});
   step.deformed = {outcome_.steps, outcome_.residual, outcome_.least_volume, outcome_.cut || outcome_.given_up};
   return outcome_.failed ? ContactSolver::Outcome::unsolved : ContactSolver::Outcome::solved;
+}
+
+bool BodyInTouch::prepare(TouchStep& step) {
+  TouchState& state = *step.state;
+  step.taken = &take(step), step.acting = &state.offset.acting(*step.taken);
+  take_offset(step);
+  sound_ = deforming_.begin(*step.acting, &state.work);
+  if (sound_) deforming_.aim(*step.acting);
+  return sound_;
+}
+
+void BodyInTouch::aim(TouchStep& step) {
+  step.acting = &step.state->offset.acting(*step.taken);
+  deforming_.aim(*step.acting);
+}
+
+bool BodyInTouch::follow(TouchStep& step) {
+  step.acting = &step.state->offset.acting(*step.taken);
+  bool went = false;
+  sound_ = sound_ && deforming_.follow(*step.acting, &went);
+  return went;
+}
+
+ContactSolver::Outcome BodyInTouch::take_reactions(TouchStep& step, const LawEffort&) {
+  step.acting = &step.state->offset.acting(*step.taken);
+  outcome_ = deforming_.end(*step.acting, sound_, &step.state->work, step.state->force);
+  return tell(step);
+}
+
+ContactSolver::Outcome BodyInTouch::fail(TouchStep& step) {
+  sound_ = false;
+  return take_reactions(step, {});
 }
 
 void BodyInTouch::note_energy(TouchStep& step) {
@@ -129,17 +169,37 @@ void BodyInTouch::forget() {
 const ContactConstraints& BodyInThread::take(TouchStep& step) {
   bool fresh = false;
   const double given_before = beside_.told().given;
-  const ContactConstraints& set = beside_.take(step.state->rows.set(), &fresh);
-  const BodyBeside::Told& told = beside_.told();
+  const ContactConstraints& set = beside_.take(step.state->rows.set(), !is_joint_, &fresh);
   // What contacts felt before is no work that was done on the body.
-  energy_.pay(told.given - given_before);
+  energy_.pay(beside_.told().given - given_before);
   if (watches_ && fresh && beside_.is_first()) energy_.adopt();
+  if (!is_joint_) give(step);
+  return set;
+}
+
+// Hands the constraints over to the thread.
+void BodyInThread::give(TouchStep& step) {
+  beside_.give();
+  const BodyBeside::Told& told = beside_.told();
   std::uint32_t flags = 0;
   if (told.failed) flags |= PALPATE_STEP_UNSOLVED;
   if (told.cut || told.unfinished || beside_.behind()) flags |= PALPATE_STEP_DEFORMATION_BEHIND;
   raise(step, flags);
   step.deformed = {told.steps, told.residual, told.least_volume, false};
-  return set;
+}
+
+// The constraints between bodies are handed over when it is known where these bring them.
+bool BodyInThread::prepare(TouchStep& step) {
+  is_joint_ = true;
+  const bool prepared = Body::prepare(step);
+  is_joint_ = false;
+  return prepared;
+}
+
+ContactSolver::Outcome BodyInThread::take_reactions(TouchStep& step, const LawEffort& effort) {
+  const ContactSolver::Outcome outcome = Body::take_reactions(step, effort);
+  give(step);
+  return outcome;
 }
 
 Vec3 BodyInThread::moved_node(const TouchState& state, std::int32_t e) const {

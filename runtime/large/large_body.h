@@ -52,6 +52,16 @@ class BodyInTouch final : public LargeBody {
   SurfaceField* surface_field() override { return &field_; }
   ContactSolver::Outcome solve(TouchStep& step, bool again) override;
   Operations operations_to_solve(const TouchStep&) const override { return deforming_.fewest_operations(); }
+  bool prepare(TouchStep& step) override;
+  void aim(TouchStep& step) override;
+  BodySystem system(TouchState&) override {
+    return {&deforming_.solver().compliance(), deforming_.rows_of_constraints(), &deforming_.laws(), nullptr};
+  }
+  bool takes_steps() const override { return true; }
+  bool follow(TouchStep& step) override;
+  ContactSolver::Outcome take_reactions(TouchStep& step, const LawEffort& effort) override;
+  ContactSolver::Outcome fail(TouchStep& step) override;
+  Vec3 reached(const TouchState&, std::int32_t p) const override { return deforming_.reached(p); }
   bool gives_way(TouchStep& step, ContactSolver::Outcome outcome) override;
   void judge(TouchStep& step, ContactSolver::Outcome outcome) override;
   void move_surface(TouchStep& step, const ContactConstraints& set) override;
@@ -70,9 +80,12 @@ class BodyInTouch final : public LargeBody {
 
  private:
   void note_energy(TouchStep& step);
+  void take_offset(TouchStep& step);
+  ContactSolver::Outcome tell(TouchStep& step);
 
   BodyField field_;
   bool has_field_ = false;
+  bool sound_ = true;               // the same, where several bodies are solved as one
   DeformingBody::Outcome outcome_;  // of the step that goes on
 };
 
@@ -84,6 +97,11 @@ class BodyInThread final : public LargeBody {
   const AddedField* added() const override { return &beside_.added(); }
   const ContactConstraints& take(TouchStep& step) override;
   void take_targets(const TouchStep& step) override { beside_.take_targets(step.state->rows.set()); }
+  bool prepare(TouchStep& step) override;
+  ContactSolver::Outcome take_reactions(TouchStep& step, const LawEffort& effort) override;
+  Vec3 reached(const TouchState& state, std::int32_t p) const override {
+    return Body::reached(state, p) + beside_.added_on(p);
+  }
   Vec3 moved_node(const TouchState& state, std::int32_t e) const override;
   void judge(TouchStep& step, ContactSolver::Outcome outcome) override;
   void write(const TouchStep& step) const override;
@@ -92,7 +110,10 @@ class BodyInThread final : public LargeBody {
   std::int32_t deform() override { return beside_.deform(); }
 
  private:
+  void give(TouchStep& step);
+
   BodyBeside beside_;
+  bool is_joint_ = false;  // in this step, solved with other bodies
 };
 
 }  // namespace palpate

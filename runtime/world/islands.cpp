@@ -7,9 +7,14 @@
 namespace palpate {
 namespace {
 
-// The constraints of an organ, with what its offset leaves for the contacts.
-const ContactConstraints& acting(TouchState& organ) {
-  return organ.offset.acting(organ.rows.set());
+// The constraints between organs ask the body for nothing: their target is where its offset has them.
+void ask_for_nothing(TouchState& organ) {
+  const ContactConstraints& set = organ.rows.set();
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    if (!is_between_organs(set.constraints[p].id.contact)) continue;
+    organ.rows.set_target(p, {});
+    organ.rows.set_target(p, -1 * organ.offset.left_of_target(set, p));
+  }
 }
 
 }  // namespace
@@ -58,9 +63,11 @@ void Islands::solve(WorldStep& step) {
 bool Islands::prepare(WorldStep& step, const std::int32_t* members, std::int32_t count, Operations* operations) {
   bool prepared = true;
   for (std::int32_t m = 0; m < count; ++m) {
-    TouchState& own = step.touch(members[m]);
-    JointOrgan& organ = organ_[members[m]] = {&own.solver, &acting(own), own.force};
-    prepared = own.solver.prepare(step.organs[members[m]]->context.tensors, *organ.set, &own.work) && prepared;
+    TouchStep& of_organ = step.of_organ[members[m]];
+    TouchState& own = *of_organ.state;
+    ask_for_nothing(own);
+    prepared = own.body->prepare(of_organ) && prepared;
+    organ_[members[m]] = {own.body->system(own), of_organ.acting, own.force};
     *operations += own.work.left();
   }
   return prepared;
@@ -69,10 +76,8 @@ bool Islands::prepare(WorldStep& step, const std::int32_t* members, std::int32_t
 void Islands::solve_island(WorldStep& step, const std::int32_t* members, std::int32_t count) {
   Operations operations = 0;
   if (!prepare(step, members, count, &operations)) {
-    for (std::int32_t m = 0; m < count; ++m) {
-      TouchState& own = step.touch(members[m]);
-      outcome_[members[m]] = own.solver.fail(own.rows.set(), own.force, own.modified);
-    }
+    for (std::int32_t m = 0; m < count; ++m)
+      outcome_[members[m]] = step.touch(members[m]).body->fail(step.of_organ[members[m]]);
     step.flags |= PALPATE_STEP_UNSOLVED;
     return;
   }
@@ -83,37 +88,59 @@ void Islands::solve_island(WorldStep& step, const std::int32_t* members, std::in
     if (is_here && !is_held(joint)) together_[joint_count++] = &joint;
   }
   if (!solve_slipping(step, members, count, joint_count, operations)) step.flags |= PALPATE_STEP_SOLVE_INEXACT;
-  for (std::int32_t m = 0; m < count; ++m) take_reactions(step, members[m]);
-  for (std::int32_t q = 0; q < joint_count; ++q) together_[q]->gap = step.missed(*together_[q]).x;
+  set_reached(step, joint_count);
+  for (std::int32_t m = 0; m < count; ++m)
+    outcome_[members[m]] = step.touch(members[m]).body->take_reactions(step.of_organ[members[m]], joint_.effort());
 }
 
 // Returns whether the laws are met.
 bool Islands::solve_slipping(WorldStep& step, const std::int32_t* members, std::int32_t count, std::int32_t joint_count,
                              Operations operations) {
-  for (int solve = 1;; ++solve) {
+  for (int solve = 1;;) {
     const bool met = joint_.solve(organ_, members, count, together_, joint_count, operations);
     step.sweeps += joint_.effort().sweeps + joint_.effort().newton_steps;
-    bool slips = false;
-    for (std::int32_t m = 0; m < count && solve < kMostSlipSolves; ++m)
-      slips = sources_ask_again(step.of_organ[members[m]]) || slips;
-    for (std::int32_t s = 0; s < step.source_count && solve < kMostSlipSolves; ++s)
-      slips = step.sources[s]->asks_again(step) || slips;
-    if (!slips) return met;
-    // A grasp that slips has moved its targets.
-    for (std::int32_t m = 0; m < count; ++m) acting(step.touch(members[m]));
+    bool again = follow(step, members, count, joint_count);
+    if (!again && solve++ < kMostSlipSolves) {
+      for (std::int32_t m = 0; m < count; ++m) again = sources_ask_again(step.of_organ[members[m]]) || again;
+      for (std::int32_t s = 0; s < step.source_count; ++s) again = step.sources[s]->asks_again(step) || again;
+    }
+    if (!again) return met;
+    // A body has moved, or a grasp that slips its targets.
+    for (std::int32_t m = 0; m < count; ++m) {
+      ask_for_nothing(step.touch(members[m]));
+      step.touch(members[m]).body->aim(step.of_organ[members[m]]);
+    }
   }
 }
 
+// Whether a body has gone on under the reactions.
+bool Islands::follow(WorldStep& step, const std::int32_t* members, std::int32_t count, std::int32_t joint_count) {
+  const auto takes_steps = [&](std::int32_t organ) { return step.touch(organ).body->takes_steps(); };
+  if (std::none_of(members, members + count, takes_steps)) return false;
+  set_reached(step, joint_count);
+  bool went = false;
+  for (std::int32_t m = 0; m < count; ++m)
+    went = step.touch(members[m]).body->follow(step.of_organ[members[m]]) || went;
+  return went;
+}
+
 // To the organ alone, a constraint between organs is what the solution has made of it.
-void Islands::take_reactions(WorldStep& step, std::int32_t organ) {
-  TouchState& own = step.touch(organ);
-  const ContactConstraints& set = own.rows.set();
-  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
-    if (!is_between_organs(set.constraints[p].id.contact)) continue;
-    own.rows.set_target(p, {});
-    own.rows.set_target(p, own.solver.reached(p) - own.offset.left_of_target(set, p));
+void Islands::set_reached(WorldStep& step, std::int32_t joint_count) {
+  for (std::int32_t q = 0; q < joint_count; ++q) {
+    JointConstraint& joint = *together_[q];
+    joint.gap = step.missed(joint).x;
+    for (int side = 0; side < 2; ++side) {
+      const std::int32_t p = joint.constraint[side];
+      if (p < 0) continue;
+      TouchState& own = step.touch(joint.organ[side]);
+      const Vec3 reached = own.body->reached(own, p);
+      // A body that goes on beside the touch has no laws of its own between organs: the touch solves them anew in each step.
+      if (!own.body->responds_linearly() && !own.body->takes_steps())
+        own.rows.settle(p, !gives_way(joint.law, joint.friction, 0, joint.reaction).released);
+      own.rows.set_target(p, {});
+      own.rows.set_target(p, reached - own.offset.left_of_target(own.rows.set(), p));
+    }
   }
-  outcome_[organ] = own.solver.take_reactions(acting(own), joint_.effort(), own.force, own.modified);
 }
 
 }  // namespace palpate

@@ -26,7 +26,8 @@ class Islands {
   bool prepare(WorldStep& step, const std::int32_t* members, std::int32_t count, Operations* operations);
   bool solve_slipping(WorldStep& step, const std::int32_t* members, std::int32_t count, std::int32_t joint_count,
                       Operations operations);
-  void take_reactions(WorldStep& step, std::int32_t organ);
+  bool follow(WorldStep& step, const std::int32_t* members, std::int32_t count, std::int32_t joint_count);
+  void set_reached(WorldStep& step, std::int32_t organ);
 
   JointSolver joint_;
   JointOrgan organ_[PALPATE_MAX_ORGANS];

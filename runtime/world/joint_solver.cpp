@@ -27,16 +27,15 @@ void JointSolver::list_rows_of_organs() {
   matrix_.rows_end = constraint_count_ = 0;
   for (std::int32_t m = 0; m < member_count_; ++m) {
     const std::int32_t o = members_[m];
-    const ContactSolver& solver = *organs_[o].solver;
+    const BodySystem& body = organs_[o].body;
     const ContactConstraints& set = *organs_[o].set;
     std::fill(row_of(o), row_of(o) + matrix_of(o).rows_end, -1);
     for (std::int32_t p = 0; p < set.constraint_count && !is_between_organs(set.constraints[p].id.contact); ++p) {
-      const Vec3 target = target_of_rows(set, p);
       constraints_[constraint_count_] = set.constraints[p];
       RowsOfConstraint& rows = rows_[constraint_count_++] = {{-1, -1, -1}};
       for (int i = 0; i < 3; ++i)
-        if (const std::int32_t row = solver.matrix().rows_of(p).at[i]; row >= 0)
-          rows.at[i] = row_of(o)[row] = take_row(target[i], solver.system().reactions()[row]);
+        if (const std::int32_t row = body.rows_of[p].at[i]; row >= 0)
+          rows.at[i] = row_of(o)[row] = take_row(body.system->targets()[row], body.system->reactions()[row]);
     }
   }
 }
@@ -44,7 +43,16 @@ void JointSolver::list_rows_of_organs() {
 // Row i of the constraint that a joint has on one side, in that organ; -1: none.
 std::int32_t JointSolver::row_of_side(const JointConstraint& joint, int side, int i) const {
   const std::int32_t p = joint.constraint[side];
-  return p < 0 ? -1 : organs_[joint.organ[side]].solver->matrix().rows_of(p).at[i];
+  return p < 0 ? -1 : organs_[joint.organ[side]].body.rows_of[p].at[i];
+}
+
+// m, of row i of a joint: bodies that stand elsewhere without reactions leave less of its target.
+double JointSolver::left_of_target(const JointConstraint& joint, int i) const {
+  double left = joint.target[i];
+  for (int side = 0; side < 2; ++side)
+    if (const std::int32_t row = row_of_side(joint, side, i); row >= 0)
+      left += organs_[joint.organ[side]].body.system->targets()[row];
+  return left;
 }
 
 // The row of a joint that is joined is that of the first one.
@@ -63,10 +71,11 @@ void JointSolver::list_rows_of_joints() {
       for (int side = 0; side < 2; ++side) {
         const std::int32_t row = row_of_side(joint, side, i);
         if (row < 0) continue;
-        if (rows->at[i] < 0) rows->at[i] = joint.joined ? take_row(0, 0) : take_row(joint.target[i], joint.reaction[i]);
+        if (rows->at[i] < 0)
+          rows->at[i] = joint.joined ? take_row(0, 0) : take_row(left_of_target(joint, i), joint.reaction[i]);
         row_of(joint.organ[side])[row] = rows->at[i];
       }
-    if (joint.joined && rows->at[0] >= 0) system_.targets()[rows->at[0]] += joint.target.x;
+    if (joint.joined && rows->at[0] >= 0) system_.targets()[rows->at[0]] += left_of_target(joint, 0);
   }
 }
 
@@ -110,15 +119,16 @@ void JointSolver::set_reactions() {
   for (std::int32_t m = 0; m < member_count_; ++m)
     for (std::int32_t row = 0; row < matrix_of(members_[m]).rows_end; ++row)
       if (const std::int32_t joint = row_of(members_[m])[row]; joint >= 0)
-        organs_[members_[m]].solver->system().set_reaction(row, system_.reactions()[joint], system_.coarse()[joint]);
+        organs_[members_[m]].body.system->set_reaction(row, system_.reactions()[joint], system_.coarse()[joint]);
 }
 
 double JointSolver::farthest(Operations kept, StepWork* work) {
   set_reactions();
   double most = 0;
   for (std::int32_t m = 0; m < member_count_; ++m) {
-    const auto& [solver, set, force] = organs_[members_[m]];
-    const double moved = solver->matrix().largest_displacement(*set, solver->system().reactions(), force, kept, work);
+    const auto& [body, set, force] = organs_[members_[m]];
+    if (!body.nodes) continue;
+    const double moved = body.nodes->largest_displacement(*set, body.system->reactions(), force, kept, work);
     if (moved < 0) return -1;
     most = std::max(most, moved);
   }

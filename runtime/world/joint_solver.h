@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-#include "runtime/contact/contact_solver.h"
+#include "runtime/contact/body.h"
 
 namespace palpate {
 
@@ -20,9 +20,9 @@ inline bool is_between_organs(const ContactId& contact) {
 }
 
 struct JointOrgan {
-  ContactSolver* solver = nullptr;
-  const ContactConstraints* set = nullptr;  // with the targets of contacts, without what offsets do
-  Vec3* force = nullptr;                    // [node_count] N, overwritten
+  BodySystem body;                          // with the targets that are left for the reactions
+  const ContactConstraints* set = nullptr;
+  Vec3* force = nullptr;  // [node_count] N, overwritten
 };
 // A constraint between two organs, or within one that a source of a world adds.
 struct JointConstraint {
@@ -32,7 +32,7 @@ struct JointConstraint {
   double friction = 0;
   double give = 0;      // share of its rows' own compliance by which it gives way besides
   bool joined = false;  // its row is that of the one before, as the parts of one thread have it
-  Vec3 target;          // m, for the contacts: without what offsets do
+  Vec3 target;          // m, for the bodies: without what offsets do
   Vec3 reaction;        // N; in: of the last step
   double gap = 0;       // m, along the first row, when it was solved
 };
@@ -47,7 +47,7 @@ class JointSolver {
   bool create(SceneMemory& memory, std::int32_t organ_count, std::int32_t rows_of_organ, std::int32_t rows,
               std::int32_t constraints);
 
-  // Solves the constraints of the organs `members` and the joints between them, and sets the reactions of the organs' solvers, which have
+  // Solves the constraints of the organs `members` and the joints between them, and sets the reactions of the organs' systems, which have
   // been prepared. organs: [organ_count], by their numbers in the world. Returns whether the laws are met. operations: that it may take.
   // Cost: the sum of the squares of the organs' rows, and the laws (law_solver.h).
   bool solve(const JointOrgan* organs, const std::int32_t* members, std::int32_t member_count,
@@ -56,8 +56,9 @@ class JointSolver {
 
  private:
   std::int32_t* row_of(std::int32_t organ) { return row_of_ + static_cast<std::size_t>(organ) * rows_of_organ_; }
-  const RowMatrix& matrix_of(std::int32_t organ) const { return organs_[organ].solver->matrix().rows(); }
+  const RowMatrix& matrix_of(std::int32_t organ) const { return *organs_[organ].body.matrix; }
   std::int32_t row_of_side(const JointConstraint& joint, int side, int i) const;
+  double left_of_target(const JointConstraint& joint, int i) const;
   std::int32_t take_row(double target, double reaction);
   void list_rows_of_organs();
   void list_rows_of_joints();

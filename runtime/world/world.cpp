@@ -55,25 +55,12 @@ palpate_status read_organ(const palpate_world_def& def, std::int32_t k, palpate_
   return PALPATE_OK;
 }
 
-// Organs that touch need the surface as the linear organ deforms it.
+// Organs that touch need the surface as it deforms.
 palpate_status check_touching_organ(const palpate_scene_def& def, std::int32_t k, palpate_error* error) {
-  const auto refuse = [&](const char* what) {
-    return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-                "organ %d: organs that touch (max_pairs above 0) need %s; change it, or set max_pairs to 0",
-                static_cast<int>(k), what);
-  };
-  if (key_number(def, "deformation") != 0) return refuse("deformation LINEAR");
-  if (def.collision != PALPATE_COLLISION_DEFORMED) return refuse("collision DEFORMED");
-  return PALPATE_OK;
-}
-
-// Links of the world hold linear organs, as those of a scene do.
-palpate_status check_linked_organ(const palpate_scene_def& def, std::int32_t k, palpate_error* error) {
-  if (key_number(def, "deformation") == 0) return PALPATE_OK;
-  return fail(
-      error, PALPATE_ERROR_ARGUMENT, 0,
-      "organ %d: links of a world (max_links above 0) need deformation LINEAR; change it, or set max_links to 0",
-      static_cast<int>(k));
+  if (def.collision == PALPATE_COLLISION_DEFORMED) return PALPATE_OK;
+  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
+              "organ %d: organs that touch (max_pairs above 0) need collision DEFORMED; change it, or set max_pairs to 0",
+              static_cast<int>(k));
 }
 
 // For the rows between organs, of which each organ has its part.
@@ -100,8 +87,6 @@ palpate_status make_organ(palpate_world& world, const palpate_world_organ& organ
   wanted.parts = effects.chain();
   if (world.def.max_pairs > 0)
     if (const palpate_status status = check_touching_organ(wanted, k, error)) return status;
-  if (world.def.max_links > 0)
-    if (const palpate_status status = check_linked_organ(wanted, k, error)) return status;
   if (create_scene(organ.bundle, &wanted, reserved_rows(world.def, wanted), &scene, &found) != PALPATE_OK)
     return of_organ(k, found, error);
   world.organ[world.organ_count++] = scene;

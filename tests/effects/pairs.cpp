@@ -33,9 +33,9 @@ const std::vector<Refusal>& refusals() {
        "Jaws turn the tissue that they hold. A disc takes up a torque; a point, and a node, take none."},
       {"c", {"dent"}, points, "A dent is that of a disc, and a point presses no disc."},
       {"n",
-       {"volumes held", "organs that touch", "links between organs"},
+       {"volumes held"},
        large,
-       "next: these hold or move a linear organ alone so far."},
+       "next: no pressure acts on a hyperelastic body so far."},
   };
   return list;
 }

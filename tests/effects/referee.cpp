@@ -245,7 +245,7 @@ void Referee::check(int s) {
   check_grasp(organs_[0]), check_needle(organs_[0]), check_links(organs_[0]);
   if (of_.touching) check_pairs();
   if (of_.world_links) check_world_links();
-  if (large) check_large(organs_[0]);
+  for (std::size_t k = 0; large && k < organs_.size(); ++k) check_large(organs_[k]);
 }
 
 void Referee::check_shape(Organ& organ, int) {
