@@ -211,7 +211,7 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "organ", "turn", "point", "degrees", "[0, 0, 0]", "at most 1e6 degrees"},
       {S, "organ", "effects", "table", "-", "-", ""},
       {S, "organ", "relaxation", "table", "-", "-", ""},
-      {S, "organ", "surface", "table", "-", "-", "needs `pairs = 0`"},
+      {S, "organ", "surface", "table", "-", "-", ""},
       {S, "world", "pairs", "integer", "-", "0", "0 to 1000"},
       {S, "world", "friction", "number", "1", "0", "0 to 100; above 0 needs `pairs`"},
       {S, "relaxation", "terms", "rows", "1, s", "required",

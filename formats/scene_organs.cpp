@@ -96,13 +96,6 @@ void check_links_between_organs(const SceneConfig& scene, const TomlTable& root)
   for (const SceneConfig::Link& link : scene.links) {
     if (link.organs.empty()) continue;
     stretches += stretches_of(link);
-    for (const SceneConfig::Organ& organ : scene.organs)
-      if (organ.effects.def.large.deformation != PALPATE_DEFORMATION_LINEAR)
-        root.contradicts("link", link.line,
-                         fmt::format("of organ \"{}\" deformation = \"linear\" in [effects], since link \"{}\" is "
-                                     "between organs",
-                                     organ.name, link.name),
-                         "another one");
     for (const std::size_t k : link.organs)
       if (link.radius > 0 && scene.organs[k].effects.def.contact != PALPATE_CONTACT_PATCH)
         root.contradicts("link", link.line,
@@ -117,16 +110,11 @@ void check_links_between_organs(const SceneConfig& scene, const TomlTable& root)
 
 void check_pairs(const SceneConfig& scene, const TomlTable& root) {
   if (scene.pairs == 0) return;
-  for (const SceneConfig::Organ& organ : scene.organs) {
-    const auto refuse = [&](const char* expected) {
-      root.contradicts("world", 0, fmt::format("pairs = 0, or of organ \"{}\" {}", organ.name, expected),
+  for (const SceneConfig::Organ& organ : scene.organs)
+    if (organ.effects.def.collision != PALPATE_COLLISION_DEFORMED)
+      root.contradicts("world", 0,
+                       fmt::format("pairs = 0, or of organ \"{}\" collision = \"deformed\" in [effects]", organ.name),
                        fmt::format("pairs = {} and another one", scene.pairs));
-    };
-    if (organ.effects.def.collision != PALPATE_COLLISION_DEFORMED) refuse("collision = \"deformed\" in [effects]");
-    if (organ.effects.def.large.deformation != PALPATE_DEFORMATION_LINEAR)
-      refuse("deformation = \"linear\" in [effects]");
-    if (organ.surface) refuse("no [organ.surface]");
-  }
 }
 
 SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {

@@ -177,12 +177,11 @@ inline constexpr const char* kAboutEffects =
     "force_limit, force_slew, torque_limit, torque_slew: on each tool's force and torque, for a device\n"
     "max_tool_speed, release_distance: beyond them a point is TRACKING_LOST\n"
     "max_operations: counted operations of a touch; what does not fit is put off (WORK_DEFERRED)\n"
-    "max_links: links that set_links may give; grasps: whether tools may have a Grasp (contact=\"patch\",\n"
-    "deformation=\"linear\")\n"
+    "max_links: links that set_links may give; grasps: whether tools may have a Grasp (contact=\"patch\")\n"
     "motions: whether the bundle's motions move the organ (set_motions; collision=\"deformed\" or \"off\")\n"
     "inside: whether inside and inside_at tell strain and stress, and carry moves points of the tissue\n"
     "(shape=\"volume\")\n"
-    "needles: whether tools may have a Needle (deformation=\"linear\"; a bundle with a corridor); needle_places: of\n"
+    "needles: whether tools may have a Needle (a bundle with a corridor); needle_places: of\n"
     "the tissue that each of them holds at most\n"
     "\n";
 

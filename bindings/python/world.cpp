@@ -214,9 +214,10 @@ void add_world(py::module_& module) {
            py::arg("torque_slew") = start.torque_slew, py::arg("max_links") = start.max_links,
            "organs: of Organ; their bundles may be the same. Raises Error, which names the organ.\n"
            "max_pairs: places at most where organs are held apart; 0: they pass through one another. Above 0 it needs\n"
-           "collision=\"deformed\" and deformation=\"linear\" of all organs, and no fine_surface\n"
+           "collision=\"deformed\" of all organs. Each may have a deformation of its own: call deform of its scene in "
+           "a thread\n"
            "friction: Coulomb's coefficient between organs\n"
-           "max_links: links that set_links may give. Above 0 it needs deformation=\"linear\" of all organs\n"
+           "max_links: links that set_links may give\n"
            "force_limit, N; force_slew, N/s; torque_limit, N m; torque_slew, N m/s: of each tool, all organs together")
       .def_property_readonly("scenes", &HeldWorld::scenes,
                              "list of Scene, one of each organ: for shape, skin, queries, report, links and set_pose.\n"

@@ -16,9 +16,11 @@ Vec3 only(std::uint32_t axes, Vec3 v) {
   return v;
 }
 
-// The same of those that the constraint has.
+// The same of those that the constraint has. One that holds nothing, as organs that touch leave it where they part, has gone all the way to
+// its target.
 Vec3 target_of(const ContactConstraints& set, std::int32_t p) {
-  return in_axes(set.constraints[p], only(held_axes(set.constraints[p]), set.target[p]));
+  const ContactConstraint& constraint = set.constraints[p];
+  return in_axes(constraint, constraint.axes == 0 ? set.target[p] : only(held_axes(constraint), set.target[p]));
 }
 
 // m, the mean of a field [nodes][3] over the constraint's nodes.
@@ -147,13 +149,25 @@ bool BodyBeside::is_moved_too_far(double largest) const {
   return miss > kLeastMiss && miss > kBehind * (largest > 0 ? largest : offset_->longest());
 }
 
-// A contact that the solution does not have, or that has ended since, is as far from it as its whole target. Both lists ascend.
+// m: how far a contact that the newest solution does not have is from it along its rows. Of nodes inside a solution does not tell where they are.
+double BodyBeside::way_to_new(const ContactConstraints& set, std::int32_t p) const {
+  const ContactConstraint& constraint = set.constraints[p];
+  const ContactNode* const nodes = set.nodes + constraint.first_node;
+  const bool is_known = displacement_ && std::all_of(nodes, nodes + constraint.node_count, [&](const ContactNode& e) {
+                          return e.node < limits_.surface_nodes;
+                        });
+  if (!is_known || constraint.axes == 0) return length(target_of(set, p));
+  const Vec3 there = mean_of(set, constraint, displacement_);
+  return length(only(held_axes(constraint), set.target[p] - (constraint.framed ? constraint.frame * there : there)));
+}
+
+// A contact that has ended since the solution is as far from it as its whole target, if it had a force there. Both lists ascend.
 bool BodyBeside::is_behind(const ContactConstraints& set) const {
   const Solved *solved = solved_[newest_], *const end = solved + solved_count_[newest_];
   const double s = same_contacts(solved, solved_count_[newest_], set)
                        ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); })
                        : 0;
-  const auto farthest = [](const Solved& of) { return of.metres * length(of.target); };
+  const auto farthest = [](const Solved& of) { return length(of.force) > 0 ? of.metres * length(of.target) : 0; };
   double unknown = 0, way = 0, largest = 0, force = 0;
   Miss miss;
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
@@ -163,7 +177,7 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
     const double metres = metres_of(now);
     largest = std::max(largest, metres * length(only(held_axes(now), offset_->left_of_target(acting_, p))));
     if (solved == end || solved->id != now.id) {
-      unknown = std::max(unknown, metres * length(target));
+      unknown = std::max(unknown, metres * way_to_new(set, p));
       continue;
     }
     const Vec3 expected = solved->force + solved->stiffness * (target - solved->target);
@@ -309,8 +323,9 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
   Solution* const newest = take_newest(fresh);
   if (*fresh) measure_miss(set, newest), copy(newest);
   if (newest && same_contacts(solved_[newest_], solved_count_[newest_], set))
-    added_.set(beyond_[newest_], beyond_[1 - newest_],
-               goes_on_ && knows_targets ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); }) : 0);
+    added_.set(
+        beyond_[newest_], beyond_[1 - newest_],
+        goes_on_ && knows_targets ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); }) : 0);
   else if (newest)
     added_.set(beyond_[newest_], beyond_[newest_], 0);
   else
@@ -322,7 +337,8 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
   acting_.constraints = constraints, acting_.target = targets;
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints);
   std::copy(requested.target, requested.target + set.constraint_count, targets);
-  if (newest) turn_frames(displacement_of(newest)), aim(requested);
+  displacement_ = newest ? displacement_of(newest) : nullptr;
+  if (newest) turn_frames(displacement_), aim(requested);
   return acting_;
 }
 
@@ -419,7 +435,7 @@ void BodyBeside::publish(const ContactConstraints& set, const double* amounts, c
       for (int k = 0; k < 3; ++k)
         for (int d = 0; d < 3; ++d) turn.m[i][k] += constraint.frame.m[d][i] * body_->frame(p).m[d][k];
     solved[p] = {constraint.id,
-                 in_axes(constraint, only(held_axes(constraint), set.target[p])),
+                 target_of(set, p),
                  turn,
                  body_->own_stiffness(p),
                  transposed_times(body_->frame(p), body_->reaction(p)),

@@ -164,6 +164,7 @@ class BodyBeside {
   void publish(const ContactConstraints& set, const double* amounts, const DeformingBody::Outcome& outcome);
   static double by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before);
   void measure_miss(const ContactConstraints& set, Solution* newest);
+  double way_to_new(const ContactConstraints& set, std::int32_t p) const;
   bool is_behind(const ContactConstraints& set) const;
   double way_between(const double* from, const double* to) const;
   void take_left(const ContactConstraints& set);
@@ -187,6 +188,8 @@ class BodyBeside {
   Solved* solved_[2] = {};   // [constraints]
   std::int32_t solved_count_[2] = {}, newest_ = 0;
   ContactConstraints acting_, left_;
+  const float* displacement_ =
+      nullptr;  // [surface_nodes][3] m, of the newest solution, until the next take(); nullptr: there is none
   MovedBy moved_by_;
   Told told_;
   KnownMiss miss_;

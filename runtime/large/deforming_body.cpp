@@ -333,9 +333,8 @@ LargeContacts DeformingBody::take_rows(const ContactConstraints& set, StepWork* 
 DeformingBody::Outcome DeformingBody::solve(const ContactConstraints& set, StepWork* work, Vec3* force) {
   const LargeContacts contacts = take_rows(set, work);
   Outcome outcome;
-  laws_decided_ =
-      std::any_of(set.constraints, set.constraints + set.constraint_count,
-                  [](const ContactConstraint& constraint) { return palpate::may_give_way(constraint); });
+  laws_decided_ = std::any_of(set.constraints, set.constraints + set.constraint_count,
+                              [](const ContactConstraint& constraint) { return palpate::may_give_way(constraint); });
   if (laws_decided_) {
     const bool sound = solver_.take(contacts) && solve_laws(set, work, &outcome);
     solver_.forces(sound, force_, &outcome);
@@ -423,8 +422,7 @@ bool DeformingBody::follow(const ContactConstraints& set, bool* went) {
 DeformingBody::Outcome DeformingBody::end(const ContactConstraints& set, bool sound, StepWork* work, Vec3* force) {
   Outcome& outcome = joint_.outcome;
   solver_.forces(sound, force_, &outcome);
-  if (!outcome.failed && !outcome.given_up)
-    std::copy(laws_.reactions(), laws_.reactions() + rows_.count, force_);
+  if (!outcome.failed && !outcome.given_up) std::copy(laws_.reactions(), laws_.reactions() + rows_.count, force_);
   write_forces(set, outcome, work, force);
   return outcome;
 }

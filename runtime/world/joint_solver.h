@@ -20,7 +20,7 @@ inline bool is_between_organs(const ContactId& contact) {
 }
 
 struct JointOrgan {
-  BodySystem body;                          // with the targets that are left for the reactions
+  BodySystem body;  // with the targets that are left for the reactions
   const ContactConstraints* set = nullptr;
   Vec3* force = nullptr;  // [node_count] N, overwritten
 };

@@ -58,9 +58,10 @@ palpate_status read_organ(const palpate_world_def& def, std::int32_t k, palpate_
 // Organs that touch need the surface as it deforms.
 palpate_status check_touching_organ(const palpate_scene_def& def, std::int32_t k, palpate_error* error) {
   if (def.collision == PALPATE_COLLISION_DEFORMED) return PALPATE_OK;
-  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-              "organ %d: organs that touch (max_pairs above 0) need collision DEFORMED; change it, or set max_pairs to 0",
-              static_cast<int>(k));
+  return fail(
+      error, PALPATE_ERROR_ARGUMENT, 0,
+      "organ %d: organs that touch (max_pairs above 0) need collision DEFORMED; change it, or set max_pairs to 0",
+      static_cast<int>(k));
 }
 
 // For the rows between organs, of which each organ has its part.

@@ -34,7 +34,8 @@ struct WorldStep {
   Vec3 missed(const JointConstraint& joint) const {
     Vec3 sum = -1 * joint.target;
     for (int side = 0; side < 2; ++side)
-      if (const std::int32_t p = joint.constraint[side]; p >= 0) sum += touch(joint.organ[side]).body->reached(touch(joint.organ[side]), p);
+      if (const std::int32_t p = joint.constraint[side]; p >= 0)
+        sum += touch(joint.organ[side]).body->reached(touch(joint.organ[side]), p);
     return sum;
   }
 };

@@ -32,10 +32,7 @@ const std::vector<Refusal>& refusals() {
        points,
        "Jaws turn the tissue that they hold. A disc takes up a torque; a point, and a node, take none."},
       {"c", {"dent"}, points, "A dent is that of a disc, and a point presses no disc."},
-      {"n",
-       {"volumes held"},
-       large,
-       "next: no pressure acts on a hyperelastic body so far."},
+      {"n", {"volumes held"}, large, "next: no pressure acts on a hyperelastic body so far."},
   };
   return list;
 }
@@ -198,7 +195,8 @@ std::string page_of(const std::vector<std::vector<PairFound>>& found) {
       "parts of 3 mm or of the largest "
       "force. A scene that\ngoes on from a saved state, and one with a report, must have the same bits.\n\n"
       "Crowds are compared in the same way: all that one organ may have at once, 14 effects and more, under each law, "
-      "on a linear organ and\nunder the three forms of large deformation (`ctest -R EffectCrowds`).\n\n"
+      "on a linear organ and\nunder the three forms of large deformation; and two such organs that touch and are sewn "
+      "together (`ctest -R EffectCrowds`).\n\n"
       "| cell | meaning |\n|---|---|\n"
       "| 1 | they act together; the error is at most 1e-5, that of single precision |\n"
       "| 2 | at most 1e-3: half precision; the end of iterations where lines or normals turn with the surface |\n"

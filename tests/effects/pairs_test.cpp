@@ -1,6 +1,7 @@
 // Every pair of effects acts together as a full solve says, or is refused for a reason; and docs/effects.md tells what is found here.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 #include <iterator>
 
@@ -22,7 +23,8 @@ TEST(EffectPairs, ActTogetherAsAFullSolveSaysOrAreRefusedAsThePageTells) {
   EXPECT_EQ(page, page_of(found)) << "make -f Makefile.data effects-page writes it anew";
 }
 
-// What no scene of two shows: jaws, sutures and a needle in an organ that breathes, under every tissue.
+// What no scene of two shows: jaws, sutures and a needle in an organ that breathes, under every tissue; alone, and against another organ
+// that it is sewn to.
 TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
   const std::vector<const char*> crowd = {"collision deformed",
                                           "contact patch",
@@ -43,6 +45,9 @@ TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
       std::vector<const char*> all = crowd;
       all.push_back(law), all.insert(all.end(), tissue.begin(), tissue.end());
       EXPECT_EQ(faults_of_crowd(all), "") << law << ", " << tissue[0];
+      if (std::strcmp(law, "law coulomb") != 0) continue;
+      all.insert(all.end(), {"organs that touch", "links between organs"});
+      EXPECT_EQ(faults_of_crowd(all), "") << law << ", " << tissue[0] << ", two organs";
     }
 }
 

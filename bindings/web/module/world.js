@@ -12,8 +12,7 @@ import { ToolStates } from "./tool_states.js";
  *  Several organs may have one bundle. maxTools and maxPoints of all organs of a world must be the same. */
 /** @typedef {{maxPairs?: number, maxLinks?: number, friction?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number}} WorldOptions
  *  maxPairs: places at most where organs are held apart; left out: they pass through one another. Above 0 it needs collision "deformed"
- *  and deformation "linear" of all organs. maxLinks: links of the world at most (setLinks); above 0 it needs deformation "linear" of all
- *  organs. friction: Coulomb's coefficient between organs. The limits are of each tool, all organs together. */
+ *  of all organs. maxLinks: links of the world at most (setLinks). friction: Coulomb's coefficient between organs. The limits are of each tool, all organs together. */
 /** @typedef {{flags: number, nearTools: number, force: number[], torque: number[], pressed: number[]}} OrganState
  *  An organ after a touch, as palpate_world_organ_state: in the world, N and N m; force: by all tools; pressed: by all other organs. */
 /** @typedef {{organs: number[], node: number, triangle: number, barycentric: number[], place: number[], normal: number[], force: number[],

@@ -65,10 +65,11 @@ typedef struct palpate_world_def {
   int32_t
       max_pairs; /* default 0    [0 .. 1000]: organs pass through one another, and there is neither time nor memory for it; else
                     as many places at most, of all organs together, are held apart, on the bundles' own triangles, also where
-                    tools meet a fine_surface. Needs collision DEFORMED and deformation LINEAR of all organs         */
+                    tools meet a fine_surface. Needs collision DEFORMED of all organs. Each may have a deformation of its own,
+                    and a thread of its own for palpate_scene_deform of its scene                                    */
   int32_t
       max_links; /* default 0    [0 .. 1000] links of the world (palpate_world_set_links); 0: none, and neither time nor
-                    memory for them; else each organ has room to hold all of them. Needs deformation LINEAR of all organs */
+                    memory for them; else each organ has room to hold all of them                                          */
 } palpate_world_def;
 PALPATE_API void palpate_init_world_def(palpate_world_def* def, size_t struct_bytes);
 static inline palpate_world_def palpate_default_world_def(void) {

@@ -1,8 +1,9 @@
-// organ_pushes [--steps=100000] [--seed=0] [--scene-steps=500] [--links=0]: pushes organs on one another at random, one scene for each seed, and looks
+// organ_pushes [--steps=100000] [--seed=0] [--scene-steps=500] [--links=0] [--deformation=0]: pushes organs on one another at random, one scene for each seed, and looks
 // in every step whether a vertex has passed through (random_pushes.h). Prints each that has, with the seed that replays it:
 //   organ_pushes --seed=SEED --steps=500
 // Steps that tell of vertices inside are compared with the exact depth of all vertices.
 // With --links=1 it plays random worlds whose organs are linked instead, and looks at the links' forces and laws (random_links.h).
+// --deformation=1, 2, 3: the organs are hyperelastic bodies (palpate_deformation_model).
 // Exit code 0: none, and no step tells in vain; 1: some; 2: bad usage.
 #include <cstdio>
 
@@ -37,33 +38,36 @@ bool play_links(long long seed, long long steps, long long scene_steps) {
 
 int main(int argc, char** argv) {
   using palpate::tests::read_option;
-  long long steps = 100000, seed = 0, scene_steps = 500, links = 0;
+  long long steps = 100000, seed = 0, scene_steps = 500, links = 0, deformation = 0;
   for (int a = 1; a < argc; ++a)
     if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&
-        !read_option(argv[a], "--scene-steps=", &scene_steps) && !read_option(argv[a], "--links=", &links))
-      return std::fprintf(
-                 stderr,
-                 "%s: expected --steps=N, --seed=N, --scene-steps=N or --links=N with a whole number of 0 or more\n",
-                 argv[a]),
+        !read_option(argv[a], "--scene-steps=", &scene_steps) && !read_option(argv[a], "--links=", &links) &&
+        !read_option(argv[a], "--deformation=", &deformation))
+      return std::fprintf(stderr,
+                          "%s: expected --steps=N, --seed=N, --scene-steps=N, --links=N or --deformation=N with a "
+                          "whole number of 0 or more\n",
+                          argv[a]),
              2;
   if (scene_steps < 1 || scene_steps > 1000000)
     return std::fprintf(stderr, "--scene-steps: expected 1 .. 1000000\n"), 2;
+  if (deformation > 3) return std::fprintf(stderr, "--deformation: expected 0 .. 3\n"), 2;
   if (links > 0) return play_links(seed, steps, scene_steps) ? 1 : 0;
   palpate::tests::PushCounts all;
   const bool found = palpate::tests::play_seeds(
       seed, steps, scene_steps, &all.steps,
       [&](std::uint64_t at, int of_scene, const auto& told) {
-        palpate::tests::play_pushes(at, of_scene, 1, &all, [&](const palpate::tests::PassedThrough& passed) {
-          told(palpate::tests::sentence_of(passed));
-        });
+        palpate::tests::play_pushes(
+            at, of_scene, 1, &all,
+            [&](const palpate::tests::PassedThrough& passed) { told(palpate::tests::sentence_of(passed)); },
+            static_cast<palpate_deformation_model>(deformation));
       },
       [&](double seconds) {
         std::printf(
             "%ld steps, %ld in which organs pressed one another, %ld with a flag, %ld that tell of vertices inside, "
             "%ld of them in vain; %ld vertices looked at, %ld inside the other organ, by %.4f of its edge beyond the "
-            "motion of the step at most; %ld came in past a side; %ld have passed through, %.0f s\n",
+            "motion of the step at most; %ld came in past a side; %.3g N at most; %ld have passed through, %.0f s\n",
             all.steps, all.pressed, all.flagged, all.told, all.told_in_vain, all.looked, all.inside, all.deepest,
-            all.past_sides, all.found, seconds);
+            all.past_sides, all.largest, all.found, seconds);
       });
   return found || all.told_in_vain > 0 ? 1 : 0;
 }

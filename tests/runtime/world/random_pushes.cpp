@@ -9,7 +9,8 @@ std::string sentence_of(const PassedThrough& found) {
          ", and has moved against it by " + std::to_string(1e3 * found.moved) + " mm in this step";
 }
 
-RandomPushes::RandomPushes(std::uint64_t seed) : random_(seed), kind_(static_cast<int>(random_() % 3)) {
+RandomPushes::RandomPushes(std::uint64_t seed, palpate_deformation_model deformation)
+    : random_(seed), deformation_(deformation), kind_(static_cast<int>(random_() % 3)) {
   const double friction[] = {0, 0.1, 0.5};
   const std::vector<Stack> stack = bodies();
   for (const Stack& organ : stack) {
@@ -20,7 +21,7 @@ RandomPushes::RandomPushes(std::uint64_t seed) : random_(seed), kind_(static_cas
     faces_.emplace_back(bodies_.size(), std::vector<char>(static_cast<std::size_t>(body->body.surface_nodes), 1));
   if (kind_ == 1) upside_down_ = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX());
   before_ = truths_;
-  organs_ = std::make_unique<Touching>(stack, friction[random_() % 3], 300);
+  organs_ = std::make_unique<Touching>(stack, friction[random_() % 3], 300, deformation);
   at_ = start_ = goal_ = place_[0];
   turn_ = goal_turn_ = Eigen::Vector3d::Zero();
   pose_ = pose_at(at_, upside_down_), was_ = pose_;
@@ -47,7 +48,7 @@ palpate_step_flags RandomPushes::step(int s) {
 bool RandomPushes::leaves_nothing() {
   at_ = start_ + Eigen::Vector3d(0, 0, 0.05);
   set_pose();
-  for (int s = 0; s < 3; ++s) organs_->step();
+  for (int s = 0; s < (deformation_ == PALPATE_DEFORMATION_LINEAR ? 3 : 300); ++s) organs_->step();
   bool nothing = organs_->contacts->get()->pair_count == 0 || kind_ == 2;
   for (const float u : organs_->shape(0, *bodies_[0])) nothing = nothing && u == 0;
   return nothing && organs_->pressed(0).norm() == 0;
@@ -192,12 +193,13 @@ Eigen::Vector3d RandomPushes::in_organ_direction(std::size_t organ, const Eigen:
 }
 
 void play_pushes(std::uint64_t seed, int steps, int every, PushCounts* counts,
-                 const std::function<void(const PassedThrough&)>& tell) {
-  RandomPushes pushes(seed);
+                 const std::function<void(const PassedThrough&)>& tell, palpate_deformation_model deformation) {
+  RandomPushes pushes(seed, deformation);
   for (int s = 0; s < steps; ++s) {
     const palpate_step_flags flags = pushes.step(s);
     const bool told = flags == PALPATE_STEP_NOT_TOUCHABLE, flagged = flags != 0 && !told;
     ++counts->steps, counts->pressed += pushes.presses(), counts->flagged += flagged, counts->told += told;
+    if (!(pushes.pressed() <= counts->largest)) counts->largest = pushes.pressed();
     // Shapes are in single precision.
     counts->told_in_vain += told && pushes.deepest_seen() < 0.999 * kUntold;
     if (!flagged && s % every == 0) pushes.look(seed, s, told, counts, tell);

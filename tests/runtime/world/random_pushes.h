@@ -39,22 +39,24 @@ struct PushCounts {
   long looked = 0, inside = 0;  // vertices; those that are inside the other organ at all
   long past_sides = 0;          // those that are as deep as one that has passed through, and came in past a side
   double deepest = 0;           // mean edges, beyond the motion of the step
+  double largest = 0;           // N, between organs
   long found = 0;
 };
 
 class RandomPushes {
  public:
-  explicit RandomPushes(std::uint64_t seed);
+  explicit RandomPushes(std::uint64_t seed, palpate_deformation_model deformation = PALPATE_DEFORMATION_LINEAR);
 
   // Moves the first organ on its way to a place that changes every 40 steps; returns the step's flags.
   palpate_step_flags step(int s);
-  // Far away again, nothing is pressed and nothing is displaced.
+  // Far away again, nothing is pressed and nothing is displaced: of a linear organ in three steps, of a hyperelastic body in 300.
   bool leaves_nothing();
 
   // In mean edges: the depth of the deepest vertex where the last step has left both organs, at this step's poses: where the step has looked for
   // its pair; or the most by which a pair gives way, where that is more.
   double deepest_seen() const;
 
+  double pressed() const { return organs_->pressed(0).norm(); }
   bool presses() const { return organs_->pressed(0).norm() > 1e-3; }
   // told: the step raised NOT_TOUCHABLE.
   void look(std::uint64_t seed, int s, bool told, PushCounts* counts,
@@ -81,6 +83,7 @@ class RandomPushes {
   Eigen::Vector3d in_organ_direction(std::size_t organ, const Eigen::Vector3d& v) const;
 
   std::mt19937_64 random_;
+  palpate_deformation_model deformation_;
   int kind_;
   std::vector<const TouchedBody*> bodies_;
   std::vector<Eigen::Vector3d> place_;
@@ -95,6 +98,7 @@ class RandomPushes {
 
 // One scene; every `every`th step is looked at. seed: which organs, friction and ways.
 void play_pushes(std::uint64_t seed, int steps, int every, PushCounts* counts,
-                 const std::function<void(const PassedThrough&)>& tell);
+                 const std::function<void(const PassedThrough&)>& tell,
+                 palpate_deformation_model deformation = PALPATE_DEFORMATION_LINEAR);
 
 }  // namespace palpate::tests

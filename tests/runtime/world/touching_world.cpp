@@ -1,5 +1,7 @@
 #include "tests/runtime/world/touching_world.h"
 
+#include "tests/runtime/large/large_scene.h"
+
 namespace palpate::tests {
 
 DenseBody block(double half, double height, int cells, int layers, bool held_at_top, double young) {
@@ -11,22 +13,24 @@ DenseBody block(double half, double height, int cells, int layers, bool held_at_
 }
 
 const TouchedBody& upper_block() {
-  static const TouchedBody body(block(0.015, 0.02, 4, 4, true));
+  static const TouchedBody body(block(0.015, 0.02, 4, 4, true), with_large(false));
   return body;
 }
 
 const TouchedBody& lower_block() {
-  static const TouchedBody body(block(0.03, 0.03, 8, 4, false, 8000));
+  static const TouchedBody body(block(0.03, 0.03, 8, 4, false, 8000), with_large(false));
   return body;
 }
 
 const TouchedBody& side_plate() {
-  static const TouchedBody body([] {
-    GridBody grid;
-    grid.lines = {grid_lines(-0.02, 0.02, 5), grid_lines(-0.02, 0.02, 5), grid_lines(0, 0.015, 3)};
-    grid.held = [](auto p) { return p[0] == -0.02; };
-    return dense_grid(grid);
-  }());
+  static const TouchedBody body(
+      [] {
+        GridBody grid;
+        grid.lines = {grid_lines(-0.02, 0.02, 5), grid_lines(-0.02, 0.02, 5), grid_lines(0, 0.015, 3)};
+        grid.held = [](auto p) { return p[0] == -0.02; };
+        return dense_grid(grid);
+      }(),
+      with_large(false));
   return body;
 }
 
@@ -47,8 +51,11 @@ SceneDef touching_def() {
   return def;
 }
 
-Touching::Touching(const std::vector<Stack>& stack, double friction, std::int32_t max_pairs) {
-  const SceneDef scene = touching_def();
+Touching::Touching(const std::vector<Stack>& stack, double friction, std::int32_t max_pairs,
+                   palpate_deformation_model deformation)
+    : beside_(deformation >= PALPATE_DEFORMATION_LARGE_BESIDE) {
+  SceneDef scene = touching_def();
+  scene.large.deformation = deformation;
   std::vector<palpate_pose> poses(stack.size());
   std::vector<palpate_world_organ> organs;
   for (std::size_t k = 0; k < stack.size(); ++k) {
@@ -66,8 +73,11 @@ Touching::Touching(const std::vector<Stack>& stack, double friction, std::int32_
 }
 
 palpate_step_flags Touching::step(const std::vector<palpate_tool>& tools) {
-  return palpate_world_touch(world.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts->get(),
-                             contacts->bytes());
+  const palpate_step_flags flags = palpate_world_touch(
+      world.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts->get(), contacts->bytes());
+  for (std::int32_t k = 0; k < contacts->get()->organ_count && beside_; ++k)
+    for (int i = 0; i < 3; ++i) palpate_scene_deform(palpate_world_scene(world.get(), k));
+  return flags;
 }
 
 void Touching::place(std::int32_t organ, const Eigen::Vector3d& at) {
@@ -87,7 +97,7 @@ DenseBody dome_of(double half, int layers, double radius, double young) {
 }
 
 const TouchedBody& dome() {
-  static const TouchedBody body(dome_of(0.02, 3, 0.03, 3000));
+  static const TouchedBody body(dome_of(0.02, 3, 0.03, 3000), with_large(false));
   return body;
 }
 

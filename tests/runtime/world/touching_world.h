@@ -39,7 +39,9 @@ struct Stack {
 // Organs that touch, without tools where none are given.
 class Touching {
  public:
-  explicit Touching(const std::vector<Stack>& stack, double friction = 0, std::int32_t max_pairs = 200);
+  explicit Touching(const std::vector<Stack>& stack, double friction = 0, std::int32_t max_pairs = 200,
+                    palpate_deformation_model deformation = PALPATE_DEFORMATION_LINEAR);
+  // Bodies that are solved beside the touch are solved three times behind it.
   palpate_step_flags step(const std::vector<palpate_tool>& tools = {});
   void place(std::int32_t organ, const Eigen::Vector3d& at);
   Eigen::Vector3d pressed(std::int32_t organ) { return Eigen::Vector3d(contacts->state(organ).pressed); }
@@ -48,6 +50,9 @@ class Touching {
 
   WorldPointer world;
   std::unique_ptr<WorldContacts> contacts;
+
+ private:
+  bool beside_ = false;
 };
 
 inline constexpr double kDomeHeight = 0.02;
