@@ -15,7 +15,7 @@ constexpr double kSoft = 0.75, kFollows = 0.8;
 // step. A look also comes before the quotient falls by a fourth, if it goes on falling as it did since the last look.
 constexpr double kMostWaits = 8, kWaits = 20;
 // Below this quotient the state's balance is not stable, or so nearly neutral that it moves far under a small force.
-constexpr double kHolds = 0.01;
+constexpr double kHolds = 0.03;
 // The way along the mode to where its force vanishes, by the quotient, as a share of the state's norm in the energy: beyond, the state is not the
 // solution.
 constexpr double kFar = 0.025;
