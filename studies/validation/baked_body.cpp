@@ -16,8 +16,9 @@ std::filesystem::path bake(const Workshop& workshop, const BodyToBake& body) {
   std::ofstream(folder / "organ.toml") << fmt::format(
       "name = \"body\"\nmesh_unit = \"m\"\nframe = \"none\"\nelement = \"{}\"\n[[region]]\nname = \"{}\"\nyoung = {{ "
       "value = {}, unit = \"Pa\", source = \"a validation\" }}\npoisson = {{ value = {}, source = \"a validation\" "
-      "}}\n",
-      name_of(body.element), body.mesh.region_names.at(0), body.young, body.poisson);
+      "}}\n{}",
+      name_of(body.element), body.mesh.region_names.at(0), body.young, body.poisson,
+      body.large ? "stiffening = { value = 1e-6, source = \"near zero: the split law\" }\n" : "");
   std::ofstream boundary(folder / "boundary.toml");
   boundary << "name = \"held\"\n" << body.boundary;
   if (!body.motion.empty()) {
@@ -27,8 +28,10 @@ std::filesystem::path bake(const Workshop& workshop, const BodyToBake& body) {
   }
   boundary.close();
   const auto bundle = folder / "bundle.h5";
+  std::vector<std::string> options = {"-o", bundle.string(), "--quiet"};
+  if (body.large) options.emplace_back("--large-deformation");
   accuracy::run_command(accuracy::precompute_command(workshop.bin, folder / "body.msh", folder / "organ.toml",
-                                                     folder / "boundary.toml", {"-o", bundle.string(), "--quiet"}),
+                                                     folder / "boundary.toml", options),
                         folder / "log.txt");
   return bundle;
 }

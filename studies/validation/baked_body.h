@@ -14,6 +14,7 @@ struct BodyToBake {
   std::string boundary;     // of the boundary file, without its name
   std::string motion = {};  // rows "x,y,z,ux,uy,uz" of a motion of supports; empty: none
   std::string moving = {};  // the selector of these supports
+  bool large = false;       // also as a hyperelastic body, with CalculiX's law where the element is p1
 };
 // Returns the bundle. Errors: OperationError.
 std::filesystem::path bake(const Workshop& workshop, const BodyToBake& body);

@@ -9,6 +9,7 @@
 
 #include "formats/errors.h"
 #include "studies/accuracy/calculix.h"
+#include "studies/accuracy/calculix_push.h"
 #include "studies/bodies/bodies.h"
 #include "studies/timing/timing.h"
 #include "studies/validation/baked_body.h"
@@ -27,12 +28,15 @@ constexpr double kUpperSide = 0.03, kUpperHeight = 0.02, kLowerSide = 0.06, kLow
 constexpr double kSprings = 1e9;
 // Of force and displacements: vertices against triangles here, integration points against triangles there.
 constexpr double kBound = 0.03;
+// The same where the blocks are a fifth shorter: the lower one folds around the sharp edge of the upper one.
+constexpr double kBoundOfLarge = 0.07;
 
 struct Blocks {
   std::string name;
   int cells;                // of the upper block along x and y
   double shift_x, shift_y;  // m, of the upper block
   double pushed;            // m
+  bool large = false;       // with large strain
 };
 
 struct Block {
@@ -61,11 +65,13 @@ std::array<Block, 2> blocks_of(const Blocks& pair) {
 
 // ---- the runtime -------------------------------------------------------------------------------------------------------
 
-PairAnswer by_runtime(const Workshop& workshop, const std::array<Block, 2>& blocks, double pushed) {
+PairAnswer by_runtime(const Workshop& workshop, const std::array<Block, 2>& blocks, double pushed, bool large) {
   PressedPair pair;
+  pair.large = large;
   for (std::size_t k = 0; k < 2; ++k) {
     BodyToBake body = {fmt::format("blocks-{}", k), blocks[k].mesh, kYoung[k], kPoisson, Element::p1, ""};
     body.boundary = fmt::format("[[fixed]]\ndofs = \"xyz\"\nselect = {{ patch = \"{}\" }}\n", blocks[k].held);
+    body.large = large;
     pair.bundles[k] = bake(workshop, body);
   }
   // The lower block comes up, from a tenth of a millimetre below.
@@ -135,7 +141,8 @@ CalculixPair read_pair(const std::filesystem::path& file, std::size_t nodes) {
   return answer;
 }
 
-CalculixPair by_calculix(const std::filesystem::path& folder, const std::array<Block, 2>& blocks, double pushed) {
+CalculixPair by_calculix(const std::filesystem::path& folder, const std::array<Block, 2>& blocks, double pushed,
+                         bool large) {
   ElasticBody both = together(blocks);
   std::vector<std::size_t> top;
   for (std::size_t n = 0; n < blocks[0].body.nodes.size(); ++n)
@@ -143,7 +150,9 @@ CalculixPair by_calculix(const std::filesystem::path& folder, const std::array<B
   std::filesystem::create_directories(folder);
   {
     auto out = fmt::output_file((folder / "blocks.inp").string());
-    accuracy::write_calculix_model(out, both, accuracy::linear_model(both, accuracy::elastic_words));
+    accuracy::write_calculix_model(
+        out, both,
+        accuracy::linear_model(both, large ? accuracy::neo_hookean_words(kPoisson) : accuracy::elastic_words));
     out.print("*NSET, NSET=TOP\n");
     for (const auto n : top) out.print("{},\n", n + 1);
     print_surface(out, "UPPER", both, 0);
@@ -151,9 +160,9 @@ CalculixPair by_calculix(const std::filesystem::path& folder, const std::array<B
     out.print(
         "*SURFACE INTERACTION, NAME=APART\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{:g}\n"
         "*CONTACT PAIR, INTERACTION=APART, TYPE=SURFACE TO SURFACE\nUPPER, LOWER\n"
-        "*STEP, INC=200\n*STATIC\n0.5,1.,1e-5,1.\n*BOUNDARY\nTOP,1,2\nTOP,3,3,{:.12e}\n"
+        "*STEP, {}INC=200\n*STATIC\n0.5,1.,1e-5,1.\n*BOUNDARY\nTOP,1,2\nTOP,3,3,{:.12e}\n"
         "*NODE PRINT, NSET=ALL, FREQUENCY=1000\nU\n*NODE PRINT, NSET=TOP, TOTALS=ONLY, FREQUENCY=1000\nRF\n*END STEP\n",
-        kSprings, -pushed);
+        kSprings, large ? "NLGEOM, " : "", -pushed);
   }
   const auto asked = studies::Clock::now();
   accuracy::run_calculix(folder, "blocks");
@@ -167,8 +176,8 @@ CalculixPair by_calculix(const std::filesystem::path& folder, const std::array<B
 
 Agreement compare(const Workshop& workshop, const Blocks& pair, const std::filesystem::path& scratch) {
   const std::array<Block, 2> blocks = blocks_of(pair);
-  const PairAnswer ours = by_runtime(workshop, blocks, pair.pushed);
-  const CalculixPair theirs = by_calculix(scratch, blocks, pair.pushed);
+  const PairAnswer ours = by_runtime(workshop, blocks, pair.pushed, pair.large);
+  const CalculixPair theirs = by_calculix(scratch, blocks, pair.pushed, pair.large);
   double largest = 0, worst = 0;
   std::size_t first = 0, cells = 0;
   // There the upper block's top has come down; here the lower block has come up.
@@ -188,10 +197,14 @@ Agreement compare(const Workshop& workshop, const Blocks& pair, const std::files
 
 std::vector<CalculixMesh> pressed_block_pairs(const Workshop& workshop) {
   std::vector<CalculixMesh> all;
-  for (const Blocks& pair : {Blocks{"two blocks in contact, vertices on vertices", 4, 0, 0, 1e-3},
-                             Blocks{"two blocks in contact, other meshes", 6, 0, 0, 1e-3},
-                             Blocks{"two blocks in contact, other meshes, shifted", 6, 0.0023, -0.0011, 1e-3}}) {
-    CalculixMesh mesh = {pair.name, Element::p1, fmt::format("{:g}", kPoisson), kBound, {}};
+  for (const Blocks& pair :
+       {Blocks{"two blocks in contact, vertices on vertices", 4, 0, 0, 1e-3},
+        Blocks{"two blocks in contact, other meshes", 6, 0, 0, 1e-3},
+        Blocks{"two blocks in contact, other meshes, shifted", 6, 0.0023, -0.0011, 1e-3},
+        Blocks{"two blocks pressed together by a fifth, large strain, vertices on vertices", 4, 0, 0, 10e-3, true},
+        Blocks{"two blocks pressed together by a fifth, large strain, other meshes", 6, 0, 0, 10e-3, true}}) {
+    CalculixMesh mesh = {
+        pair.name, Element::p1, fmt::format("{:g}", kPoisson), pair.large ? kBoundOfLarge : kBound, {}};
     mesh.compare = [=](const std::filesystem::path& scratch) { return compare(workshop, pair, scratch); };
     all.push_back(std::move(mesh));
   }

@@ -16,6 +16,7 @@ struct PressedPair {
   // Where the second body is when a share of the way is done; with share 0 the bodies do not touch. A bundle with a motion has that share
   // of it.
   std::function<palpate_pose(double share)> second;
+  bool large = false;  // hyperelastic bodies
 };
 
 struct PairAnswer {
