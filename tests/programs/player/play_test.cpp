@@ -8,6 +8,7 @@
 #include <palpate/palpate_scene_def.hpp>
 
 #include <array>
+#include <regex>
 #include <sstream>
 
 #include "programs/player/explain.h"
@@ -74,6 +75,23 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
   EXPECT_GT(largest, 0.01);  // the scene touches at all
   palpate_scene_destroy(scene);
   palpate_bundle_close(bundle);
+}
+
+TEST_F(PlayedScene, WritesNineDigitsAndTheNamesOfFlagsBesideTheirNumber) {
+  // Beside the held face; nothing touches before the probe comes down.
+  write_scene("[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 1, 26, 44], [0.1, 1, 26, 35]]\n",
+              "[effects]\ncollision = \"deformed\"\n");
+  played("scene.toml -o out --digits 9");
+  const std::string forces = file_bytes(folder_ / "out/forces.csv");
+  EXPECT_THAT(forces, HasSubstr("0.001,probe,0.001,0.026,0.04391,0,0,0,0,0,0,0,0,,0,0,0\n"));
+  EXPECT_THAT(forces, HasSubstr(",64,NOT_TOUCHABLE,"));
+  EXPECT_FALSE(std::regex_search(forces, std::regex("-0[,\n]"))) << "a zero has a sign";
+  EXPECT_FALSE(std::regex_search(forces, std::regex("[1-9]\\.?[0-9]{9}"))) << "a number has ten digits";
+  EXPECT_FALSE(std::regex_search(file_bytes(folder_ / "out/summary.json"), std::regex("-0\\.0\\b")));
+  played("scene.toml -o out");
+  std::size_t most = 0;
+  for (const Row& row : rows_of("out/forces.csv")) most = std::max(most, row.at("raw_z_N").size());
+  EXPECT_GT(most, 14u) << "all digits, where they are asked for";
 }
 
 // The scene on the box's top that is 5 mm deep is deeper than a tenth of 40 mm.
