@@ -28,7 +28,7 @@ struct Options : SceneOptions {
 
 // Writes the sent contacts as palpate-run writes them.
 void write_csv(const FeelRun& run, const Player& player, std::uint64_t bundle, int digits, const fs::path& folder) {
-  CsvFiles csv(folder, player.scene(), digits);
+  CsvFiles csv(folder, player.scene(), {digits, player.scene().csv_metres_per_unit});
   const DatagramLimits limits = datagram_limits(player, bundle);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(player.runtime_scene()) / 8 + 1);
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());

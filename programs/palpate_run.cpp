@@ -47,11 +47,11 @@ fs::path target_of(const Options& options) {
 const std::vector<std::string> kResults = {"forces.csv", "contacts.csv", "links.csv", "grasps.csv", "needles.csv",
                                            "organs.csv", "pairs.csv",    "shapes",    "shapes.pvd", "summary.json"};
 
-HeldCsvFiles held_files(const fs::path& folder, int digits, const Player& player) {
-  return {folder, digits, {&player.organ()}};
+HeldCsvFiles held_files(const fs::path& folder, const CsvStyle& style, const Player& player) {
+  return {folder, style, {&player.organ()}};
 }
-HeldCsvFiles held_files(const fs::path& folder, int digits, const WorldPlayer& player) {
-  return {folder, digits, player};
+HeldCsvFiles held_files(const fs::path& folder, const CsvStyle& style, const WorldPlayer& player) {
+  return {folder, style, player};
 }
 void add_shape(Summary& summary, const ShapeRecord& shape) {
   summary.add(shape);
@@ -65,8 +65,9 @@ void add_shape(Summary& summary, const WorldShapeRecord& all) {
 template <typename AnyPlayer, typename Also>
 void play(AnyPlayer& player, const std::vector<BundleFields>& fields, const Options& options, const Also& also) {
   OutputFolder folder(target_of(options), kResults);
-  CsvFiles csv(folder.part(), player.scene(), options.digits);
-  HeldCsvFiles held = held_files(folder.part(), options.digits, player);
+  const CsvStyle style{options.digits, player.scene().csv_metres_per_unit};
+  CsvFiles csv(folder.part(), player.scene(), style);
+  HeldCsvFiles held = held_files(folder.part(), style, player);
   Summary summary(player);
   auto shapes = player.shape_count() ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
   const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;

@@ -44,8 +44,8 @@ void add_nodes(CsvTable& file, const SceneConfig& scene, const palpate_contacts&
 
 }  // namespace
 
-CsvFiles::CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene, int digits)
-    : scene_(scene), forces_(digits), contacts_(digits), organs_(digits), pairs_(digits) {
+CsvFiles::CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene, const CsvStyle& style)
+    : scene_(scene), forces_(style), contacts_(style), organs_(style), pairs_(style) {
   forces_.open(folder / "forces.csv", kForces);
   contacts_.open(folder / "contacts.csv", std::string(scene.organs.empty() ? "time_s," : "time_s,organ,") + kContacts);
   if (scene.organs.empty()) return;

@@ -16,8 +16,7 @@ namespace palpate {
 // one another does not have.
 class CsvFiles {
  public:
-  // digits: significant ones of a number.
-  CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene, int digits);
+  CsvFiles(const std::filesystem::path& folder, const SceneConfig& scene, const CsvStyle& style);
   void write(const TouchRecord& touch);
   void write(const WorldTouchRecord& touch);  // of a scene of several organs
   // Errors: OperationError (a full disk).

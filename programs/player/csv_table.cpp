@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "formats/errors.h"
+#include "formats/scene_holds.h"
 #include "programs/player/summary.h"
 
 namespace palpate {
@@ -38,15 +41,23 @@ nlohmann::ordered_json rounded(const nlohmann::ordered_json& value, int digits) 
 void CsvTable::open(const std::filesystem::path& file, const std::string& heading) {
   file_ = file;
   stream_.open(file);
-  stream_ << heading << '\n';
+  std::istringstream names(heading);
+  for (std::string name; std::getline(names, name, ',');) {
+    const bool length = name.ends_with("_m") && !name.starts_with("modified_");
+    if (length) name.replace(name.size() - 1, 1, unit_of(style_.metres_per_unit));
+    stream_ << (units_.empty() ? "" : ",") << name;
+    units_.push_back(length ? style_.metres_per_unit : 1);
+  }
+  stream_ << '\n';
 }
 
 void CsvTable::add(const std::string& text) {
-  line_ += quoted(text) + ',';
+  end_cell(quoted(text));
 }
 
 void CsvTable::add(const FlagCells& cells) {
-  line_ += fmt::format("{},{},", cells.flags, fmt::join(flag_names(cells.flags), " "));
+  add(cells.flags);
+  end_cell(fmt::format("{}", fmt::join(flag_names(cells.flags), " ")));
 }
 
 void CsvTable::close() {

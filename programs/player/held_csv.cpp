@@ -25,8 +25,8 @@ std::vector<std::string> names_of(const SceneConfig& scene) {
 
 }  // namespace
 
-HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, int digits, const WorldPlayer& player)
-    : HeldCsvFiles(folder, digits, organs_of(player), names_of(player.scene())) {
+HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& style, const WorldPlayer& player)
+    : HeldCsvFiles(folder, style, organs_of(player), names_of(player.scene())) {
   world_ = &player;
   if (!player.links().empty()) open_links();
 }
@@ -41,14 +41,14 @@ void HeldCsvFiles::open_links() {
        "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m");
 }
 
-HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, int digits, std::vector<const PlayedOrgan*> organs,
-                           std::vector<std::string> names)
+HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& style,
+                           std::vector<const PlayedOrgan*> organs, std::vector<std::string> names)
     : organs_(std::move(organs)),
       names_(std::move(names)),
       folder_(folder),
-      links_(digits),
-      grasps_(digits),
-      needles_(digits) {
+      links_(style),
+      grasps_(style),
+      needles_(style) {
   for (const PlayedOrgan* each : organs_) {
     if (!each->held().links().empty()) open_links();
     if (each->held().has_grasps())

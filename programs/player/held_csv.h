@@ -14,12 +14,11 @@ namespace palpate {
 // per touch and tool that may grasp. needles.csv: one row per touch and tool with a needle. A scene without links, grasps or needles has no such file.
 class HeldCsvFiles {
  public:
-  // organs: those of the scene, whose names are a column where there are several. They must outlive this. digits: significant ones of a
-  // number.
-  HeldCsvFiles(const std::filesystem::path& folder, int digits, std::vector<const PlayedOrgan*> organs,
+  // organs: those of the scene, whose names are a column where there are several. They must outlive this.
+  HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& style, std::vector<const PlayedOrgan*> organs,
                std::vector<std::string> names = {});
   // The same of several organs, with the links between them.
-  HeldCsvFiles(const std::filesystem::path& folder, int digits, const WorldPlayer& player);
+  HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& style, const WorldPlayer& player);
   // Call it between the touch of that time and the next one.
   void write(double time);
   // Errors: OperationError (a full disk).

@@ -94,6 +94,34 @@ TEST_F(PlayedScene, WritesNineDigitsAndTheNamesOfFlagsBesideTheirNumber) {
   EXPECT_GT(most, 14u) << "all digits, where they are asked for";
 }
 
+TEST_F(PlayedScene, WritesLengthsInTheUnitThatTheSceneAsksFor) {
+  const std::string suture =
+      "[[link]]\nname = \"suture\"\nkind = \"spring\"\nplaces = [[60, 25, 20]]\nworld = [100, 25, 20]\nrest_length = "
+      "30\n"
+      "stiffness = 20\n";
+  write_scene(kProbe + suture);
+  played("scene.toml -o out");
+  write_scene(kProbe + suture, "csv_unit = \"mm\"\n");
+  played("scene.toml -o mm --record run.record");
+  for (const char* file : {"forces.csv", "contacts.csv", "links.csv"}) {
+    const auto in_m = rows_of(std::string("out/") + file), in_mm = rows_of(std::string("mm/") + file);
+    ASSERT_EQ(in_m.size(), in_mm.size());
+    for (std::size_t r = 0; r < in_m.size(); ++r) {
+      ASSERT_EQ(in_m[r].size(), in_mm[r].size());
+      for (const auto& [name, cell] : in_m[r])
+        if (name.ends_with("_m") && !name.starts_with("modified_"))
+          EXPECT_DOUBLE_EQ(number(in_mm[r], name.substr(0, name.size() - 1) + "mm"), number(in_m[r], name) / 1e-3);
+        else
+          EXPECT_EQ(in_mm[r].at(name), cell) << name;
+    }
+  }
+  EXPECT_DOUBLE_EQ(number(rows_of("mm/forces.csv").front(), "z_mm"), 44);
+  EXPECT_EQ(summary_of("mm")["largest_displacement_m"], summary_of("out")["largest_displacement_m"]);
+  played("run.record -o again");
+  EXPECT_EQ(file_bytes(folder_ / "again/links.csv"), file_bytes(folder_ / "mm/links.csv"))
+      << "the record keeps the unit";
+}
+
 // The scene on the box's top that is 5 mm deep is deeper than a tenth of 40 mm.
 const std::string kAcceptsSixMillimetres = "[limits]\ndisplacement = 0.006\n";
 
