@@ -193,6 +193,7 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "", "name", "text", "-", "required", "not empty"},
       {S, "", "bundle", "file", "-", "-", ""},
       {S, "", "unit", "choice", "-", "required", "m, cm, mm, um"},
+      {S, "", "csv_unit", "choice", "-", "\"m\"", "m, cm, mm, um"},
       {S, "", "effects", "table", "-", "-", ""},
       {S, "", "relaxation", "table", "-", "-", ""},
       {S, "", "surface", "table", "-", "-", ""},

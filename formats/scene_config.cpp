@@ -165,6 +165,7 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   if (root.has("bundle")) scene.bundle = file.parent_path() / root.text("bundle", "\"bundle.h5\"");
   const double scale = root.choice("unit", scene_lengths());
   scene.metres_per_unit = scale;
+  if (root.has("csv_unit")) scene.csv_metres_per_unit = root.choice("csv_unit", scene_lengths());
   NamedEffects named;
   if (root.has("effects")) named.add(root.table("effects")), read_effects(root.table("effects"), scene);
   if (root.has("relaxation")) read_relaxation(root.table("relaxation"), scene);

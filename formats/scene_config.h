@@ -161,7 +161,8 @@ struct SceneConfig : SceneEffects {
   std::vector<Link> links;
   std::vector<Motion> motions;
   std::vector<Carried> carried;
-  double metres_per_unit = 1;  // of the file's lengths, for amounts of pistons
+  double metres_per_unit = 1;      // of the file's lengths, for amounts of pistons
+  double csv_metres_per_unit = 1;  // of lengths in the CSV files of the results
   std::vector<Organ> organs;
   int pairs = 0;              // places at most where organs are held apart; 0: they pass through one another
   double organ_friction = 0;  // between organs

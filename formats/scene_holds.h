@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -87,6 +88,9 @@ using Lengths = std::vector<std::pair<std::string, double>>;
 inline const Lengths& scene_lengths() {
   static const Lengths lengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
   return lengths;
+}
+inline std::string unit_of(double metres) {
+  return std::ranges::find(scene_lengths(), metres, &Lengths::value_type::second)->first;
 }
 
 // Each table is read whole. scene: its unit and organs. scale: metres in a unit of the file. Errors: InputError with file, line, key, expected and found.

@@ -27,8 +27,8 @@ struct Options : SceneOptions {
 };
 
 // Writes the sent contacts as palpate-run writes them.
-void write_csv(const FeelRun& run, const Player& player, std::uint64_t bundle, const fs::path& folder) {
-  CsvFiles csv(folder, player.scene());
+void write_csv(const FeelRun& run, const Player& player, std::uint64_t bundle, int digits, const fs::path& folder) {
+  CsvFiles csv(folder, player.scene(), {digits, player.scene().csv_metres_per_unit});
   const DatagramLimits limits = datagram_limits(player, bundle);
   std::vector<std::uint64_t> memory(palpate_contacts_bytes(player.runtime_scene()) / 8 + 1);
   auto* contacts = reinterpret_cast<palpate_contacts*>(memory.data());
@@ -61,7 +61,7 @@ void run(Options& options) {
   fmt::print("{}", feel_table(felt));
   for (const std::string& warning : felt.flags.warnings("touches")) warn(warning);
   if (!folder) return;
-  write_csv(felt, player, identity, folder->part());
+  write_csv(felt, player, identity, options.digits, folder->part());
   write_text_atomically(folder->part() / "summary.json", feel_summary(felt, player, text_of(to)));
   folder->commit();
 }
@@ -77,6 +77,7 @@ int main(int argc, char** argv) {
         palpate::add_scene_options(app, options, "the scene", "folder for forces.csv, contacts.csv and summary.json");
         app.add_option("--to", options.to, "where palpate-draw listens: HOST:PORT, or PORT on this machine")
             ->required();
+        palpate::add_digits(app, options);
         palpate::add_seconds(app, options.feel.seconds, "play the scene over and over for that long; default: once");
         app.add_flag("--every-step", options.every_step,
                      "make every step of the path, even when it is late, so that a run can be repeated");

@@ -47,11 +47,11 @@ fs::path target_of(const Options& options) {
 const std::vector<std::string> kResults = {"forces.csv", "contacts.csv", "links.csv", "grasps.csv", "needles.csv",
                                            "organs.csv", "pairs.csv",    "shapes",    "shapes.pvd", "summary.json"};
 
-HeldCsvFiles held_files(const fs::path& folder, const Player& player) {
-  return {folder, {&player.organ()}};
+HeldCsvFiles held_files(const fs::path& folder, const CsvStyle& style, const Player& player) {
+  return {folder, style, {&player.organ()}};
 }
-HeldCsvFiles held_files(const fs::path& folder, const WorldPlayer& player) {
-  return {folder, player};
+HeldCsvFiles held_files(const fs::path& folder, const CsvStyle& style, const WorldPlayer& player) {
+  return {folder, style, player};
 }
 void add_shape(Summary& summary, const ShapeRecord& shape) {
   summary.add(shape);
@@ -65,8 +65,9 @@ void add_shape(Summary& summary, const WorldShapeRecord& all) {
 template <typename AnyPlayer, typename Also>
 void play(AnyPlayer& player, const std::vector<BundleFields>& fields, const Options& options, const Also& also) {
   OutputFolder folder(target_of(options), kResults);
-  CsvFiles csv(folder.part(), player.scene());
-  HeldCsvFiles held = held_files(folder.part(), player);
+  const CsvStyle style{options.digits, player.scene().csv_metres_per_unit};
+  CsvFiles csv(folder.part(), player.scene(), style);
+  HeldCsvFiles held = held_files(folder.part(), style, player);
   Summary summary(player);
   auto shapes = player.shape_count() ? std::make_unique<ShapeFiles>(folder.part(), player, fields) : nullptr;
   const std::uint64_t written = (player.shape_count() + options.every - 1) / options.every;
@@ -93,7 +94,7 @@ void play(AnyPlayer& player, const std::vector<BundleFields>& fields, const Opti
   if (shapes) shapes->close();
   const std::vector<std::string> warnings = summary.warnings(fields);
   write_text_atomically(folder.part() / "summary.json",
-                        summary.text(timing, fields, shapes ? shapes->written() : 0, warnings));
+                        summary.text(timing, fields, shapes ? shapes->written() : 0, warnings, options.digits));
   folder.commit();
   for (const std::string& force : summary.forces()) note(force);
   for (const std::string& warning : warnings) warn(warning);
@@ -179,6 +180,7 @@ int main(int argc, char** argv) {
             ->description(
                 "bundle to use instead of the one that the scene names; in a scene of several organs NAME=FILE, once "
                 "for each organ");
+        palpate::add_digits(app, options);
         auto* output = app.get_option("--output");
         auto* every =
             app.add_option("--every", options.every, "write every Nth shape")->check(CLI::Range(1u, 1000000u));

@@ -11,6 +11,7 @@ namespace palpate {
 struct SceneOptions {
   std::filesystem::path scene, output;
   std::vector<std::string> bundles;
+  int digits = 9;
 };
 
 // Adds SCENE.toml, --bundle and, where output says what it is, -o.
@@ -20,6 +21,14 @@ inline void add_scene_options(CLI::App& app, SceneOptions& options, const std::s
   app.add_option("--bundle", options.bundles, "bundle to use instead of the one that the scene names")
       ->allow_extra_args(false);
   if (!output.empty()) app.add_option("-o,--output", options.output, output);
+}
+
+// --digits.
+inline void add_digits(CLI::App& app, SceneOptions& options) {
+  app.add_option("--digits", options.digits,
+                 "significant digits of the numbers in the CSV files and in summary.json; 17: all that a double has")
+      ->check(CLI::Range(1, 17))
+      ->capture_default_str();
 }
 
 // --seconds.

@@ -1,6 +1,6 @@
 #!/bin/bash
-# make_packages.sh SOURCE BUILD WEB OUT JOBS: Debian packages of the programs, of the runtime and of its headers, a Python wheel and an
-# npm package, in OUT. BUILD: a folder of its own, for the shared library. WEB: the folder of {simd,baseline}/palpate.wasm.
+# make_packages.sh SOURCE BUILD WEB OUT JOBS: Debian packages of the programs, of the runtime and of its headers, a Python wheel, an npm
+# package and a package for Unity, in OUT. BUILD: a folder of its own, for the shared library. WEB: the folder of {simd,baseline}/palpate.wasm.
 set -euo pipefail
 source=$1 build=$2 web=$3 out=$4 jobs=$5
 rm -rf "$out"
@@ -17,4 +17,14 @@ rm -rf "$out/_CPack_Packages"
 package=$build/npm
 "$source/bindings/web/make_npm_package.sh" "$source" "$web" "$package"
 (cd "$package" && npm pack --silent --pack-destination "$out")
+
+# For Unity: the same library, stripped, and the one for Windows.
+cmake --preset windows -S "$source" -B "$build/windows"
+cmake --build "$build/windows" -j "$jobs"
+for platform in . windows; do
+  cmake --install "$build/$platform" --component runtime --strip --prefix "$build/unity/$platform" > /dev/null
+done
+/usr/bin/python3 "$source/bindings/csharp/make_package.py" "$source" "$build/unity" "$(find "$build/unity" -name 'libpalpate.so.?')" \
+  "$(find "$build/unity/windows" -name 'libpalpate-?.dll')"
+mv "$build"/unity/*.tgz "$out"
 ls -l "$out"

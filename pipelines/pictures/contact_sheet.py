@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""contact_sheet.py CASE -o HTML: one page of a case (the folder of a bundle): every picture, the mesh's quality, the certificate of the
-bundle, what was verified, and the warnings of all steps."""
+"""contact_sheet.py CASE -o HTML: one page of a case (the folder of a bundle): what the organ is made of and what of that is assumed, every
+picture with a caption, the mesh's quality, the certificate of the bundle, what was verified, and the warnings of all steps."""
 import argparse
 import glob
 import html
 import json
 import os
 import subprocess
+
+import h5py
 
 import case_warnings
 
@@ -16,8 +18,20 @@ body { font: 16px/1.45 sans-serif; max-width: 1500px; margin: 1.5em auto; paddin
 figure { margin: 1.5em 0; } img { max-width: 100%; background: white; border-radius: 4px; }
 pre { overflow-x: auto; padding: .8em; border: 1px solid #8886; border-radius: 4px; font-size: 14px; }
 table { border-collapse: collapse; } td, th { padding: .25em .9em .25em 0; text-align: left; vertical-align: top; }
-.warning { color: #b2182b; } @media (prefers-color-scheme: dark) { .warning { color: #ff8a8a; } }
+.warning, .assumed { color: #b2182b; } figcaption { margin-top: .4em; } @media (prefers-color-scheme: dark) { .warning, .assumed { color: #ff8a8a; } }
 """
+
+
+# Of force and displaced surface: the default liver, its right side held, 1,696 vertices, nu 0.49, a disc of 10 mm radius pressed in by 5 mm;
+# against quadratic elements on 19,656 vertices (docs/accuracy.md).
+ELEMENT_ERRORS = {"p1": (7.6, 12), "p1-anp": (3.2, 5.5), "p2-p0": (2.6, 8.5)}  # %
+CAPTIONS = {
+    "mesh": "The mesh: the size of its tetrahedra, and how good they are.",
+    "boundary": "What holds the organ: striped is held, the other colours are named below the picture. Only the touchable part has an answer.",
+    "force": "Force against depth of a push, with the linear law and with the measured curve.",
+}
+SCENE_CAPTION = ("Scene \"%s\" at its largest force, from two sides: the colour is how far the surface has moved; red arrows are forces on the tools, "
+                 "in newtons; the orange line is a tool's path; striped is held. %s")
 
 
 def read_json(file):
@@ -52,6 +66,47 @@ def flat(value, name=""):
     return [(name.replace("_", " "), text)]
 
 
+def is_assumed(source):
+    """Files say "assumed", "an assumption"."""
+    return "assum" in source
+
+
+def stated_error(said):
+    """What the bundle states (palpate-bundle pack --accuracy); else what the element does on the default liver."""
+    if "accuracy_force_error" in said and "accuracy_field_error" in said:
+        return ("measured on this organ, a disc of %.3g mm radius: the force %.2g %% off, the displaced surface %.2g %%"
+                % (said["accuracy_radius_mm"], 100 * said["accuracy_force_error"], 100 * said["accuracy_field_error"]))
+    return ("not measured on this organ, which make accuracy does. On the default liver the force is %.2g %% off, the displaced surface %.2g %%: "
+            "1,696 vertices, a disc of 10 mm radius pressed in by 5 mm" % ELEMENT_ERRORS[said["element"]])
+
+
+def what_it_is(bundle):
+    """[(what, text, whether it is assumed)] of the organ, from what the bundle says of itself."""
+    with h5py.File(bundle, "r") as file:
+        said = {key: value for key, value in file.attrs.items()}
+        names = file["material/names"][()].tobytes().decode().splitlines()
+        young, poisson = file["material/young"][:], file["material/poisson"][:]
+        nodes, touchable = len(file["mesh/nodes"]), len(file["tensors/nodes"])
+    rows = [("organ", "%s, held as %s says; %d vertices, of which %d may be touched" % (said["organ"], said["boundary"], nodes, touchable), False)]
+    for name, stiffness, ratio in zip(names, young, poisson):
+        for kind, text in (("young", "Young's modulus %.3g kPa" % (stiffness / 1e3)), ("poisson", "Poisson's ratio %.3g" % ratio)):
+            source = str(said.get("%s_source %s" % (kind, name), "not stated"))
+            rows.append(("%s, %s" % (name, "stiffness" if kind == "young" else "volume"), "%s: %s" % (text, source), is_assumed(source)))
+    rows += [(key, str(said[key]), is_assumed(str(said[key]))) for key in sorted(said) if key.startswith(("foundation ", "spring "))]
+    rows.append(("element", said["element"] + ": " + stated_error(said), False))
+    rows.append(("units", "Pictures and tables are in mm and N, files in m and N. Axes: %s." % said.get("frame", "none"), False))
+    return rows
+
+
+def caption_of(picture, case):
+    name = os.path.splitext(os.path.basename(picture))[0]
+    summary = os.path.join(case, "scenes", name, "summary.json")
+    if not os.path.exists(summary):
+        return CAPTIONS.get(name, "")
+    tools = read_json(summary)["tools"]
+    return SCENE_CAPTION % (name, " ".join("%s: at most %.3g N." % (tool["name"], tool["peak_force_N"]) for tool in tools))
+
+
 def page(case, pictures, quality, info, warnings, output):
     scenes = sorted(os.path.dirname(f) for f in glob.glob(os.path.join(case, "scenes", "*", "summary.json")))
     verified = read_json(os.path.join(case, "verified.json"))
@@ -59,10 +114,14 @@ def page(case, pictures, quality, info, warnings, output):
     parts = ["<h1>%s</h1>" % title, "<h2>Warnings</h2>"]
     parts += ["<ul>%s</ul>" % "".join('<li class="warning">%s: %s</li>' % (html.escape(step), html.escape(sentence))
                                       for step, sentence in warnings) if warnings else "<p>No step has a warning.</p>"]
+    parts += ["<h2>What this is</h2>", "<table>%s</table>" % "\n".join(
+        "<tr><th>%s</th><td%s>%s</td></tr>" % (html.escape(what), ' class="assumed"' if assumed else "", html.escape(text))
+        for what, text, assumed in what_it_is(os.path.join(case, "bundle.h5")))]
     parts += ["<h2>Pictures</h2>"]
     for picture in pictures:
         name = os.path.relpath(picture, os.path.dirname(os.path.abspath(output)))
-        parts.append('<figure><a href="%s"><img src="%s" alt="%s" loading="lazy"></a></figure>' % ((html.escape(name, True),) * 3))
+        parts.append('<figure><a href="%s"><img src="%s" alt="%s" loading="lazy"></a><figcaption>%s</figcaption></figure>'
+                     % ((html.escape(name, True),) * 3 + (html.escape(caption_of(picture, case)),)))
     if scenes:
         parts += ["<h2>Scenes</h2>", table(scene_rows(scenes), ["scene", "tool", "peak force, N", "at, s", "first contact, s", "flags"])]
     if quality:

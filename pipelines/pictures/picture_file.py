@@ -25,9 +25,18 @@ def arguments(description, shown, **more):
     return parser.parse_args()
 
 
+LENGTHS = {"cm": 1e-2, "mm": 1e-3, "um": 1e-6}
+
+
 def read_csv(file):
+    """The rows, by their columns' names. Lengths of a scene with another csv_unit are there in metres as well."""
     with open(file, newline="") as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+        rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
+    for name in list(rows[0]) if rows else []:
+        start, _, unit = name.rpartition("_")
+        for row in rows if unit in LENGTHS else []:
+            row.setdefault(start + "_m", repr(LENGTHS[unit] * float(row[name])) if row[name] else "")
+    return rows
 
 
 def vector(row, name, unit):

@@ -1,8 +1,5 @@
 #include "programs/player/held_csv.h"
 
-#include <fmt/ostream.h>
-#include <fmt/ranges.h>
-
 #include "programs/player/needle_peak.h"
 
 namespace palpate {
@@ -13,13 +10,6 @@ const char* word_of(palpate_grasp_condition condition) {
 }
 
 namespace {
-
-void add_link(const palpate_link_state& link, double time, const std::string& organ, const std::string& name, int part,
-              std::ofstream& file) {
-  fmt::print(file, "{},{}{},{},{},{},{},{},{},{},{}\n", time, organ, quoted(name), part + 1, word_of(link.condition),
-             link.tension, link.length, link.rest_length, fmt::join(link.force, ","), fmt::join(link.ends[0], ","),
-             fmt::join(link.ends[1], ","));
-}
 
 std::vector<const PlayedOrgan*> organs_of(const WorldPlayer& player) {
   std::vector<const PlayedOrgan*> organs;
@@ -35,38 +25,47 @@ std::vector<std::string> names_of(const SceneConfig& scene) {
 
 }  // namespace
 
-HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const WorldPlayer& player)
-    : HeldCsvFiles(folder, organs_of(player), names_of(player.scene())) {
+HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& style, const WorldPlayer& player)
+    : HeldCsvFiles(folder, style, organs_of(player), names_of(player.scene())) {
   world_ = &player;
   if (!player.links().empty()) open_links();
 }
 
-void HeldCsvFiles::open(std::ofstream& file, const char* name, const char* heading) {
-  if (file.is_open()) return;
-  file.open(folder_ / name);
-  file << "time_s," << (names_.empty() ? "" : "organ,") << heading;
+void HeldCsvFiles::open(CsvTable& file, const char* name, const char* heading) {
+  if (!file.is_open()) file.open(folder_ / name, std::string(names_.empty() ? "time_s," : "time_s,organ,") + heading);
 }
 
 void HeldCsvFiles::open_links() {
   open(links_, "links.csv",
        "link,stretch,condition,tension_N,length_m,rest_length_m,force_x_N,force_y_N,force_z_N,"
-       "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m\n");
+       "first_x_m,first_y_m,first_z_m,second_x_m,second_y_m,second_z_m");
 }
 
-HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, std::vector<const PlayedOrgan*> organs,
-                           std::vector<std::string> names)
-    : organs_(std::move(organs)), names_(std::move(names)), folder_(folder) {
+HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& style,
+                           std::vector<const PlayedOrgan*> organs, std::vector<std::string> names)
+    : organs_(std::move(organs)),
+      names_(std::move(names)),
+      folder_(folder),
+      links_(style),
+      grasps_(style),
+      needles_(style) {
   for (const PlayedOrgan* each : organs_) {
     if (!each->held().links().empty()) open_links();
     if (each->held().has_grasps())
       open(grasps_, "grasps.csv",
            "tool,condition,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,place_x_m,place_y_m,"
-           "place_z_m,slipped_m,friction_limit_N\n");
+           "place_z_m,slipped_m,friction_limit_N");
     if (each->has_needles())
       open(needles_, "needles.csv",
            "tool,condition,depth_m,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,tip_force_N,"
-           "shaft_force_N,places,slipping,rest_x_m,rest_y_m,rest_z_m\n");
+           "shaft_force_N,places,slipping,rest_x_m,rest_y_m,rest_z_m");
   }
+}
+
+void HeldCsvFiles::add_link(double time, const std::string& organ, const std::string& name, int part,
+                            const palpate_link_state& link) {
+  row(links_, time, organ, name, part + 1, std::string(word_of(link.condition)), link.tension, link.length,
+      link.rest_length, link.force, link.ends[0], link.ends[1]);
 }
 
 void HeldCsvFiles::add_links(double time, std::size_t organ) {
@@ -74,8 +73,7 @@ void HeldCsvFiles::add_links(double time, std::size_t organ) {
   const auto& stretches = of.held().stretches();
   for (std::size_t s = 0; s < stretches.size(); ++s) {
     const palpate_link_state* link = palpate_scene_link_state(of.runtime_scene(), static_cast<std::int32_t>(s));
-    if (link)
-      add_link(*link, time, cell_of(organ), of.scene().links[stretches[s].link].name, stretches[s].part, links_);
+    if (link) add_link(time, name_of(organ), of.scene().links[stretches[s].link].name, stretches[s].part, *link);
   }
 }
 
@@ -84,8 +82,7 @@ void HeldCsvFiles::add_links_between_organs(double time) {
   for (std::size_t s = 0; s < stretches.size(); ++s)
     if (const palpate_link_state* link =
             palpate_world_link_state(world_->runtime_world(), static_cast<std::int32_t>(s)))
-      add_link(*link, time, stretches[s].organs + ',', world_->scene().links[stretches[s].link].name, stretches[s].part,
-               links_);
+      add_link(time, stretches[s].organs, world_->scene().links[stretches[s].link].name, stretches[s].part, *link);
 }
 
 void HeldCsvFiles::add_grasps(double time, std::size_t organ) {
@@ -93,9 +90,8 @@ void HeldCsvFiles::add_grasps(double time, std::size_t organ) {
   for (std::size_t t = 0; t < of.scene().tools.size(); ++t) {
     const palpate_grasp_state* grasp = palpate_scene_grasp_state(of.runtime_scene(), static_cast<std::int32_t>(t));
     if (!of.held().grasp(t) || !grasp) continue;
-    fmt::print(grasps_, "{},{}{},{},{},{},{},{},{}\n", time, cell_of(organ), quoted(of.scene().tools[t].name),
-               word_of(grasp->condition), fmt::join(grasp->force, ","), fmt::join(grasp->torque, ","),
-               fmt::join(grasp->place, ","), grasp->slipped, grasp->friction_limit);
+    row(grasps_, time, name_of(organ), of.scene().tools[t].name, std::string(word_of(grasp->condition)), grasp->force,
+        grasp->torque, grasp->place, grasp->slipped, grasp->friction_limit);
   }
 }
 
@@ -104,10 +100,9 @@ void HeldCsvFiles::add_needles(double time, std::size_t organ) {
   for (std::size_t t = 0; t < of.scene().tools.size(); ++t) {
     const palpate_needle_state* needle = palpate_scene_needle_state(of.runtime_scene(), static_cast<std::int32_t>(t));
     if (!of.needles().of(t) || !needle) continue;
-    fmt::print(needles_, "{},{}{},{},{},{},{},{},{},{},{},{}\n", time, cell_of(organ), quoted(of.scene().tools[t].name),
-               word_of(needle->condition), needle->depth, fmt::join(needle->force, ","), fmt::join(needle->torque, ","),
-               needle->tip_force, needle->shaft_force, needle->places, needle->slipping,
-               fmt::join(needle->tip_at_rest, ","));
+    row(needles_, time, name_of(organ), of.scene().tools[t].name, std::string(word_of(needle->condition)),
+        needle->depth, needle->force, needle->torque, needle->tip_force, needle->shaft_force, needle->places,
+        needle->slipping, needle->tip_at_rest);
   }
 }
 
@@ -118,6 +113,10 @@ void HeldCsvFiles::write(double time) {
     if (needles_.is_open()) add_needles(time, k);
   }
   if (world_ && !world_->links().empty()) add_links_between_organs(time);
+}
+
+void HeldCsvFiles::close() {
+  for (CsvTable* file : {&links_, &grasps_, &needles_}) file->close();
 }
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
+#include "formats/scene_holds.h"
 #include "programs/player/bundle_fields.h"
 #include "programs/player/scene_bundle.h"
 #include "programs/player/tool_points.h"
@@ -68,12 +69,7 @@ toml::table relaxation_of(const SceneConfig& scene) {
 }
 
 toml::table surface_of(const SceneConfig::Surface& surface, const fs::path& file) {
-  const double unit = surface.metres_per_unit;
-  return toml::table{{"file", file.lexically_normal().string()},
-                     {"unit", unit == 1      ? "m"
-                              : unit == 1e-2 ? "cm"
-                              : unit == 1e-3 ? "mm"
-                                             : "um"}};
+  return toml::table{{"file", file.lexically_normal().string()}, {"unit", unit_of(surface.metres_per_unit)}};
 }
 
 // The tool's position at each touch step, computed as the player computes it, so that the bits are the same.
@@ -200,6 +196,7 @@ toml::table resolved_scene(const Player& player) {
                     {"effects", effects_of(scene)},
                     {"limits", limits_of(scene)},
                     {"rate", toml::table{{"touch", scene.touch_hz}, {"shape", scene.shape_hz}}}};
+  if (scene.csv_metres_per_unit != 1) table.insert("csv_unit", unit_of(scene.csv_metres_per_unit));
   if (scene.def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE)
     table["rate"].as_table()->insert("deform", scene.deform_hz);
   if (scene.def.relaxation.terms > 0) table.insert("relaxation", relaxation_of(scene));

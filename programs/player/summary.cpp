@@ -6,6 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "programs/player/csv_table.h"
+
 namespace palpate {
 namespace {
 
@@ -133,12 +135,12 @@ void Summary::add(const ShapeRecord& shape, std::size_t organ) {
 }
 
 std::string Summary::text(const Timing& timing, const std::vector<BundleFields>& fields, int shapes_written,
-                          const std::vector<std::string>& warnings) const {
+                          const std::vector<std::string>& warnings, int digits) const {
   Json out;
   out["scene"] = scene_.name;
   const auto add_bundle = [&](Json& to, std::size_t organ) {
     to["bundle"] = organs_[organ].of.organ->bundle_file().string();
-    to["provenance"] = Json::parse(fields[organ].provenance, nullptr, false);
+    to["provenance"] = nullptr;  // below
   };
   const auto add_moved = [&](Json& to, const Organ& organ) {
     to["most_contact_nodes"] = organ.most_contact_nodes;
@@ -197,6 +199,9 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
   }
   if (!timing.skin_us.empty()) out["timing_us"]["skin"] = percentiles(timing.skin_us);
   if (!timing.inside_us.empty()) out["timing_us"]["inside"] = percentiles(timing.inside_us);
+  out = rounded(out, digits);
+  for (std::size_t k = 0; k < organs_.size(); ++k)
+    (one_organ ? out : out["organs"][k])["provenance"] = Json::parse(fields[k].provenance, nullptr, false);
   return out.dump(2) + "\n";
 }
 

@@ -30,8 +30,9 @@ class Summary {
   void add(const ShapeRecord& shape, std::size_t organ = 0);
   void add(const WorldTouchRecord& touch);
   // JSON text. Everything but "timing_us" is the same for the same input. fields: [organ] of its bundle. warnings: those of warnings().
+  // digits: significant ones of a number, but for the provenance, which is the bundle's.
   std::string text(const Timing& timing, const std::vector<BundleFields>& fields, int shapes_written,
-                   const std::vector<std::string>& warnings) const;
+                   const std::vector<std::string>& warnings, int digits) const;
   // One line for each tool that touched: its largest force; and for each link, grasp and needle, and each organ that others press.
   std::vector<std::string> forces() const;
   // What the user should know of this run, a sentence each (scene_warnings.h). Asks the surface; takes milliseconds.

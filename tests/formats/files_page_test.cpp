@@ -168,7 +168,7 @@ std::string filled(ConfigFile file, const std::string& text, bool with_defaults,
   std::istringstream in(text);
   std::string out, line;
   while (std::getline(in, line)) {
-    static const std::regex place(R"(@(\w+)\.(\w+)(,?)@)");
+    static const std::regex place(R"(@(\w*)\.(\w+)(,?)@)");
     std::smatch found;
     while (std::regex_search(line, found, place)) {
       const ConfigKey* key = find_config_key(scene_keys(), file, found[1].str(), found[2].str());
@@ -232,6 +232,7 @@ select = { label = { @label.within,@ labels = [1] } }
 )");
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
 unit = "mm"
+@.csv_unit@
 [effects]
 @effects.collision@
 @effects.contact@

@@ -23,8 +23,8 @@ failures = []
 
 FOLLOWED = {"docs/your-organ.md"}  # tests/house/CMakeLists.txt
 READ = {"docs/files.md": ("toml", "make"), "formats/BUNDLE.md": ("python",)}  # files_page_test.cpp, read_with_h5py.py
-TESTED_CODE = ("tests/embed", "tests/web", "bindings/web", "bindings/python", "runtime", "tests/runtime")
-LANGUAGES = {"c": (".c", ".h"), "cpp": (".cpp", ".h"), "python": (".py",), "js": (".js", ".mjs", ".html"), "ts": (".ts",),
+TESTED_CODE = ("tests/embed", "tests/web", "bindings/web", "bindings/python", "bindings/csharp", "runtime", "tests/runtime")
+LANGUAGES = {"c": (".c", ".h"), "cpp": (".cpp", ".h"), "python": (".py",), "csharp": (".cs",), "js": (".js", ".mjs", ".html"), "ts": (".ts",),
              "html": (".html",), "cmake": ("CMakeLists.txt", ".cmake")}
 
 tracked = subprocess.run(["git", "-C", root, "ls-files"], check=True, capture_output=True, text=True).stdout.splitlines()

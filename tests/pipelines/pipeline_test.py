@@ -107,7 +107,8 @@ class Pipeline(InFolder):
             self.expect_picture(picture)
         text = read_bytes(case, "index.html").decode()
         for shown in ["pictures/mesh.png", "pictures/push.png", "pictures/force.png", "min dihedral degrees value", "certificate",
-                      'tool &quot;finger&quot; never touched', "solved again"]:
+                      "Young&#x27;s modulus 5.4 kPa", '<td class="assumed">Poisson&#x27;s ratio 0.49', "the force is 3.2 % off", "1,696 vertices",
+                      "<figcaption>Scene &quot;push&quot; at its largest force", "files in m and N. Axes: LPS", 'tool &quot;finger&quot; never touched', "solved again"]:
             self.assertIn(shown, text)
         for scene, least in (("push", 0.05), ("push-response", 0.05), ("drag", 0.05), ("tools", 0.05), ("stroke", 0.05)):
             summary = summary_of(os.path.join(case, "scenes", scene))
@@ -455,6 +456,33 @@ class NewOrgan(InFolder):
         self.assertIn("near = [", self.text("from-mesh", "scenes", "press.toml"))
         self.assertIn('name = "spleen"', self.text("from-mesh", "organ.toml"))  # the mesh's own region
         self.expect_touched("from-mesh", "given")
+
+    def test_a_folder_of_images_becomes_a_folder_of_bundles(self):
+        organs = os.path.join(self.folder.name, "organs")
+        images = [os.path.join(self.folder.name, name) for name in ("case_1.nrrd", "case 2.b.nrrd")]
+        for image in images:
+            write_ellipsoid(image)
+        environment = dict(os.environ, BIN=BIN, DATA=self.data, ORGANS_DIR=organs, RESOLUTION="coarse", LAUNCH="", RANKS="1", SLURM_SUBMIT_DIR=ROOT)
+        cases = os.path.join(self.folder.name, "cases")
+        script = [os.path.join(ROOT, "pipelines", "slurm", "organs_of_images.sh"), "255"]
+        for _ in range(2):  # the second time with folders that are there
+            with open(cases, "w") as file:
+                subprocess.run([*script, *images], cwd=ROOT, env=environment, check=True, stdout=file)
+            with open(cases) as file:
+                self.assertEqual(file.read(), "".join("%s held coarse ORGANS_DIR=%s\n" % (name, organs) for name in ("case_1", "case-2-b")))
+        for task in "1", "2":
+            subprocess.run(["bash", os.path.join(ROOT, "pipelines", "slurm", "organ.sbatch"), cases], check=True, capture_output=True,
+                           env=dict(environment, SLURM_ARRAY_TASK_ID=task, MAKEFLAGS=""))
+        for name in "case_1", "case-2-b":
+            case = os.path.join(self.data, name, "coarse", "held")
+            self.assertTrue(read_json(case, "verified.json")["held"])
+            self.assertGreater(summary_of(os.path.join(case, "scenes", "press"))["tools"][0]["peak_force_N"], 0.05)
+        other = os.path.join(self.folder.name, "other", "case_1.nrrd")
+        os.mkdir(os.path.dirname(other))
+        write_ellipsoid(other)
+        refused = subprocess.run([*script, other], cwd=ROOT, env=environment, capture_output=True, text=True)
+        self.assertEqual((refused.returncode, refused.stdout), (2, ""))
+        self.assertIn("another image", refused.stderr)
 
     def test_choices_follow_the_organ(self):
         # The kidney is half as wide as the spleen: finer meshes, shallower presses.

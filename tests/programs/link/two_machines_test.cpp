@@ -42,7 +42,8 @@ class TwoMachines : public tests::LinkedScene {
   // One process, every touch drawn, the first and the last shape written.
   void play_alone() {
     scene("alone", "[rate]\nshape = 1000\n");
-    Process alone = start(PALPATE_RUN, "alone", {file("alone.toml"), "--every", "200", "-o", file("alone")});
+    Process alone =
+        start(PALPATE_RUN, "alone", {file("alone.toml"), "--every", "200", "--digits", "17", "-o", file("alone")});
     ASSERT_EQ(alone.wait(), 0) << alone.errors();
   }
 };
@@ -53,7 +54,8 @@ TEST_F(TwoMachines, DrawTheLastShapeBitForBitAsOneDoes) {
   Process draw =
       start(PALPATE_DRAW, "draw", {file("scene.toml"), "--from", "0", "--seconds", "60", "-o", file("drawn")});
   Process feel =
-      start(PALPATE_FEEL, "feel", {file("scene.toml"), "--to", draw.address(), "--every-step", "-o", file("felt")});
+      start(PALPATE_FEEL, "feel",
+            {file("scene.toml"), "--to", draw.address(), "--every-step", "--digits", "17", "-o", file("felt")});
   EXPECT_EQ(feel.wait(), 0) << feel.errors();
   EXPECT_EQ(draw.wait(), 0) << draw.errors();
   EXPECT_EQ(last_shape("drawn"), last_shape("alone"));

@@ -8,6 +8,7 @@
 #include <palpate/palpate_scene_def.hpp>
 
 #include <array>
+#include <regex>
 #include <sstream>
 
 #include "programs/player/explain.h"
@@ -74,6 +75,51 @@ TEST_F(PlayedScene, WritesTheForcesThatTheCApiGives) {
   EXPECT_GT(largest, 0.01);  // the scene touches at all
   palpate_scene_destroy(scene);
   palpate_bundle_close(bundle);
+}
+
+TEST_F(PlayedScene, WritesNineDigitsAndTheNamesOfFlagsBesideTheirNumber) {
+  // Beside the held face; nothing touches before the probe comes down.
+  write_scene("[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 1, 26, 44], [0.1, 1, 26, 35]]\n",
+              "[effects]\ncollision = \"deformed\"\n");
+  played("scene.toml -o out --digits 9");
+  const std::string forces = file_bytes(folder_ / "out/forces.csv");
+  EXPECT_THAT(forces, HasSubstr("0.001,probe,0.001,0.026,0.04391,0,0,0,0,0,0,0,0,,0,0,0\n"));
+  EXPECT_THAT(forces, HasSubstr(",64,NOT_TOUCHABLE,"));
+  EXPECT_FALSE(std::regex_search(forces, std::regex("-0[,\n]"))) << "a zero has a sign";
+  EXPECT_FALSE(std::regex_search(forces, std::regex("[1-9]\\.?[0-9]{9}"))) << "a number has ten digits";
+  EXPECT_FALSE(std::regex_search(file_bytes(folder_ / "out/summary.json"), std::regex("-0\\.0\\b")));
+  played("scene.toml -o out");
+  std::size_t most = 0;
+  for (const Row& row : rows_of("out/forces.csv")) most = std::max(most, row.at("raw_z_N").size());
+  EXPECT_GT(most, 14u) << "all digits, where they are asked for";
+}
+
+TEST_F(PlayedScene, WritesLengthsInTheUnitThatTheSceneAsksFor) {
+  const std::string suture =
+      "[[link]]\nname = \"suture\"\nkind = \"spring\"\nplaces = [[60, 25, 20]]\nworld = [100, 25, 20]\nrest_length = "
+      "30\n"
+      "stiffness = 20\n";
+  write_scene(kProbe + suture);
+  played("scene.toml -o out");
+  write_scene(kProbe + suture, "csv_unit = \"mm\"\n");
+  played("scene.toml -o mm --record run.record");
+  for (const char* file : {"forces.csv", "contacts.csv", "links.csv"}) {
+    const auto in_m = rows_of(std::string("out/") + file), in_mm = rows_of(std::string("mm/") + file);
+    ASSERT_EQ(in_m.size(), in_mm.size());
+    for (std::size_t r = 0; r < in_m.size(); ++r) {
+      ASSERT_EQ(in_m[r].size(), in_mm[r].size());
+      for (const auto& [name, cell] : in_m[r])
+        if (name.ends_with("_m") && !name.starts_with("modified_"))
+          EXPECT_DOUBLE_EQ(number(in_mm[r], name.substr(0, name.size() - 1) + "mm"), number(in_m[r], name) / 1e-3);
+        else
+          EXPECT_EQ(in_mm[r].at(name), cell) << name;
+    }
+  }
+  EXPECT_DOUBLE_EQ(number(rows_of("mm/forces.csv").front(), "z_mm"), 44);
+  EXPECT_EQ(summary_of("mm")["largest_displacement_m"], summary_of("out")["largest_displacement_m"]);
+  played("run.record -o again");
+  EXPECT_EQ(file_bytes(folder_ / "again/links.csv"), file_bytes(folder_ / "mm/links.csv"))
+      << "the record keeps the unit";
 }
 
 // The scene on the box's top that is 5 mm deep is deeper than a tenth of 40 mm.

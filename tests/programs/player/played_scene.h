@@ -30,8 +30,10 @@ class PlayedScene : public testing::Test {
     std::ofstream(folder_ / "scene.toml") << "name = \"test\"\nbundle = \"box.h5\"\nunit = \"mm\"\n" << head << tools;
   }
 
+  // With all digits of each double, unless the arguments say otherwise, so that a test may compare bits.
   ProgramRun run(const std::string& arguments) {
-    return run_in(folder_, std::string("'") + PALPATE_RUN + "' " + arguments);
+    const bool says = arguments.find("--digits") != std::string::npos;
+    return run_in(folder_, std::string("'") + PALPATE_RUN + "' " + arguments + (says ? "" : " --digits 17"));
   }
   // A run that must end well.
   ProgramRun played(const std::string& arguments) {

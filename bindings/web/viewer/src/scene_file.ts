@@ -1,6 +1,7 @@
 // A recording as two files: a scene with the path of each tool, which palpate-run plays, and the forces that palpate-run writes for it,
 // both to the byte. The scene is a record of palpate-run too (programs/player/record.h): palpate-run --replay compares its results.
 import xxhash from "xxhash-wasm";
+import * as steps from "../../module/flags.js";
 import type { Bundle, Scene, Tool } from "../../module/palpate.js";
 import { BodySolves, nodesFor } from "./touch_scene";
 import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type Recording, type Vector } from "./messages";
@@ -25,7 +26,7 @@ interface SceneTool {
 export async function filesOf(bundle: Bundle, bundleName: string, recording: Recording): Promise<RecordingFiles> {
   const { create64 } = await xxhash(), tools = sceneTools(recording), scene = createScene(bundle, recording, tools.length);
   const contacts = create64(), shapes = create64(), steps = 1 + Math.max(...tools.map((tool) => tool.steps.at(-1)!));
-  const rows = ["time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags,torque_x_Nm,torque_y_Nm,torque_z_Nm"];
+  const rows = ["time_s,tool,x_m,y_m,z_m,force_x_N,force_y_N,force_z_N,raw_x_N,raw_y_N,raw_z_N,contacts,flags,flag_names,torque_x_Nm,torque_y_Nm,torque_z_Nm"];
   const paths = tools.map((tool) => new PathOf(recording, tool)), solves = new BodySolves(recording.effects);
   let difference = 0, frame = 0;
   for (let step = 0; step < steps; ++step) {
@@ -33,11 +34,11 @@ export async function filesOf(bundle: Bundle, bundleName: string, recording: Rec
     scene.touch(1 / TOUCH_HZ);
     contacts.update(scene.contactBytes);
     tools.forEach((tool, t) => {
-      const force = [...scene.force(t)], numbers = [...paths[t].at(step), ...force, ...scene.forceRaw(t), scene.contactCount(t), scene.toolFlags(t), ...scene.torque(t)];
-      rows.push([number(step / TOUCH_HZ), tool.name, ...numbers.map(number)].join(","));
+      const force = [...scene.force(t)], flags = scene.toolFlags(t), felt = [...paths[t].at(step), ...force, ...scene.forceRaw(t), scene.contactCount(t), flags];
+      rows.push([cell(step / TOUCH_HZ), tool.name, ...felt.map(cell), flagNames(flags), ...[...scene.torque(t)].map(cell)].join(","));
       if (!paths[t].isThere(step)) return;
-      const felt = 3 * (TOOL_COUNT * step + tool.tool);
-      force.forEach((newton, d) => (difference = Math.max(difference, Math.abs(newton - recording.forces[felt + d]))));
+      const from = 3 * (TOOL_COUNT * step + tool.tool);
+      force.forEach((newton, d) => (difference = Math.max(difference, Math.abs(newton - recording.forces[from + d]))));
     });
     solves.afterTouch(scene);
     if (step < Math.ceil((frame * TOUCH_HZ) / SHAPE_HZ - 1e-9)) continue;
@@ -134,12 +135,12 @@ function sceneText(recording: Recording, tools: SceneTool[], paths: PathOf[], bu
 const tomlNumber = (x: number) => (Object.is(x, -0) ? "-0.0" : String(x));
 const hex = (word: bigint) => word.toString(16).padStart(16, "0");
 
-// The shortest digits that read back as the same number, with an exponent where palpate-run writes one.
-function number(x: number): string {
-  if (Object.is(x, -0)) return "-0";
-  const [digits, power] = x.toExponential().split("e"), exponent = Number(power);
-  if (x === 0 || (exponent >= -4 && exponent < 16)) {
-    return String(x);
-  }
-  return `${digits}e${exponent < 0 ? "-" : "+"}${String(Math.abs(exponent)).padStart(2, "0")}`;
+// A number of a CSV file as palpate-run writes it: nine significant digits, an exponent where C writes one, no -0.
+function cell(x: number): string {
+  const [digits, power] = x.toExponential(8).split("e"), exponent = Number(power);
+  if (x === 0 || (exponent >= -4 && exponent < 9)) return String(Number(x.toPrecision(9)) + 0);
+  return `${Number(digits)}e${exponent < 0 ? "-" : "+"}${String(Math.abs(exponent)).padStart(2, "0")}`;
 }
+
+const FLAGS = Object.entries(steps).filter(([name]) => name.startsWith("STEP_")).sort(([, a], [, b]) => a - b);
+const flagNames = (flags: number) => FLAGS.filter(([, bit]) => flags & bit).map(([name]) => name.slice("STEP_".length)).join(" ");

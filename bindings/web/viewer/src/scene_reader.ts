@@ -12,7 +12,7 @@ const CHOICES: Record<string, string[]> = {
   collision: ["rest", "deformed"], contact: ["node", "triangle", "point", "patch"], law: ["sticking", "sliding", "unilateral", "coulomb"],
   force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large", "large-beside", "large-renewed"], dent: ["off", "discs"],
 };
-const TOP = ["name", "bundle", "unit", "effects", "relaxation", "rate", "tool"];
+const TOP = ["name", "bundle", "unit", "csv_unit", "effects", "relaxation", "rate", "tool"];
 const OF_TOOL = ["name", "points", "path", "hold", "disc_radius", "friction", "away"];
 
 export interface PlayedScene {

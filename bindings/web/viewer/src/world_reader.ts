@@ -7,7 +7,7 @@ import { SIDES, type SceneGrasp, type SceneGrip, type SceneLink, type SceneMotio
 import { word } from "./words";
 
 const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
-const TOP = ["name", "unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "tool", "link"];
+const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "tool", "link"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
 const OF_LIMITS = ["points", "contact_nodes", "needle_places", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement"];
 const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
