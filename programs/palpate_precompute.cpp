@@ -58,6 +58,8 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
          "store the surface in blocks of low rank, with at most this relative error of a column (1e-3); the disk "
          "holds all columns until they are packed")
       ->option_text("E");
+  app.add_flag("--interior", options.interior,
+               "store the displacement of the nodes inside the organ too, which shape = \"volume\" of a scene needs");
   app.add_flag("--large-deformation", options.large_deformation,
                "store what a scene with deformation = \"large\" needs; elements p1 and p1-anp");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");

@@ -10,7 +10,7 @@ IMAGE ?= $(DATA)/liver-tumour/liver.inr.gz
 # As for the liver. --size: largest edge inside, mm.
 SURFACE_OPTIONS_1700 := --labels 255 --smooth 1.5 --triangles 1350
 SURFACE_OPTIONS_20000 := --labels 255 --smooth 1 --triangles 7900
-RENDER_OPTIONS ?= --labels 255 --triangles 14000 --spread curvature
+RENDER_OPTIONS ?= --labels 255 --smooth 3 --triangles 14000 --spread curvature
 SIZE_1700 := 9
 SIZE_20000 := 3.8
 TETRAHEDRA_OPTIONS ?= --region liver=$(WORK)/surface.ply --region tumour=$(WORK)/tumours.off --size $(SIZE_$(RESOLUTION))

@@ -21,7 +21,8 @@ struct PrecomputeOptions {
   int columns_at_a_time = 0;    // 0: 96 with a factor, 32 with multigrid
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f64, f32 or f16
   std::optional<double>
-      low_rank;  // store the surface's compliance in blocks, with at most this relative error of a column
+      low_rank;           // store the surface's compliance in blocks, with at most this relative error of a column
+  bool interior = false;  // store the displacement of the nodes inside the organ
   bool large_deformation = false;  // store what large deformation needs (runtime/large)
   bool plan_only = false;          // tell what the run would take, and write nothing; bundle may be empty
   std::string json;                // where the report goes as JSON; "-": standard output; empty: nowhere

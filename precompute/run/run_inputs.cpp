@@ -61,9 +61,11 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
   for (const auto& sentence : element_warnings(inputs.body, inputs.organ.element))
     warn(fmt::format("{}: {}", options.organ.string(), sentence));
   const bool has_interior = inputs.body.surface_count < static_cast<std::int32_t>(inputs.body.nodes.size());
-  if (inputs.boundary.store_interior && !has_interior)
-    warn("the mesh has no interior nodes; [store] interior has no effect");
-  inputs.store_interior = inputs.boundary.store_interior && has_interior;
+  const bool wants_interior = options.interior || inputs.boundary.store_interior;
+  if (wants_interior && !has_interior)
+    warn(fmt::format("the mesh has no interior nodes; {} has no effect",
+                     options.interior ? "--interior" : "[store] interior"));
+  inputs.store_interior = wants_interior && has_interior;
   return inputs;
 }
 

@@ -104,6 +104,15 @@ TEST_F(Program, StoresAnOrderOfEliminationForLargeDeformation) {
   EXPECT_THAT(said_, HasSubstr("found p2-p0"));
 }
 
+TEST_F(Program, StoresTheInteriorByTheOptionAsByTheKey) {
+  const auto inside = [](const std::string& bytes) { return section<float>(bytes, SectionId::displacement_interior); };
+  EXPECT_TRUE(inside(made("surface.h5")).empty());
+  const auto by_option = inside(made("option.h5", "--interior"));
+  write("bc.toml", kBoundary + "[store]\ninterior = true\n");
+  EXPECT_FALSE(by_option.empty());
+  EXPECT_EQ(by_option, inside(made("key.h5")));
+}
+
 TEST_F(Program, StoresTheStiffnessOfSoftSupportsForLargeDeformation) {
   write("bc.toml",
         "name = \"soft\"\n[[foundation]]\nname = \"below\"\nselect = { patch = \"x0\" }\n"

@@ -2,6 +2,7 @@
 // side. COMPARE_WITH: a bundle of the same organ with another mesh; without it, both sides have the same bundle.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
+import { cpSync } from "node:fs";
 import { test } from "node:test";
 import { bundle, closed, drag, folder, frame, open, palpateRun, picture } from "./page.mjs";
 import { playNatively, relativeDifference } from "./reference.mjs";
@@ -124,6 +125,39 @@ test("a pull on both sides is palpate-run's pull; in the other mode the button p
   await page.click("#press");
   await compared(page);
   assert.ok(Math.min(...firstTool((await found(page)).trials[0].forces).map((force) => force.reduce((sum, x, d) => sum + x * normal[d], 0))) > -1e-3);
+  await closed(page);
+});
+
+test("the sides are named by what differs; each ready comparison sets both sides and presses at one click", { skip: !!process.env.COMPARE_WITH || !process.env.WRITE_TINY_BUNDLE }, async () => {
+  const data = `${folder}/compare-data/box`, large = `${folder}/compare-ready.h5`;
+  execFileSync(process.env.WRITE_TINY_BUNDLE, [large, "large"]);
+  for (const resolution of ["1700", "20000"]) cpSync(bundle, `${data}/${resolution}/face/bundle.h5`);
+  process.env.PALPATE_DATA = `${folder}/compare-data`;
+  const served = process.env.PALPATE_BUNDLE;
+  process.env.PALPATE_BUNDLE = process.env.PALPATE_BUNDLE_B = large;
+  const page = await comparing(), names = () => page.$$eval(".caption h2", (all) => all.map((one) => one.textContent));
+  assert.deepEqual(await names(), ["A", "B"], "nothing differs");
+  const click = async (text) => {
+    await page.evaluate(() => (globalThis.palpateCompare.path = globalThis.palpateCompare.differences = null));
+    await page.click(`#ready button:has-text("${text}")`);
+    await page.waitForFunction(() => globalThis.palpateCompare.path && globalThis.palpateCompare.differences && !globalThis.palpateCompare.trying);
+    return page.evaluate(() => {
+      const { points, steps } = globalThis.palpateCompare.path, places = Array.from({ length: steps }, (_, step) => [...points.slice(6 * step, 6 * step + 3)]);
+      return 1000 * Math.max(...places.map((place) => Math.hypot(...place.map((x, d) => x - places[0][d])))) - 3; // begins 3 mm outside
+    });
+  };
+  assert.ok(Math.abs((await click("25 mm deep")) - 25) < 0.1);
+  assert.deepEqual(await names(), ["A: Deep pushes: off", "B: Deep pushes: each touch"]);
+  assert.equal(await page.textContent("#name-b"), "B: Deep pushes: each touch");
+  assert.ok(Math.abs((await click("Discs of")) - 6) < 0.1);
+  assert.deepEqual(await names(), ["A: disc of 3 mm", "B: disc of 9 mm"]);
+  assert.match(await page.evaluate(() => location.hash), /disc=3&discb=9/);
+  assert.ok(Math.abs((await click("1,700 and 20,000")) - 6) < 0.1);
+  assert.deepEqual(await page.evaluate(() => globalThis.palpateCompare.sides.map(({ address }) => /box.(\d+)/.exec(address)[1])), ["1700", "20000"]);
+  await click("Discs of");
+  assert.deepEqual(await page.evaluate(() => globalThis.palpateCompare.sides.map(({ address }) => /box.(\d+)/.exec(address)[1])), ["1700", "1700"], "one bundle where the bundle is not what differs");
+  process.env.PALPATE_BUNDLE = served;
+  process.env.PALPATE_BUNDLE_B = process.env.PALPATE_DATA = "";
   await closed(page);
 });
 

@@ -2,11 +2,11 @@
 // makes, and the task of the hidden nodule. WRITE_TINY_BUNDLE: the program that writes the bundle with the nodule.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { cpSync, mkdirSync, rmSync, writeFileSync } from "node:fs";
+import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { get } from "node:http";
 import { test } from "node:test";
 import { looksRight, violations } from "./axe.mjs";
-import { bundle, closed, drag, folder, inState, notice, noTools, open, packageFolder, ready, renderMesh } from "./page.mjs";
+import { bundle, closed, drag, folder, inState, notice, noTools, open, packageFolder, pressedTo, ready, renderMesh } from "./page.mjs";
 
 const data = `${folder}/data`, PICTURE = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
 rmSync(data, { recursive: true, force: true });
@@ -101,17 +101,24 @@ test("the task scores the place of the last press in millimetres, reveals the no
   await drag(page, [0, 0], [60, -40]);
   await drag(page, [40, 20], [90, -20]);
   assert.match(await answer(page), /^2 presses\. /);
+  await page.waitForFunction(() => document.querySelectorAll("#presses span:not([hidden])").length === 2);
+  const map = await page.evaluate(() => [...document.querySelectorAll("#presses span")].map((figure, p) => [figure.textContent, globalThis.palpateViewer.task.presses[p].found.here]));
+  for (const [figure, stiffness] of map) assert.ok(stiffness > 0 && figure === stiffness.toFixed(3), `${figure}: ${stiffness} N/mm`);
   const place = await page.evaluate(() => globalThis.palpateViewer.pressed.place);
   await page.click('[data-do="here"]');
   const told = await answer(page), expected = 1000 * Math.hypot(place[0] - 0.03, place[1] - 0.03, place[2] - 0.06);
   assert.ok(Math.abs(score(told) - expected) < 1.7, `${told}; expected about ${expected}`);
-  const [, wide, deep, presses] = /is (\d+) mm wide and lies (\d+) mm deep; the line leads to it from your place\. You took (\d+) presses and \d+ seconds?\./.exec(told).map(Number);
+  const [, presses, wide, deep, times] = /, with (\d+) presses in \d+ seconds?\. The nodule \(\w+\) is (\d+) mm wide, lies (\d+) mm deep and is ([\d.]+) times as stiff as the tissue around it\./.exec(told).map(Number);
+  assert.ok(times > 1.5, told);
   assert.ok(Math.abs(wide - 2 * Math.cbrt((3 * 36 * 36 * 24) / (4 * Math.PI))) < 1.5, told);
   assert.ok(Math.abs(deep - (24 - wide / 2)) < 1.7, told);
   assert.equal(presses, 2);
   await noTools(page);
   const revealed = () => page.evaluate(() => globalThis.palpateViewer.view.noduleMarks.group.children.length);
-  assert.equal(await revealed(), 4, "the nodule, both places and the line between them");
+  assert.equal(await revealed(), 6, "two presses, the nodule, both places and the line between them");
+  const [card] = await Promise.all([page.waitForEvent("download"), page.click('[data-do="card"]')]), png = readFileSync(await card.path());
+  assert.equal(card.suggestedFilename(), "nodule.png");
+  assert.deepEqual([png.toString("latin1", 1, 4), png.readUInt32BE(16), png.readUInt32BE(20)], ["PNG", 1200, 630]);
   await page.click('[data-do="again"]');
   assert.equal(await revealed(), 0);
   assert.match(await answer(page), /^Find the hidden nodule/);
@@ -130,17 +137,84 @@ test("the task's advice is true: beside the healthy organ a press takes more for
   const page = await gallery();
   await page.click("#task-start a");
   await inState(page, "ready");
-  await page.waitForFunction(() => /more force than at the same place of a healthy organ/.test(document.querySelector("#task p").textContent));
+  await page.waitForFunction(() => /more force than in a healthy organ/.test(document.querySelector("#task p").textContent));
   // Over the face z = 60 mm, from its middle outwards; the nodule is 36 mm wide.
   const times = await page.evaluate(async () => {
     const viewer = globalThis.palpateViewer, found = [];
-    for (const x of [0.03, 0.02, 0.01, 0.005]) found.push(await viewer.timesHealthy({ place: [x, 0.03, 0.06], normal: [0, 0, 1] }));
-    return found;
+    for (const x of [0.03, 0.02, 0.01, 0.005]) found.push(await viewer.stiffnessAt({ place: [x, 0.03, 0.06], normal: [0, 0, 1] }));
+    return found.map(({ here, healthy }) => here / healthy);
   });
   assert.ok(times.every((one, i) => one > 1 && (i === 0 || one < times[i - 1])), times.join(", "));
   assert.ok(times[0] > 1.1, `${times[0]} times`);
   await drag(page, [0, 0], [60, -40]);
-  await page.waitForFunction(() => /^1 press\. There, 6 mm take \d\.\d\d times the force of a healthy organ\. Is the place/.test(document.querySelector("#task p").textContent));
+  await page.waitForFunction(() => /^1 press\. There the organ has \d\.\d{3} N\/mm, a healthy one \d\.\d{3} N\/mm: \d\.\d\d times\. Is the place/.test(document.querySelector("#task p").textContent));
+  await closed(page);
+});
+
+test("each press of the task goes to one depth, however far one drags; after it the pointer decides again", async () => {
+  const page = await gallery();
+  await page.click("#task-start a");
+  await inState(page, "ready");
+  for (const far of [20, 160]) {
+    await drag(page, [0, 0], [far, 0], { release: false });
+    await pressedTo(page, 6);
+    await page.mouse.up();
+    await noTools(page);
+  }
+  await page.click('[data-do="stop"]');
+  await drag(page, [0, 0], [160, 0], { release: false });
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.tools[0].depth > 0.0065);
+  await page.mouse.up();
+  await closed(page);
+});
+
+test("the difficulty of a nodule falls with its depth and rises with its size and stiffness; where there are two, one may be chosen", async () => {
+  const page = await gallery();
+  await page.click("#task-start a");
+  await inState(page, "ready");
+  const [one] = await page.evaluate(() => globalThis.palpateViewer.task.nodules);
+  const levels = await page.evaluate((nodule) => {
+    const { task } = globalThis.palpateViewer, near = { ...nodule, centre: [0, 0, 0], above: [0, 0, 0.02], radius: 0.015, stiffer: 6 };
+    const all = [near, { ...near, above: [0, 0, 0.03] }, { ...near, radius: 0.008 }, { ...near, stiffer: 1.5 }, { ...near, above: [0, 0, 0.06] }];
+    task.open(all);
+    task.start();
+    return [...task.target.options].map((option) => option.text);
+  }, one);
+  assert.deepEqual(levels, ["any nodule", "easy: 5 mm deep, 6 times as stiff", "medium: 15 mm deep, 6 times as stiff", "hard: 12 mm deep, 6 times as stiff", "medium: 5 mm deep, 1.5 times as stiff", "hard: 45 mm deep, 6 times as stiff"]);
+  await page.selectOption("#task select", "3");
+  await drag(page, [0, 0], [30, 0]);
+  assert.equal(await page.isDisabled("#task select"), true, "chosen before the first press");
+  await page.click('[data-do="here"]');
+  assert.match(await answer(page), /The nodule \(medium\) .* 1\.5 times as stiff/);
+  await closed(page);
+});
+
+test("a guided case plays its scene, marks its sentences, and tells the largest force", async () => {
+  const cases = `${folder}/cases`;
+  rmSync(cases, { recursive: true, force: true });
+  cpSync(bundle, `${cases}/liver/1700/abdomen/bundle.h5`);
+  const page = await gallery({}, cases);
+  assert.match(await page.textContent("#cases-start"), /biopsy while the patient breathes: it needs .*BC=biopsy-breathing/);
+  // The scene of the real liver, at a place of the box.
+  const scene = 'name = "lift"\nunit = "mm"\n[[tool]]\nname = "forceps"\npath = [[0, 30, 25, 40], [0.4, 30, 25, 40], [1.4, 30, 25, 44], [1.8, 30, 25, 44]]\n[tool.grasp]\nnear = [30, 25, 40]\nradius = 6\nclosing = [[0, 0], [0.4, 1.5]]\n';
+  await page.route(/scenes\/liver\/lift\.toml/, (route) => route.fulfill({ body: scene }));
+  await page.click("#cases-start a");
+  await inState(page, "ready");
+  await page.waitForFunction(() => /largest force was \d+\.\d\d N/.test(document.querySelector("#guide p").textContent));
+  const told = await page.evaluate(() => [Math.max(...globalThis.palpateViewer.shown.played.map(Math.abs)), document.querySelector("#guide p").textContent]);
+  assert.ok(told[0] > 0.01 && Number(/[\d.]+ N/.exec(told[1])[0].slice(0, -2)) >= told[0] - 0.01, told.join(": "));
+  await page.click('#guide [data-do="play"]');
+  await page.waitForFunction(() => document.querySelectorAll("#guide li").length === 3 && document.querySelector('#guide li:nth-child(2)[aria-current="step"]'));
+  await page.click('#guide [data-do="close"]');
+  assert.equal(await page.isVisible("#guide"), false);
+  await closed(page);
+});
+
+test("the scenes of the guided cases are served, and no other file of their folder", async () => {
+  const page = await gallery(), { origin } = new URL(page.url());
+  const answer = async (path) => (await page.request.get(`${origin}/scenes/${path}`)).status();
+  for (const path of ["liver/lift.toml", "liver/biopsy-breathing.toml"]) assert.equal(await answer(path), 200, path);
+  for (const path of ["liver/organ.mk", "liver/none.toml", "liver/..%2forgan.toml", "liver/rod.csv"]) assert.equal(await answer(path), 404, path);
   await closed(page);
 });
 
@@ -151,7 +225,7 @@ test("without a healthy organ beside it the task gives no advice", async () => {
   await page.click("#task-start a");
   await inState(page, "ready");
   await drag(page, [0, 0], [60, -40]);
-  assert.match(await answer(page), /^1 press\. Is the place/);
+  await page.waitForFunction(() => /^1 press\. There the organ has \d\.\d{3} N\/mm\. Is the place/.test(document.querySelector("#task p").textContent));
   await closed(page);
 });
 

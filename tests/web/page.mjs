@@ -59,6 +59,7 @@ export async function open(options = {}, prepare = async () => {}, address = "")
   await page.addInitScript(() => {
     if (location.protocol !== "http:" || sessionStorage.getItem("isOfThisPage")) return; // loaded again
     localStorage.clear();
+    localStorage.setItem("palpate-layer", "engineer"); // a new user's page has the layer Touch
     sessionStorage.setItem("isOfThisPage", "1");
   });
   if (!draws) await page.addInitScript(drawNothing);

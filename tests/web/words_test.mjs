@@ -37,7 +37,7 @@ function withoutValues(template) {
 }
 
 // Two words in a row are a sentence for users, apart from shaders, fonts and CSS; and so is a word that is given to the user directly.
-const NOT_SHOWN = /#include|vec4|system-ui|linear-gradient|^[\w-]+ [#.\[]|^translate|\[data-|^\(prefers-|^make -f |^<canvas /;
+const NOT_SHOWN = /#include|vec4|\bvarying float |system-ui|linear-gradient|^[\w-]+ [#.\[]|^translate|\[data-|^\(prefers-|^make -f |^<canvas /;
 const sentences = (text) => literals(text).filter((one) => /\p{L}{2,}[,;:]? \p{L}{2,}/u.test(one) && !NOT_SHOWN.test(one));
 const GIVEN = /(?:\.(?:textContent|innerText|title|ariaLabel) = |tellUser\(|new Option\(|Error\(|"aria-label", |fillText\()(["`][^"`]*["`])/g;
 const given = (text) => [...text.matchAll(GIVEN)].map(([, one]) => one.slice(1, -1).replace(/\$\{.*?\}+/g, "")).filter((one) => /\p{L}{2,}/u.test(one.replace(/Palpate|\bmm\b/g, "")));
@@ -82,7 +82,7 @@ test("each effect has a name, a term and a sentence; each control of the page ha
   const effects = [...readFileSync(`${viewer}/src/effects.ts`, "utf8").matchAll(/^(?: {4}effect: | {2}switched\()"(\w+)"/gm)].map(([, effect]) => effect);
   assert.ok(effects.length >= 10);
   for (const effect of effects) for (const part of ["", ".term", ".about"]) assert.ok(`effect.${effect}${part}` in words, `effect.${effect}${part}`);
-  const controls = html.match(/<aside[^]*<\/aside>/)[0].split(/<div class="control">|(?=<div><(?:a|button))/).filter((part) => /<(input|select|button|a) /.test(part));
+  const controls = html.match(/<aside[^]*<\/aside>/)[0].split(/<div class="control">|(?=<div(?: class="engineer")?><(?:a|button))/).filter((part) => /<(input|select|button|a) /.test(part));
   assert.ok(controls.length >= 12);
   for (const control of controls) assert.match(control, /class="about" data-words=/);
   for (const [, name] of html.match(/<div id="corner">[^]*<\/section>/)[0].matchAll(/data-words="tool\.(\w+)"><\/(?:span|button)>/g))

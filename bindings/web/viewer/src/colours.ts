@@ -1,5 +1,7 @@
 // The colours of displacements, from the organ's own colour to pale yellow. The brightness grows with the displacement, so that
 // the scale can be read in grey too.
+import { Color } from "three";
+
 const STOPS: [number, number, number][] = [[152, 74, 70], [191, 98, 66], [221, 139, 68], [241, 190, 96], [253, 238, 178]];
 const gradientOf = (stops: [number, number, number][]) => `linear-gradient(to top, ${stops.map((c) => `rgb(${c.join(" ")})`).join(", ")})`;
 export const GRADIENT = gradientOf(STOPS);
@@ -17,6 +19,13 @@ export const TISSUE = LINEAR_STOPS[0] as [number, number, number];
 function colourAt(stops: number[][], share: number, colours: number[] | Float32Array, first: number) {
   const last = stops.length - 1, at = Math.min(1, Math.max(0, share)) * last, low = Math.min(last - 1, Math.floor(at));
   for (let c = 0; c < 3; ++c) colours[first + c] = stops[low][c] + (at - low) * (stops[low + 1][c] - stops[low][c]);
+}
+
+// The colour of a share of the scale, 0 to 1.
+export function organColourOf(share: number): Color {
+  const found: number[] = [];
+  colourAt(LINEAR_STOPS, share, found, 0);
+  return new Color().setRGB(found[0], found[1], found[2]);
 }
 
 // lengths [nodes] m -> colours [nodes][3], linear light; a length of `most` (m) gets the palest colour. own: colours of the vertices'

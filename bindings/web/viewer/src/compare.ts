@@ -3,18 +3,22 @@ import { roundUp } from "./colours";
 import { CompareSide } from "./compare_side";
 import { Cross } from "./cross";
 import { DEFAULT_TOOL } from "./effects";
-import { byId, element, mode } from "./elements";
+import { byId, element, input, mode } from "./elements";
 import { ForcePlot } from "./force_plot";
+import { largestOf } from "./geometry";
 import { Keys } from "./keys";
 import { wordsOfEffects } from "./links";
 import { TOOL_COUNT, TOUCH_HZ, type Path, type Times, type Trial } from "./messages";
 import { demonstration, demonstrationOfPull } from "./path_files";
-import { fetched, servedFiles } from "./served";
+import { readyComparisons, type ReadyComparison } from "./ready_comparisons";
+import { fetched, servedBundles, servedFiles, type ServedBundle } from "./served";
+import { namesOf } from "./side_names";
 import { NearestPoints } from "./surface_difference";
 import { chosenLanguage, decimal, fixed, keepInAddress, offerLanguages, speak, threeDigits, word, type Key } from "./words";
 
 const LONGEST = 30 * TOUCH_HZ; // steps of a touch that are compared
 const LEAST_MOST = 0.002; // m: the palest colour stands for this much at least
+const DISCS = ["radius", "radius-b"]; // the sliders of A and B
 const SAMPLES_APART = 1000; // contacts of two tools are different curves
 
 const pulls = () => mode("pull").checked;
@@ -29,6 +33,8 @@ class Compare {
   private touching: CompareSide | null = null; // the side that the user presses
   private nearest: { points: NearestPoints; of: unknown; on: unknown } | null = null;
   private trying = false;
+  private served: ServedBundle[] = [];
+  private wanted = 0; // m: of the press that follows when both bundles are open; 0: none
   private again = false; // something changed while both were tried
 
   constructor() {
@@ -37,15 +43,21 @@ class Compare {
     const bundles = [[bundle], isNamed ? [bundle] : [new URL("bundle-b.h5", location.href).href, bundle]];
     byId<HTMLAnchorElement>("viewer").search = location.search;
     this.sides = (["A", "B"] as const).map((letter, index) => this.side(letter, index, renderMesh));
-    byId<HTMLInputElement>("radius").value = address.get("disc") ?? String(1000 * DEFAULT_TOOL.discRadius);
+    DISCS.forEach((id, side) => {
+      input(id).value = (side && address.get("discb")) || address.get("disc") || String(1000 * DEFAULT_TOOL.discRadius);
+      byId(id).addEventListener("input", () => this.showRadius());
+      byId(id).addEventListener("change", () => this.setRadius());
+    });
     this.setRadius();
+    void servedBundles().then((served) => {
+      this.served = served;
+      this.offerReady();
+    });
     bundles.forEach((urls, i) => this.sides[i].fetch(urls));
     byId("press").addEventListener("click", () => this.press());
     byId("whole").addEventListener("click", () => this.lead.view.camera.home());
-    byId("radius").addEventListener("input", () => this.showRadius());
     for (const choice of document.querySelectorAll('input[name="mode"]')) choice.addEventListener("change", () => this.chooseMode());
     offerLanguages(() => this.translate());
-    byId("radius").addEventListener("change", () => this.setRadius());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
     this.connectKeys();
     this.dress();
@@ -78,30 +90,80 @@ class Compare {
     this.nearest = null;
     document.body.dataset.state = this.areOpen ? "ready" : "loading";
     this.keepAddress();
+    this.name();
+    this.offerReady();
+    if (this.areOpen && this.wanted) this.pressTo(this.wanted);
+  }
+
+  // The names of both sides.
+  private name() {
+    const names = this.areOpen ? namesOf(this.sides.map((side) => side.setting)) : this.sides.map(() => "");
+    this.sides.forEach((side, i) => side.call(names[i]));
+    names.forEach((name, i) => (byId(`name-${"ab"[i]}`).textContent = name ? `${"AB"[i]}: ${name}` : "AB"[i]));
+  }
+
+  // ---- comparisons at one click ---------------------------------------------------------------------------------------
+
+  private offerReady() {
+    if (!this.areOpen) return;
+    const ready = readyComparisons(this.sides[0].info!.hasLarge, this.served, this.sides[0].address);
+    byId("ready").replaceChildren(...ready.map((one) => {
+      const button = element("button", { type: "button" }, word(one.name));
+      button.addEventListener("click", () => this.begin(one));
+      return button;
+    }));
+  }
+
+  // Both sides take the settings of a comparison, then both are pressed.
+  private begin({ effects, discs, depth, bundles }: ReadyComparison) {
+    mode("push").checked = true;
+    this.chooseMode();
+    DISCS.forEach((id, side) => (input(id).value = String(discs[side])));
+    this.showRadius();
+    this.sides.forEach((side, i) => side.useEffects(effects[i], discs[i] / 1000));
+    const wanted = bundles ?? this.sides.map(() => this.sides[0].address), others = this.sides.filter((side, i) => !side.address.endsWith(wanted[i]));
+    this.wanted = others.length ? depth : 0;
+    if (!others.length) return this.pressTo(depth);
+    for (const side of others) {
+      side.mesh = null;
+      side.fetch([new URL(wanted[this.sides.indexOf(side)], location.href).href]);
+    }
+  }
+
+  // depth: m.
+  private pressTo(depth: number) {
+    this.wanted = 0;
+    const [a] = this.sides, hit = a.view.front(a.mesh!.touchable);
+    if (hit) void this.try(demonstration(hit.place, hit.normal, depth));
   }
 
   private changed() {
     this.differences = null;
     this.keepAddress();
+    this.name();
     if (this.path) void this.try(this.path);
   }
 
-  private showRadius(): number {
-    const mm = Number(byId<HTMLInputElement>("radius").value);
-    byId("radius-mm").textContent = `${decimal(mm)} mm`;
-    return mm;
+  // Returns the radii, mm.
+  private showRadius(): number[] {
+    return DISCS.map((id) => {
+      const mm = Number(input(id).value);
+      byId(`${id}-mm`).textContent = `${decimal(mm)} mm`;
+      return mm;
+    });
   }
 
   private setRadius() {
-    const mm = this.showRadius();
-    for (const side of this.sides) side.change(side.effects, { ...DEFAULT_TOOL, discRadius: mm / 1000 });
+    this.showRadius().forEach((mm, i) => this.sides[i].change(this.sides[i].effects, { ...DEFAULT_TOOL, discRadius: mm / 1000 }));
   }
 
   // The address holds both settings; opened again, it restores them.
   private keepAddress() {
     if (!this.areOpen) return;
     const words = new URLSearchParams(this.sides.map(({ effects }, i) => ["ab"[i], String(new URLSearchParams(wordsOfEffects(effects)))]));
-    words.set("disc", byId<HTMLInputElement>("radius").value);
+    const [disc, other] = DISCS.map((id) => input(id).value);
+    words.set("disc", disc);
+    if (other !== disc) words.set("discb", other);
     history.replaceState(null, "", `#${words}`);
   }
 
@@ -116,6 +178,8 @@ class Compare {
   private translate() {
     this.showRadius();
     for (const side of this.sides) side.translate();
+    this.name();
+    this.offerReady();
     const [a, b] = this.sides.map((side) => side.trial);
     if (this.differences && a && b) this.show(a.of, b.of);
   }
@@ -209,12 +273,6 @@ function beginningOf(path: Path): Path {
   return { steps, points: path.points.slice(0, 3 * TOOL_COUNT * steps), hold: path.hold.slice(0, TOOL_COUNT * steps) };
 }
 
-// Of vectors, [][x y z].
-function largestOf(vectors: ArrayLike<number>): number {
-  let most = 0;
-  for (let i = 0; i < vectors.length; i += 3) most = Math.max(most, Math.hypot(vectors[i], vectors[i + 1], vectors[i + 2]));
-  return most;
-}
 const largestDifference = (a: Float64Array, b: Float64Array) => largestOf(a.map((x, i) => x - b[i]));
 const largestMove = (now: Float32Array, rest: Float32Array) => largestOf(now.map((x, i) => x - rest[i]));
 

@@ -7,6 +7,7 @@ import type { FromWorker, PageEffects, Path, ToolFrame, ToolTarget, Trial } from
 import type { Shape } from "./organ_view";
 import { progressWords } from "./served";
 import { forceLabels, TOOL_COLOURS } from "./tool_readout";
+import type { Setting } from "./side_names";
 import { count, fill, fixed, word } from "./words";
 
 export interface SideEvents {
@@ -23,20 +24,22 @@ export class CompareSide extends LiveOrgan {
   trial: { of: Trial; shape: Shape } | null = null; // shown when no tool is there
   private panel: EffectsPanel;
   private provenance: Record<string, unknown> = {};
+  private words: string; // of the effects that the next bundle begins with
+  address = ""; // of the bundle; empty: a file of the user's
   private others: string[] = []; // addresses to try where the server does not have the bundle
 
   // words: of the effects that the page's address asks for. renderMesh: the bytes of the finer surface; null: there is none.
   constructor(private root: HTMLElement, private letter: "A" | "B", words: string, renderMesh: Promise<ArrayBuffer | null>, private of: SideEvents) {
-    const canvas = root.querySelector("canvas")!;
+    const canvas = root.querySelector("canvas")!, wanted = () => this.words;
     const pointer = { pulls: of.pulls, keeps: () => false, send: of.send, withdraw: of.withdraw, pressed: () => {} };
-    super(canvas, pointer, () => renderMesh, (own: PageEffects) => effectsOfWords(new URLSearchParams(words), own, (effect) => this.isAvailable(effect)), {
+    super(canvas, pointer, () => renderMesh, (own: PageEffects) => effectsOfWords(new URLSearchParams(wanted()), own, (effect) => this.isAvailable(effect)), {
       opening: () => (this.trial = null),
       opened: (bundle) => this.wasOpened(bundle), accepted: () => this.wasAccepted(), refused: (why) => this.wasRefused(why),
       progress: (done, total) => this.say(progressWords(done, total)),
       framed: ({ tools, flags }) => tools.some(Boolean) && this.say(flagWords(flags).join("; ")),
     });
     this.canvas = canvas;
-    this.part("h2").textContent = letter;
+    this.words = words;
     this.part("h2").className = letter.toLowerCase();
     this.translate();
     this.view.show({ colour: true, mesh: false, fixed: false, touchable: false, soft: false });
@@ -56,18 +59,39 @@ export class CompareSide extends LiveOrgan {
     return this.root.querySelector<T>(selector)!;
   }
 
+  // What this side shows, to be named by what differs from the other one.
+  get setting(): Setting {
+    const { provenance: { organ, boundary, element }, info, bytes, effects, tool: { discRadius } } = this;
+    return { organ: String(organ ?? word("page.organ-name")), boundary: String(boundary ?? ""), element: String(element ?? ""), nodes: info!.nodeCount, bytes, effects, discRadius };
+  }
+
+  // name: what differs from the other side; empty: nothing does.
+  call(name: string) {
+    this.part("h2").textContent = name ? `${this.letter}: ${name}` : this.letter;
+  }
+
+  // The effects that these words of an address name, in the open bundle.
+  useEffects(words: string, discRadius: number) {
+    this.words = words;
+    if (!this.info) return;
+    this.change(effectsOfWords(new URLSearchParams(words), this.effects, (effect) => this.isAvailable(effect)), { ...this.tool, discRadius });
+    this.showEffects();
+  }
+
   say(text: string) {
     this.part(".said").textContent = text;
   }
 
   // Opens the first of these that the server has.
   fetch([url, ...others]: string[]) {
+    this.address = url;
     this.others = others;
     this.say(word("compare.opening"));
     this.tell({ type: "fetch", url });
   }
 
   async openFile(file: File) {
+    this.address = "";
     this.say(word("compare.opening-file", { name: file.name }));
     const bytes = await file.arrayBuffer().catch(() => null);
     if (!bytes) return this.say(word("error.unreadable.about", { name: file.name }));

@@ -1,5 +1,6 @@
 // The gallery: every bundle of the server's data folder, the reports of accuracy, and the task of finding the hidden nodule.
 import { element } from "./elements";
+import { bundleOfCase, GUIDED_CASES, type GuidedCase } from "./guided_cases";
 import { megabytes, servedBundles, servedStudies, viewerAddress, type ServedBundle } from "./served";
 import { chosenLanguage, decimal, offerLanguages, speak, tell, word, type Key } from "./words";
 
@@ -23,10 +24,18 @@ function said(key: Key, values?: Record<string, string>): HTMLElement {
   return span;
 }
 
+// A guided case: its start, or what makes the bundle that it needs.
+function guided(one: GuidedCase, bundles: ServedBundle[]): HTMLElement {
+  const { name, organ, boundary } = one, bundle = bundleOfCase(one, bundles);
+  return element("p", {}, bundle ? element("a", { class: "primary", href: viewerAddress(bundle, { case: name }) }, word(`case.${name}` as Key))
+    : said("gallery.cases.needs", { name: word(`case.${name}` as Key), command: `make -f Makefile.data ORGAN=${organ} BC=${boundary}` }));
+}
+
 // In the page's language.
 function show(bundles: ServedBundle[]) {
   const withNodule = taskBundle(bundles);
   document.getElementById("organs")!.replaceChildren(...bundles.map(card));
+  document.getElementById("cases-start")!.replaceChildren(...GUIDED_CASES.map((one) => guided(one, bundles)));
   document.getElementById("task-start")!.replaceChildren(withNodule
     ? element("a", { class: "primary", href: viewerAddress(withNodule, { task: "nodule" }) }, word("gallery.task.start"))
     : said("gallery.task.needs", { organ: TASK_ORGAN, command: `make -f Makefile.data ORGAN=${TASK_ORGAN}` }));

@@ -39,3 +39,12 @@ export function normalise(vectors: Float32Array, from = 0) {
     for (let d = 0; d < 3; ++d) vectors[at + d] /= length;
   }
 }
+
+// The largest length of vectors, [][x y z].
+export function largestOf(vectors: ArrayLike<number>): number {
+  let most = 0;
+  for (let i = 0; i < vectors.length; i += 3) most = Math.max(most, Math.hypot(vectors[i], vectors[i + 1], vectors[i + 2]));
+  return most;
+}
+
+export const middleOf = (points: Vector[]): Vector => [0, 1, 2].map((d) => points.reduce((sum, point) => sum + point[d], 0) / points.length) as Vector;

@@ -28,7 +28,7 @@ export class JoinedOrgans {
       positions: joined((count) => new Float32Array(count), (mesh) => mesh.positions as Float32Array, false),
       triangles: joined((count) => new Uint32Array(count), (mesh) => mesh.triangles as Uint32Array, true),
       fixed: joined(integers, (mesh) => mesh.fixed as Int32Array, true), touchable: joined(integers, (mesh) => mesh.touchable as Int32Array, true),
-      soft: integers(0), tetrahedra: new Uint32Array(0), region: integers(0),
+      soft: integers(0), stiffness: new Float64Array(0), tetrahedra: new Uint32Array(0), region: integers(0),
     };
     this.colours = new Float32Array(3 * nodes);
     organs.forEach(({ mesh }, k) => {

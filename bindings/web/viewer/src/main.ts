@@ -1,5 +1,6 @@
 // The page: draws the frames that the worker sends, and sends the user's input to the worker.
 import type { BundleInfo } from "../../module/palpate.js";
+import { named, partsOf, type NamedPart } from "./anatomy";
 import { FIELD_GRADIENT, SIGNED_GRADIENT } from "./colours";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL, EFFECT_LINES, isAvailable } from "./effects";
 import { EffectsPanel } from "./effects_panel";
@@ -8,26 +9,33 @@ import { FrameClock } from "./clocks";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
 import { Headset } from "./headset";
+import { largestOf } from "./geometry";
 import { HealthyTwin, largestForce, twinOf } from "./healthy_twin";
 import { playedWords } from "./holds";
 import { bundleOfLink, linkOf, stateOfLink, wordsOfEffects, type PageState } from "./links";
+import { offerLayers } from "./layer";
 import { linearLimit, type LinearLimit } from "./linear_limit";
 import { type ColourBy, type FieldOf, TOOL_COUNT, TOUCH_HZ, type Frame, type FromWorker, type Mesh, type PageEffects, type Path, type ToolShape, type ToolTarget, type ToWorker, type Trial } from "./messages";
-import { NoduleTask } from "./nodule_task";
+import { NoduleTask, TASK_DEPTH, type Stiffness } from "./nodule_task";
 import type { Hit, OrganView } from "./organ_view";
 import { checkPlaceOfPath, demonstration, pathOfFile, save, trialPress } from "./path_files";
 import { bundleOfScene, readScene } from "./scene_reader";
 import { fetched, megabytes, servedFiles } from "./served";
+import { showFigures } from "./figures";
+import { Guide, GUIDED_CASES } from "./guided_cases";
 import type { SectionAxis } from "./section";
+import { SelfPlay } from "./self_play";
 import { begin, isReady, state, TouchPage } from "./touch_page";
 import { readOwn } from "./world_reader";
 import type { WorldScene } from "./world_scene";
 import { brief, count, decimal, fixed, keepInAddress, word, type Key } from "./words";
 
 const SERVED = servedFiles();
-const STARTS_TASK = new URLSearchParams(location.search).get("task") === "nodule";
+const WANTED = new URLSearchParams(location.search);
+const STARTS_TASK = WANTED.get("task") === "nodule", STARTS_CASE = GUIDED_CASES.find(({ name }) => name === WANTED.get("case"));
 const ELEMENTS = ["p1", "p1-anp", "p2-p0"];
-const BRIDGE = Number(new URLSearchParams(location.search).get("device") ?? 18945); // the port on which the bridge of devices waits for this page
+const BRIDGE = Number(WANTED.get("device") ?? 18945); // the port on which the bridge of devices waits for this page
+const SHOWN_DEPTH = 0.012; // m, of the press that plays itself, where linear elasticity is good as deep
 const QUIET = 400; // ms without a touch before effects are timed
 
 type Opened = Extract<FromWorker, { type: "opened" }>;
@@ -38,17 +46,21 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   effects: PageEffects = DEFAULT_EFFECTS;
   private opening: Opened | null = null; // what the worker told of the bundle
   private mesh: Mesh | null = null;
+  private organ = ""; // as the bundle calls it
+  private parts: NamedPart[] = [];
   private fine: FineMesh | null = null; // what effects.fine draws
   private accepted: { effects: PageEffects; tool: ToolShape; fine: FineMesh | null } | null = null; // by the worker, to return to when it refuses others
   private fineFile: Promise<{ name: string; bytes: ArrayBuffer } | null>; // of the bundle that is being opened
   tool: ToolShape = DEFAULT_TOOL;
   task = new NoduleTask(byId("task"), byId("find-nodule"), {
-    show: (nodules, answer) => this.view.showNodules(nodules, answer),
+    show: (nodules, answer, presses) => this.view.showNodules(nodules, answer, presses),
+    picture: () => this.view.picture(),
     ended: () => {
       this.reset();
       this.findTwin();
     },
   });
+  private guide = new Guide(byId("guide"), (scene) => void this.playServed(scene));
   private twin: HealthyTwin | null = null;
   private trials: ((trial: Trial) => void)[] = []; // that the engine was asked to play
   private info: BundleInfo | null = null;
@@ -69,6 +81,10 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private field: FieldOf = "none"; // that the worker was asked for
   private linkedTo: number | null = null; // the port of the bridge of devices
   private headset: Headset;
+  private selfPlay = new SelfPlay(() => this.pressForShow(), () => {
+    if (!this.selfPlay.isOn) this.reset();
+    this.showHint();
+  });
 
   constructor(canvas: HTMLCanvasElement, view: OrganView) {
     const worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
@@ -80,8 +96,9 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     worker.addEventListener("message", ({ data }: MessageEvent<FromWorker>) => this.heard(data));
     worker.addEventListener("error", (event) => this.refuse("error.stopped", event.message || word("error.stopped.about"), 0));
     view.outlinesRest = true;
+    offerLayers();
     this.connectOwn();
-    this.connect(["colour-by", "show-mesh", "show-fixed", "show-soft", "show-touchable"]);
+    this.connect(["colour-by", "show-names", "show-mesh", "show-fixed", "show-soft", "show-touchable"]);
     this.fineFile = fetched(SERVED.finer);
     this.tell({ type: "fetch", url: SERVED.bundle });
   }
@@ -89,10 +106,12 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   protected pointing() {
     return {
       followsDeformed: () => this.effects.collision === "deformed",
+      depth: () => (this.task.isOn ? TASK_DEPTH : null),
       pressed: (hit: Hit) => {
         this.pressed = hit;
         this.ownScene = null;
-        void this.task.press(hit.place, () => this.timesHealthy(hit));
+        this.selfPlay.end();
+        void this.task.press(hit.place, () => this.stiffnessAt(hit));
         byId("hint").classList.add("done");
         if (!this.newest?.frame.tools.some(Boolean)) this.plot.clear();
       },
@@ -130,7 +149,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   }
 
   private async open(opening: Opened) {
-    const { mesh, nodules, info, provenance } = opening;
+    const { mesh, name, nodules, info, provenance } = opening;
     this.opened = true;
     this.opening = opening;
     this.info = info;
@@ -143,6 +162,9 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.pointer.forget();
     this.plot.clear();
     this.view.open(mesh, String(provenance.frame));
+    this.parts = partsOf(mesh, provenance);
+    input("show-names").disabled = !this.parts.length;
+    byId("show-names").closest(".line")!.classList.toggle("absent", !this.parts.length);
     this.showChoices();
     this.fine = null;
     this.accepted = { effects: this.effects, tool: this.tool, fine: null };
@@ -166,7 +188,10 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.lastTouch = performance.now();
     this.followLink(!this.link);
     if (location.search.includes("device=") && this.linkedTo === null) this.connectDevices(BRIDGE);
+    this.guide.end();
     if (STARTS_TASK && this.task.canStart) this.task.start();
+    else if (STARTS_CASE && name === SERVED.bundle) this.guide.begin(STARTS_CASE);
+    else if (this.linkedTo === null && !this.pointer.kept.some(Boolean)) this.selfPlay.begin();
   }
 
   // Restores what the page's address holds, where it was made with this bundle or for any bundle.
@@ -246,14 +271,15 @@ class Viewer extends TouchPage<Frame, ToWorker> {
 
   private showFacts() {
     const { provenance, info, bytes, simd } = this.opening!, { boundary: where, element } = provenance;
-    const name = String(provenance.organ ?? word("page.organ-name"));
+    this.organ = String(provenance.organ ?? word("page.organ-name"));
+    const name = named(this.organ);
     byId("name").textContent = name;
     document.title = `${name} – Palpate`;
     // Soft supports hold without fixing a node, so that the held region does not show them.
-    const soft = Object.keys(provenance).flatMap((key) => /^(?:foundation|spring) (.+)$/.exec(key)?.[1] ?? []).join(", ");
+    const soft = Object.keys(provenance).flatMap((key) => /^(?:foundation|spring) (.+)$/.exec(key)?.[1] ?? []).map(named).join(", ");
     byId("facts").textContent = [
       word("facts.nodes", { count: count(info.nodeCount), touchable: count(info.touchableCount) }),
-      where && word(soft ? "facts.held-softly" : "facts.held", { where: String(where), soft }),
+      where && word(soft ? "facts.held-softly" : "facts.held", { where: named(String(where)), soft }),
       ELEMENTS.includes(String(element)) ? word(`facts.element.${element}` as Key) : element, `${decimal(megabytes(bytes))} MB`, simd ? "" : word("facts.no-simd"),
       this.effects.fine && this.fine ? word("facts.drawn", { count: count(this.fine.triangles.length / 3) }) : "",
     ].filter(Boolean).join(" · ");
@@ -332,11 +358,19 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     }
   }
 
+  // A scene that the server has.
+  private async playServed(url: string) {
+    const file = await fetched(new URL(url, location.href).href);
+    if (file) return this.playPath(new File([file.bytes], file.name));
+    this.guide.end();
+    this.tellUser(word("notice.no-scene", { url }));
+  }
+
   // A scene file: its effects and its tools' disc become the page's.
   private playScene(text: string, name: string) {
     const bundle = bundleOfScene(text), open = hexadecimal(this.info!.identity);
     if (bundle && bundle !== open) throw new Error(word("scene.other-bundle", { bundle, open }));
-    const own = readOwn(text, byId("name").textContent!);
+    const own = readOwn(text, this.organ);
     this.ownName = name;
     if (own) return this.playOwn(own);
     const { effects, tool, path } = readScene(text, this);
@@ -355,6 +389,16 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.played = null;
     this.clear();
     this.tell({ type: "scene", scene });
+  }
+
+  // Where one sees the dent from the side.
+  private pressForShow() {
+    const hit = this.front();
+    if (hit) this.tell({ type: "replay", path: demonstration(hit.place, hit.normal, Math.min(SHOWN_DEPTH, this.limit?.depth ?? Infinity)) });
+  }
+
+  protected get playsItself() {
+    return this.selfPlay.isOn;
   }
 
   protected replay(path: Path | null = null) {
@@ -385,6 +429,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   // Of a scene whose tools felt nothing: it may be another organ's.
   private afterScene(forces: Float64Array) {
     this.played = forces;
+    this.guide.ended(largestOf(forces));
     if (this.ownScene?.tools.length && forces.every((force) => force === 0)) this.tellUser(word("notice.scene-never-met", { name: this.ownName }));
   }
 
@@ -402,14 +447,27 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     else if (this.mesh && this.twin?.isOf(this.mesh)) this.task.compares();
   }
 
-  // The force of a press there, for that in the healthy organ. Large deformation would take the engine's time from the touch.
-  private async timesHealthy({ place, normal }: Hit): Promise<number | null> {
+  // Force over depth of a press there, and in the healthy organ. Large deformation would take the engine's time from the touch.
+  private async stiffnessAt({ place, normal }: Pick<Hit, "place" | "normal">): Promise<Stiffness | null> {
     const { twin, effects } = this;
-    if (!twin || !this.mesh || !twin.isOf(this.mesh) || effects.deformation !== "linear") return null;
-    const path = trialPress(place, normal), mine = new Promise<Trial>((done) => this.trials.push(done));
+    if (!this.mesh || effects.deformation !== "linear") return null;
+    const path = trialPress(place, normal, TASK_DEPTH), mine = new Promise<Trial>((done) => this.trials.push(done));
     this.tell({ type: "try", path });
-    const [own, healthy] = (await Promise.all([mine, twin.plays(path, effects, this.tool)])).map((trial) => largestForce(trial, TOOL_COUNT));
-    return healthy > 0 ? own / healthy : null;
+    const theirs = twin?.isOf(this.mesh) ? twin.plays(path, effects, this.tool) : null;
+    const [here, healthy] = (await Promise.all([mine, theirs])).map((trial) => trial && largestForce(trial, TOOL_COUNT) / (1000 * TASK_DEPTH));
+    return { here: here!, healthy: healthy || null };
+  }
+
+  // The names of what holds the organ.
+  private showNames() {
+    const parts = isOn("show-names") ? this.parts : [];
+    showFigures(byId("names"), parts.map(({ name, places }) => ({ text: named(name), at: this.view.places(places).find(Boolean) ?? null })));
+  }
+
+  // The map of past presses.
+  private showPresses() {
+    const { presses } = this.task, at = this.view.places(presses.map(({ place }) => place));
+    showFigures(byId("presses"), presses.map(({ found }, p) => ({ text: found && decimal(found.here.toFixed(3)), at: at[p] })));
   }
 
   private front(): Hit | null {
@@ -450,6 +508,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.showEffects();
     this.measured = false;
     this.task.show();
+    this.guide.show(null);
     this.showChoices();
   }
 
@@ -503,8 +562,11 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   protected draw() {
     const start = performance.now();
     this.headset.tick();
+    this.selfPlay.tick(start, this.newest?.frame.replaying ?? false);
     this.moveOn(start, this.effects.contact === "patch" ? this.tool.discRadius : 0);
     const drawn = this.view.render();
+    if (drawn || this.task.presses.length !== byId("presses").children.length) this.showPresses();
+    if (drawn) this.showNames();
     this.plot.draw();
     if (drawn) this.frames.add(start, performance.now());
     else this.frames.pause();
@@ -527,6 +589,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     super.numbers(frame, tools.length > 0);
     if (frame.playing === null) this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
     else byId("trust").textContent = playedWords(frame.playing, frame.holds);
+    if (frame.playing !== null) this.guide.show(frame.playing);
     this.showRecorded();
     byId("replay").toggleAttribute("disabled", frame.replaying);
     this.showFieldLegend();

@@ -77,6 +77,7 @@ export interface Mesh {
   fixed: Int32Array; // surface nodes that are fixed in every direction
   touchable: Int32Array;
   soft: Int32Array; // triangles over an elastic foundation
+  stiffness: Float64Array; // of that, along each one's normal, N/m^3
 }
 
 // What a scene's tool is drawn as, where it is not a finger or a probe.

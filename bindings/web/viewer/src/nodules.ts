@@ -1,6 +1,7 @@
 // Finds the nodules of a bundle: pieces of a stiffer material that lie wholly inside, so that nobody sees them.
 import { Vector3 } from "three";
 import type { Bundle } from "../../module/palpate.js";
+import { distance } from "./geometry";
 import type { Vector } from "./messages";
 import { nearestPlace } from "./surface_places";
 
@@ -9,7 +10,16 @@ const STIFFER = 1.5; // times the material around
 export interface Nodule {
   centre: Vector; // of its volume, m
   radius: number; // of the ball of its volume, m
+  stiffer: number; // times the material around
   above: Vector; // the touchable point of the surface that is nearest to the centre, at rest, m
+}
+
+const LARGE = 0.015; // m, radius from which a larger nodule is no easier to find
+// How hard a nodule is to find by touch: the deeper, the smaller and the softer, the harder.
+export function levelOf(nodule: Pick<Nodule, "centre" | "above" | "radius" | "stiffer"> | null): "easy" | "medium" | "hard" {
+  if (!nodule) return "hard";
+  const felt = (1 - 1 / nodule.stiffer) * Math.min(1, nodule.radius / distance(nodule.centre, nodule.above)) ** 2 * Math.min(1, nodule.radius / LARGE);
+  return felt > 0.3 ? "easy" : felt > 0.15 ? "medium" : "hard";
 }
 
 type Body = Pick<Bundle, "info" | "nodes" | "triangles" | "tetrahedra" | "touchable" | "region" | "young">;
@@ -19,7 +29,7 @@ export function nodulesOf(body: Body): Nodule[] {
   const isStiff = (t: number) => body.young[body.region[t]] > STIFFER * body.young[around];
   return pieces(body, Array.from(volumes.keys()).filter(isStiff))
     .filter((piece) => piece.every((t) => body.tetrahedra.subarray(4 * t, 4 * t + 4).every((node) => node >= body.info.surfaceNodeCount)))
-    .map((piece) => noduleOf(body, volumes, piece));
+    .map((piece) => noduleOf(body, volumes, piece, around));
 }
 
 function volumesOf({ nodes, tetrahedra }: Body): Float64Array {
@@ -52,13 +62,14 @@ function pieces({ tetrahedra, info }: Body, chosen: number[]): number[][] {
   return [...found.values()];
 }
 
-function noduleOf(body: Body, volumes: Float64Array, piece: number[]): Nodule {
+function noduleOf(body: Body, volumes: Float64Array, piece: number[], around: number): Nodule {
   const centre = new Vector3(), corner = new Vector3();
-  let volume = 0;
+  let volume = 0, young = 0;
   for (const t of piece) {
     volume += volumes[t];
+    young += volumes[t] * body.young[body.region[t]];
     for (let i = 0; i < 4; ++i) centre.addScaledVector(corner.fromArray(body.nodes, 3 * body.tetrahedra[4 * t + i]), volumes[t] / 4);
   }
   centre.divideScalar(volume);
-  return { centre: centre.toArray(), radius: Math.cbrt((3 * volume) / (4 * Math.PI)), above: nearestPlace(body, centre.toArray())?.point ?? [0, 0, 0] };
+  return { centre: centre.toArray(), radius: Math.cbrt((3 * volume) / (4 * Math.PI)), stiffer: young / volume / body.young[around], above: nearestPlace(body, centre.toArray())?.point ?? [0, 0, 0] };
 }

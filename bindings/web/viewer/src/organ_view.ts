@@ -5,11 +5,11 @@ import {
 } from "three";
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
-import { boxOf } from "./geometry";
+import { boxOf, distance } from "./geometry";
 import { frontOf, OrganCamera } from "./organ_camera";
 import { LinkFigures } from "./link_figures";
 import { NoduleMarks } from "./nodule_marks";
-import type { Answer } from "./nodule_task";
+import type { Answer, TaskPress } from "./nodule_task";
 import type { Nodule } from "./nodules";
 import { PointerLines } from "./pointer_lines";
 import { chosenQuality, isChosen, SlowFrames, type Quality } from "./quality";
@@ -19,6 +19,8 @@ import { ToolFigure } from "./tool_figure";
 import { TOOL_COUNT, type ColourBy, type Frame, type DrawnLink, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const LONGEST_DENT = 0.005, DENT_SHARE = 0.1; // m, and of the organ's smallest extent: that of a press up to where linear elasticity is good
+const SAME_PLACE = 0.008; // m: a dent moves what one sees by less
+const RINGS = 5; // of a dent as deep as the scale
 const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 
 export interface Hit {
@@ -130,7 +132,7 @@ export class OrganView {
     this.own = own;
     const nodes = mesh.positions.length / 3;
     const position = changing(mesh.positions.slice());
-    this.geometry = this.wire.geometry = renewed(this.surface, { position, color: changing(new Float32Array(3 * nodes)) }, mesh.triangles);
+    this.geometry = this.wire.geometry = renewed(this.surface, { position, color: changing(new Float32Array(3 * nodes)), dent: changing(new Float32Array(nodes), 1) }, mesh.triangles);
     this.geometry.computeVertexNormals();
     this.rest = mesh.positions;
     this.restNormals = (this.geometry.getAttribute("normal").array as Float32Array).slice();
@@ -163,7 +165,7 @@ export class OrganView {
     this.again();
     if (!mesh) return void renewed(this.fine, {});
     const [position, normal, color] = [mesh.positions, mesh.normals, mesh.positions].map((numbers) => changing(numbers.slice()));
-    renewed(this.fine, { position, normal, color }, mesh.triangles);
+    renewed(this.fine, { position, normal, color, dent: changing(new Float32Array(position.count), 1) }, mesh.triangles);
     renewed(this.outline, { position: new BufferAttribute(mesh.positions, 3) }, mesh.triangles);
   }
 
@@ -228,6 +230,8 @@ export class OrganView {
     else if (this.own) colours.set(this.own);
     else for (let i = 0; i < colours.length; ++i) colours[i] = TISSUE[i % 3];
     colour.needsUpdate = true;
+    put(geometry, "dent", lengths);
+    this.surface.material.rings(this.shown.colour ? this.most / RINGS : 0);
   }
 
   show(shown: Shown) {
@@ -263,8 +267,8 @@ export class OrganView {
     this.again();
   }
 
-  showNodules(nodules: Nodule[], answer: Answer | null) {
-    this.noduleMarks.show(nodules, answer);
+  showNodules(nodules: Nodule[], answer: Answer | null, presses: TaskPress[]) {
+    this.noduleMarks.show(nodules, answer, presses);
     this.stale = true;
   }
 
@@ -313,6 +317,20 @@ export class OrganView {
   private atPixel([x, y]: [number, number], like: Vector3): Vector3 {
     const { clientWidth: width, clientHeight: height } = this.canvas, depth = like.clone().project(this.camera.camera).z;
     return new Vector3((2 * x) / width - 1, 1 - (2 * y) / height, depth).unproject(this.camera.camera);
+  }
+
+  // Where these places of the surface at rest are in the canvas, px; null: on the far side.
+  places(of: Vector[]): ([x: number, y: number] | null)[] {
+    return of.map((place) => {
+      const at = this.toScreen(new Vector3(...place)), seen = this.pick(...at);
+      return seen && distance(seen.place, place) < SAME_PLACE ? at : null;
+    });
+  }
+
+  // The canvas, with the picture that is drawn now.
+  picture(): HTMLCanvasElement {
+    this.draw();
+    return this.canvas;
   }
 
   pick(x: number, y: number): Hit | null {
@@ -428,7 +446,7 @@ function edgesInside(tetrahedra: Uint32Array, surface: number): Uint32Array {
   return Uint32Array.from(edges);
 }
 
-const changing = (numbers: Float32Array) => new BufferAttribute(numbers, 3).setUsage(DynamicDrawUsage);
+const changing = (numbers: Float32Array, each = 3) => new BufferAttribute(numbers, each).setUsage(DynamicDrawUsage);
 
 // Gives an object a new geometry; it is drawn wherever the camera looks.
 function renewed(object: Pick<Object3, "geometry" | "frustumCulled">, attributes: Record<string, BufferAttribute>, index?: Uint32Array): BufferGeometry {

@@ -89,8 +89,8 @@ export function demonstration(place: Vector, normal: Vector, depth = 0.012): Pat
   return moved(place, normal, [[0, 0.003], [0.15, 0], [1.1, -depth], [1.9, -depth], [2.4, 0.003]]);
 }
 
-// A press of 6 mm, by which places are compared.
-export const trialPress = (place: Vector, normal: Vector): Path => moved(place, normal, [[0, 0.002], [0.1, 0], [0.4, -0.006]]);
+// A press by which places are compared.
+export const trialPress = (place: Vector, normal: Vector, depth: number): Path => moved(place, normal, [[0, 0.002], [0.1, 0], [0.4, -depth]]);
 
 export function demonstrationOfPull(place: Vector, normal: Vector, height = 0.008): Path {
   const path = moved(place, normal, [[0, 0.002], [0.15, -3e-4], [1.1, height], [1.9, height]]);
@@ -102,9 +102,9 @@ export function demonstrationOfPull(place: Vector, normal: Vector, height = 0.00
 const moved = (place: Vector, normal: Vector, keys: [number, number][]) =>
   pathOfFile(keys.map(([time, height]) => [time, ...along(place, normal, height)].join(",")).join("\n"));
 
-export function save(name: string, text: string) {
+export function save(name: string, content: string | Blob) {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
+  link.href = URL.createObjectURL(typeof content === "string" ? new Blob([content], { type: "text/plain" }) : content);
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);

@@ -1,4 +1,4 @@
-// The organ's surface as it is drawn: moist tissue under the light of a room, with a soft shadow below the tools.
+// The organ's surface as it is drawn: moist tissue under the light of a room, with a soft shadow below the tools and rings around a dent.
 import { Color, type IUniform, MeshPhysicalMaterial, PMREMGenerator, Vector3, Vector4, type WebGLRenderer } from "three";
 import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
 import { TOOL_COUNT } from "./messages";
@@ -21,6 +21,7 @@ interface Shade {
 
 export class Tissue extends MeshPhysicalMaterial {
   private shades = { tips: { value: [] as Vector4[] } satisfies IUniform, ends: { value: [] as Vector3[] } satisfies IUniform };
+  private ringStep = { value: 0 } satisfies IUniform;
 
   constructor() {
     super({ vertexColors: true, roughness: 0.5, metalness: 0, specularIntensity: 0.6, clearcoat: 0.5, clearcoatRoughness: 0.28 });
@@ -30,13 +31,13 @@ export class Tissue extends MeshPhysicalMaterial {
       this.shades.ends.value.push(new Vector3());
     }
     this.onBeforeCompile = (shader) => {
-      Object.assign(shader.uniforms, { shadeTips: this.shades.tips, shadeEnds: this.shades.ends });
+      Object.assign(shader.uniforms, { shadeTips: this.shades.tips, shadeEnds: this.shades.ends, ringStep: this.ringStep });
       shader.vertexShader = shader.vertexShader
-        .replace("#include <common>", "#include <common>\nvarying vec3 shadedPlace;")
-        .replace("#include <project_vertex>", "#include <project_vertex>\nshadedPlace = (modelMatrix * vec4(transformed, 1.0)).xyz;");
+        .replace("#include <common>", "#include <common>\nvarying vec3 shadedPlace;\nattribute float dent;\nvarying float ringDent;")
+        .replace("#include <project_vertex>", "#include <project_vertex>\nshadedPlace = (modelMatrix * vec4(transformed, 1.0)).xyz;\nringDent = dent;");
       shader.fragmentShader = shader.fragmentShader
-        .replace("#include <common>", `#include <common>\n${SHADE}`)
-        .replace("#include <opaque_fragment>", "outgoingLight *= shadeOfTools();\n#include <opaque_fragment>");
+        .replace("#include <common>", `#include <common>\n${SHADE}\n${RINGS}`)
+        .replace("#include <opaque_fragment>", "outgoingLight *= shadeOfTools() * lightOfRings();\n#include <opaque_fragment>");
     };
   }
 
@@ -48,6 +49,11 @@ export class Tissue extends MeshPhysicalMaterial {
     this.needsUpdate = true;
   }
 
+  // step: m of the geometry's attribute `dent` between two rings; 0: there are none.
+  rings(step: number) {
+    this.ringStep.value = step;
+  }
+
   shade(tools: (Shade | null)[]) {
     tools.forEach((tool, t) => {
       this.shades.tips.value[t].set(tool?.tip.x ?? 0, tool?.tip.y ?? 0, tool?.tip.z ?? 0, tool?.radius ?? 0);
@@ -55,6 +61,18 @@ export class Tissue extends MeshPhysicalMaterial {
     });
   }
 }
+
+// Lines where `dent` is 2, 3 or 4 steps, one and a half pixels wide; none where they would touch one another. One step is noise far from a
+// tool, and below a disc the dent is flat.
+const RINGS = `
+varying float ringDent;
+uniform float ringStep;
+float lightOfRings() {
+  if (ringStep <= 0.0) return 1.0;
+  float rings = ringDent / ringStep, pixel = fwidth(rings), away = abs(fract(rings + 0.5) - 0.5);
+  float line = (1.0 - smoothstep(0.5 * pixel, 1.5 * pixel, away)) * step(1.5, rings) * step(rings, 4.5) * (1.0 - smoothstep(0.15, 0.4, pixel));
+  return 1.0 - 0.5 * line;
+}`;
 
 // A place near a rod sees less of the room: darkest below its surface, gone two and a half radii away.
 const SHADE = `

@@ -18,8 +18,9 @@ const FOLLOWS = 0.35; // share of a turn that a frame makes, so that a tool turn
 // In the figure's own frame z is the outward normal of the contact, and lengths are in disc radii.
 const UP = new Vector3(0, 0, 1);
 
-// Lit by the surface's own lights.
-const skin = () => new MeshPhysicalMaterial({ color: "#e6b59c", roughness: 0.62, clearcoat: 0.12, clearcoatRoughness: 0.5, vertexColors: true, transparent: true });
+// Lit by the surface's own lights. A finger lets the dent behind it through.
+const CLEAR = 0.6;
+const skin = () => new MeshPhysicalMaterial({ color: "#e6b59c", roughness: 0.62, clearcoat: 0.12, clearcoatRoughness: 0.5, vertexColors: true, transparent: true, opacity: CLEAR });
 const steel = () => new MeshPhysicalMaterial({ color: "#c9d0d4", roughness: 0.28, metalness: 0.85 });
 const grip = () => new MeshPhysicalMaterial({ color: "#2f3a44", roughness: 0.6 });
 
@@ -69,8 +70,8 @@ export class ToolFigure {
   dull() {
     this.group.traverse((part) => {
       if (!(part instanceof Object3) || !(part.material instanceof MeshPhysicalMaterial)) return;
-      const { color, vertexColors, transparent } = part.material;
-      part.material = new MeshLambertMaterial({ color, vertexColors, transparent });
+      const { color, vertexColors, transparent, opacity } = part.material;
+      part.material = new MeshLambertMaterial({ color, vertexColors, transparent, opacity });
     });
   }
 
@@ -130,7 +131,7 @@ function fingertip(): Body {
   const nail = new SphereGeometry(1, 32, 20, 0, 2 * Math.PI, 0, 0.5 * Math.PI).scale(0.68, 0.2, 0.9);
   const up = new Vector3(Math.cos(lean), 0, -Math.sin(lean)).negate();
   nail.applyMatrix4(basisOf(new Vector3(0, 1, 0), up, axis)).translate(...place(axis, 0.35, up, thick - 0.14, pad));
-  group.add(new Object3(nail, new MeshPhysicalMaterial({ color: "#f0cfc2", roughness: 0.3, clearcoat: 0.6, clearcoatRoughness: 0.2 })));
+  group.add(new Object3(nail, new MeshPhysicalMaterial({ color: "#f0cfc2", roughness: 0.3, clearcoat: 0.6, clearcoatRoughness: 0.2, transparent: true, opacity: CLEAR })));
   return { group, end: axis.clone().multiplyScalar(5), thick };
 }
 

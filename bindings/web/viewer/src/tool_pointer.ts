@@ -24,6 +24,7 @@ export interface PointerOptions {
   send: (index: number, target: ToolTarget) => void;
   withdraw: (index: number) => void; // as if the press had not been
   pressed: (hit: Hit) => void;
+  depth?: () => number | null; // m, to which each push goes; null: as the pointer says
 }
 
 interface Held {
@@ -200,6 +201,7 @@ export class ToolPointer {
   // The target of a push: along the normal, at the depth; where it slides, beside it too. The target of a pull: the position of the pointer.
   private aim(held: Held, depth: number, dx: number, dy: number) {
     const { target, hit, place } = held;
+    depth = this.options.depth?.() ?? depth;
     const dragged = this.view.drag(hit.point, dx, dy);
     const way = dragged.map((x, d) => x - hit.point[d]), up = way.reduce((sum, x, d) => sum + x * hit.normal[d], 0);
     const pulled = place.map((x, d) => x + way[d]) as Vector;

@@ -9,6 +9,7 @@ import { Keys } from "./keys";
 import { frameArrays, frameBytes, type ColourBy, type TouchFrame } from "./messages";
 import { OrganView, type Shape } from "./organ_view";
 import { progressWords } from "./served";
+import { SpokenForce } from "./spoken_force";
 import { ToolPointer, type PointerOptions } from "./tool_pointer";
 import { TOOL_COLOURS, ToolReadout } from "./tool_readout";
 import { brief, chosenLanguage, count, fill, offerLanguages, speak, threeDigits, word, type Key } from "./words";
@@ -53,6 +54,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   protected flagged = 0; // ms: when a step had flags; 0: what the page says is something else
   protected gamepads: Gamepads;
   private cross: Cross;
+  private spoken = new SpokenForce(byId("spoken"));
   private times = { touchUs: new Spread(), shapeUs: new Spread() };
   private rate = new TouchRate();
 
@@ -79,6 +81,10 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   protected abstract translate(): void; // what the page's words cannot fill by themselves, in a language that the user has just chosen
   protected abstract get isOpen(): boolean;
   protected undo() {}
+  // A press plays that nobody needs to be told of.
+  protected get playsItself() {
+    return false;
+  }
 
   protected tell(message: Message, transfer: Transferable[] = []) {
     this.worker.postMessage(message, transfer);
@@ -156,9 +162,9 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     byId("notice").textContent = byId("empty-note").textContent = text;
   }
 
-  private showHint() {
+  protected showHint() {
     const hint = byId("hint");
-    hint.dataset.words = this.hints[mode("pull").checked ? "pull" : "push"];
+    hint.dataset.words = this.playsItself ? "hint.plays" : this.hints[mode("pull").checked ? "pull" : "push"];
     hint.classList.remove("done");
     fill(hint.parentElement!);
   }
@@ -214,6 +220,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   // says: whether the page tells of flags now.
   protected numbers(frame: Frame, says = true) {
     this.readout.show(frame.tools);
+    if (!this.playsItself) this.spoken.tell(frame.tools);
     for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
       if (!frame[key]) continue;
       const times = this.times[key];

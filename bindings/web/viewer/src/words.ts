@@ -1,6 +1,7 @@
 // The words that the pages show, in the page's language; English at the start. words.json has each word in the languages of its first line;
 // a word may hold {places} for values, `code` and [keys].
 import words from "../words/words.json";
+import { keep as keepHere, kept as keptHere } from "./kept";
 import { marked } from "../words/marked.js";
 
 export type Key = keyof typeof words;
@@ -15,6 +16,8 @@ export function word(key: Key, values: Record<string, string | number> = {}): st
   return words[key][LANGUAGES.indexOf(language)].replace(/\{(\w+)\}/g, (_, name) => String(values[name]));
 }
 
+// The word, where there is one.
+export const known = (key: string): string | undefined => (key in words ? word(key as Key) : undefined);
 export const count = (value: number) => value.toLocaleString(language);
 // A number's digits with the language's decimal mark.
 export const decimal = (digits: string | number) => String(digits).replace(".", word("decimal"));
@@ -75,21 +78,11 @@ export function keepInAddress() {
   history.replaceState(history.state, "", address);
 }
 
-// A browser may forbid localStorage.
-function kept(): string | null {
-  try {
-    return localStorage.getItem(KEPT);
-  } catch {
-    return null;
-  }
-}
+const kept = () => keptHere(KEPT);
 
+// In the address too.
 function keep(name: string) {
-  try {
-    localStorage.setItem(KEPT, name);
-  } catch {
-    // The address keeps it.
-  }
+  keepHere(KEPT, name);
   const address = new URL(location.href);
   address.searchParams.set("language", name);
   history.replaceState(history.state, "", address);
