@@ -24,20 +24,20 @@ def ours(study, case, quantity, poisson, element):
     for series in case["series"]:
         if (series["quantity"], series["poisson"], series["element"]) == (quantity, poisson, element) and series["judged"]:
             point = finest(study, case, series)
-            error = f"{number(100 * point['error'], 2)} %"
-            return error if point["value"] is None else f"{number(point['value'], 4)} ({error})"
+            return f"{number(point['value'], 4)} ({number(100 * point['error'], 2)} %)"
     return ""
 
 
 def rows(study):
     for case in study["cases"]:
-        shown = [s for s in case["series"] if s["judged"] and (s["bound"] is None or s["bound"] > EXACT) and s["element"] in SHOWN]
+        exact_ones = {s["quantity"] for s in case["series"] if s["bound"] is not None and s["bound"] <= EXACT}
+        shown = [s for s in case["series"] if s["judged"] and s["quantity"] not in exact_ones and s["element"] in SHOWN]
         for quantity, poisson in dict.fromkeys((s["quantity"], s["poisson"]) for s in shown):
             one = next(s for s in shown if (s["quantity"], s["poisson"]) == (quantity, poisson))
             exact = finest(study, case, one)["exact"]
-            theirs = "the field" if exact is None else number(exact, 4)
-            yield (f"`{case['id']}`", f"{case['title']}, nu {poisson:.3g}: {quantity}", case["source"], theirs,
-                   *(ours(study, case, quantity, poisson, element) for element in SHOWN))
+            if exact is not None:  # else the error of a whole field
+                yield (f"`{case['id']}`", f"{case['title']}, nu {poisson:.4g}: {quantity}", case["source"], number(exact, 4),
+                       *(ours(study, case, quantity, poisson, element) for element in SHOWN))
 
 
 def table(study):
