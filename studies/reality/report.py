@@ -47,7 +47,7 @@ def lead(study):
 
 def gates(page, study):
     page.cards([(g["gate"].replace("cook", "Cook's membrane").capitalize(), f"{percent(g['found'])}: {'holds' if g['holds'] else 'DOES NOT HOLD'}",
-                 [("at most", percent(g["bound"]))], f"<p>{g['what'].split(':', 1)[-1].strip()}</p>") for g in study.all["gates"]])
+                 [("at most", percent(g["bound"]))], f"<p>{g['what'][0].upper() + g['what'][1:]}</p>") for g in study.all["gates"]])
     if study.all["short"]:
         page.words("<b>A short run</b> on coarse meshes, without Cook's membrane: the errors hold those of the meshes.")
 
