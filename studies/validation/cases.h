@@ -90,11 +90,13 @@ Case equal_spheres(const Workshop& workshop);
 Case unequal_spheres(const Workshop& workshop);
 Case cantilever();
 Case elliptic_plate_le10();
+Case cook_linear();
 Case pressed_cylinder();
 Case superposition(const Workshop& workshop);
 Case stretched_bar();
 Case sheared_block();
 Case twisted_cylinder();
 Case elastica();
+Case cook_large();
 
 }  // namespace palpate::validation

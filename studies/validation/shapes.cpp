@@ -20,6 +20,14 @@ void name_one_region(TetrahedralMesh& mesh, const char* name) {
   mesh.region_names = {name};
 }
 
+// Moves the node (i, j) of a square grid to the circle of the radius that belongs to max(i, j), and to the height z.
+template <class Radius>
+void bend_to_circle(std::array<double, 3>& p, const Radius& radius, double z) {
+  const double i = std::round(p[0]), j = std::round(p[1]), ring = std::max(i, j), r = radius(ring);
+  const double angle = ring == 0 ? 0 : std::numbers::pi / 4 * (i >= j ? j / i : 2 - i / j);
+  p = {i == 0 ? 0 : r * std::cos(angle), j == 0 ? 0 : r * std::sin(angle), z};
+}
+
 }  // namespace
 
 TetrahedralMesh shell_octant(double a, double b, int n) {
@@ -75,6 +83,14 @@ TetrahedralMesh cylinder_mesh(double radius, double height, int rings, int layer
   return mesh;
 }
 
+TetrahedralMesh quarter_cylinder(double radius, double height, int n, int layers) {
+  TetrahedralMesh mesh = box_mesh({n, n, layers}, {1.0 * n, 1.0 * n, height});
+  for (auto& p : mesh.nodes)
+    bend_to_circle(
+        p, [&](double ring) { return radius * ring / n; }, p[2]);
+  return mesh;
+}
+
 TetrahedralMesh indented_quarter(double a, int n, TowardsEdge cells) {
   TetrahedralMesh mesh = box_mesh({3 * n, 3 * n, 2 * n}, {3.0 * n, 3.0 * n, 2.0 * n});
   const bool even = cells == TowardsEdge::even;
@@ -82,12 +98,10 @@ TetrahedralMesh indented_quarter(double a, int n, TowardsEdge cells) {
   const auto under = [&](double t) { return even ? t : 1 - squared(1 - t); };
   const auto beyond = [&](double t) { return even ? 1 + 2 * t + 2 * t * t : 1 + 4 * squared(t); };
   const auto deep = [&](double t) { return even ? 2 * t + 3 * t * t : 5 * squared(t); };
-  for (auto& p : mesh.nodes) {  // squares i = const or j = const bent to circles
-    const double i = std::round(p[0]), j = std::round(p[1]), k = std::round(p[2]), ring = std::max(i, j);
-    const double r = a * (ring <= n ? under(ring / n) : beyond((ring - n) / (2 * n)));
-    const double angle = ring == 0 ? 0 : std::numbers::pi / 4 * (i >= j ? j / i : 2 - i / j);
-    p = {i == 0 ? 0 : r * std::cos(angle), j == 0 ? 0 : r * std::sin(angle), a * deep(k / (2 * n))};
-  }
+  for (auto& p : mesh.nodes)
+    bend_to_circle(
+        p, [&](double ring) { return a * (ring <= n ? under(ring / n) : beyond((ring - n) / (2 * n))); },
+        a * deep(std::round(p[2]) / (2 * n)));
   return mesh;
 }
 
@@ -98,6 +112,12 @@ TetrahedralMesh elliptic_plate(int n) {
     const double t = std::numbers::pi / 2 * p[1], c = p[1] == 1 ? 0 : std::cos(t), q = std::sin(t);
     p = {((1 - s) * 2 + s * 3.25) * c, ((1 - s) * 1 + s * 2.75) * q, p[2]};
   }
+  return mesh;
+}
+
+TetrahedralMesh cook_membrane(int n) {
+  TetrahedralMesh mesh = box_mesh({n, n, 1}, {1, 1, 0.001});
+  for (auto& p : mesh.nodes) p = {0.048 * p[0], 0.044 * p[0] + (0.044 - 0.028 * p[0]) * p[1], p[2]};
   return mesh;
 }
 

@@ -12,6 +12,9 @@ TetrahedralMesh shell_octant(double a, double b, int n);
 // A disc made of rings of triangles, extruded along z in layers of prisms; each prism is three tetrahedra.
 TetrahedralMesh cylinder_mesh(double radius, double height, int rings, int layers);
 
+// A quarter of a cylinder, x and y at least 0, its base at z = 0: n cells along the radius, layers along the height.
+TetrahedralMesh quarter_cylinder(double radius, double height, int n, int layers);
+
 // A quarter of a cylinder about an indenter of radius a at its top z = 0, 5 a wide and deep, the material at z > 0: 3 n cells
 // along each radius, n of them under the indenter, and 2 n in depth.
 enum class TowardsEdge {
@@ -23,5 +26,8 @@ TetrahedralMesh indented_quarter(double a, int n, TowardsEdge cells);
 // A quarter of NAFEMS' thick elliptic plate LE10, m: n cells through the thickness of 0.6 (even), 2 n across, 3 n around.
 TetrahedralMesh elliptic_plate(int n);
 inline constexpr double kPlateThickness = 0.6;
+
+// Cook's membrane, m: the trapezoid (0, 0), (48, 44), (48, 60), (0, 44) mm, 1 mm thick: n x n cells, one through the thickness.
+TetrahedralMesh cook_membrane(int n);
 
 }  // namespace palpate::validation

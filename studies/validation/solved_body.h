@@ -74,4 +74,13 @@ Vector3d total_force(const DiscreteBody& discrete, const Answer& answer, const W
 // The first node at a point, to 1e-9 of the point's distance from the origin. Errors: OperationError if there is none.
 std::int32_t node_at(const DiscreteBody& discrete, const Point& point);
 
+// Cook's membrane in plane strain, clamped at its left edge, under a shear traction (Pa) at the right one; structure_cases.cpp.
+struct CookMembrane {
+  DiscreteBody discrete;
+  std::vector<double> load;
+
+  double rise(const Answer& answer, double height) const;  // of the loaded edge's node at y = height, m
+};
+CookMembrane cook_membrane_under(double traction, const Material& material, Element element, int level);
+
 }  // namespace palpate::validation

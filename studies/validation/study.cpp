@@ -252,10 +252,12 @@ std::vector<Case> all_cases(const Workshop& workshop) {
           unequal_spheres(workshop),
           cantilever(),
           elliptic_plate_le10(),
+          cook_linear(),
           stretched_bar(),
           sheared_block(),
           twisted_cylinder(),
-          elastica()};
+          elastica(),
+          cook_large()};
 }
 
 void run_study(StudyOptions options) {

@@ -93,6 +93,7 @@ studies/scenes/: studies/scenes/ studies/coupled/ studies/peers/ studies/accurac
 studies/peers/: studies/peers/ studies/timing/ precompute/elements/ formats/: plumbing Eigen SuiteSparse palpate
 studies/hyperelastic/: studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/large/ runtime/base/: Eigen
 studies/large/: studies/large/ studies/hyperelastic/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
+studies/reality/: studies/reality/ studies/validation/ studies/hyperelastic/ studies/bodies/ studies/timing/ precompute/elements/ precompute/solver/ formats/: plumbing CLI11 Eigen
 studies/paper/: studies/paper/ studies/peers/ studies/timing/ precompute/run/ precompute/solver/ runtime/tissue/ formats/: plumbing CLI11 PETSc palpate
 studies/accuracy/: studies/accuracy/ studies/timing/ precompute/elements/ precompute/bundle_tool/ runtime/surface/ runtime/base/ formats/: plumbing CLI11 toml++ Eigen palpate
 studies/validation/: studies/validation/ studies/accuracy/ studies/hyperelastic/ studies/bodies/ studies/timing/ precompute/elements/ precompute/solver/ precompute/tensors/ formats/: plumbing Eigen palpate

@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 """A short validation with the real program. Usage: validation_test.py BIN [TEST ...]"""
 import glob
+import html
 import json
 import os
+import shutil
+import subprocess
 import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from study_test import StudyTest, run_program  # noqa: E402
+from study_test import ROOT, StudyTest, run_program  # noqa: E402
 
-CASES = ("patch-test", "rigid-motion", "superposition", "pressed-cylinder", "thick-sphere", "cantilever", "calculix", "large-bar", "large-shear")
+CASES = ("patch-test", "rigid-motion", "superposition", "pressed-cylinder", "thick-sphere", "cantilever", "cook", "calculix", "large-bar", "large-shear", "large-cook")
 
 
 def validation(*arguments, **options):
@@ -71,7 +74,7 @@ class Validation(StudyTest):
     def test_the_report_is_one_file_with_a_line_for_each_case(self):
         page = self.page()
         for case in self.all["cases"]:
-            self.assertIn(f"<td>{case['title']}</td>", page)
+            self.assertIn(f"<td>{html.escape(case['title'])}</td>", page)
         self.assertIn(f"{self.all['checks']} of {self.all['checks']} checks hold", page)
         self.assertEqual([(r["case"], r["quantity"]) for r in self.rows("validation.csv")],
                          [(p["case"], p["quantity"]) for p in self.all["points"]])
@@ -92,6 +95,24 @@ class Validation(StudyTest):
             with open(point, "w") as file:
                 file.write(whole)
             validation(*self.study)
+
+    def test_the_table_of_published_numbers_is_that_of_the_documentation(self):
+        """The figures of a short run are those of coarse meshes: compared are case, quantity, source and published number."""
+        page = os.path.join(self.scratch.name, "accuracy.md")
+        shutil.copy(os.path.join(ROOT, "docs", "accuracy.md"), page)
+
+        def rows():
+            with open(page) as file:
+                table = [line.split(" | ") for line in file if line.startswith("| `") and line.count(" | ") == 5]
+            return {tuple(row[:2]): row[2:] for row in table}
+        documented = rows()
+        subprocess.run([sys.executable, os.path.join(ROOT, "studies", "validation", "published.py"), os.path.join(self.folder, "validation.json"), page],
+                       check=True)
+        written = rows()
+        self.assertEqual({case for case, _ in written}, {f"| `{case}`" for case in ("pressed-cylinder", "thick-sphere", "cantilever", "cook", "large-cook")})
+        for what, row in written.items():
+            self.assertEqual(row[:2], documented[what][:2])
+            self.assertNotEqual(row[2:], documented[what][2:])  # another mesh, another figure
 
     def test_an_unknown_case_or_mesh_is_refused_with_a_sentence(self):
         self.assertIn("--only spleen: ", validation("--only", "spleen", "-o", self.folder, code=2))
