@@ -69,6 +69,42 @@ SourcedValue poisson(TomlTable& parent) {
   return result;
 }
 
+// { c2 = ..., c3 = ..., unit = "...", source = "..." }. shear: Pa, near rest.
+StoredTissueLaw yeoh(TomlTable& parent, double shear) {
+  TomlTable table = parent.table("yeoh");
+  const double unit = table.choice("unit", kPressures), c2 = unit * table.number("c2"), c3 = unit * table.number("c3");
+  if (!formats::yeoh_law_takes(shear, c2, c3))
+    table.wrong(
+        "c2",
+        fmt::format("with c1 = mu / 2 = {:g} Pa a c3 of 0 or above, a c2 of 0 or above or with 3 c2^2 < 5 c1 c3, and "
+                    "neither beyond {:g} mu; with others the tissue gives way",
+                    shear / 2, formats::kMostOfShear));
+  StoredTissueLaw law = {{static_cast<double>(formats::StoredLaw::yeoh), c2, c3, 0},
+                         table.text("source", "\"Author year, table 2\"")};
+  table.finish();
+  return law;
+}
+
+// { exponent = ..., source = "..." }, of two terms with share and second_exponent.
+StoredTissueLaw ogden(TomlTable& parent) {
+  TomlTable table = parent.table("ogden");
+  const double exponent = table.number("exponent");
+  const std::string limits = fmt::format("a number from 1.5 to {0:g}, or from -{0:g} to -3", formats::kMostExponent);
+  if (!formats::ogden_law_takes(exponent)) table.wrong("exponent", limits);
+  double share = 0, second = 2;
+  if (table.has("share")) {
+    share = table.number("share"), second = table.number("second_exponent");
+    if (!(share > 0 && share < 1)) table.wrong("share", "a share of the shear modulus above 0 and below 1");
+    if (!formats::ogden_law_takes(second)) table.wrong("second_exponent", limits);
+  } else if (table.has("second_exponent")) {
+    table.wrong("second_exponent", "share beside it, the second term's part of the shear modulus");
+  }
+  StoredTissueLaw law = {{static_cast<double>(formats::StoredLaw::ogden), exponent, share, second},
+                         table.text("source", "\"Author year, table 2\"")};
+  table.finish();
+  return law;
+}
+
 OrganConfig::Region region(TomlTable& table) {
   OrganConfig::Region result;
   result.name = table.text("name", "\"liver\"");
@@ -84,6 +120,12 @@ OrganConfig::Region region(TomlTable& table) {
     if (!(result.stiffening->value > 0 && result.stiffening->value <= kMostStiffening))
       table.wrong("stiffening", "a number above 0 and up to 1e4");
   }
+  if (table.has("yeoh")) result.law = yeoh(table, result.young.value / (2 * (1 + result.poisson.value)));
+  if (table.has("ogden")) {
+    if (result.law) table.wrong("ogden", "one law, found yeoh too");
+    result.law = ogden(table);
+  }
+  if (result.law && result.stiffening) table.wrong("stiffening", "one law, found yeoh or ogden too");
   table.finish();
   return result;
 }

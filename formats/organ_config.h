@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/tetrahedral_mesh.h"
+#include "formats/tissue_laws.h"
 
 namespace palpate {
 
@@ -32,13 +33,22 @@ struct LengthUnit {
   bool operator==(const LengthUnit&) const = default;
 };
 
+// A row of the section large/law: the law's number and its constants; and where these are from.
+struct StoredTissueLaw {
+  std::array<double, formats::kLawNumbers> numbers{};
+  std::string source;
+  bool operator==(const StoredTissueLaw&) const = default;
+};
+
 // organ.toml, in SI units. docs/files.md explains the keys; formats/config_keys.cpp lists them.
 struct OrganConfig {
   struct Region {
     std::string name;
     SourcedValue young, poisson;
     std::optional<SourcedValue> density;
-    std::optional<SourcedValue> stiffening = {};  // b of the exponential law of large deformation; none: neo-Hookean
+    // The law of large deformation: at most one of the two; none: neo-Hookean.
+    std::optional<SourcedValue> stiffening = {};  // b of the exponential law
+    std::optional<StoredTissueLaw> law = {};      // Yeoh or Ogden
     bool operator==(const Region&) const = default;
   };
   struct Response {

@@ -148,7 +148,10 @@ void add_large_deformation(std::vector<FilledSection>& sections, const BundleCon
   const std::uint64_t pairs = content.supports.nodes.size();
   if (!order.empty()) {
     sections.push_back(held_by_content(SectionId::large_order, {order.size()}, order));
-    sections.push_back(held_by_content(SectionId::large_stiffening, {content.stiffening.size()}, content.stiffening));
+    const auto& [stiffening, others] = content.laws;
+    sections.push_back(held_by_content(SectionId::large_stiffening, {stiffening.size()}, stiffening));
+    if (!others.empty())
+      sections.push_back(held_by_content(SectionId::large_law, {others.size(), formats::kLawNumbers}, others));
   }
   if (pairs == 0) return;
   sections.push_back(held_by_content(SectionId::large_support_nodes, {pairs, 2}, content.supports.nodes));
@@ -223,11 +226,19 @@ void write_all(SectionWriter& writer, const std::vector<formats::SectionEntry>& 
 
 }  // namespace
 
-std::vector<double> stiffening_of(const ElasticBody& body, const OrganConfig& organ) {
-  std::vector<double> result;
+TissueLaws laws_of(const ElasticBody& body, const OrganConfig& organ) {
+  TissueLaws result;
+  bool has_others = false;
   for (const auto& name : body.region_names)
-    for (const auto& region : organ.regions)
-      if (region.name == name) result.push_back(region.stiffening ? region.stiffening->value : 0.0);
+    for (const auto& region : organ.regions) {
+      if (region.name != name) continue;
+      result.others.push_back(region.law ? region.law->numbers : decltype(region.law->numbers){});
+      result.stiffening.push_back(region.law          ? formats::kNoStiffening
+                                  : region.stiffening ? region.stiffening->value
+                                                      : 0.0);
+      has_others = has_others || region.law.has_value();
+    }
+  if (!has_others) result.others.clear();
   return result;
 }
 
@@ -291,6 +302,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
     p["poisson_source " + region.name] = region.poisson.source;
     if (region.stiffening && inputs.large_deformation)
       p["stiffening_source " + region.name] = region.stiffening->source;
+    if (region.law && inputs.large_deformation) p["law_source " + region.name] = region.law->source;
     if (region.density) p["density_source " + region.name] = region.density->source;
   }
   if (boundary.gravity)

@@ -18,6 +18,12 @@
 
 namespace palpate {
 
+// The sections large/stiffening and large/law.
+struct TissueLaws {
+  std::vector<double> stiffening;                                // of each region
+  std::vector<std::array<double, formats::kLawNumbers>> others;  // of each region; empty: stiffening says all
+};
+
 struct BundleContent {
   const ElasticBody& body;
   bool interior = false;
@@ -27,12 +33,12 @@ struct BundleContent {
   std::optional<ResponseFit> response;
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
   std::vector<std::int32_t> elimination_order;             // of the nodes that can move; empty: no large deformation
-  std::vector<double> stiffening;                          // of each region, with the order; 0: neo-Hookean
+  TissueLaws laws;                                         // with the order
   SupportStiffness supports;                               // with the order; empty: the organ has no soft support
 };
 
-// For each region of the body, in its order: `stiffening` of its [[region]], or 0.
-std::vector<double> stiffening_of(const ElasticBody& body, const OrganConfig& organ);
+// For each region of the body, in its order: the law of its [[region]].
+TissueLaws laws_of(const ElasticBody& body, const OrganConfig& organ);
 
 std::vector<SectionShape> section_shapes(const BundleContent& content);
 

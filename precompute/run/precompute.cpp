@@ -294,7 +294,7 @@ BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const Precomp
       .response = inputs.fit,
       .store = solved_type(options),
       .elimination_order = elimination_order_of(before.held, before.plan, inputs),
-      .stiffening = stiffening_of(inputs.body, inputs.organ),
+      .laws = laws_of(inputs.body, inputs.organ),
       .supports = inputs.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
   BegunPart begun;
   begun.provenance = provenance_of(options, inputs, content, before.solver.description(), petsc_options_in_force(),

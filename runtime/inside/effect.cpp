@@ -19,7 +19,7 @@ constexpr EffectNeed kNeeds[] = {
 void add_sections(const palpate_scene_def& def, SectionList& sections) {
   sections.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::young, SectionId::poisson,
                 SectionId::provenance});
-  if (key_number(def, "deformation") != 0) sections.add({SectionId::large_stiffening});
+  if (key_number(def, "deformation") != 0) sections.add({SectionId::large_stiffening, SectionId::large_law});
   if (def.preload == PALPATE_PRELOAD_ON) sections.add({SectionId::preload_displacement});
 }
 
@@ -38,7 +38,7 @@ palpate_status build_field(const SectionReader& reader, const palpate_scene_def&
   if (!laws) return reader.no_memory("inside");
   const double* preload = nullptr;
   palpate_status status = read_body(reader, effect, &body, laws);
-  if (status == PALPATE_OK && large) status = read_stiffening(reader, effect, laws);
+  if (status == PALPATE_OK && large) status = read_laws(reader, effect, laws);
   if (status == PALPATE_OK) status = read_tetrahedra(of_scratch, &body);
   if (status == PALPATE_OK) status = reader.map_preload(def, &preload);
   if (status != PALPATE_OK) return status;

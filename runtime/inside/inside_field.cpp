@@ -5,8 +5,7 @@
 
 #include "runtime/include/palpate/palpate_inside.h"
 #include "runtime/large/dilatation_sites.h"
-#include "runtime/large/exponential_law.h"
-#include "runtime/large/neo_hookean.h"
+#include "runtime/large/tissue_law.h"
 
 namespace palpate {
 namespace {
@@ -132,16 +131,10 @@ void InsideField::evaluate_largely(const TissueLaw& law, const double h[3][3], S
     for (int k = 0; k < 3; ++k) d.h[i][k] = h[i][k];
   complete(d);
   if (!(d.j >= kLeastVolume - 1)) *turned = true, d.j = kLeastVolume - 1;
-  LawValue<double> value;
-  if (law.stiffening > 0)
-    value = exponential_law(d, law.shear, law.stiffening);
-  else if (nodal_)
-    value = isochoric_neo_hookean(d, law.shear);
-  else
-    value = compressible_neo_hookean(d, law.shear, law.bulk - 2 * law.shear / 3);
-  const double pressure = nodal_ || law.stiffening > 0 ? law.bulk * d.j : 0;
+  const Law kind = law_of(law, nodal_);
+  const double bulk = bulk_of(law, kind);
   double nominal[3][3], f[3][3];
-  stress_of(d, value, pressure, nominal);
+  evaluate_law<double>(kind, nodal_, d, {law.shear, bulk, law.form.constant}, nodal_ ? bulk * d.j : 0, nominal);
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) f[i][k] = h[i][k] + (i == k ? 1 : 0);
   for (int n = 0; n < kTensorNumbers; ++n) {

@@ -1,10 +1,22 @@
 #include "runtime/large/body_reader.h"
 
+#include "formats/tissue_laws.h"
 #include "runtime/surface/surface_tissue.h"
 
 namespace palpate {
 
 using formats::SectionId;
+
+namespace {
+
+// row: of large/law, with a law other than that of large/stiffening. Returns whether its constants are within their limits.
+bool read_law(const double* row, TissueLaw* law) {
+  law->form = form_of_row(row);
+  return law->form.kind == LawForm::Kind::yeoh ? formats::yeoh_law_takes(law->shear, row[1], row[2])
+                                               : formats::ogden_law_takes(row[1], row[2], row[3]);
+}
+
+}  // namespace
 
 palpate_status read_body(const SectionReader& reader, const char* effect, HyperelasticBody* body, TissueLaw* laws) {
   const double *young = nullptr, *poisson = nullptr;
@@ -15,7 +27,7 @@ palpate_status read_body(const SectionReader& reader, const char* effect, Hypere
   for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
     if (!(young[r] > 0 && young[r] <= 1e15 && poisson[r] > -1 && poisson[r] < 0.5))
       return reader.not_usable(SectionId::young, r);
-    laws[r] = {young[r] / (2 * (1 + poisson[r])), young[r] / (3 * (1 - 2 * poisson[r])), 0};
+    laws[r] = {young[r] / (2 * (1 + poisson[r])), young[r] / (3 * (1 - 2 * poisson[r])), {}};
   }
   StoredElement element = StoredElement::p1;
   if ((status = read_element(reader.bundle(), &element, reader.error())) != PALPATE_OK) return status;
@@ -32,12 +44,26 @@ palpate_status read_body(const SectionReader& reader, const char* effect, Hypere
   return PALPATE_OK;
 }
 
-palpate_status read_stiffening(const SectionReader& reader, const char* effect, TissueLaw* laws) {
-  const double* stiffening = nullptr;
+palpate_status read_laws(const SectionReader& reader, const char* effect, TissueLaw* laws) {
+  const double *stiffening = nullptr, *rows = nullptr;
   if (const palpate_status status = reader.map_for(effect, SectionId::large_stiffening, &stiffening)) return status;
+  const formats::SectionEntry* const entry = reader.find(SectionId::large_law);
+  if (entry)
+    if (const palpate_status status = reader.map(SectionId::large_law, &rows)) return status;
   for (std::uint64_t r = 0; r < reader.counts().regions; ++r) {
+    const double* const row = rows ? rows + formats::kLawNumbers * r : nullptr;
+    if (row && row[0] != 0) {
+      if (!(row[0] == 1 || row[0] == 2))
+        return fail(
+            reader.error(), PALPATE_ERROR_CONTENT, entry->offset + sizeof(double) * formats::kLawNumbers * r,
+            "large/law: expected a law from 0 to %d, found %g; use a newer version of Palpate, or rebuild the bundle",
+            formats::kStoredLaws - 1, row[0]);
+      if (!read_law(row, laws + r)) return reader.not_usable(SectionId::large_law, formats::kLawNumbers * r);
+      if (stiffening[r] != formats::kNoStiffening) return reader.not_usable(SectionId::large_stiffening, r);
+      continue;
+    }
     if (!(stiffening[r] >= 0 && stiffening[r] <= 1e4)) return reader.not_usable(SectionId::large_stiffening, r);
-    laws[r].stiffening = stiffening[r];
+    laws[r].form = LawForm(stiffening[r]);
   }
   return PALPATE_OK;
 }

@@ -10,7 +10,7 @@ namespace palpate {
 palpate_status read_body(const SectionReader& reader, const char* effect, HyperelasticBody* body, TissueLaw* laws);
 
 // What large deformation asks of each region beyond the moduli.
-palpate_status read_stiffening(const SectionReader& reader, const char* effect, TissueLaw* laws);
+palpate_status read_laws(const SectionReader& reader, const char* effect, TissueLaw* laws);
 
 // of_arrays: takes the checked copies of the tetrahedra and their regions.
 palpate_status read_tetrahedra(const SectionReader& of_arrays, HyperelasticBody* body);

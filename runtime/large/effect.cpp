@@ -50,8 +50,8 @@ LargeBody& body_of(const palpate_scene& scene) {
 
 void add_sections(const palpate_scene_def& def, SectionList& sections) {
   sections.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,
-                SectionId::poisson, SectionId::large_order, SectionId::large_stiffening, SectionId::provenance,
-                SectionId::large_support_nodes, SectionId::large_support_stiffness});
+                SectionId::poisson, SectionId::large_order, SectionId::large_stiffening, SectionId::large_law,
+                SectionId::provenance, SectionId::large_support_nodes, SectionId::large_support_stiffness});
   if (def.preload == PALPATE_PRELOAD_ON) sections.add({SectionId::preload_displacement});
 }
 
@@ -60,7 +60,7 @@ void add_sections(const palpate_scene_def& def, SectionList& sections) {
 palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* body, TissueLaw* laws) {
   const char* const effect = "deformation LARGE";
   palpate_status status = read_body(reader, effect, body, laws);
-  if (status == PALPATE_OK) status = read_stiffening(reader, effect, laws);
+  if (status == PALPATE_OK) status = read_laws(reader, effect, laws);
   if (status == PALPATE_OK) status = reader.map(SectionId::fixed, &body->fixed);
   if (status != PALPATE_OK) return status;
   formats::IndexedSections sections;

@@ -9,8 +9,7 @@
 #include <limits>
 
 #include "runtime/large/dilatation_sites.h"
-#include "runtime/large/exponential_law.h"
-#include "runtime/large/neo_hookean.h"
+#include "runtime/large/tissue_law.h"
 
 namespace palpate {
 
@@ -35,21 +34,22 @@ class ElementLanes {
   PALPATE_INLINE Energy evaluate(const Number* u, Number* f) const;
 
  private:
-  enum class Law { compressible, neo_hookean, exponential };
   struct Group {  // of kLanes tetrahedra with one law
     std::int32_t node[4][kLanes];
     std::int32_t site[4][kLanes];
     Real gradient[3][3];  // of corners 1, 2, 3
-    Real volume, shear, bulk, stiffening;
+    Real volume, shear, bulk;
     Law law;
   };
-  static Law law_of(const HyperelasticBody& body, std::int32_t e) {
-    const TissueLaw& law = body.laws[body.region[e]];
-    if (law.stiffening > 0) return Law::exponential;
-    return body.nodal_dilatation ? Law::neo_hookean : Law::compressible;
+  struct Form {  // constants of a group whose law has more than the moduli
+    Real constant[3];
+  };
+  static Law law_at(const HyperelasticBody& body, std::int32_t e) {
+    return law_of(body.laws[body.region[e]], body.nodal_dilatation);
   }
+  static bool has_form(Law law) { return law >= Law::exponential; }
   void fill(const HyperelasticBody& body, const DilatationSites& sites, const std::int32_t* place, std::int32_t e,
-            Group& group, int lane) const;
+            Group& group, Form* form, int lane) const;
   PALPATE_INLINE void displacement_gradient(const Group& group, const Number* u, Deformation<Real>& d) const;
   PALPATE_INLINE void average_dilatations(Energy* sum) const;
   PALPATE_INLINE Real mean_pressure(const Group& group) const;
@@ -60,7 +60,8 @@ class ElementLanes {
                    std::int32_t* lane_of);
 
   Group* groups_ = nullptr;
-  std::int32_t group_count_ = 0, rows_ = 0, site_count_ = 0;
+  Form* forms_ = nullptr;  // of the groups from first_form_ on
+  std::int32_t group_count_ = 0, first_form_ = 0, rows_ = 0, site_count_ = 0;
   bool nodal_ = false;
   Real* forces_ = nullptr;              // [groups][4][3] of each corner
   std::int32_t* first_ = nullptr;       // [rows + 1] into slots_
@@ -76,7 +77,7 @@ class ElementLanes {
 
 template <class Real>
 void ElementLanes<Real>::fill(const HyperelasticBody& body, const DilatationSites& sites, const std::int32_t* place,
-                              std::int32_t e, Group& group, int lane) const {
+                              std::int32_t e, Group& group, Form* form, int lane) const {
   double gradient[3][3];
   const auto put = [&](Real& lanes, double value) {
     const Number number = static_cast<Number>(value);
@@ -93,9 +94,8 @@ void ElementLanes<Real>::fill(const HyperelasticBody& body, const DilatationSite
   }
   const TissueLaw& law = body.laws[body.region[e]];
   put(group.shear, law.shear);
-  // compressible_neo_hookean takes Lame's lambda in place of the bulk modulus.
-  put(group.bulk, group.law == Law::compressible ? law.bulk - 2 * law.shear / 3 : law.bulk);
-  if (law.stiffening > 0) put(group.stiffening, law.stiffening);
+  put(group.bulk, bulk_of(law, group.law));
+  for (int i = 0; i < 3 && form; ++i) put(form->constant[i], law.form.constant[i]);
 }
 
 // Lists of the tetrahedra's corners c, of counts and then of entries, in the order of the tetrahedra: entry(c) in list of(c).
@@ -116,6 +116,7 @@ template <class Real>
 bool ElementLanes<Real>::create_arrays(SceneMemory& memory, std::size_t tetrahedra) {
   const auto groups = static_cast<std::size_t>(group_count_), sites = static_cast<std::size_t>(site_count_);
   groups_ = memory.array<Group>(groups);
+  forms_ = memory.array<Form>(groups - static_cast<std::size_t>(first_form_));
   forces_ = memory.array<Real>(12 * groups);
   first_ = memory.array<std::int32_t>(static_cast<std::size_t>(rows_) + 1);
   slots_ = memory.array<std::int32_t>(4 * tetrahedra);
@@ -134,14 +135,16 @@ template <class Real>
 void ElementLanes<Real>::fill_groups(const HyperelasticBody& body, const DilatationSites& sites,
                                      const std::int32_t* place, std::int32_t* lane_of) {
   std::int32_t next = 0;
-  for (int l = 0; l < 3; ++l) {
+  for (int l = 0; l < kLaws; ++l) {
     std::int32_t placed = 0;
     for (std::int32_t e = 0; e < body.tetrahedron_count; ++e) {
-      if (static_cast<int>(law_of(body, e)) != l) continue;
+      if (static_cast<int>(law_at(body, e)) != l) continue;
       Group& group = groups_[next + placed / kLanes];
       group.law = static_cast<Law>(l);
-      if (placed % kLanes == 0) group.stiffening = group.stiffening + 1;  // a lane without a tetrahedron divides by it
-      fill(body, sites, place, e, group, placed % kLanes);
+      Form* const form = has_form(group.law) ? forms_ + (next + placed / kLanes - first_form_) : nullptr;
+      for (int i = 0; i < 3 && form && placed % kLanes == 0; ++i)
+        form->constant[i] = form->constant[i] + 1;  // a lane without a tetrahedron divides by it
+      fill(body, sites, place, e, group, form, placed % kLanes);
       lane_of[e] = kLanes * next + placed++;
     }
     next += (placed + kLanes - 1) / kLanes;
@@ -161,9 +164,13 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
     return false;
   }
   site_count_ = sites.count;
-  std::int32_t of_law[3] = {};
-  for (std::int32_t e = 0; e < body.tetrahedron_count; ++e) ++of_law[static_cast<int>(law_of(body, e))];
-  for (const std::int32_t n : of_law) group_count_ += (n + kLanes - 1) / kLanes;
+  std::int32_t of_law[kLaws] = {};
+  for (std::int32_t e = 0; e < body.tetrahedron_count; ++e) ++of_law[static_cast<int>(law_at(body, e))];
+  for (int l = 0; l < kLaws; ++l) {
+    const std::int32_t groups = (of_law[l] + kLanes - 1) / kLanes;
+    group_count_ += groups;
+    if (!has_form(static_cast<Law>(l))) first_form_ += groups;
+  }
   const bool made = create_arrays(memory, count);
   if (made) {
     fill_groups(body, sites, place, lane_of);
@@ -279,26 +286,13 @@ PALPATE_INLINE typename ElementLanes<Real>::Energy ElementLanes<Real>::evaluate(
     }
     least = smaller(least, d.j);
     d.j = larger(d.j, lowest);
-    LawValue<Real> law;
-    if (group.law == Law::compressible)
-      law = compressible_neo_hookean(d, group.shear, group.bulk);
-    else if (group.law == Law::neo_hookean)
-      law = isochoric_neo_hookean(d, group.shear);
-    else
-      law = exponential_law(d, group.shear, group.stiffening);
-    Real pressure = Real{};
-    if (nodal_) {
-      pressure = mean_pressure(group);
-    } else if (group.law == Law::exponential) {
-      pressure = group.bulk * d.j;
-      law.energy = law.energy + Number(0.5) * pressure * d.j;
-    }
-    const Real joules = group.volume * law.energy;
+    const Real* const form = has_form(group.law) ? forms_[b - first_form_].constant : nullptr;
+    Real stress[3][3];
+    const Real joules = group.volume * evaluate_law<Real>(group.law, nodal_, d, {group.shear, group.bulk, form},
+                                                          nodal_ ? mean_pressure(group) : Real{}, stress);
     Number part[kLanes];
     std::memcpy(part, &joules, sizeof part);
     for (int k = 0; k < kLanes; ++k) energy[k] += static_cast<double>(part[k]);
-    Real stress[3][3];
-    stress_of(d, law, pressure, stress);
     keep_forces(group, stress, forces_ + 12 * static_cast<std::size_t>(b));
   }
   for (int k = 0; k < kLanes; ++k) sum.energy += energy[k];

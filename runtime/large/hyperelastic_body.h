@@ -3,12 +3,38 @@
 
 #include <cstdint>
 
+#include "formats/tissue_laws.h"
+
 namespace palpate {
 
-// Of a region. stiffening: b of exponential_law.h; 0: neo-Hookean.
+// What the law of a tissue has beside its moduli near rest: neo-Hookean, or that of exponential_law.h, yeoh_law.h or ogden_law.h.
+struct LawForm {
+  enum class Kind { neo_hookean, exponential, yeoh, ogden } kind = Kind::neo_hookean;
+  double constant[3] = {};  // b; c2 and c3, Pa; a_1, mu_2 / mu and a_2
+
+  LawForm() = default;
+  // b of the exponential law; 0: neo-Hookean.
+  LawForm(double stiffening)
+      : kind(stiffening > 0 ? Kind::exponential : Kind::neo_hookean), constant{stiffening, 0, 0} {}
+  static LawForm yeoh(double c2, double c3) { return {Kind::yeoh, c2, c3, 0}; }
+  static LawForm ogden(double exponent, double share = 0, double second = 2) {
+    return {Kind::ogden, exponent, share, second};
+  }
+
+ private:
+  LawForm(Kind of, double a, double b, double c) : kind(of), constant{a, b, c} {}
+};
+
+// Of a row of the bundle's section large/law whose first number is a law.
+inline LawForm form_of_row(const double* row) {
+  return row[0] == static_cast<double>(formats::StoredLaw::yeoh) ? LawForm::yeoh(row[1], row[2])
+                                                                 : LawForm::ogden(row[1], row[2], row[3]);
+}
+
+// Of a region.
 struct TissueLaw {
   double shear = 0, bulk = 0;  // Pa, near rest
-  double stiffening = 0;
+  LawForm form = {};
 };
 
 // Borrowed arrays; indices are checked, volumes positive.
@@ -16,7 +42,7 @@ struct TissueLaw {
 // With nodal_dilatation (element p1-anp) the energy is that of isochoric laws, and the volume changes at the nodes:
 //     E = sum_e V_e W_e(F_e) + sum_(n,m) V_nm kappa_m / 2 (J_nm - 1)^2
 // J_nm is the mean of J over the tetrahedra of region m at node n, each with a quarter of its volume, and V_nm the sum of these
-// quarters. Without (element p1) a neo-Hookean region is compressible_neo_hookean and an exponential one adds
+// quarters. Without (element p1) a neo-Hookean region is compressible_neo_hookean and any other one adds
 // kappa / 2 (J_e - 1)^2 in each tetrahedron. Either way the stiffness at rest is that of docs/method.md, section 1.
 //
 // Foundations and springs add u^T S u / 2, as in linear elasticity: their directions do not turn.

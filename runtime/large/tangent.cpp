@@ -1,8 +1,7 @@
 #include "runtime/large/tangent.h"
 
 #include "runtime/large/dilatation_sites.h"
-#include "runtime/large/exponential_law.h"
-#include "runtime/large/neo_hookean.h"
+#include "runtime/large/tissue_law.h"
 
 namespace palpate {
 namespace {
@@ -15,24 +14,6 @@ void begin_lists(std::int64_t* first, std::int32_t count) {
 void end_lists(std::int64_t* first, std::int32_t count) {
   for (std::int32_t i = count; i > 0; --i) first[i] = first[i - 1];
   first[0] = 0;
-}
-
-// The law of a tetrahedron without the pressure that is averaged at nodes.
-void law_of(const TissueLaw& law, bool nodal, const Deformation<double>& d, LawValue<double>* value, LawSecond* second,
-            double* pressure) {
-  *pressure = 0;
-  if (law.stiffening > 0) {
-    *value = exponential_law(d, law.shear, law.stiffening);
-    *second = exponential_law_second(d, law.shear, law.stiffening);
-    if (!nodal) *pressure = law.bulk * d.j, second->jj += law.bulk;
-  } else if (nodal) {
-    *value = isochoric_neo_hookean(d, law.shear);
-    *second = isochoric_neo_hookean_second(d, law.shear);
-  } else {
-    const double lambda = law.bulk - 2 * law.shear / 3;
-    *value = compressible_neo_hookean(d, law.shear, lambda);
-    *second = compressible_neo_hookean_second(d, law.shear, lambda);
-  }
 }
 
 }  // namespace
@@ -219,19 +200,17 @@ void Tangent::begin(const float* u) {
 
 // dforce of each corner / d displacement of `corner`, without what is averaged at nodes.
 void Tangent::tetrahedron(std::int32_t e, int corner, double block[4][3][3]) const {
-  double g[4][3], pressure;
+  double g[4][3], pressure = 0;
   const double volume = gradients(e, g);
   Deformation<double> d;
   deform(e, g, &d);
-  LawValue<double> value;
-  LawSecond second;
-  law_of(laws_[region_[e]], nodal_, d, &value, &second, &pressure);
   for (int a = 0; a < 4 && nodal_; ++a)
     pressure += site_pressure_[site_of_corner_[4 * static_cast<std::size_t>(e) + static_cast<std::size_t>(a)]] / 4;
+  const LawTangent tangent(laws_[region_[e]], nodal_, d, pressure);
   for (int c = 0; c < 3; ++c) {
     double moved[3][3] = {}, stress[3][3];
     for (int k = 0; k < 3; ++k) moved[c][k] = g[corner][k];
-    stress_change(d, value, second, pressure, moved, stress);
+    tangent.change(moved, stress);
     for (int a = 0; a < 4; ++a)
       for (int r = 0; r < 3; ++r)
         block[a][r][c] = volume * (stress[r][0] * g[a][0] + stress[r][1] * g[a][1] + stress[r][2] * g[a][2]);

@@ -10,12 +10,12 @@ namespace palpate {
 
 class LargeBody {
  public:
-  // stiffening: of each region; 0 is neo-Hookean.
-  LargeBody(ElasticBody elastic, bool nodal_dilatation, std::vector<double> stiffening = {})
+  // forms: of the laws of the first regions, the others are neo-Hookean.
+  LargeBody(ElasticBody elastic, bool nodal_dilatation, std::vector<LawForm> forms = {})
       : elastic_(std::move(elastic)) {
     for (std::size_t r = 0; r < elastic_.materials.size(); ++r) {
       const Moduli moduli = moduli_of(elastic_.materials[r]);
-      laws_.push_back({moduli.shear, moduli.bulk, r < stiffening.size() ? stiffening[r] : 0});
+      laws_.push_back({moduli.shear, moduli.bulk, r < forms.size() ? forms[r] : LawForm()});
     }
     body_.nodes = elastic_.nodes[0].data(), body_.tetrahedra = elastic_.tetrahedra[0].data();
     body_.region = elastic_.region.data(), body_.fixed = elastic_.fixed[0].data(), body_.laws = laws_.data();

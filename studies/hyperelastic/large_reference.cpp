@@ -94,29 +94,15 @@ LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
   }
   terms.reserve(144 * count);
   for (std::size_t e = 0; e < count; ++e) {
-    const TissueLaw& law = body_.laws[body_.region[e]];
     double pressure = 0;
-    LawValue<double> value;
-    LawSecond second;
-    if (law.stiffening > 0) {
-      value = exponential_law(d[e], law.shear, law.stiffening);
-      second = exponential_law_second(d[e], law.shear, law.stiffening);
-      if (!body_.nodal_dilatation) pressure = law.bulk * d[e].j, second.jj += law.bulk;
-    } else if (body_.nodal_dilatation) {
-      value = isochoric_neo_hookean(d[e], law.shear);
-      second = isochoric_neo_hookean_second(d[e], law.shear);
-    } else {
-      const double lambda = law.bulk - 2 * law.shear / 3;
-      value = compressible_neo_hookean(d[e], law.shear, lambda);
-      second = compressible_neo_hookean_second(d[e], law.shear, lambda);
-    }
     if (body_.nodal_dilatation)
       for (int a = 0; a < 4; ++a) pressure += body_.laws[sites_.region[site(e, a)]].bulk * mean[site(e, a)] / 4;
+    const LawTangent law(body_.laws[body_.region[e]], body_.nodal_dilatation, d[e], pressure);
     for (int b = 0; b < 4; ++b)
       for (int j = 0; j < 3; ++j) {
         double moved[3][3] = {}, stress[3][3];
         for (int k = 0; k < 3; ++k) moved[j][k] = gradient[e](b, k);
-        stress_change(d[e], value, second, pressure, moved, stress);
+        law.change(moved, stress);
         double volume_change = 0;
         for (int k = 0; k < 3; ++k) volume_change += (d[e].cof[j][k] + (j == k)) * gradient[e](b, k);
         const auto column = static_cast<int>(3 * node(e, b) + j);

@@ -30,11 +30,14 @@ std::filesystem::path StudyFolder::bake(const std::filesystem::path& mesh, const
 
 LargeBody StudyFolder::body(const std::filesystem::path& mesh, const std::filesystem::path& organ) const {
   const OrganConfig config = read_organ_config(organ);
-  std::vector<double> stiffening;
-  for (const auto& region : config.regions) stiffening.push_back(region.stiffening ? region.stiffening->value : 0);
+  std::vector<LawForm> forms;
+  for (const auto& region : config.regions)
+    forms.push_back(region.law          ? form_of_row(region.law->numbers.data())
+                    : region.stiffening ? region.stiffening->value
+                                        : LawForm());
   return {make_elastic_body(read_mesh(mesh), config, read_boundary_config(organ_.boundary_file()),
                             {mesh, organ, organ_.boundary_file()}),
-          config.element == Element::p1_anp, stiffening};
+          config.element == Element::p1_anp, forms};
 }
 
 Json StudyFolder::kept_or_measured(const std::vector<std::filesystem::path>& files, const Json& settings,

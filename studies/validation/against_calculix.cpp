@@ -9,7 +9,6 @@
 #include "studies/accuracy/calculix.h"
 #include "studies/accuracy/calculix_push.h"
 #include "studies/bodies/bodies.h"
-#include "studies/hyperelastic/large_body.h"
 #include "studies/hyperelastic/large_reference.h"
 #include "studies/timing/timing.h"
 #include "studies/validation/shapes.h"
@@ -125,14 +124,26 @@ std::vector<CalculixMesh> pushed(const CalculixMesh& mesh) {
   for (const double depth : {10.0, 20.0, 30.0}) {
     all.push_back(mesh);
     all.back().name += fmt::format(", large strain, {:g} mm", depth);
-    all.back().push_mm = depth;
+    all.back().push_mm = depth, all.back().form = kNoStiffening;
   }
   return all;
 }
 
+// CalculiX divides by the D of its higher powers of J - 1: 1e20 leaves them out.
+std::string law_words(const LawForm& form, const Material& material) {
+  if (form.kind == LawForm::Kind::exponential) return accuracy::neo_hookean_words(material.poisson)(material);
+  const double shear = material.young / (2 * (1 + material.poisson)), *const c = form.constant,
+               d = 6 * (1 - 2 * material.poisson) / material.young;  // 2 / kappa
+  if (form.kind == LawForm::Kind::yeoh)
+    return fmt::format("*HYPERELASTIC, YEOH\n{:.12e},{:.12e},{:.12e},{:.12e},1e20,1e20\n", shear / 2, c[0], c[1], d);
+  return fmt::format("*HYPERELASTIC, OGDEN, N=2\n{:.12e},{:.12e},{:.12e},{:.12e},{:.12e},1e20\n", shear * (1 - c[1]),
+                     c[0], shear * c[1], c[2], d);
+}
+
 // The nodes of the disc follow the push; everything else is in balance.
-Eigen::VectorXd push_body(const ElasticBody& elastic, const accuracy::DeepPush& push, double depth, Vec3* force) {
-  const LargeBody body(elastic, false, std::vector<double>(elastic.materials.size(), kNoStiffening));
+Eigen::VectorXd push_body(const ElasticBody& elastic, const LawForm& form, const accuracy::DeepPush& push, double depth,
+                          Vec3* force) {
+  const LargeBody body(elastic, false, std::vector<LawForm>(elastic.materials.size(), form));
   const LargeReference reference(body.get());
   const auto count = static_cast<Eigen::Index>(3 * push.nodes.size());
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, reference.dofs());
@@ -154,10 +165,10 @@ Agreement compare_push(const CalculixMesh& mesh, const std::filesystem::path& sc
   for (double d = 0.01; d < depth + 1e-9; d += 0.01) depths.push_back(d);
   const auto begun = studies::processor_seconds();
   Vec3 force;
-  const Eigen::VectorXd ours = push_body(body, push, depth, &force);
+  const Eigen::VectorXd ours = push_body(body, mesh.form, push, depth, &force);
   const double seconds = studies::processor_seconds() - begun;
   const auto asked = studies::Clock::now();
-  const auto words = [](const Material& material) { return accuracy::neo_hookean_words(material.poisson)(material); };
+  const auto words = [&](const Material& material) { return law_words(mesh.form, material); };
   const auto theirs = accuracy::push_by_calculix(scratch, body, push, depths, words, true);
   const double calculix_seconds = studies::seconds_since(asked);
   if (theirs.states.size() < depths.size())
@@ -176,10 +187,17 @@ Agreement compare_push(const CalculixMesh& mesh, const std::filesystem::path& sc
 }  // namespace
 
 std::vector<CalculixMesh> pushed_blocks() {
-  return pushed({"block of 120 x 120 x 80 mm", Element::p1, "0.45", kPrinted, [] {
-                   return held_body(box_mesh({8, 8, 6}, {0.12, 0.12, 0.08}, 0.15), {{5400, 0.45, 0}},
-                                    [](const Point& p) { return p[2] == 0 ? 7 : 0; });
-                 }});
+  const CalculixMesh block = {"block of 120 x 120 x 80 mm", Element::p1, "0.45", kPrinted, [] {
+                                return held_body(box_mesh({8, 8, 6}, {0.12, 0.12, 0.08}, 0.15), {{5400, 0.45, 0}},
+                                                 [](const Point& p) { return p[2] == 0 ? 7 : 0; });
+                              }};
+  std::vector<CalculixMesh> all = pushed(block);
+  for (const auto& [law, form] : {std::pair("Yeoh", LawForm::yeoh(-200, 300)), {"Ogden", LawForm::ogden(2, 0.3, -6)}}) {
+    all.push_back(block);
+    all.back().name += fmt::format(", {}, large strain, 20 mm", law);
+    all.back().push_mm = 20, all.back().form = form;
+  }
+  return all;
 }
 
 std::vector<CalculixMesh> pushed_organ(const std::string& name, const accuracy::StudyOptions& folders) {

@@ -8,6 +8,7 @@
 
 #include "formats/organ_config.h"
 #include "studies/accuracy/organ_case.h"
+#include "studies/hyperelastic/large_body.h"
 
 namespace palpate::validation {
 
@@ -20,6 +21,7 @@ struct CalculixMesh {
   double bound;         // on Agreement::difference
   std::function<ElasticBody()> body;
   double push_mm = 0;  // 0: small strain and a load; else large strain: a disc of 10 mm radius goes in so far
+  LawForm form = {};   // of large strain
   std::function<Agreement(const std::filesystem::path& scratch)> compare =
       {};  // in place of body: of two bodies in contact
 };
@@ -35,7 +37,7 @@ struct Agreement {
 // Boxes, a sphere, cylinders and plates, meshed by this program.
 std::vector<CalculixMesh> built_in_meshes();
 
-// A block under a disc at 10, 20 and 30 mm, at nu 0.45.
+// A block under a disc at 10, 20 and 30 mm, at nu 0.45; at 20 mm also of Yeoh's and Ogden's laws.
 std::vector<CalculixMesh> pushed_blocks();
 
 // ORGAN/BC/RESOLUTION: the organ's materials and held nodes on its pipeline's mesh. Errors: InputError.

@@ -1,5 +1,6 @@
 #include "studies/validation/large_closed_forms.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -16,9 +17,26 @@ Constants constants_of(const Material& m) {
           m.young / (3 * (1 - 2 * m.poisson))};
 }
 
-// psi'(x)
-double slope(double mu, double stiffening, double x) {
-  return mu / 2 * std::exp(stiffening * x);
+// The principal Kirchhoff stresses of the isochoric laws: of psi(x) with x = l_1^2 + l_2^2 + l_3^2 - 3, or of a sum of powers.
+std::array<double, 3> kirchhoff_stress(double mu, const LawForm& form, std::array<double, 3> l) {
+  const double scale = std::cbrt(l[0] * l[1] * l[2]), *const c = form.constant;
+  for (double& stretch : l) stretch /= scale;
+  std::array<double, 3> stress = {};
+  const auto add_powers = [&](double factor, double exponent) {
+    double mean = 0;
+    for (const double stretch : l) mean += std::pow(stretch, exponent) / 3;
+    for (std::size_t n = 0; n < 3; ++n) stress[n] += factor * (std::pow(l[n], exponent) - mean);
+  };
+  if (form.kind == LawForm::Kind::ogden) {
+    add_powers(2 * mu * (1 - c[1]) / c[0], c[0]), add_powers(2 * mu * c[1] / c[2], c[2]);
+    return stress;
+  }
+  const double x = l[0] * l[0] + l[1] * l[1] + l[2] * l[2] - 3;
+  double slope = mu / 2;  // psi'
+  if (form.kind == LawForm::Kind::exponential) slope *= std::exp(c[0] * x);
+  if (form.kind == LawForm::Kind::yeoh) slope += 2 * c[0] * x + 3 * c[1] * x * x;
+  add_powers(2 * slope, 2);
+  return stress;
 }
 
 // dW/d(stretch) and dW/d(width) / 2 of W(stretch, width, width).
@@ -32,9 +50,8 @@ BarStress stress_of(const StretchedBar& bar, double width) {
     const double pressed = lambda * std::log(j) - mu;
     return {mu * s + pressed / s, mu * t + pressed / t};
   }
-  const double i = s * s + 2 * t * t, scale = std::pow(j, -2.0 / 3), p = slope(mu, bar.stiffening, scale * i - 3);
-  return {2 * p * scale * (s - i / (3 * s)) + kappa * (j - 1) * t * t,
-          2 * p * scale * (t - i / (3 * t)) + kappa * (j - 1) * s * t};
+  const auto shape = kirchhoff_stress(mu, bar.form, {s, t, t});
+  return {shape[0] / s + kappa * (j - 1) * t * t, shape[1] / t + kappa * (j - 1) * s * t};
 }
 
 }  // namespace
@@ -51,13 +68,18 @@ double StretchedBar::stress() const {
   return stress_of(*this, width()).along;
 }
 
+// The principal stretches are l, 1 and 1 / l with gamma = l - 1 / l, and the first axis lies along (l, 1).
 double ShearedBlock::shear_stress() const {
-  const double mu = constants_of(material).mu;
-  return (law == LargeLaw::split ? 2 * slope(mu, stiffening, gamma * gamma) : mu) * gamma;
+  const double mu = constants_of(material).mu, l = gamma / 2 + std::sqrt(1 + gamma * gamma / 4);
+  if (law == LargeLaw::compressible) return mu * gamma;
+  const auto stress = kirchhoff_stress(mu, form, {l, 1 / l, 1});
+  return (stress[0] - stress[1]) * l / (1 + l * l);
 }
 double ShearedBlock::normal_stress() const {
-  const double mu = constants_of(material).mu;
-  return law == LargeLaw::split ? -2 * slope(mu, stiffening, gamma * gamma) * gamma * gamma / 3 : 0;
+  const double mu = constants_of(material).mu, l = gamma / 2 + std::sqrt(1 + gamma * gamma / 4);
+  if (law == LargeLaw::compressible) return 0;
+  const auto stress = kirchhoff_stress(mu, form, {l, 1 / l, 1});
+  return (stress[0] + stress[1] * l * l) / (1 + l * l);
 }
 
 double TwistedCylinder::torque() const {

@@ -2,20 +2,22 @@
 #pragma once
 
 #include "precompute/elements/elastic_body.h"
+#include "studies/hyperelastic/large_body.h"
 
 namespace palpate::validation {
 
 // The laws of runtime/large, written down a second time: energies of a unit volume under principal stretches.
 enum class LargeLaw {
   compressible,  // mu/2 (I - 3) - mu ln J + lambda/2 (ln J)^2
-  split          // psi(J^(-2/3) I - 3) + kappa/2 (J - 1)^2, psi(x) = mu/2 x, or mu/(2 b) (exp(b x) - 1)
+  split          // an isochoric law + kappa/2 (J - 1)^2
 };
 
 // A bar stretched by `stretch` along its axis, its sides free. Uniform strain; the width's stretch makes the stress on the sides zero.
 struct StretchedBar {
   LargeLaw law;
   Material material;
-  double stretch, stiffening = 0;  // stiffening: b; 0 neo-Hookean
+  double stretch;
+  LawForm form = {};  // of the split law
 
   double width() const;   // stretch across the axis
   double stress() const;  // nominal, Pa: force over the area at rest
@@ -25,7 +27,8 @@ struct StretchedBar {
 struct ShearedBlock {
   LargeLaw law;
   Material material;
-  double gamma, stiffening = 0;
+  double gamma;
+  LawForm form = {};
 
   double shear_stress() const;   // nominal, along x on the plane across y
   double normal_stress() const;  // nominal, along y on that plane: Poynting's effect

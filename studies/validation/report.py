@@ -204,7 +204,7 @@ def against_calculix(page, study):
                "without a bulk modulus (nu near -1) they are the same element and must agree; at nu 0.3 they only come closer on finer meshes. CalculiX "
                "integrates curved cells with four points, Palpate with fourteen. CalculiX has no element like p1-anp. <i>Large strain</i>: a disc of 10 mm is pushed in, "
                "and the energy of the runtime's large deformation, minimised by Newton's method to its end, is compared with CalculiX's *HYPERELASTIC, NEO HOOKE: "
-               "the displacements of the surface, and the force. That law is mu/2 (J^(-2/3) I - 3) + kappa/2 (J - 1)^2 in each tetrahedron, which is ours with p1 and a "
+               "the displacements of the surface, and the force; on the block also with its YEOH and OGDEN. The first law is mu/2 (J^(-2/3) I - 3) + kappa/2 (J - 1)^2 in each tetrahedron, which is ours with p1 and a "
                "stiffening near zero; p1-anp averages J over nodes, and p1 without stiffening has the compressible law. Times are processor time of one "
                "thread; those of CalculiX include reading and writing text files.")
     page.table(("mesh", "element", "nu", "vertices", "tetrahedra", "difference", "bound", "ours, s", "CalculiX, s", "verdict"),

@@ -112,7 +112,7 @@ TEST(FilesPage, HasAnExampleOfEachFileThatTheReaderAcceptsAndThatShowsEveryKey) 
     std::ofstream(folder / name) << text.at(name);
     return folder / name;
   };
-  EXPECT_EQ(read_organ_config(written("organ.toml")).regions.size(), 2u);
+  EXPECT_EQ(read_organ_config(written("organ.toml")).regions.size(), 4u);
   EXPECT_EQ(read_boundary_config(written("boundary/held.toml")).fixed.size(), 3u);
   std::ofstream(folder / "rod.csv") << "time,x,y,z\n0,0,0,0\n";
   EXPECT_EQ(read_scene_config(written("scene.toml")).tools.size(), 7u);

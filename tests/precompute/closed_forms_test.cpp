@@ -60,23 +60,27 @@ TEST(ClosedForm, TheElasticaHasMattiassonsNumbers) {
 
 TEST(ClosedForm, LargeStrainBeginsAsHookesLaw) {
   for (const LargeLaw law : {LargeLaw::compressible, LargeLaw::split})
-    for (const double stiffening : {0.0, 1.5}) {
+    for (const LawForm& form : {LawForm(), LawForm(1.5), LawForm::yeoh(-200, 300), LawForm::ogden(2, 0.3, -6)}) {
       constexpr double strain = 1e-5;  // errors of its order
-      const StretchedBar bar = {law, kGel, 1 + strain, stiffening};
+      const StretchedBar bar = {law, kGel, 1 + strain, form};
       EXPECT_NEAR(bar.stress() / (kGel.young * strain), 1, 1e-4);
       EXPECT_NEAR((1 - bar.width()) / (kGel.poisson * strain), 1, 1e-4);
-      EXPECT_NEAR((ShearedBlock{law, kGel, strain, stiffening}.shear_stress()) / (shear_modulus(kGel) * strain), 1,
-                  1e-4);
+      EXPECT_NEAR((ShearedBlock{law, kGel, strain, form}.shear_stress()) / (shear_modulus(kGel) * strain), 1, 1e-4);
     }
 }
 
-// Incompressible: the stress is mu (s - 1 / s^2), exponential times exp(b x).
+// Incompressible: the stress is mu (s - 1 / s^2), exponential times exp(b x); of Yeoh's law 2 (s - 1 / s^2) psi'; of Ogden's
+// 2 mu / a (s^(a - 1) - s^(-a / 2 - 1)).
 TEST(ClosedForm, ABarNearIncompressibilityHasTheTextbooksStress) {
   const Material nearly = {3000, 0.499999, 0};
   for (const double s : {0.6, 1.5}) {
     const double mu = shear_modulus(nearly), x = s * s + 2 / s - 3, plain = mu * (s - 1 / (s * s));
     EXPECT_NEAR((StretchedBar{LargeLaw::split, nearly, s}.stress()) / plain, 1, 1e-5);
     EXPECT_NEAR((StretchedBar{LargeLaw::split, nearly, s, 1.5}.stress()) / (plain * std::exp(1.5 * x)), 1, 1e-5);
+    const double yeoh = plain * (1 + 2 * (-400 * x + 900 * x * x) / mu),
+                 ogden = 2 * mu / 5 * (std::pow(s, 4) - std::pow(s, -3.5));
+    EXPECT_NEAR((StretchedBar{LargeLaw::split, nearly, s, LawForm::yeoh(-200, 300)}.stress()) / yeoh, 1, 1e-5);
+    EXPECT_NEAR((StretchedBar{LargeLaw::split, nearly, s, LawForm::ogden(5)}.stress()) / ogden, 1, 1e-5);
   }
 }
 

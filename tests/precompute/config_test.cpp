@@ -123,6 +123,56 @@ TEST(OrganConfig, RefusesEachFaultInOneSentenceWithItsLine) {
   EXPECT_THROW(read_organ_config("/no/such/organ.toml"), InputError);
 }
 
+std::string with_law(const std::string& law) {
+  return replaced(kOrgan, "stiffening = { value = 2.5, source = \"g\" }", law);
+}
+
+// mu = 5400 Pa / 2.9 and c1 = 931 Pa.
+TEST(OrganConfig, ReadsTheLawsOfYeohAndOgden) {
+  const auto law_of = [](const std::string& law) {
+    const auto region = read_text(read_organ_config, with_law(law)).regions.at(0);
+    EXPECT_FALSE(region.stiffening.has_value());
+    return region.law.value();
+  };
+  const StoredTissueLaw yeoh = law_of("yeoh = { c2 = -0.2, c3 = 300, unit = \"kPa\", source = \"h\" }");
+  EXPECT_EQ(yeoh.numbers, (std::array<double, 4>{1, -200, 300000, 0}));
+  EXPECT_EQ(yeoh.source, "h");
+  EXPECT_EQ(law_of("ogden = { exponent = -4.7, source = \"h\" }").numbers, (std::array<double, 4>{2, -4.7, 0, 2}));
+  EXPECT_EQ(law_of("ogden = { exponent = 2, share = 0.2, second_exponent = 9, source = \"h\" }").numbers,
+            (std::array<double, 4>{2, 2, 0.2, 9}));
+}
+
+TEST(OrganConfig, RefusesConstantsUnderWhichATissueGivesWay) {
+  const auto yeoh = [](const std::string& c2, const std::string& c3) {
+    return with_law("yeoh = { c2 = " + c2 + ", c3 = " + c3 + ", unit = \"Pa\", source = \"h\" }");
+  };
+  const auto ogden = [](const std::string& constants) {
+    return with_law("ogden = { " + constants + ", source = \"h\" }");
+  };
+  const auto refused = [](const std::string& text, const char* noun) {
+    EXPECT_THAT(refusal(read_organ_config, text), HasSubstr(noun)) << text;
+  };
+  // 3 c2^2 = 5 c1 c3 at c2 = -394 Pa.
+  EXPECT_EQ(refusal(read_organ_config, yeoh("-390", "100")), "");
+  refused(yeoh("-400", "100"), ":10: [[region]] 1.yeoh: c2: ");
+  refused(yeoh("10", "-1"), "3 c2^2 < 5 c1 c3");
+  refused(yeoh("-1", "0"), "931");
+  refused(yeoh("1e8", "0"), "c2: ");
+  refused(yeoh("0", "1e8"), "c2: ");
+  for (const char* exponent : {"0", "1.4", "-2.9", "51", "-51"})
+    refused(ogden(std::string("exponent = ") + exponent), "exponent: expected a number from 1.5 to 50");
+  refused(ogden("exponent = 2, share = 1, second_exponent = 9"), "share: ");
+  refused(ogden("exponent = 2, share = 0, second_exponent = 9"), "share: ");
+  refused(ogden("exponent = 2, share = 0.5, second_exponent = 1"), "second_exponent: ");
+  refused(ogden("exponent = 2, share = 0.5"), "\"second_exponent\"");
+  refused(ogden("exponent = 2, second_exponent = 9"), "second_exponent: expected share");
+  refused(replaced(ogden("exponent = 2"), "[response]", "stiffening = { value = 2.5, source = \"g\" }\n[response]"),
+          "stiffening: expected one law");
+  refused(replaced(ogden("exponent = 2"), "[response]",
+                   "yeoh = { c2 = 1, c3 = 1, unit = \"Pa\", source = \"g\" }\n[response]"),
+          "ogden: expected one law");
+}
+
 const std::string kBoundary = R"(name = "back"
 [[fixed]]
 dofs = "xz"

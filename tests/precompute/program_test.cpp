@@ -83,6 +83,15 @@ TEST_F(Program, EveryBatchOfColumnsGoesThroughPetscsConjugateGradients) {
   EXPECT_GT(*std::max_element(iterations.begin(), iterations.end()), 5);
 }
 
+TEST_F(Program, StoresALawOfYeohAndNoneWhereStiffeningSaysAll) {
+  EXPECT_TRUE(section<double>(made("neo.h5", "--large-deformation"), SectionId::large_law).empty());
+  write("organ.toml", kOrgan + "yeoh = { c2 = 0.1, c3 = 2, unit = \"kPa\", source = \"a paper\" }\n");
+  const std::string bytes = made("yeoh.h5", "--large-deformation");
+  EXPECT_EQ(section<double>(bytes, SectionId::large_law), (std::vector<double>{1, 100, 2000, 0}));
+  EXPECT_EQ(section<double>(bytes, SectionId::large_stiffening), std::vector<double>{-1});
+  EXPECT_THAT(bytes, HasSubstr("\"law_source "));
+}
+
 TEST_F(Program, StoresAnOrderOfEliminationForLargeDeformation) {
   write("organ.toml", kOrgan + "stiffening = { value = 2.5, source = \"test\" }\n");
   for (const std::string options : {"", "-- -column_pc_type multigrid"}) {

@@ -247,8 +247,8 @@ TEST(Inside, TheStressOfTheTetrahedraBalancesTheForcesOfThePrecomputationsStiffn
 
 TEST(Inside, UnderLargeDeformationTheStressBalancesTheForcesOfTheEnergy) {
   for (const bool nodal : {false, true})
-    for (const double stiffening : {0.0, 2.5}) {
-      const LargeBody body(two_materials(0.45), nodal, {0, stiffening});
+    for (const LawForm& form : {LawForm(), LawForm(2.5), LawForm::yeoh(-3000, 9000), LawForm::ogden(-5, 0.3, 12)}) {
+      const LargeBody body(two_materials(0.45), nodal, {0, form});
       const LargeReference reference(body.get());
       Field field(body.get(), true);
       const Eigen::VectorXf u = some_displacement(body.get().node_count, 0.002);
@@ -258,7 +258,8 @@ TEST(Inside, UnderLargeDeformationTheStressBalancesTheForcesOfTheEnergy) {
       reference.energy(u.cast<double>(), &expected, &least);
       EXPECT_LT(least, 0.8) << "not a large strain";
       const VectorXd forces = forces_of(field.inside, body.get(), u.cast<double>(), true);
-      EXPECT_LT((forces - expected).norm(), 1e-11 * expected.norm()) << nodal << stiffening;  // rounding, as above
+      EXPECT_LT((forces - expected).norm(), 1e-11 * expected.norm())
+          << nodal << form.constant[0];  // rounding, as above
     }
 }
 

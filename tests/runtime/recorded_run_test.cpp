@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "formats/tissue_laws.h"
 #include "tests/runtime/recorded_input.h"
 #include "tests/runtime/touched_box.h"
 #include "tests/support/packed_bundle.h"
@@ -78,6 +79,25 @@ TEST_F(RecordedRun, HashesTheSameFromEveryFormOfABundleInEveryBuild) {
     different.insert(expected);
   }
   EXPECT_EQ(different.size(), std::size(kPackedForms));  // each form holds other numbers
+}
+
+// Those of Yeoh and Ogden; the scenes above have the neo-Hookean one.
+TEST_F(RecordedRun, HashesTheSameWithEachLawOfLargeStrainInEveryBuild) {
+  auto path = recorded_path();
+  path.resize(80);
+  write_path(path_, path);
+  std::set<std::string> different;
+  for (const std::vector<double>& law : {std::vector<double>{1, -300, 400, 0}, {2, 4.5, 0.2, -5}}) {
+    write_recorded_bundle(bundle_, [&](BundleParts& parts) {
+      parts.set(formats::SectionId::large_stiffening, {1}, std::vector<double>{formats::kNoStiffening});
+      parts.set(formats::SectionId::large_law, {1, formats::kLawNumbers}, law);
+    });
+    const std::string expected = output_of("configured", bundle_, path_);
+    ASSERT_EQ(std::count(expected.begin(), expected.end(), '\n'), kScenes) << law[0] << expected;
+    for (const auto& build : builds()) EXPECT_EQ(output_of(build, bundle_, path_), expected) << law[0] << ", " << build;
+    different.insert(expected);
+  }
+  EXPECT_EQ(different.size(), 2u);
 }
 
 TEST_F(RecordedRun, HashesTheSameOnAnyNumberOfThreads) {

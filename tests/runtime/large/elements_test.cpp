@@ -37,6 +37,12 @@ ElasticBody softly_supported(double poisson) {
   return body;
 }
 
+// Of the two materials.
+const std::vector<LawForm> kForms[] = {{0, 0},
+                                       {0, 2.5},
+                                       {LawForm::yeoh(-300, 400), LawForm::yeoh(2000, 0)},
+                                       {LawForm::ogden(4.5), LawForm::ogden(-5, 0.3, 12)}};
+
 VectorXd some_displacement(const LargeReference& reference, double size) {
   VectorXd u(reference.dofs());
   for (Eigen::Index i = 0; i < u.size(); ++i) u[i] = size * std::sin(12.9 * static_cast<double>(i) + 0.4);
@@ -45,8 +51,8 @@ VectorXd some_displacement(const LargeReference& reference, double size) {
 
 TEST(LargeElements, ForcesAreTheDerivativeOfTheEnergyAndTheTangentThatOfTheForces) {
   for (const bool nodal : {false, true})
-    for (const std::vector<double>& stiffening : {std::vector<double>{0, 0}, std::vector<double>{0, 2.5}}) {
-      const LargeBody body(nodal ? softly_supported(0.45) : two_materials(0.45), nodal, stiffening);
+    for (const std::vector<LawForm>& forms : kForms) {
+      const LargeBody body(nodal ? softly_supported(0.45) : two_materials(0.45), nodal, forms);
       const LargeReference reference(body.get());
       const VectorXd u = some_displacement(reference, 0.002), way = some_displacement(reference, 1).reverse();
       VectorXd force, ahead_force, behind_force;

@@ -9,13 +9,16 @@
 
 namespace palpate::tests {
 
-std::function<void(BundleParts&)> with_large(bool nodal, double stiffening = 0);
+std::function<void(BundleParts&)> with_large(bool nodal, const LawForm& form = {});
+
+// "b 3", "Yeoh -300 400", "Ogden 4.5 0 2".
+std::string words_of(const LawForm& form);
 
 SceneDef large_def(palpate_contact_model contact);
 
 // A body of one region, seen as a HyperelasticBody.
 struct Seen {
-  Seen(const TouchedBody& from, bool nodal, double stiffening, double poisson = 0.45);
+  Seen(const TouchedBody& from, bool nodal, const LawForm& form, double poisson = 0.45);
   std::vector<double> nodes;
   std::vector<std::int32_t> tetrahedra, region;
   std::vector<std::uint8_t> fixed;

@@ -17,10 +17,10 @@ using Eigen::VectorXd;
 
 TEST(Tangent, IsThatOfTheReferenceAtAnyState) {
   for (const bool nodal : {false, true})
-    for (const double stiffening : {0.0, 1.5})
+    for (const LawForm& form : {LawForm(), LawForm(1.5), LawForm::yeoh(-200, 500), LawForm::ogden(-4, 0.3, 9)})
       for (const bool soft : {false, true}) {
         const ElasticBody elastic = beam_with_supports(soft);
-        const LargeBody large(elastic, nodal, stiffening > 0 ? std::vector<double>{stiffening} : std::vector<double>{});
+        const LargeBody large(elastic, nodal, {form});
         const HyperelasticBody& body = large.get();
         std::int32_t rows = 0;
         const auto place = places_of(body, &rows);
@@ -58,7 +58,7 @@ TEST(Tangent, IsThatOfTheReferenceAtAnyState) {
                   miss = std::max(miss, std::abs(found(3 * row + r, 3 * column + c) - value));
                 }
           // Sums of some 200 terms of double precision, in two orders.
-          EXPECT_LE(miss, 1e-12 * expected.cwiseAbs().maxCoeff()) << nodal << stiffening << soft << size;
+          EXPECT_LE(miss, 1e-12 * expected.cwiseAbs().maxCoeff()) << nodal << form.constant[0] << soft << size;
         }
         memory.release_all();
       }

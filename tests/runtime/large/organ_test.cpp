@@ -105,11 +105,11 @@ TEST(LargeOrgan, TwoDiscsWithFrictionPressALobeDeepAndItComesBackToRest) {
   }
 }
 
-// A disc that presses a ball of a tissue that stiffens exponentially: b 32.
-TEST(LargeOrgan, ABallThatStiffensExponentiallyHasNewtonsForce) {
-  constexpr double kStiffening = 32;
-  const TouchedBody ball(dense_ball(0.03, 5), with_large(false, kStiffening));
-  const Seen seen(ball, false, kStiffening);
+// A disc that presses a ball of a tissue that stiffens.
+void press_ball(const LawForm& form) {
+  SCOPED_TRACE(words_of(form));
+  const TouchedBody ball(dense_ball(0.03, 5), with_large(false, form));
+  const Seen seen(ball, false, form);
   const LargeReference reference(seen.body);
   const ScenePointer scene = ball.scene(pressed_def(PALPATE_DEFORMATION_LARGE));
   Contacts contacts(scene.get());
@@ -135,6 +135,15 @@ TEST(LargeOrgan, ABallThatStiffensExponentiallyHasNewtonsForce) {
   for (int step = 0; step <= LargeSolver::kStepsToRest; ++step)
     palpate_scene_touch(scene.get(), nullptr, 0, 1e-3, contacts.get(), contacts.bytes());
   EXPECT_LT(largest_displacement(ball, scene.get(), contacts), 1e-4);
+}
+
+TEST(LargeOrgan, ABallThatStiffensExponentiallyHasNewtonsForce) {
+  press_ball(32);
+}
+
+TEST(LargeOrgan, ABallThatStiffensByYeohsOrOgdensLawHasNewtonsForce) {
+  for (const LawForm& form : {LawForm::yeoh(-5000, 1e6), LawForm::ogden(30), LawForm::ogden(-12, 0.5, 20)})
+    press_ball(form);
 }
 
 }  // namespace

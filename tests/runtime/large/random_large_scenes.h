@@ -47,7 +47,8 @@ class RandomLargeScenes {
       return low + (high - low) * std::uniform_real_distribution<double>(0, 1)(random);
     };
     const auto one_of = [&](int count) { return static_cast<int>(random() % static_cast<std::uint64_t>(count)); };
-    const Body& body = body_of(random() % kBodies);
+    const Body& body =
+        seed % 4 == 2 ? body_of(kFirstBodies + random() % (kBodies - kFirstBodies)) : body_of(random() % kFirstBodies);
     SceneDef def;
     def.large.deformation = static_cast<palpate_deformation_model>(PALPATE_DEFORMATION_LARGE + one_of(3));
     def.law = static_cast<palpate_contact_law>(one_of(4)), def.contact = static_cast<palpate_contact_model>(one_of(4));
@@ -122,21 +123,21 @@ class RandomLargeScenes {
   };
 
   struct Body {
-    Body(const TinyBox& form, bool nodal, double poisson, double stiffening)
-        : touched(with_tensors(form, nodal, poisson, stiffening)),
-          seen(touched, nodal, stiffening, poisson),
+    Body(const TinyBox& box, bool nodal, double poisson, const LawForm& form)
+        : touched(with_tensors(box, nodal, poisson, form)),
+          seen(touched, nodal, form, poisson),
           reference(seen.body),
-          name(fmt::format("{}, nu {}, b {}, {} nodes", nodal ? "p1-anp" : "p1", poisson, stiffening,
+          name(fmt::format("{}, nu {}, {}, {} nodes", nodal ? "p1-anp" : "p1", poisson, words_of(form),
                            touched.body.mesh.nodes.size())),
-          thickness(form.size[2]) {}
-    static TouchedBody with_tensors(const TinyBox& form, bool nodal, double poisson, double stiffening) {
-      DenseBody dense = dense_box(form);
+          thickness(box.size[2]) {}
+    static TouchedBody with_tensors(const TinyBox& box, bool nodal, double poisson, const LawForm& form) {
+      DenseBody dense = dense_box(box);
       dense.poisson = poisson;
       const TouchedBody plain(dense);
       const Seen seen(plain, nodal, 0, poisson);
       const LargeReference reference(seen.body);
       dense.stiffness = Eigen::MatrixXd(reference.tangent(Eigen::VectorXd::Zero(reference.dofs())));
-      return TouchedBody(dense, with_large(nodal, stiffening));
+      return TouchedBody(dense, with_large(nodal, form));
     }
     TouchedBody touched;
     Seen seen;
@@ -290,14 +291,27 @@ class RandomLargeScenes {
     bool beside_ = false, told_gain_ = false;
   };
 
-  static constexpr std::size_t kBodies = 20;
+  // Seeds of the form 4 n + 2 play Yeoh's and Ogden's laws, the others the first two laws.
+  static constexpr std::size_t kFirstBodies = 20, kBodies = 44;
   const Body& body_of(std::size_t which) const {
     std::unique_ptr<Body>& body = bodies_[which];
-    constexpr double tissues[][2] = {
-        {0.3, 0}, {0.45, 0}, {0.49, 0}, {0.45, 3}, {0.45, 32}};  // Poisson's ratio, stiffening
-    const double* const tissue = tissues[which / 4];
-    const TinyBox form = which & 1 ? TinyBox{{8, 2, 2}, {0.1, 0.02, 0.02}} : TinyBox{};
-    if (!body) body = std::make_unique<Body>(form, (which & 2) != 0, tissue[0], tissue[1]);
+    const struct {
+      double poisson;
+      LawForm form;
+    } tissues[] = {{0.3, 0},
+                   {0.45, 0},
+                   {0.49, 0},
+                   {0.45, 3},
+                   {0.45, 32},
+                   {0.45, LawForm::yeoh(-300, 400)},
+                   {0.49, LawForm::yeoh(2000, 0)},
+                   {0.45, LawForm::yeoh(-5000, 1e6)},
+                   {0.49, LawForm::ogden(4.5)},
+                   {0.45, LawForm::ogden(-5, 0.3, 20)},
+                   {0.45, LawForm::ogden(50)}};
+    const auto& [poisson, form] = tissues[which / 4];
+    const TinyBox box = which & 1 ? TinyBox{{8, 2, 2}, {0.1, 0.02, 0.02}} : TinyBox{};
+    if (!body) body = std::make_unique<Body>(box, (which & 2) != 0, poisson, form);
     return *body;
   }
   mutable std::unique_ptr<Body> bodies_[kBodies];  // made when a scene asks for one

@@ -38,9 +38,9 @@ TEST(LargeScenes, ARandomSceneThatSnapsThroughLetsGoOfItsForce) {
 // that is dragged from node to node or from triangle to triangle jumps, and a jump's two ends do not tell its work: these press alone.
 TEST(LargeScenes, NoLawAndNoModelGivesTheBodyEnergy) {
   for (const bool nodal : {false, true})
-    for (const double stiffening : {0.0, 8.0}) {
-      const TouchedBox box({}, with_large(nodal, stiffening));
-      const Seen seen(box, nodal, stiffening);
+    for (const LawForm& form : {LawForm(), LawForm(8), LawForm::yeoh(-300, 400), LawForm::ogden(-5, 0.3, 12)}) {
+      const TouchedBox box({}, with_large(nodal, form));
+      const Seen seen(box, nodal, form);
       const LargeReference reference(seen.body);
       for (int law = 0; law < 4; ++law)
         for (int contact = 0; contact < 4; ++contact) {
@@ -73,7 +73,7 @@ TEST(LargeScenes, NoLawAndNoModelGivesTheBodyEnergy) {
           }
           // A step's frame follows that of the state before it, so its force and its state are of two frames. A state that is solved nearly
           // to the end shows more of that than one that lags.
-          EXPECT_LE(account.gained(), 0.08) << nodal << " b " << stiffening << " law " << law << " contact " << contact;
+          EXPECT_LE(account.gained(), 0.08) << nodal << words_of(form) << " law " << law << " contact " << contact;
           EXPECT_GT(account.peak(), 1e-4) << law << contact;
         }
     }

@@ -62,8 +62,8 @@ TEST(LargeScene, ASmallPushIsTheLinearOneForEachContactModel) {
 
 TEST(LargeScene, ADeepPushIsTheConvergedSolution) {
   for (const bool nodal : {false, true})
-    for (const double stiffening : {0.0, 1.5}) {
-      const TouchedBox box({}, with_large(nodal, stiffening));
+    for (const LawForm& form : {LawForm(), LawForm(1.5), LawForm::yeoh(-300, 400), LawForm::ogden(4.5)}) {
+      const TouchedBox box({}, with_large(nodal, form));
       SceneDef def = large_def(PALPATE_CONTACT_NODE);
       def.shape = PALPATE_SHAPE_VOLUME;
       const ScenePointer scene = box.scene(def);
@@ -77,7 +77,7 @@ TEST(LargeScene, ADeepPushIsTheConvergedSolution) {
       EXPECT_LT(contacts->least_volume, 0.9) << "not a large strain";
       const auto count = static_cast<std::int32_t>(box.body.mesh.nodes.size());
       const std::vector<float> field = displacements(scene.get(), contacts, count);
-      const Seen seen(box, nodal, stiffening);
+      const Seen seen(box, nodal, form);
       const LargeReference reference(seen.body);
       Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, reference.dofs());
       for (int i = 0; i < 3; ++i) rows(i, 3 * node + i) = 1;
@@ -85,8 +85,8 @@ TEST(LargeScene, ADeepPushIsTheConvergedSolution) {
       const VectorXd found = u;
       const VectorXd force = reference.solve(rows, Vector3d(-0.016, 0.0032, 0.0048), &u);
       const Vector3d on_tool(palpate_contacts_tool(contacts.get(), 0)->force_raw);
-      EXPECT_LE((found - u).norm(), 0.01 * u.norm()) << nodal << stiffening;
-      EXPECT_LE((on_tool + force).norm(), 0.02 * force.norm()) << nodal << stiffening;
+      EXPECT_LE((found - u).norm(), 0.01 * u.norm()) << nodal << words_of(form);
+      EXPECT_LE((on_tool + force).norm(), 0.02 * force.norm()) << nodal << words_of(form);
     }
 }
 
@@ -353,6 +353,25 @@ TEST(LargeScene, RefusesWhatItCannotDoInASentence) {
               HasSubstr("each node that is not held once"));
   EXPECT_THAT(damaged([](BundleParts& parts) {
                 parts.set(formats::SectionId::large_stiffening, {1}, std::vector<double>{NAN});
+              }),
+              HasSubstr("large/stiffening"));
+  const auto damaged_law = [&](double stiffening, std::vector<double> law) {
+    return damaged([&](BundleParts& parts) {
+      parts.set(formats::SectionId::large_stiffening, {1}, std::vector<double>{stiffening});
+      parts.set(formats::SectionId::large_law, {1, 4}, law);
+    });
+  };
+  EXPECT_THAT(damaged_law(-1, {3, 0, 0, 0}), HasSubstr("large/law: expected a law from 0 to 2, found 3"));
+  EXPECT_THAT(damaged_law(-1, {NAN, 0, 0, 0}), HasSubstr("large/law"));
+  EXPECT_THAT(damaged_law(-1, {1, -1, 0, 0}), HasSubstr("large/law"));
+  EXPECT_THAT(damaged_law(-1, {1, INFINITY, 0, 0}), HasSubstr("large/law"));
+  EXPECT_THAT(damaged_law(-1, {2, 1, 0, 2}), HasSubstr("large/law"));
+  EXPECT_THAT(damaged_law(-1, {2, 2, 0.5, 1}), HasSubstr("large/law"));
+  EXPECT_THAT(damaged_law(0, {2, 2, 0, 2}), HasSubstr("large/stiffening"));
+  EXPECT_THAT(damaged_law(-1, {0, 0, 0, 0}), HasSubstr("large/stiffening"));
+  // What a reader sees that does not know large/law.
+  EXPECT_THAT(damaged([](BundleParts& parts) {
+                parts.set(formats::SectionId::large_stiffening, {1}, std::vector<double>{formats::kNoStiffening});
               }),
               HasSubstr("large/stiffening"));
   const auto damaged_support = [&](std::vector<std::int32_t> nodes, std::vector<double> stiffness) {

@@ -115,7 +115,7 @@ struct Case {
   const char* name;
   bool nodal;
   double poisson;
-  std::vector<double> stiffening;
+  std::vector<LawForm> forms;
   std::vector<Vector3d> places, ways;
 };
 
@@ -129,9 +129,13 @@ TEST(LargeSolver, FollowsTheConvergedSolutionOfABlock) {
       {"drag, p1-anp", true, 0.45, {}, {top}, {{1, 0, -0.3}}},
       {"push, p1-anp, nu 0.49", true, 0.49, {}, {top}, {{0, 0, -1}}},
       {"pinch, p1-anp, nu 0.49", true, 0.49, {}, {left, right}, {{0.7, 0, -0.3}, {-0.7, 0, -0.3}}},
-      {"pull, p1-anp, exponential", true, 0.45, {1.5}, {top}, {{0, 0, 1}}}};
+      {"pull, p1-anp, exponential", true, 0.45, {1.5}, {top}, {{0, 0, 1}}},
+      {"push, p1-anp, Yeoh", true, 0.45, {LawForm::yeoh(-300, 400)}, {top}, {{0, 0, -1}}},
+      {"oblique, p1, Yeoh", false, 0.45, {LawForm::yeoh(500, 2000)}, {top}, {{0.7, 0, -0.7}}},
+      {"push, p1-anp, nu 0.49, Ogden", true, 0.49, {LawForm::ogden(4.5)}, {top}, {{0, 0, -1}}},
+      {"oblique, p1, Ogden of two terms", false, 0.45, {LawForm::ogden(-5, 0.2, 10)}, {top}, {{0.7, 0, -0.7}}}};
   for (const Case& one : cases) {
-    const LargeBody body(block(one.poisson), one.nodal, one.stiffening);
+    const LargeBody body(block(one.poisson), one.nodal, one.forms);
     Discs discs;
     for (const Vector3d& place : one.places) discs.add(body.get(), place, 0.021);
     for (const int depth : {10, 20, 30}) {
