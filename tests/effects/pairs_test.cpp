@@ -33,6 +33,7 @@ TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
                                           "skin",
                                           "dent",
                                           "motions",
+                                          "loads",
                                           "grasps",
                                           "links",
                                           "needles"};
