@@ -4,6 +4,7 @@
 #include <palpate/palpate_scene_def.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <iomanip>
 #include <optional>
@@ -59,6 +60,19 @@ inline palpate_relaxation_def relaxation_of(const py::object& terms) {
     relaxation.time[relaxation.terms++] = term.second;
   }
   return relaxation;
+}
+
+inline palpate_loads_def loads_of(const py::object& patches) {
+  palpate_loads_def loads = palpate_default_loads_def();
+  if (patches.is_none()) return loads;
+  for (const py::handle each : patches) {
+    const auto [centre, radius] = each.cast<std::pair<std::array<double, 3>, double>>();
+    if (loads.count == PALPATE_MAX_LOADS)
+      throw py::value_error("loads: expected at most " + std::to_string(PALPATE_MAX_LOADS) + " patches");
+    std::copy(centre.begin(), centre.end(), loads.centre[loads.count]);
+    loads.radius[loads.count++] = radius;
+  }
+  return loads;
 }
 
 // A render mesh while its scene is created: positions, or a tuple (positions, normals), each [vertices, 3].
@@ -129,6 +143,7 @@ inline Effects effects_of(const py::kwargs& named) {
   const auto take = [&](const char* name) -> py::object { return named.attr("pop")(name, py::none()); };
   try {
     effects.def.relaxation = relaxation_of(take("relaxation"));
+    effects.def.loads = loads_of(take("loads"));
     if (const py::object mesh = take("render_mesh"); !mesh.is_none())
       effects.def.render_mesh = effects.render_mesh.emplace(mesh).mesh;
     if (const py::object surface = take("fine_surface"); !surface.is_none())
@@ -169,6 +184,8 @@ inline constexpr const char* kAboutEffects =
     "large-beside,\n"
     "large-renewed: the same, solved by deform\n"
     "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"
+    "loads: None, or up to 4 patches of the surface that bear loads (set_load), each a pair of a place, m, and a\n"
+    "radius, m (collision=\"deformed\" or \"off\")\n"
     "render_mesh: None, or a finer mesh that skin moves with the surface: positions [vertices, 3], m, or a tuple of\n"
     "positions and normals; read now and no longer\n"
     "fine_surface: None, or a closed surface that tools meet in place of the bundle's triangles: a tuple of positions\n"

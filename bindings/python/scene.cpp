@@ -37,6 +37,7 @@ void add_hit(py::module_& module) {
 
 void add_scene(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_motion_state, amount, volume);
+  PYBIND11_NUMPY_DTYPE(palpate_load_state, force, place, displacement, area);
   PYBIND11_NUMPY_DTYPE(palpate_inside_place, tetrahedron, reserved, weight, distance);
   add_plan_pass(module);
   add_hit(module);
@@ -46,7 +47,7 @@ void add_scene(py::module_& module) {
       "interpreter's lock, so one thread may touch while another draws. Each is for one thread at a time.");
   takes_effects(type, kAboutEffects + lines_of_keywords());
   py::list keywords;
-  for (const char* own : {"relaxation", "render_mesh", "fine_surface"}) keywords.append(own);
+  for (const char* own : {"relaxation", "loads", "render_mesh", "fine_surface"}) keywords.append(own);
   for_each_keyword([&](const palpate_key& key) { keywords.append(key.name); });
   module.attr("EFFECTS") = keywords;
   type.def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")
@@ -135,6 +136,15 @@ void add_scene(py::module_& module) {
       .def("motion_states", &HeldScene::motion_states,
            "After a touch: structured [motions], a copy: amount (of a held volume the pressure, Pa), volume (m^3, of a "
            "pressure).")
+      .def("set_load", &HeldScene::set_load, py::arg("load"), py::arg("vector"), py::kw_only(),
+           py::arg("per_area") = false, py::arg("in_world") = false,
+           "What a patch of `loads` bears from the next touch on: N in all, or per_area Pa; along the axes of the "
+           "organ, or\n"
+           "in_world of the world, as a weight. Raises Error.")
+      .def("load_states", &HeldScene::load_states,
+           "After a touch: structured [loads], a copy, in the world: force (N), place and displacement of the patch "
+           "(m), "
+           "area\n(m^2).")
       .def("set_links", &HeldScene::set_links, py::arg("links"),
            "Gives the scene its links, of Link, in place of those that it had; each later touch holds them. One that\n"
            "was there before with its id, kind and ends keeps its state, and takes its new numbers. Raises Error.")

@@ -234,6 +234,18 @@ class HeldScene {
     const InUse use(touching_, kTouching);
     return states_of(palpate_scene_motion_state, scene_);
   }
+  void set_load(std::int32_t load, const Numbers& vector, bool per_area, bool in_world) {
+    const InUse use(touching_, kTouching);
+    double numbers[3];
+    set_numbers(numbers, vector, "vector");
+    const auto kind = static_cast<palpate_load_kind>((per_area ? PALPATE_LOAD_TRACTION : PALPATE_LOAD_FORCE) +
+                                                     (in_world ? PALPATE_LOAD_FORCE_IN_WORLD : PALPATE_LOAD_FORCE));
+    throw_unless_ok([&](palpate_error* error) { return palpate_scene_set_load(scene_, load, kind, numbers, error); });
+  }
+  py::array load_states() {
+    const InUse use(touching_, kTouching);
+    return states_of(palpate_scene_load_state, scene_);
+  }
   py::array link_states() {
     const InUse use(touching_, kTouching);
     return states_of(palpate_scene_link_state, scene_);

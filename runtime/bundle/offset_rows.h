@@ -9,12 +9,20 @@
 
 namespace palpate {
 
-inline constexpr std::int32_t kMostOffsetRows = 32;
+inline constexpr std::int32_t kMostOffsetRows = 44;
+
+// The force of a row that is the displacement by a load: 1 N along an axis, spread over nodes of the surface.
+struct RowForce {
+  const std::int32_t* node = nullptr;  // [count]
+  const double* weight = nullptr;      // [count]
+  std::int32_t count = 0, axis = 0;
+};
 
 struct OffsetRows {
   const float* numbers = nullptr;  // [count][nodes][3] m per unit
   const float* inside = nullptr;   // [count][nodes_inside][3] of the interior nodes; nullptr: nobody asks there
   std::int32_t count = 0, nodes = 0, nodes_inside = 0;
+  const RowForce* force = nullptr;  // [count], without nodes where a row is no load's; nullptr: of none
   const double* longest = nullptr;  // [count] m per unit, an upper bound over the nodes
 
   const float* row(std::int32_t m) const {
@@ -26,6 +34,14 @@ struct OffsetRows {
                                : inside + 3 * (static_cast<std::size_t>(m) * static_cast<std::size_t>(nodes_inside) +
                                                static_cast<std::size_t>(node - nodes));
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+  }
+  bool is_of_force(std::int32_t m) const { return force && force[m].count > 0; }
+  // J per units: the work of the force of row `load` along row m.
+  double work(std::int32_t m, std::int32_t load) const {
+    double sum = 0;
+    for (std::int32_t k = 0; k < force[load].count; ++k)
+      sum += force[load].weight[k] * at(m, force[load].node[k])[force[load].axis];
+    return sum;
   }
   // m, under the amounts [count]. A row of amount zero is not read.
   Vec3 sum_at(const double* amount, std::int32_t node) const {

@@ -6,6 +6,7 @@
 #include "runtime/large/effect.h"
 #include "runtime/links/effect.h"
 #include "runtime/links/link.h"
+#include "runtime/loads/effect.h"
 #include "runtime/motions/effect.h"
 #include "runtime/needles/effect.h"
 #include "runtime/needles/needle.h"
@@ -28,7 +29,8 @@ EffectList all_effects() {
 #else
   static constexpr const Effect* kAll[] = {&large_effect,   &fine_surface_effect, &grasps_effect,     &needles_effect,
                                            &motions_effect, &links_effect,        &relaxation_effect, &report_effect,
-                                           &queries_effect, &skin_effect,         &dent_effect,       &inside_effect};
+                                           &queries_effect, &skin_effect,         &dent_effect,       &inside_effect,
+                                           &loads_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 #endif

@@ -6,9 +6,10 @@
 // their amounts by g = -V^-1 B^T f. They are eliminated: contacts see W = C - B V^-1 B^T (node_compliance.h), are solved once, and g follows.
 // The organ has the displacement u = o + C f + B g.
 //
-// A scene has one offset, and one effect owns it. In its prepare() it makes the rows, of the bundle or of its own: C f for a load f. It also
-// gives them to the shape (ShapeState::moved_surface, moved_interior). Where the scene has a corridor, or a body that does not respond linearly, the rows
-// have the nodes inside too, because what holds nodes there asks for them, and so does that body. The amounts reach the shape in palpate_contacts.
+// A scene has one offset, to which effects add rows in their prepare(): of the bundle, or C f for a load f. Each effect writes the amounts of
+// its own rows. The shape has the rows too. Where it shows the nodes inside, and where the scene has a corridor or a body that does not respond
+// linearly, the rows have the nodes inside, because what holds nodes there asks for them, and so does that body. The amounts reach the shape in
+// palpate_contacts.
 #pragma once
 
 #include <cstdint>
@@ -21,26 +22,29 @@ namespace palpate {
 
 class Offset {
  public:
-  // rows: borrowed, of finite numbers; `longest` is filled in here. Without create() there are no rows, and o is zero.
-  bool create(SceneMemory& memory, const OffsetRows& rows, std::int32_t constraint_capacity);
+  // Rows behind those that are there: of finite numbers, with the same nodes, borrowed where they are the first ones. Returns the number of the
+  // first one; -1: there is no memory, or no room.
+  std::int32_t add(SceneMemory& memory, const OffsetRows& rows);
+  // With all rows; `longest` is filled in here. Without rows o is zero.
+  bool create(SceneMemory& memory, std::int32_t constraint_capacity);
 
   bool exists() const { return rows_.count > 0; }
   std::int32_t count() const { return rows_.count; }
   const OffsetRows& rows() const { return rows_; }
 
-  // For the module that writes the amounts q. A step: end_last_step(), then the new amounts, then begin_step(), then
-  // ContactField::begin_moved() where the field has the offset; is_first: nothing was anywhere before. Amounts that never change are
-  // written once, in prepare(): amounts(), then end_last_step() and begin_step(false), so that no later step finds that the organ has moved. create() marks the amounts for saved states; they are zero behind it and behind forget(), which nobody else calls.
+  // For the touch: around StepPart::begin_step() of all parts, in which effects write new amounts q of their rows. Behind create(), whose amounts
+  // saved states have, and behind forget() the amounts are zero, and nothing was anywhere before the next step.
   void end_last_step();
-  void begin_step(bool is_first);
+  void begin_step();
   void forget();
   double* amounts() { return now_; }
+  const double* amounts() const { return now_; }
 
-  // For the same module. which: [count] 1 where the amount follows the forces from the next solve on; v: [count][count], of which V is a part;
-  // factor: [count][count], gets L of V = L L^T. False where V is not positive definite by more than rounding: follow() is not called with such. Then
+  // For the effect that has the first `of` rows. which: [of] 1 where the amount follows the forces from the next solve on; v: [of][of], of which V is
+  // a part; factor: [of][of], gets L of V = L L^T. False where V is not positive definite by more than rounding: follow() is not called with such. Then
   // start_from(): q, with g for what is left to the `whole` amounts [count].
-  bool factorise(const std::int32_t* which, const double* v, double* factor) const;
-  void follow(const std::int32_t* which, const double* v);
+  static bool factorise(std::int32_t of, const std::int32_t* which, const double* v, double* factor);
+  void follow(std::int32_t of, const std::int32_t* which, const double* v);
   void start_from(const double* q, const double* whole);
   // After the last solve of a step: g of its forces.
   void take_forces(const ContactConstraints& set, const Vec3* force);
@@ -94,8 +98,8 @@ class Offset {
   double *now_ = nullptr, *before_ = nullptr, *step_ = nullptr;
   double *given_ = nullptr, *given_before_ = nullptr;  // g
   std::int32_t* follower_ = nullptr;                   // the rows that follow, ascending
-  double* factor_ = nullptr;                           // [count][count], as factorise() leaves it
-  std::int32_t follower_count_ = 0, version_ = 0;
+  double* factor_ = nullptr;                           // [factored_][factored_], as factorise() leaves it
+  std::int32_t follower_count_ = 0, version_ = 0, factored_ = 0, first_ = 1;
   double stepped_ = 0, restarted_ = 0;
 };
 

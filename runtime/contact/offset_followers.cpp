@@ -12,12 +12,12 @@ constexpr double kLeastPivot = 1e-10;
 
 }  // namespace
 
-bool Offset::factorise(const std::int32_t* which, const double* v, double* factor) const {
+bool Offset::factorise(std::int32_t of, const std::int32_t* which, const double* v, double* factor) {
   std::int32_t at[kMostOffsetRows], n = 0;
-  for (std::int32_t m = 0; m < count(); ++m)
+  for (std::int32_t m = 0; m < of; ++m)
     if (which[m]) at[n++] = m;
-  const auto entry = [&](std::int32_t i, std::int32_t j) { return v[at[i] * count() + at[j]]; };
-  const auto l = [&](std::int32_t i, std::int32_t j) -> double& { return factor[i * count() + j]; };
+  const auto entry = [&](std::int32_t i, std::int32_t j) { return v[at[i] * of + at[j]]; };
+  const auto l = [&](std::int32_t i, std::int32_t j) -> double& { return factor[i * of + j]; };
   for (std::int32_t i = 0; i < n; ++i)
     for (std::int32_t j = 0; j <= i; ++j) {
       double sum = 0.5 * (entry(i, j) + entry(j, i));
@@ -28,10 +28,10 @@ bool Offset::factorise(const std::int32_t* which, const double* v, double* facto
   return true;
 }
 
-void Offset::follow(const std::int32_t* which, const double* v) {
-  factorise(which, v, factor_);
-  follower_count_ = 0, ++version_;
-  for (std::int32_t m = 0; m < count(); ++m)
+void Offset::follow(std::int32_t of, const std::int32_t* which, const double* v) {
+  factorise(of, which, v, factor_);
+  follower_count_ = 0, factored_ = of, ++version_;
+  for (std::int32_t m = 0; m < of; ++m)
     if (which[m]) follower_[follower_count_++] = m;
 }
 
@@ -59,7 +59,7 @@ bool Offset::follows(std::int32_t row) const {
 
 template <class Number>
 void Offset::solve_for(Number* amounts) const {
-  const auto l = [&](std::int32_t i, std::int32_t k) { return factor_[i * count() + k]; };
+  const auto l = [&](std::int32_t i, std::int32_t k) { return factor_[i * factored_ + k]; };
   for (std::int32_t i = 0; i < follower_count_; ++i) {
     Number& x = amounts[follower_[i]];
     for (std::int32_t k = 0; k < i; ++k) x = x - l(i, k) * amounts[follower_[k]];

@@ -16,8 +16,8 @@ class StepPart {
   // Before all else: takes in the step's tools (ToolInput::take) and begins the step of the pose, in the scene's place. Returns whether it
   // has; the scene then asks no other part.
   virtual bool take_input(TouchStep&, const palpate_tool*, std::int32_t /*tool_count*/, double /*dt*/) { return false; }
-  // A step, in this order. After the input, before collision: moves the organ from outside, as offset.h says. A load that never changes
-  // has nothing to do here but to end its pass.
+  // A step, in this order. After the input, before collision: writes the amounts of its rows of the
+  // offset (offset.h), which move the organ from outside.
   virtual void begin_step(TouchStep&) {}
   // After the last solve. solved: false where the step has no solution.
   virtual void take_reactions(TouchStep&, bool /*solved*/) {}

@@ -50,6 +50,17 @@ void begin_tools(TouchStep& step, const palpate_tool* tools, std::int32_t tool_c
   for (std::int32_t t = 0; t < state.input.count(); ++t) step.result[t] = ToolResult{};
 }
 
+// Effects move the organ from outside.
+void begin_parts(TouchStep& step) {
+  TouchState& state = *step.state;
+  state.offset.end_last_step();
+  for (StepPart* part : state.parts.all()) part->begin_step(step);
+  if (!state.offset.exists()) return;
+  state.offset.begin_step();
+  if (state.field && state.field->has_offset()) state.field->begin_moved();
+  step.context->watch.ended(Pass::input);
+}
+
 void request_rows(TouchStep& step) {
   TouchState& state = *step.state;
   const auto for_sources = [&](const auto& each) {
@@ -117,7 +128,7 @@ void begin_touch(TouchStep& step, const StepContext& context, TouchState& state,
   state.points.slides.begin();
   begin_tools(step, tools, tool_count, dt);
   context.watch.ended(Pass::input);
-  for (StepPart* part : state.parts.all()) part->begin_step(step);
+  begin_parts(step);
   state.admission.begin();
   request_rows(step);
 }
@@ -161,6 +172,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
   state.solver.forget();
   state.body->forget();
   state.rows.forget();
+  state.offset.forget();
   for (StepPart* part : state.parts.all()) part->forget_rest();
   state.step = 0;
   for (std::int32_t t = 0; t < def.max_tools; ++t) forget_tool(def, state, t);

@@ -126,6 +126,26 @@ bool HyperelasticEnergy::take_load(SceneMemory& memory, const HyperelasticBody& 
   return made;
 }
 
+// load: [length] N, becomes what the elements bear at rest of a force whose displacement is `row`, [3 nodes] m by places: all that soft supports do
+// not bear. It does not have the rounding of that displacement, as the stiffness times the row has.
+void HyperelasticEnergy::take_force(const RowForce& force, const double* row, float* load) const {
+  std::fill(load, load + length_, 0.0f);
+  for (std::int32_t k = 0; k < force.count; ++k)
+    if (const std::int32_t at = place_[force.node[k]]; at < rows_)
+      load[3 * at + force.axis] = static_cast<float>(force.weight[k]);
+  const auto subtract = [&](std::int32_t from, std::int32_t of, const double* k, int along, int across) {
+    for (int i = 0; i < 3 && from < rows_; ++i)
+      for (int j = 0; j < 3; ++j)
+        load[3 * from + i] -= static_cast<float>(k[along * i + across * j] * row[3 * static_cast<std::size_t>(of) + j]);
+  };
+  for (std::int32_t p = 0; p < support_count_; ++p) {
+    const std::int32_t a = support_place_[2 * p], b = support_place_[2 * p + 1];
+    const double* const k = support_stiffness_ + 9 * static_cast<std::size_t>(p);
+    subtract(a, b, k, 3, 1);
+    if (a != b) subtract(b, a, k, 1, 3);
+  }
+}
+
 void HyperelasticEnergy::clear_held_dofs(const HyperelasticBody& body, float* f) const {
   for (std::int32_t n = 0; n < nodes_; ++n)
     for (std::size_t i = 0; i < 3; ++i)
@@ -153,6 +173,7 @@ bool HyperelasticEnergy::take_offset(SceneMemory& memory, const HyperelasticBody
     for (std::int32_t n = 0; n < nodes_; ++n) store3(rows.at(m, n), row + 3 * static_cast<std::size_t>(place_[n]));
     float* const load = of.loads + static_cast<std::size_t>(m) * length_;
     multiply(stiffness, row, rows_, load);
+    if (rows.is_of_force(m)) take_force(rows.force[m], row, load);
     clear_held_dofs(body, load);
     double sum = 0;
     for (std::int32_t r = 0; r < rows_; ++r)

@@ -75,6 +75,7 @@ class HyperelasticEnergy {
   };
   bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
   double add_supports(const float* u, float* f) const;
+  void take_force(const RowForce& force, const double* row, float* load) const;
   void clear_held_dofs(const HyperelasticBody& body, float* f) const;
 
   Elements elements_;

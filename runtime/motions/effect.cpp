@@ -68,23 +68,20 @@ palpate_status prepare(EffectBuild& build) {
   if (const palpate_status status = read_rows(reader, SectionId::motion_surface, reader.surface_nodes(), &rows))
     return status;
   Motions::Source source;
-  source.offset = &scene.touch.offset, source.pass = build.pass;
+  source.offset = &scene.touch.offset, source.count = rows.count, source.pass = build.pass;
   if (const palpate_status status = read_kinds_and_volumes(reader, &source)) return status;
   source.is_linear = scene.touch.body->responds_linearly();
   const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
-  if ((scene.tensors.corridor || !source.is_linear) && inside > 0) {
+  if (asks_inside(scene) && inside > 0) {
     OffsetRows of_interior;
     if (const palpate_status status = read_rows(reader, SectionId::motion_interior, inside, &of_interior))
       return status;
     rows.inside = of_interior.numbers, rows.nodes_inside = inside;
   }
-  if (!scene.touch.offset.create(reader.memory(), rows, scene.touch.most_constraints) ||
-      !motions->create(reader.memory(), source))
+  if (scene.touch.offset.add(reader.memory(), rows) != 0 || !motions->create(reader.memory(), source))
     return reader.no_memory("motions");
   scene.touch.parts.add(motions);
-  scene.shape.moved_surface = scene.touch.offset.rows();
-  if (!has_interior_shape(scene)) return PALPATE_OK;
-  return read_rows(reader, SectionId::motion_interior, inside, &scene.shape.moved_interior);
+  return PALPATE_OK;
 }
 
 Motions* motions_of(const palpate_scene* scene) {

@@ -38,7 +38,6 @@ bool Motions::create(SceneMemory& memory, const Source& source) {
 }
 
 void Motions::forget_rest() {
-  source_.offset->forget();
   std::fill_n(state_, count(), palpate_motion_state{});
   first_ = 1;
 }
@@ -80,7 +79,7 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
   const std::int32_t before = holds_[motion];
   double factor[kMost * kMost];
   holds_[motion] = holds;
-  if (!source_.offset->factorise(holds_, source_.volume, factor)) {
+  if (!Offset::factorise(count(), holds_, source_.volume, factor)) {
     holds_[motion] = before;
     return bad("a motion whose volume does not follow from those that are held");
   }
@@ -108,13 +107,13 @@ bool Motions::go_to(const double* to, bool followers, double* most) {
   return share == 1;
 }
 
-// amounts: [count]. In the place of those that follow come the pressures that hold these volumes beside the others, without contacts.
+// amounts: of all rows. In the place of those that follow come the pressures that hold these volumes beside the others, without contacts.
 void Motions::hold(const double* volumes, double* amounts) const {
   double q[kMost];
   for (std::int32_t m = 0; m < count(); ++m) {
     if (!source_.offset->follows(m)) continue;
     q[m] = volumes[m];
-    for (std::int32_t other = 0; other < count(); ++other)
+    for (std::int32_t other = 0; other < source_.offset->count(); ++other)
       if (!source_.offset->follows(other)) q[m] -= swept(m, other) * amounts[other];
   }
   source_.offset->solve(q);
@@ -124,10 +123,10 @@ void Motions::hold(const double* volumes, double* amounts) const {
 
 // Other volumes are held than in the last step: the organ is where it was, with other pressures for what contacts would leave of it.
 void Motions::change_held() {
-  double whole[kMost], volumes[kMost], alone[kMost];
-  for (std::int32_t m = 0; m < count(); ++m)
-    whole[m] = alone[m] = source_.offset->whole_amount(m), volumes[m] = state_[m].volume;
-  source_.offset->follow(holds_, source_.volume);
+  double whole[kMostOffsetRows], alone[kMostOffsetRows], volumes[kMost];
+  for (std::int32_t m = 0; m < source_.offset->count(); ++m) whole[m] = alone[m] = source_.offset->whole_amount(m);
+  for (std::int32_t m = 0; m < count(); ++m) volumes[m] = state_[m].volume;
+  source_.offset->follow(count(), holds_, source_.volume);
   hold(volumes, alone);
   source_.offset->start_from(alone, whole);
   changed_ = 0;
@@ -137,15 +136,13 @@ void Motions::change_held() {
 std::uint32_t Motions::take(double most) {
   Offset& offset = *source_.offset;
   if (changed_) change_held();
-  offset.end_last_step();
   bool arrived = go_to(wanted_, false, &most);
   if (offset.has_followers()) {
-    double to[kMost];
-    std::copy_n(offset.amounts(), count(), to);
+    double to[kMostOffsetRows];
+    std::copy_n(offset.amounts(), offset.count(), to);
     hold(held_, to);
     arrived = go_to(to, true, &most) && arrived;
   }
-  offset.begin_step(first_ != 0);
   first_ = 0;
   return arrived ? 0 : PALPATE_STEP_MOTION_LIMITED;
 }
@@ -153,7 +150,6 @@ std::uint32_t Motions::take(double most) {
 void Motions::begin_step(TouchStep& step) {
   TouchState& state = *step.state;
   step.flags |= take(step.context->def.max_tool_speed * state.input.dt());
-  if (state.field && state.field->has_offset()) state.field->begin_moved();
   step.context->watch.ended(source_.pass);
 }
 
@@ -161,7 +157,7 @@ void Motions::begin_step(TouchStep& step) {
 double Motions::volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const {
   if (!is_pressure(motion)) return 0;
   double sum = 0;
-  for (std::int32_t m = 0; m < count(); ++m) sum += swept(motion, m) * source_.offset->whole_amount(m);
+  for (std::int32_t m = 0; m < source_.offset->count(); ++m) sum += swept(motion, m) * source_.offset->whole_amount(m);
   for (std::int32_t e = 0; e < set.node_count; ++e) sum += dot(rows().at(motion, set.nodes[e].node), force[e]);
   return sum;
 }

@@ -19,6 +19,7 @@ class Motions final : public StepPart {
   // All borrowed. volume: [count][count] m^3, or nullptr where no motion is a pressure.
   struct Source {
     Offset* offset = nullptr;
+    std::int32_t count = 0;  // the first rows of the offset
     const double* volume = nullptr;
     const std::int32_t* kind = nullptr;  // [count]
     bool is_linear = true;               // the organ; else no pressure acts
@@ -26,7 +27,7 @@ class Motions final : public StepPart {
   };
   bool create(SceneMemory& memory, const Source& source);
 
-  std::int32_t count() const { return source_.offset->count(); }
+  std::int32_t count() const { return source_.count; }
 
   // palpate_scene_set_motions and palpate_scene_hold_volume state the contract.
   palpate_status set(const double* amounts, std::int32_t count, palpate_error* error);
@@ -44,8 +45,10 @@ class Motions final : public StepPart {
 
  private:
   const OffsetRows& rows() const { return source_.offset->rows(); }
-  // m^3 per unit of the amount of `by`.
-  double swept(std::int32_t motion, std::int32_t by) const { return source_.volume[motion * count() + by]; }
+  // m^3 per unit of the amount of `by`, of any row of the offset. A pressure sweeps of a load's displacement what the load works along its own.
+  double swept(std::int32_t motion, std::int32_t by) const {
+    return by < count() ? source_.volume[motion * count() + by] : rows().work(motion, by);
+  }
   bool is_pressure(std::int32_t motion) const {
     return static_cast<formats::MotionKind>(source_.kind[motion]) == formats::MotionKind::pressure;
   }

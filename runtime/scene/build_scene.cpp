@@ -129,6 +129,17 @@ std::int32_t fewest_contact_nodes(const palpate_scene_def& def, const RowBudget&
   return constraints_of_point(def) * def.max_points + rows.fewest_nodes;
 }
 
+// When all effects have added their rows.
+palpate_status build_offset(const SectionReader& reader, palpate_scene& scene) {
+  Offset& offset = scene.touch.offset;
+  if (!offset.create(reader.memory(), scene.touch.most_constraints)) return reader.no_memory("offset");
+  scene.shape.moved_surface = offset.rows();
+  if (!has_interior_shape(scene)) return PALPATE_OK;
+  OffsetRows& interior = scene.shape.moved_interior = offset.rows();
+  interior.numbers = interior.inside, interior.nodes = interior.nodes_inside;
+  return PALPATE_OK;
+}
+
 palpate_status build_displacement(const SectionReader& reader, const palpate_scene_def& def, std::uint32_t uses,
                                   TouchState& touch) {
   DisplacementField& field = touch.displacement;
@@ -448,6 +459,7 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
        [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.surface.rest); });
   step(needs_surface(def, scene.uses), use.surface, [&] { return build_surface(reader, def, touch); });
   prepare(false);
+  step(touch.offset.exists(), use.contacts, [&] { return build_offset(reader, scene); });
   step(def.contact == PALPATE_CONTACT_PATCH, use.tissue, [&] { return build_patches(reader, touch); });
   step(true, use.contacts, [&] { return build_displacement(reader, def, scene.uses, touch); });
   step(def.collision != PALPATE_COLLISION_OFF, use.collision, [&] { return build_collision(reader, scene); });

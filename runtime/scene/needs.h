@@ -28,4 +28,9 @@ namespace palpate {
          counts.nodes > counts.surface_nodes;
 }
 
+// Rows of the offset have the nodes inside.
+[[maybe_unused]] static bool asks_inside(const palpate_scene& scene) {
+  return scene.tensors.corridor || !scene.touch.body->responds_linearly() || has_interior_shape(scene);
+}
+
 }  // namespace palpate

@@ -128,6 +128,13 @@ const std::vector<Effect>& effects() {
       {"motions", Slot::own, [](S& s) { s.motions = true, s.def.motions.motions = 1; }, needs_deformed},
       {"volumes held", Slot::own, [](S& s) { s.motions = s.holds_volume = true, s.def.motions.motions = 1; },
        needs_deformed},
+      {"loads", Slot::own,
+       [](S& s) {
+         s.loads = true, s.def.loads.count = 2;
+         std::copy_n(kPointOfForce, 3, s.def.loads.centre[0]), s.def.loads.radius[0] = 1e-4;
+         std::copy_n(kFaceOfTraction, 3, s.def.loads.centre[1]), s.def.loads.radius[1] = 0.05;
+       },
+       needs_deformed},
       {"grasps", Slot::own, [](S& s) { s.grasps = true, s.def.grasps.grasps = 1; }, needs_patch},
       {"links", Slot::own, [](S& s) { s.links = true, s.def.links.max_links = 4; }},
       {"needles", Slot::own,

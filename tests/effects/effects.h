@@ -38,8 +38,8 @@ inline constexpr ResponseOfBox kRadial{0.02, 0.004}, kForce{8, 1};  // m; N
 struct SceneOfEffects {
   SceneDef def = unlimited_def();
   Store store = Store::f32;
-  bool grasps = false, links = false, needles = false, motions = false, holds_volume = false, skin = false,
-       fine = false, touching = false, world_links = false;
+  bool grasps = false, links = false, needles = false, motions = false, holds_volume = false, loads = false,
+       skin = false, fine = false, touching = false, world_links = false;
   bool is_world() const { return touching || world_links; }
 };
 
@@ -55,6 +55,9 @@ struct Effect {
 };
 
 const std::vector<Effect>& effects();
+
+// Where the loads of these scenes act, m: a force on one point of the top, and a traction on the whole face x = 60 mm.
+inline constexpr double kPointOfForce[3] = {0.047, 0.031, 0.04}, kFaceOfTraction[3] = {0.06, 0.025, 0.02};
 
 // The scene with all of them. One may come twice.
 SceneOfEffects scene_with(const std::vector<const Effect*>& all);

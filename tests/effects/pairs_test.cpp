@@ -35,6 +35,7 @@ TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
                                           "skin",
                                           "dent",
                                           "motions",
+                                          "loads",
                                           "grasps",
                                           "links",
                                           "needles"};

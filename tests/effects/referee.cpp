@@ -115,6 +115,7 @@ Matrix3d Referee::local_of_disc(const palpate_contact& contact) {
 
 void Referee::read(Organ& organ, int k) {
   organ.scene = stage_.scene(k), organ.contacts = &stage_.contacts(k);
+  if (of_.loads) check_loads(organ, k);
   const TouchedBody& body = body_.touched;
   const bool large = of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR;
   const auto nodes =
@@ -149,11 +150,25 @@ void Referee::read(Organ& organ, int k) {
   }
   organ.u = VectorXd::Zero(body.dofs());
   if (of_.motions) organ.u = body_.motions * amounts_of(organ);
+  if (of_.loads) organ.u += body_.compliance * stage_.loads(k);
   organ.drawn = organ.u;
   add_corrected_shape(organ);
   for (Eigen::Index n = 0; n < body.dofs() / 3; ++n)
     if (!organ.f.segment<3>(3 * n).isZero(0))
       organ.u += body_.compliance.middleCols<3>(3 * n) * organ.f.segment<3>(3 * n);
+}
+
+// Their sum, as the state and the contacts tell it.
+void Referee::check_loads(const Organ& organ, int k) {
+  const VectorXd f = stage_.loads(k);
+  Vector3d sum = Vector3d::Zero(), told = sum, in_state = sum;
+  for (Eigen::Index n = 0; n < f.size() / 3; ++n) sum += f.segment<3>(3 * n);
+  for (int i = 0; i < 2; ++i) {
+    told += vector(palpate_contacts_amounts(organ.contacts) + (of_.motions ? kMotions : 0) + 3 * i);
+    in_state += vector(palpate_scene_load_state(organ.scene, i)->force);
+  }
+  miss("amounts of loads", (told - sum).norm(), largest_force_);
+  miss("forces of loads", (in_state - stage_.direction_in_world(k, sum)).norm(), largest_force_);
 }
 
 // As they were sent; of a volume that is held the pressure that the step tells.
@@ -684,6 +699,7 @@ void Referee::check_large(Organ& organ) {
     for (Eigen::Index i = 0; i < load.size(); ++i)
       if (body_.touched.fixed[i]) miss("supports", std::fabs(found[i] - moved[i]), kLength);
   }
+  if (of_.loads) load += stage_.loads(0);
   for (Eigen::Index i = 0; i < load.size(); ++i)
     if (body_.touched.fixed[i]) load[i] = 0;
   if (of_.def.shape != PALPATE_SHAPE_VOLUME) return;

@@ -57,6 +57,13 @@ Stage::Stage(const SceneOfEffects& of) : of_(of), body_(body_of(of.store).touche
   SceneDef def = of.def;
   if (of.skin) def.render_mesh = effect_skin();
   if (of.fine) def.fine_surface = fine;
+  // The patch of the force is a point of the tissue, which rests elsewhere under a preload.
+  if (of.loads && of.def.preload == PALPATE_PRELOAD_ON) {
+    const PlaceOnFace point = place_at(body_, kUp, Vector3d(kPointOfForce));
+    for (int v = 0; v < 3; ++v)
+      Eigen::Map<Vector3d>(def.loads.centre[0]) +=
+          point.weights[v] * body_of(of.store).preload.segment<3>(3 * body_.body.triangles[point.triangle][v]);
+  }
   poses_[0] = pose_at(kWhere, kTurned), poses_[1] = pose_of_second(0, 0);
   if (!of.is_world()) {
     palpate_scene* scene = nullptr;
@@ -214,6 +221,31 @@ void Stage::move_organs(int s) {
   palpate_scene_set_pose(scene(1), &poses_[1], nullptr);
 }
 
+void Stage::set_loads(int s) {
+  if (!of_.loads) return;
+  force_ = kTurned * Vector3d(0.02, -0.03, -0.06) * at(s, {{8, 0}, {60, 1}, {120, -0.4}, {150, 0.8}});
+  traction_ = Vector3d(30, 10, -20) * at(s, {{30, 0}, {90, 1}, {152, 0.5}});
+  for (int k = 0; k < organs(); ++k) {
+    palpate_scene_set_load(scene(k), 0, PALPATE_LOAD_FORCE_IN_WORLD, force_.data(), nullptr);
+    palpate_scene_set_load(scene(k), 1, PALPATE_LOAD_TRACTION, traction_.data(), nullptr);
+  }
+}
+
+Eigen::VectorXd Stage::loads(int organ) const {
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(body_.dofs());
+  Vector3d force;
+  palpate_vector_to_organ(pose(organ).orientation, force_.data(), force.data());
+  const PlaceOnFace point = place_at(body_, kUp, Vector3d(kPointOfForce));
+  for (int v = 0; v < 3; ++v) f.segment<3>(3 * body_.body.triangles[point.triangle][v]) += point.weights[v] * force;
+  for (std::size_t t = 0; t < body_.body.triangles.size(); ++t) {
+    const auto& corners = body_.body.triangles[t];
+    if (body_.outward(static_cast<std::int32_t>(t))[0] < 0.99) continue;
+    const Vector3d a = body_.node(corners[0]), b = body_.node(corners[1]), c = body_.node(corners[2]);
+    for (const auto n : corners) f.segment<3>(3 * n) += (b - a).cross(c - a).norm() / 6 * traction_;
+  }
+  return f;
+}
+
 // Where an end of a link rests, without anything that holds it.
 Vector3d Stage::rest_of(const palpate_link_end& end) const {
   if (end.kind == PALPATE_END_WORLD) return Vector3d(end.point);
@@ -269,6 +301,7 @@ void Stage::step(int s) {
   move_tools(s);
   send_tools();
   move_organs(s);
+  set_loads(s);
   set_links(s);
   const auto count = static_cast<std::int32_t>(tools_.size());
   flags = world_

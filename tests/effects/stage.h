@@ -38,6 +38,8 @@ class Stage {
   int tool_of_needle() const { return tool_of_needle_; }
   const Eigen::Vector4d& amounts() const { return amounts_; }
   double held_volume() const { return held_volume_; }  // m^3; NaN: none is held
+  // N on each dof, what the loads bear on an organ, in its frame.
+  Eigen::VectorXd loads(int organ) const;
   const palpate_pose& pose(int organ) const { return poses_[organ]; }
   const std::vector<palpate_link>& links() const { return links_; }
   const std::vector<palpate_world_link>& world_links() const { return world_links_; }
@@ -53,6 +55,7 @@ class Stage {
   void send_tools();
   palpate_pose pose_of_second(double nearer, double aside) const;
   void move_organs(int s);
+  void set_loads(int s);
   void set_links(int s);
   Eigen::Vector3d rest_of(const palpate_link_end& end) const;
 
@@ -72,7 +75,8 @@ class Stage {
   std::vector<palpate_link> links_;
   std::vector<palpate_world_link> world_links_;
   Eigen::Vector4d amounts_ = Eigen::Vector4d::Zero();
-  double apart_[2] = {};  // m, of the ends of the world's links at first
+  Eigen::Vector3d force_ = Eigen::Vector3d::Zero(), traction_ = force_;  // N in the world; Pa in each organ's frame
+  double apart_[2] = {};                                                 // m, of the ends of the world's links at first
   double held_volume_ = NAN;
   int tool_of_grasp_ = -1, tool_of_needle_ = -1;
 };

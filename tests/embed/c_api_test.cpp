@@ -472,6 +472,24 @@ TEST(CApi, MovesByMotions) {
   EXPECT_EQ(palpate_scene_motion_state(made.scene, 4), nullptr);
 }
 
+TEST(CApi, BearsLoads) {
+  BundleOwner owner(bundle_path);
+  palpate::SceneDef def = full_def();
+  def.loads.count = 1;
+  def.loads.centre[0][0] = 0.06, def.loads.centre[0][1] = 0.025, def.loads.centre[0][2] = 0.02;
+  def.loads.radius[0] = 0.01;
+  SceneOwner made(owner.bundle, def);
+  const double force[3] = {0, 0, -0.001};
+  EXPECT_EQ(palpate_scene_set_load(made.scene, 1, PALPATE_LOAD_FORCE, force, nullptr), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_scene_set_load(made.scene, 0, PALPATE_LOAD_FORCE, force, nullptr), PALPATE_OK);
+  made.touch(nullptr, 0);
+  const palpate_load_state& state = *palpate_scene_load_state(made.scene, 0);
+  EXPECT_EQ(state.force[2], -0.001);
+  EXPECT_LT(state.displacement[2], 0);
+  EXPECT_EQ(palpate_contacts_amounts(made.contacts())[2], -0.001);
+  EXPECT_EQ(palpate_scene_load_state(made.scene, 1), nullptr);
+}
+
 TEST(CApi, GoesOnFromASavedStateWithTheSameBits) {
   BundleOwner owner(bundle_path);
   SceneOwner one(owner.bundle, full_def()), other(owner.bundle, full_def());
@@ -642,6 +660,7 @@ TEST(CApi, PartsHaveDefaults) {
   EXPECT_EQ(palpate_default_motions_def().motions, 1);
   EXPECT_EQ(palpate_default_links_def().max_links, 0);
   EXPECT_EQ(palpate_default_relaxation_def().terms, 0);
+  EXPECT_EQ(palpate_default_loads_def().count, 0);
   EXPECT_EQ(palpate_default_dent_def().dent, PALPATE_DENT_DISCS);
   EXPECT_EQ(palpate_default_inside_def().inside, PALPATE_INSIDE_ON);
   EXPECT_EQ(palpate_default_inside_def().part.struct_bytes, sizeof(palpate_inside_def));

@@ -743,6 +743,30 @@ class Motions(unittest.TestCase):
         self.assertEqual(palpate.Bundle(BUNDLE).motions, [])
 
 
+class Loads(unittest.TestCase):
+    def setUp(self):
+        self.bundle = palpate.Bundle(BUNDLE)
+        self.scene = palpate.Scene(self.bundle, collision="deformed", loads=[((0.06, 0.025, 0.02), 0.05)])
+        self.contacts = self.scene.make_contacts()
+
+    def test_a_weight_moves_its_patch_and_stays_downwards_as_the_organ_turns(self):
+        self.scene.set_pose(orientation=(np.sqrt(0.5), 0, 0, np.sqrt(0.5)))
+        self.scene.set_load(0, (0, 0, -0.001), in_world=True)
+        self.assertEqual(self.scene.touch([], 0.001, self.contacts), 0)
+        state = self.scene.load_states()[0]
+        np.testing.assert_allclose(state["force"], (0, 0, -0.001), atol=1e-15)
+        self.assertLess(state["displacement"][2], -1e-6)
+        self.assertAlmostEqual(state["area"], 0.05 * 0.04, delta=1e-9)
+        self.scene.set_load(0, (0.5, 0, 0), per_area=True)
+        self.scene.touch([], 0.001, self.contacts)
+        np.testing.assert_allclose(self.scene.load_states()[0]["force"], (0, 0.001, 0), atol=1e-9)
+
+    def test_refusals(self):
+        self.assertRaisesRegex(palpate.Error, "found load 1", self.scene.set_load, 1, (0, 0, 0))
+        self.assertRaisesRegex(palpate.Error, "farther from the surface", palpate.Scene, self.bundle, collision="deformed", loads=[((1, 0, 0), 0.01)])
+        self.assertRaisesRegex(ValueError, "at most 4 patches", palpate.Scene, self.bundle, loads=5 * [((0, 0, 0), 0.01)])
+
+
 class Links(unittest.TestCase):
     def setUp(self):
         self.bundle = palpate.Bundle(BUNDLE)

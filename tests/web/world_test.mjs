@@ -189,6 +189,21 @@ for (const wasm of wasms) {
     bundle.close();
   });
 
+  test(`${wasm}: loads of a scene: a weight, a traction, refusals`, () => {
+    const bundle = runtime.openBundle(files.breathing), place = { centre: [0.06, 0.025, 0.02], radius: 0.05 };
+    const scene = bundle.createScene({ collision: "deformed", loads: [place] });
+    scene.setLoad(0, [0, 0, -0.001], { inWorld: true });
+    assert.equal(scene.touch(0.001), 0);
+    const [state] = scene.loadStates;
+    assert.equal(state.force[2], -0.001);
+    assert.ok(state.displacement[2] < 0 && Math.abs(state.area - 0.002) < 1e-9);
+    scene.setLoad(0, [0, 0, -1], { perArea: true });
+    scene.touch(0.001);
+    assert.ok(Math.abs(scene.loadStates[0].force[2] + 0.002) < 1e-9);
+    refused(() => scene.setLoad(1, [0, 0, 0]), /found load 1/);
+    refused(() => bundle.createScene({ collision: "deformed", loads: Array(5).fill(place) }), /at most 4 patches/);
+    scene.destroy?.();
+  });
   test(`${wasm}: motions of a scene: amounts, held volumes, refusals`, () => {
     const bundle = runtime.openBundle(files.breathing), scene = bundle.createScene({ collision: "deformed", motions: true });
     assert.deepEqual(bundle.motions, [["piston", "piston"], ["turn", "rotation"], ["filling", "pressure"], ["weight", "gravity"]].map(([name, kind]) => ({ name, kind })));

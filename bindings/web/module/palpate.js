@@ -30,7 +30,7 @@ export { PalpateError, Scene, World };
  *   dent?: "off" | "discs", inside?: boolean | "off" | "on",
  * }} SceneKeys */
 // (end of what is printed)
-/** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
+/** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
  *  The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
@@ -51,6 +51,7 @@ export { PalpateError, Scene, World };
 /** @typedef {import("./contact_report.js").ContactReport} ContactReport */
 /** @typedef {import("./contact_report.js").SurfaceHit} SurfaceHit */
 /** @typedef {import("./scene.js").MotionState} MotionState */
+/** @typedef {import("./scene.js").LoadState} LoadState */
 /** @typedef {import("./inside.js").Measures} Measures */
 /** @typedef {import("./inside.js").Places} Places */
 /** @typedef {import("./inside.js").Place} Place */

@@ -15,6 +15,7 @@ import { ToolStates } from "./tool_states.js";
 /** @import { ContactReport, SurfaceHit } from "./contact_report.js" */
 /** @import { SceneDef } from "./scene_def.js" */
 /** @typedef {{at: number, touched: boolean}} TouchedContacts  Where the contacts of the last touch are, and whether there was one. */
+/** @typedef {{force: number[], place: number[], displacement: number[], area: number}} LoadState  A load after a touch, as palpate_load_state. */
 /** @typedef {{amount: number, volume: number}} MotionState  A motion after a touch, as palpate_motion_state. */
 
 export class Scene extends ToolStates {
@@ -166,6 +167,20 @@ export class Scene extends ToolStates {
   get motionStates() {
     const { runtime } = this, fields = { number: ["amount", "volume"] };
     return runtime.list((motion) => runtime.api.palpate_scene_motion_state(this.pointer, motion), (at) => reader(runtime, "palpate_motion_state", at).all(fields));
+  }
+
+  /** Says what a patch of `loads` bears, from the next touch() on: N in all, or Pa with perArea; along the axes of the organ, or of the world
+   *  with inWorld, as a weight. @param {number} load @param {ArrayLike<number>} vector @param {{perArea?: boolean, inWorld?: boolean}} [how] */
+  setLoad(load, vector, { perArea = false, inWorld = false } = {}) {
+    const { runtime } = this;
+    new Float64Array(runtime.heap.buffer, this.#numbersAt, 3).set(Array.from(vector).slice(0, 3));
+    runtime.check((error) => runtime.api.palpate_scene_set_load(this.pointer, load, 2 * Number(perArea) + Number(inWorld), this.#numbersAt, error));
+  }
+
+  /** The loads after the last touch(), in the order of the patches: copies. @returns {LoadState[]} */
+  get loadStates() {
+    const { runtime } = this, fields = { vector: ["force", "place", "displacement"], number: ["area"] };
+    return runtime.list((load) => runtime.api.palpate_scene_load_state(this.pointer, load), (at) => reader(runtime, "palpate_load_state", at).all(fields));
   }
 
   /** The touch half of a step: collision, contacts, forces. @param {number} dt s since the last touch

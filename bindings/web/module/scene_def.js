@@ -4,7 +4,10 @@ import { nameOf, reader, writer } from "./struct.js";
 /** @import { Runtime, Effects, RenderMesh, FineSurface, Pose } from "./palpate.js" */
 
 const CHOICE = 0, POINTER = 4; // of palpate_key_type
-const MAX_RELAXATION_TERMS = 8;
+const MAX_RELAXATION_TERMS = 8, MAX_LOADS = 4;
+// Effects whose arrays have keys of their own, by the first of these.
+/** @type {Record<string, string>} */
+const OF_ARRAYS = { relaxation: "relaxation.terms", loads: "loads.count" };
 
 /** @typedef {{at: number, words: string, type: number}} Key  A field of palpate_scene_def or of its parts; at: of its palpate_key. */
 /** The keys of a definition by their names in JavaScript. @param {Runtime} runtime @returns {Map<string, Key>} */
@@ -31,6 +34,7 @@ export class SceneDef {
       api.palpate_add_all_parts(this.at, this.#take(api.palpate_all_parts_bytes()));
       this.#fill(effects);
       if (effects.relaxation) this.#fillRelaxation(effects.relaxation);
+      if (effects.loads) this.#fillLoads(effects.loads);
       if (effects.renderMesh) this.#lendRenderMesh(effects.renderMesh);
       if (effects.fineSurface) this.#lendFineSurface(effects.fineSurface);
     } catch (error) {
@@ -72,7 +76,7 @@ export class SceneDef {
 
   /** @param {Effects} effects */
   #fill(effects) {
-    const absent = Object.keys(effects).find((name) => !this.runtime.keys.has(name === "relaxation" ? "relaxation.terms" : name));
+    const absent = Object.keys(effects).find((name) => !this.runtime.keys.has(OF_ARRAYS[name] ?? name));
     if (absent) throw new PalpateError(ARGUMENT, `effects: this palpate.wasm has none of the name ${absent}`);
     for (const [name, { at, type, words }] of this.runtime.keys) {
       const value = /** @type {Record<string, any>} */ (effects)[name];
@@ -93,6 +97,18 @@ export class SceneDef {
     terms.forEach(({ share, time }, i) => {
       data.setFloat64(at("share") + 8 * i, share, true);
       data.setFloat64(at("time") + 8 * i, time, true);
+    });
+  }
+
+  /** @param {{centre: ArrayLike<number>, radius: number}[]} patches */
+  #fillLoads(patches) {
+    if (patches.length > MAX_LOADS) throw new PalpateError(ARGUMENT, `loads: expected at most ${MAX_LOADS} patches, found ${patches.length}`);
+    const { runtime } = this, { data } = runtime.heap, part = this.#part("loads.count");
+    const at = (/** @type {string} */ name) => part + runtime.field(`palpate_loads_def.${name}`);
+    data.setInt32(at("count"), patches.length, true);
+    patches.forEach(({ centre, radius }, i) => {
+      for (let d = 0; d < 3; ++d) data.setFloat64(at("centre") + 8 * (3 * i + d), centre[d], true);
+      data.setFloat64(at("radius") + 8 * i, radius, true);
     });
   }
 

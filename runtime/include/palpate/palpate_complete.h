@@ -10,6 +10,7 @@
 #include "palpate_keys.h"
 #include "palpate_large.h"
 #include "palpate_links.h"
+#include "palpate_loads.h"
 #include "palpate_mailbox.h"
 #include "palpate_motions.h"
 #include "palpate_needles.h"

@@ -43,6 +43,7 @@ struct PartsOfScene {
   ChainedPart<palpate_render_mesh> render_mesh{palpate_default_render_mesh()};
   ChainedPart<palpate_dent_def> dent{palpate_default_dent_def()};
   ChainedPart<palpate_inside_def> inside{palpate_default_inside_def()};
+  ChainedPart<palpate_loads_def> loads{palpate_default_loads_def()};
 };
 
 // The fields of palpate_scene_def, and the structs of all effects.
@@ -66,8 +67,8 @@ struct SceneDef : palpate_scene_def, PartsOfScene {
   void chain() noexcept {
     parts = nullptr;
     for (palpate_part* each :
-         {&inside.part, &dent.part, &render_mesh.part, &queries.part, &report.part, &links.part, &motions.part,
-          &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
+         {&loads.part, &inside.part, &dent.part, &render_mesh.part, &queries.part, &report.part, &links.part,
+          &motions.part, &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
       palpate_add_part(&parts, each);
   }
 };
