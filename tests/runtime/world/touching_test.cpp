@@ -587,5 +587,15 @@ TEST(Touching, OrgansThatCannotTouchAreRefusedByASentence) {
   EXPECT_THAT(error.text, testing::HasSubstr("max_pairs must"));
 }
 
+// Each vertex of one block lies on one of the other, so that their pairs say the same.
+TEST(Touching, MeshesWhoseVerticesLieOnOneAnotherMeetTheirLaws) {
+  Touching blocks({{&upper_block(), {0, 0, 0.03}}, {&lower_block(), {0, 0, -1e-4}}});
+  for (int s = 0; s <= 50; ++s) {
+    const double share = s / 50.0;
+    blocks.place(1, {0, 0, share * 1e-3 - 1e-4 * (1 - share)});
+    EXPECT_EQ(blocks.step(), 0u) << s;
+  }
+}
+
 }  // namespace
 }  // namespace palpate::tests
