@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -31,7 +32,8 @@ std::string text_of(double number, int digits) {
 }
 
 nlohmann::ordered_json rounded(const nlohmann::ordered_json& value, int digits) {
-  if (value.is_number_float() && std::isfinite(value.get<double>())) return std::stod(text_of(value, digits));
+  if (value.is_number_float() && std::isfinite(value.get<double>()))
+    return std::strtod(text_of(value, digits).c_str(), nullptr);
   nlohmann::ordered_json out = value;
   if (value.is_structured())
     for (auto& each : out) each = rounded(each, digits);
