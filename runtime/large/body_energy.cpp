@@ -32,13 +32,14 @@ void BodyEnergy::end_touch() {
   count_ = 0, work_ = lost_ = 0, adopted_ = energy_, adopts_ = gives_much_ = settled_ = lagged_ = 0;
 }
 
-// Where its tool holds a constraint. Of one that does not slide, its displacement, which moves alike.
+// Where its tool holds a constraint. Of one that does not slide, its displacement, which moves alike. One that holds nothing, as organs that touch
+// leave it where they part, is at its target.
 Vec3 BodyEnergy::place_of(const ContactConstraints& set, std::int32_t p) const {
   if (sliding_[p].slides()) return sliding_[p].at;
   const ContactConstraint& constraint = set.constraints[p];
   Vec3 along_rows;
   for (int i = 0; i < 3; ++i)
-    if (held_axes(constraint) >> i & 1u) along_rows[i] = set.target[p][i];
+    if (constraint.axes == 0 || (held_axes(constraint) >> i & 1u) != 0) along_rows[i] = set.target[p][i];
   return constraint.framed ? transposed_times(constraint.frame, along_rows) : along_rows;
 }
 
@@ -67,7 +68,8 @@ BodyEnergy::Work BodyEnergy::work_of(const ContactConstraints& set) const {
       work.sum += 0.5 * dot(force_[p] + before->force, place_of(set, p) - before->at) - turned(*before, p);
     else if (slides)
       work.sum += 0.5 * dot(force_[p], sliding_[p].at - sliding_[p].from);
-    const bool same = before && before->node == set.nodes[set.constraints[p].first_node].node;
+    const ContactNode& first = set.nodes[set.constraints[p].first_node];
+    const bool same = before && before->node == first.node && before->weight == first.weight;
     work.known = work.known && (slides || same);
   }
   return work;
@@ -149,7 +151,8 @@ void BodyEnergy::end(const ContactConstraints& set, bool followed) {
   count_ = set.constraint_count;
   for (std::int32_t p = 0; p < count_; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
-    held_[p] = {constraint.id, set.nodes[constraint.first_node].node, 0, place_of(set, p), force_[p], along_[p]};
+    const ContactNode& first = set.nodes[constraint.first_node];
+    held_[p] = {constraint.id, first.node, 0, first.weight, place_of(set, p), force_[p], along_[p]};
     slides = slides || sliding_[p].slides();
   }
   if (!slides) return end_touch();

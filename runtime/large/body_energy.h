@@ -55,6 +55,7 @@ class BodyEnergy {
   struct Held {
     ConstraintId id;
     std::int32_t node, unused;  // the first node that it holds
+    double weight;              // of this node
     Vec3 at, force;             // m and N, in the organ's frame
     Along along;
   };

@@ -260,7 +260,7 @@ void Referee::check(int s) {
   check_grasp(organs_[0]), check_needle(organs_[0]), check_links(organs_[0]);
   if (of_.touching) check_pairs();
   if (of_.world_links) check_world_links();
-  for (std::size_t k = 0; large && k < organs_.size(); ++k) check_large(organs_[k]);
+  for (std::size_t k = 0; large && k < organs_.size(); ++k) check_large(organs_[k], static_cast<int>(k));
 }
 
 void Referee::check_shape(Organ& organ, int) {
@@ -686,7 +686,7 @@ void Referee::check_inside(Organ& organ) {
 // ---- large deformation -------------------------------------------------------------------------------------------------
 
 // Where Newton's method brings the body under the forces that the step tells, with the supports where the motions bring them.
-void Referee::check_large(Organ& organ) {
+void Referee::check_large(Organ& organ, int k) {
   static const Seen seen(body_of(Store::f32).touched, false, 0);
   static const LargeReference reference(seen.body);
   VectorXd meshed(rest_.size());
@@ -699,7 +699,7 @@ void Referee::check_large(Organ& organ) {
     for (Eigen::Index i = 0; i < load.size(); ++i)
       if (body_.touched.fixed[i]) miss("supports", std::fabs(found[i] - moved[i]), kLength);
   }
-  if (of_.loads) load += stage_.loads(0);
+  if (of_.loads) load += stage_.loads(k);
   for (Eigen::Index i = 0; i < load.size(); ++i)
     if (body_.touched.fixed[i]) load[i] = 0;
   if (of_.def.shape != PALPATE_SHAPE_VOLUME) return;

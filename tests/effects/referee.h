@@ -74,7 +74,7 @@ class Referee {
   void check_surface(const Organ& organ);
   void check_skin(Organ& organ);
   void check_inside(Organ& organ);
-  void check_large(Organ& organ);
+  void check_large(Organ& organ, int k);
 
   const SceneOfEffects of_;
   Stage& stage_;
