@@ -69,7 +69,9 @@ BodyEnergy::Work BodyEnergy::work_of(const ContactConstraints& set) const {
     else if (slides)
       work.sum += 0.5 * dot(force_[p], sliding_[p].at - sliding_[p].from);
     const ContactNode& first = set.nodes[set.constraints[p].first_node];
-    const bool same = before && before->node == first.node && before->weight == first.weight;
+    // A tool's place moves with what it slides; that of organs that touch moves by itself.
+    const bool is_of_tool = tool_of(set.constraints[p].id.contact) >= 0;
+    const bool same = before && before->node == first.node && (is_of_tool || before->weight == first.weight);
     work.known = work.known && (slides || same);
   }
   return work;
