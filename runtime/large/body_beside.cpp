@@ -20,7 +20,7 @@ Vec3 only(std::uint32_t axes, Vec3 v) {
 // its target.
 Vec3 target_of(const ContactConstraints& set, std::int32_t p) {
   const ContactConstraint& constraint = set.constraints[p];
-  return in_axes(constraint, constraint.axes == 0 ? set.target[p] : only(held_axes(constraint), set.target[p]));
+  return in_axes(constraint, held_axes(constraint) == 0 ? set.target[p] : only(held_axes(constraint), set.target[p]));
 }
 
 // m, the mean of a field [nodes][3] over the constraint's nodes.
@@ -156,7 +156,7 @@ double BodyBeside::way_to_new(const ContactConstraints& set, std::int32_t p) con
   const bool is_known = displacement_ && std::all_of(nodes, nodes + constraint.node_count, [&](const ContactNode& e) {
                           return e.node < limits_.surface_nodes;
                         });
-  if (!is_known || constraint.axes == 0) return length(target_of(set, p));
+  if (!is_known || held_axes(constraint) == 0) return length(target_of(set, p));
   const Vec3 there = mean_of(set, constraint, displacement_);
   return length(only(held_axes(constraint), set.target[p] - (constraint.framed ? constraint.frame * there : there)));
 }

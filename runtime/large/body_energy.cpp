@@ -39,7 +39,7 @@ Vec3 BodyEnergy::place_of(const ContactConstraints& set, std::int32_t p) const {
   const ContactConstraint& constraint = set.constraints[p];
   Vec3 along_rows;
   for (int i = 0; i < 3; ++i)
-    if (constraint.axes == 0 || (held_axes(constraint) >> i & 1u) != 0) along_rows[i] = set.target[p][i];
+    if (held_axes(constraint) == 0 || (held_axes(constraint) >> i & 1u) != 0) along_rows[i] = set.target[p][i];
   return constraint.framed ? transposed_times(constraint.frame, along_rows) : along_rows;
 }
 
@@ -69,9 +69,9 @@ BodyEnergy::Work BodyEnergy::work_of(const ContactConstraints& set) const {
     else if (slides)
       work.sum += 0.5 * dot(force_[p], sliding_[p].at - sliding_[p].from);
     const ContactNode& first = set.nodes[set.constraints[p].first_node];
-    // A tool's place moves with what it slides; that of organs that touch moves by itself.
-    const bool is_of_tool = tool_of(set.constraints[p].id.contact) >= 0;
-    const bool same = before && before->node == first.node && (is_of_tool || before->weight == first.weight);
+    // Where organs touch, places move from step to step.
+    const bool may_move = set.constraints[p].id.contact.source == ContactSource{PALPATE_SOURCE_ORGAN};
+    const bool same = before && before->node == first.node && (!may_move || before->weight == first.weight);
     work.known = work.known && (slides || same);
   }
   return work;
