@@ -23,14 +23,19 @@ Vec3 target_of(const ContactConstraints& set, std::int32_t p) {
   return in_axes(constraint, held_axes(constraint) == 0 ? set.target[p] : only(held_axes(constraint), set.target[p]));
 }
 
-// m, the mean of a field [nodes][3] over the constraint's nodes.
-Vec3 mean_of(const ContactConstraints& set, const ContactConstraint& constraint, const float* field) {
+// m, the weighted mean over the constraint's nodes: of at(node); of a field [nodes][3].
+template <class At>
+Vec3 mean_at_nodes(const ContactConstraints& set, const ContactConstraint& constraint, At at) {
   Vec3 sum;
-  for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e) {
-    const float* const u = field + 3 * static_cast<std::size_t>(set.nodes[e].node);
-    sum += set.nodes[e].weight * Vec3{static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
-  }
+  for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
+    sum += set.nodes[e].weight * at(set.nodes[e].node);
   return sum;
+}
+Vec3 mean_of(const ContactConstraints& set, const ContactConstraint& constraint, const float* field) {
+  return mean_at_nodes(set, constraint, [&](std::int32_t node) {
+    const float* const u = field + 3 * static_cast<std::size_t>(node);
+    return Vec3{static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+  });
 }
 
 bool is_unfinished(const DeformingBody::Outcome& outcome) {
@@ -349,10 +354,8 @@ void BodyBeside::give() {
 
 Vec3 BodyBeside::added_on(std::int32_t p) const {
   const ContactConstraint& constraint = acting_.constraints[p];
-  Vec3 sum;
-  for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
-    sum += acting_.nodes[e].weight * added_.now(acting_.nodes[e].node);
-  return constraint.framed ? constraint.frame * sum : sum;
+  const Vec3 mean = mean_at_nodes(acting_, constraint, [&](std::int32_t node) { return added_.now(node); });
+  return constraint.framed ? constraint.frame * mean : mean;
 }
 
 // The frames of the constraints: those of the newest solution, or as that has turned the surface.

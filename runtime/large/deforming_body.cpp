@@ -228,14 +228,6 @@ double DeformingBody::reached(std::int32_t r, const double* reaction) const {
   return place;
 }
 
-// m, by how much the linear response to a change of the reactions moves row r.
-double DeformingBody::moved_by_change(std::int32_t r, const double* reaction, const double* carried) const {
-  const double* const c = solver_.compliance().row(r);
-  double moved = 0;
-  for (std::int32_t k = 0; k < rows_.count; ++k) moved += c[k] * (reaction[k] - carried[k]);
-  return moved;
-}
-
 // What the state leaves of the targets for the reactions.
 void DeformingBody::find_left() {
   solver_.find_free(free_);
@@ -404,7 +396,7 @@ bool DeformingBody::follow(const ContactConstraints& set, bool* went) {
       if (const std::int32_t row = rows_of_[p].at[i]; row >= 0) reaction_[p][i] = reaction[row];
   double missed = 0;
   for (std::int32_t r = 0; r < rows_.count; ++r)
-    missed = std::max(missed, std::fabs(moved_by_change(r, reaction, joint_.carried)));
+    missed = std::max(missed, std::fabs(reached(r, reaction) - reached(r, joint_.carried)));
   const double largest = largest_target(set);
   outcome.missed = missed, outcome.inexact = !(missed <= kInexact * largest);
   if (joint_.rounds > 0 &&

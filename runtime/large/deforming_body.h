@@ -164,7 +164,6 @@ class DeformingBody {
   void decide(const ContactConstraints& set, const double* reaction);
   void obey(const ContactConstraint& constraint, std::int32_t p);
   double reached(std::int32_t r, const double* reaction) const;
-  double moved_by_change(std::int32_t r, const double* reaction, const double* carried) const;
 
   LargeSolver solver_;
   TurnedSurface turned_;

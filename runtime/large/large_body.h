@@ -85,7 +85,7 @@ class BodyInTouch final : public LargeBody {
 
   BodyField field_;
   bool has_field_ = false;
-  bool sound_ = true;               // the same, where several bodies are solved as one
+  bool sound_ = true;  // where several bodies are solved as one: all numbers of this step are finite so far
   DeformingBody::Outcome outcome_;  // of the step that goes on
 };
 

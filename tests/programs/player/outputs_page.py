@@ -21,6 +21,13 @@ world = [100, 25, 20]
 rest_length = 30
 stiffness = 20
 """
+NEEDLE = """near = [60, 24, 19]
+depth = [[0, -2], [0.1, 5]]
+[tool.needle]
+radius = 0.5
+friction = 1
+puncture_force = 0.01
+"""
 # The box is 60 x 50 x 40 mm, held at x = 0.
 ONE_ORGAN = """
 name = "one"
@@ -31,13 +38,7 @@ shape = "volume"
 inside = true
 [[tool]]
 name = "needle"
-near = [60, 24, 19]
-depth = [[0, -2], [0.1, 5]]
-[tool.needle]
-radius = 0.5
-friction = 1
-puncture_force = 0.01
-[[tool]]
+""" + NEEDLE + """[[tool]]
 name = "forceps"
 path = [[0, 30, 25, 40], [0.1, 30, 25, 41]]
 [tool.grasp]
@@ -76,13 +77,7 @@ position = [200, 0, 0]
 [[tool]]
 name = "needle"
 organ = "pierced"
-near = [60, 24, 19]
-depth = [[0, -2], [0.1, 5]]
-[tool.needle]
-radius = 0.5
-friction = 1
-puncture_force = 0.01
-[[tool]]
+""" + NEEDLE + """[[tool]]
 name = "finger"
 organ = "above"
 points = [[0, 0, 0]]
