@@ -327,11 +327,12 @@ BundleStatus check_block_count(const BundleIndex& index, BundleError* error) {
                 blocks->shape[0], find_section(index, SectionId::compliance_scale)->shape[0]);
 }
 
-// Motions have all their sections but those of the interior and of the volumes, or none of them.
+// Motions have all their sections but those of the interior and of pressures, or none of them.
 BundleStatus check_motions(const BundleIndex& index, BundleError* error) {
   const std::uint32_t found = count_of(
       index, {SectionId::motion_names, SectionId::motion_kinds, SectionId::motion_surface, SectionId::motion_residual});
-  const bool more = find_section(index, SectionId::motion_interior) || find_section(index, SectionId::motion_volume);
+  const bool more = find_section(index, SectionId::motion_interior) || find_section(index, SectionId::motion_volume) ||
+                    find_section(index, SectionId::motion_pressed);
   if (found != (more || found > 0 ? 4u : 0u))
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
                   "expected motion/names, kinds, displacement_surface and residual together, found %" PRIu32
@@ -573,6 +574,9 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
     status =
         check_scales(index, SectionId::compliance_scale, sections.compliance_scale, rows(Id::compliance_scale), error);
   if (ok() && sections.motion_kinds) status = check_kinds(index, sections.motion_kinds, error);
+  if (ok() && sections.motion_pressed)
+    status =
+        check_zero_or_one(index, SectionId::motion_pressed, sections.motion_pressed, n.motions * n.triangles, error);
   if (ok() && error) *error = BundleError{};
   return status;
 }

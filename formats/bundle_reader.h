@@ -58,6 +58,7 @@ struct IndexedSections {
   const std::int32_t* large_order = nullptr;  // that no node is there twice is checked where it is used (a scene)
   const std::int32_t* large_support_nodes = nullptr;  // their order, too
   const std::int32_t* motion_kinds = nullptr;
+  const std::uint8_t* motion_pressed = nullptr;
   const std::int32_t* corridor_nodes = nullptr;
 };
 BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error);

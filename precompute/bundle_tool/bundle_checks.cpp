@@ -98,6 +98,8 @@ void check_indices(const BundleFile& file, const SmallSections& s, Checks& check
   if (!scale.empty()) sections.displacement_scale = scale.data();
   const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
   if (!kinds.empty()) sections.motion_kinds = kinds.data();
+  const auto pressed = file.numbers<std::uint8_t>(SectionId::motion_pressed);
+  if (!pressed.empty()) sections.motion_pressed = pressed.data();
   const auto corridor = file.numbers<std::int32_t>(SectionId::corridor_nodes);
   if (!corridor.empty()) sections.corridor_nodes = corridor.data();
   if (!order.empty()) sections.large_order = order.data();
@@ -251,6 +253,20 @@ std::string fault_of_volumes(const BundleFile& file, double tolerance) {
   return "";
 }
 
+// Each pressure presses on some triangle, and no other motion does.
+std::string fault_of_pressed(const BundleFile& file) {
+  const auto pressed = file.numbers<std::uint8_t>(SectionId::motion_pressed);
+  const auto kinds = file.numbers<std::int32_t>(SectionId::motion_kinds);
+  const std::size_t triangles = pressed.size() / std::max<std::size_t>(kinds.size(), 1);
+  for (std::size_t i = 0; i < kinds.size() && !pressed.empty(); ++i) {
+    const auto row = pressed.begin() + static_cast<std::ptrdiff_t>(i * triangles);
+    const auto found = std::count(row, row + static_cast<std::ptrdiff_t>(triangles), std::uint8_t{1});
+    if ((found > 0) != (static_cast<MotionKind>(kinds[i]) == MotionKind::pressure))
+      return fmt::format("motion {}, {} pressure, presses on {} triangles", i, found > 0 ? "no" : "a", found);
+  }
+  return "";
+}
+
 }  // namespace
 
 void check_motions(const BundleFile& file, const SmallSections& s, Checks& checks) {
@@ -259,6 +275,7 @@ void check_motions(const BundleFile& file, const SmallSections& s, Checks& check
   const double tolerance = stated_tolerance(file);
   std::string wrong = fault_of_motion_fields(file, s);
   if (wrong.empty()) wrong = fault_of_volumes(file, tolerance);
+  if (wrong.empty()) wrong = fault_of_pressed(file);
   const std::string names = file.text(SectionId::motion_names);
   if (const auto lines = std::count(names.begin(), names.end(), '\n');
       wrong.empty() && static_cast<std::size_t>(lines) != residual.size())

@@ -158,6 +158,17 @@ void add_large_deformation(std::vector<FilledSection>& sections, const BundleCon
   sections.push_back(held_by_content(SectionId::large_support_stiffness, {pairs, 3, 3}, content.supports.block));
 }
 
+// [motions][triangles]
+std::vector<std::uint8_t> pressed_triangles(const ElasticBody& body) {
+  std::vector<std::uint8_t> pressed;
+  for (const Motion& motion : body.motions) {
+    std::vector<std::uint8_t> row(body.triangles.size(), 0);
+    for (const std::int32_t t : motion.triangles) row[static_cast<std::size_t>(t)] = 1;
+    pressed.insert(pressed.end(), row.begin(), row.end());
+  }
+  return pressed;
+}
+
 void add_motions(std::vector<FilledSection>& sections, const BundleContent& content) {
   const ElasticBody& body = content.body;
   const std::uint64_t m = body.motions.size(), n = body.nodes.size(),
@@ -179,6 +190,9 @@ void add_motions(std::vector<FilledSection>& sections, const BundleContent& cont
     sections.push_back(made(SectionId::motion_interior, {m, n - ns, 3}, std::move(interior)));
   if (!content.motions.volume.empty())
     sections.push_back(held_by_content(SectionId::motion_volume, {m, m}, content.motions.volume));
+  // A pressure follows the surface of a hyperelastic body.
+  if (!content.motions.volume.empty() && !content.elimination_order.empty())
+    sections.push_back(made(SectionId::motion_pressed, {m, body.triangles.size()}, pressed_triangles(body)));
   sections.push_back(held_by_content(SectionId::motion_residual, {m}, content.motions.residual));
 }
 

@@ -18,12 +18,26 @@ struct RowForce {
   std::int32_t count = 0, axis = 0;
 };
 
+// The piece of the surface on which a row's pressure acts, for a body that is not linear: corners of triangles, counter-clockwise from outside.
+struct RowPressure {
+  const std::int32_t* triangle = nullptr;  // [count][3] nodes
+  std::int32_t count = 0, unused = 0;
+};
+
+// What is asked of such a row's pressure beside its amount, and what the body tells of it.
+struct RowVolume {
+  double target = 0;                           // m^3, at which the volume that the piece sweeps is held
+  double pressure = 0, beyond = 0, swept = 0;  // Pa; Pa, of that beyond the row's amount; m^3
+  std::int32_t holds = 0, unused = 0;
+};
+
 struct OffsetRows {
   const float* numbers = nullptr;  // [count][nodes][3] m per unit
   const float* inside = nullptr;   // [count][nodes_inside][3] of the interior nodes; nullptr: nobody asks there
   std::int32_t count = 0, nodes = 0, nodes_inside = 0;
-  const RowForce* force = nullptr;  // [count], without nodes where a row is no load's; nullptr: of none
-  const double* longest = nullptr;  // [count] m per unit, an upper bound over the nodes
+  const RowForce* force = nullptr;        // [count], without nodes where a row is no load's; nullptr: of none
+  const RowPressure* pressure = nullptr;  // [count], without triangles where a row is no pressure; nullptr: of none
+  const double* longest = nullptr;        // [count] m per unit, an upper bound over the nodes
 
   const float* row(std::int32_t m) const {
     return numbers + 3 * static_cast<std::size_t>(m) * static_cast<std::size_t>(nodes);
@@ -36,6 +50,7 @@ struct OffsetRows {
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
   }
   bool is_of_force(std::int32_t m) const { return force && force[m].count > 0; }
+  bool is_of_pressure(std::int32_t m) const { return pressure && pressure[m].count > 0; }
   // J per units: the work of the force of row `load` along row m.
   double work(std::int32_t m, std::int32_t load) const {
     double sum = 0;

@@ -339,8 +339,9 @@ bool ContactField::predict_without(const ContactId& id, Operations most, Operati
   if (has_given()) {
     std::fill_n(predicted_.given, offset_->count(), 0.0);
     for (std::int32_t e = 0; e < loads.count(); ++e)
-      offset_->subtract_force(solver_->matrix().held().nodes[e].node, predicted_.force[e], predicted_.given);
-    offset_->solve(predicted_.given);
+      offset_->followers().subtract_force(solver_->matrix().held().nodes[e].node, predicted_.force[e],
+                                          predicted_.given);
+    offset_->followers().solve(predicted_.given);
   }
   predicted_.known.expect(predicted_.loads.acting(), now_->known.are_all());
   predicted_.own = find(*now_, id);

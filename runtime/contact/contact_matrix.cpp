@@ -420,9 +420,9 @@ void ContactMatrix::find_given(const Offset& offset, const double* reaction, con
     if (!is_of(p, contact)) continue;
     const Vec3 force = force_of(constraint, held_.rows[leads], reaction);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
-      offset.subtract_force(held_.nodes[e].node, held_.nodes[e].weight * force, given);
+      offset.followers().subtract_force(held_.nodes[e].node, held_.nodes[e].weight * force, given);
   }
-  offset.solve(given);
+  offset.followers().solve(given);
 }
 
 Vec3 ContactMatrix::reached(const double* reaction, std::int32_t p) const {

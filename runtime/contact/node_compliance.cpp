@@ -84,14 +84,14 @@ void NodeCompliance::forget() {
 bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int32_t* earlier, std::int32_t count) {
   bool finite = true;
   const bool follows = this->follows();
-  if (follows) offset_->find_response(node_[a], response_);
+  if (follows) offset_->followers().find_response(node_[a], response_);
   for (std::int32_t k = 0; k < count; ++k) {
     const std::int32_t b = earlier[k];
     Mat3 &ba = matrix_[static_cast<std::size_t>(b) * stride_ + a],
          &ab = matrix_[static_cast<std::size_t>(a) * stride_ + b];
     ba = tensors.displacement(node_[b], column_[a]);
     if (column_[a] < of_surface_) ba = ba * self_[a];
-    if (follows) add_scaled(ba, -1, offset_->between(node_[b], response_));
+    if (follows) add_scaled(ba, -1, offset_->followers().between(node_[b], response_));
     ab = transposed(ba);
     finite = finite && is_finite(ba);
   }
@@ -110,8 +110,8 @@ bool NodeCompliance::take_self(std::int32_t a) {
   Mat3& own = matrix_[static_cast<std::size_t>(a) * stride_ + a];
   own = self_[a];
   if (!follows()) return true;
-  offset_->find_response(node_[a], response_);
-  add_scaled(own, -1, offset_->between(node_[a], response_));
+  offset_->followers().find_response(node_[a], response_);
+  add_scaled(own, -1, offset_->followers().between(node_[a], response_));
   return is_finite(own);
 }
 

@@ -39,7 +39,7 @@ class NodeCompliance {
   Vec3 modified(std::int32_t a, Vec3 force) const { return column_[a] < of_surface_ ? self_[a] * force : force; }
 
  private:
-  bool follows() const { return offset_ && offset_->has_followers(); }
+  bool follows() const { return offset_ && offset_->followers().count() > 0; }
   std::int32_t version_of_offset() const { return offset_ ? offset_->version() : 0; }
   bool read_new(const Tensors& tensors);
   bool read_self(const Tensors& tensors, std::int32_t a);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace palpate {
 
@@ -19,10 +20,14 @@ std::int32_t Offset::add(SceneMemory& memory, const OffsetRows& rows) {
                   std::copy_n(before, static_cast<std::size_t>(first) * row, both));
     return both;
   };
-  auto* const force = memory.array<RowForce>(static_cast<std::size_t>(all.count));
-  for (std::int32_t m = 0; force && m < all.count; ++m)
-    if (const RowForce* const from = m < first ? rows_.force : rows.force) force[m] = from[m < first ? m : m - first];
-  all.force = force;
+  const auto join_parts = [&](auto* before, auto* behind) {
+    using Part = std::remove_cvref_t<decltype(*before)>;
+    auto* const both = before || behind ? memory.array<Part>(static_cast<std::size_t>(all.count)) : nullptr;
+    for (std::int32_t m = 0; both && m < all.count; ++m)
+      if (const Part* const from = m < first ? before : behind) both[m] = from[m < first ? m : m - first];
+    return both;
+  };
+  all.force = join_parts(rows_.force, rows.force), all.pressure = join_parts(rows_.pressure, rows.pressure);
   all.numbers = join(all.nodes, rows_.numbers, rows.numbers);
   if (all.inside) all.inside = join(all.nodes_inside, rows_.inside, rows.inside);
   rows_ = all;
@@ -38,9 +43,8 @@ bool Offset::create(SceneMemory& memory, std::int32_t constraint_capacity) {
     *array = memory.array<double>(count);
     memory.keep_array(*array, count);
   }
-  factor_ = memory.array<double>(count * count), follower_ = memory.array<std::int32_t>(count);
-  memory.keep_array(factor_, count * count), memory.keep_array(follower_, count);
-  for (std::int32_t* const number : {&follower_count_, &version_, &factored_, &first_}) memory.keep(*number);
+  if (rows.pressure) volumes_ = memory.array<RowVolume>(count), memory.keep_array(volumes_, count);
+  for (std::int32_t* const number : {&version_, &first_}) memory.keep(*number);
   if (memory.failed()) return false;
   for (std::int32_t m = 0; m < rows.count; ++m) {
     double most = 0;
@@ -48,11 +52,14 @@ bool Offset::create(SceneMemory& memory, std::int32_t constraint_capacity) {
     longest_[m] = std::sqrt(most) * (1 + 1e-12);
   }
   rows_.longest = longest_;
+  if (!followers_.create(memory, &rows_)) return false;
+  followers_.keep(memory);
   return true;
 }
 
 void Offset::forget() {
   for (double* const array : {now_, before_, given_, given_before_}) std::fill_n(array, count(), 0.0);
+  if (volumes_) std::fill_n(volumes_, count(), RowVolume{});
   first_ = 1;
 }
 
@@ -65,6 +72,43 @@ void Offset::begin_step() {
   for (std::int32_t m = 0; m < count(); ++m) step_[m] = now_[m] - before_[m];
   if (first_) std::copy_n(now_, count(), before_);
   first_ = 0;
+}
+
+void Offset::follow(std::int32_t of, const std::int32_t* which, const double* v) {
+  followers_.follow(of, which, v), ++version_;
+}
+
+void Offset::follow_held(const RowVolume* volumes, OffsetFollowers* followers) const {
+  std::int32_t which[kMostOffsetRows];
+  for (std::int32_t m = 0; m < volume_rows_; ++m) which[m] = volumes[m].holds;
+  followers->follow(volume_rows_, which, volume_of_);
+}
+
+void Offset::take_told(const RowVolume* told) {
+  bool others = false;
+  for (std::int32_t m = 0; m < volume_rows_; ++m) {
+    others = others || (told[m].holds != 0) != followers_.follows(m);
+    volumes_[m].pressure = told[m].pressure, volumes_[m].beyond = told[m].beyond, volumes_[m].swept = told[m].swept;
+  }
+  if (others) follow_held(told, &followers_), ++version_;
+}
+
+void Offset::start_from(const double* q, const double* whole) {
+  restarted_ = length_of(given_, nullptr);
+  for (std::int32_t m = 0; m < count(); ++m) now_[m] = q[m], given_[m] = whole[m] - q[m];
+}
+
+void Offset::take_forces(const ContactConstraints& set, const Vec3* force) {
+  restarted_ = 0;
+  if (!has_given()) return;
+  std::copy_n(given_, count(), given_before_);
+  std::fill_n(given_, count(), 0.0);
+  for (std::int32_t e = 0; e < set.node_count; ++e) followers_.subtract_force(set.nodes[e].node, force[e], given_);
+  followers_.solve(given_);
+}
+
+Vec3 Offset::given_by(const double* amounts, std::int32_t node) const {
+  return rows_.sum_at(amounts, node);
 }
 
 // from: nullptr for zeros.

@@ -17,6 +17,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/offset_rows.h"
 #include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/offset_followers.h"
 
 namespace palpate {
 
@@ -40,25 +41,25 @@ class Offset {
   double* amounts() { return now_; }
   const double* amounts() const { return now_; }
 
+  // [count()] of pressures on a body that is not linear; nullptr: none of the rows is one. Kept as the amounts are.
+  // Where the touch goes on from such a body by the linear response: volume: [of][of] of the first rows, as for follow(); borrowed. follow_held(): those
+  // follow whose volumes are held. take_told(): what the body's newest solution tells; from then on those follow that it holds.
+  void take_volumes(const double* volume, std::int32_t of) { volume_of_ = volume, volume_rows_ = of; }
+  void follow_held(const RowVolume* volumes, OffsetFollowers* followers) const;
+  void take_told(const RowVolume* told);
+  RowVolume* volumes() { return volumes_; }
+  const RowVolume* volumes() const { return volumes_; }
+
   // For the effect that has the first `of` rows. which: [of] 1 where the amount follows the forces from the next solve on; v: [of][of], of which V is
-  // a part; factor: [of][of], gets L of V = L L^T. False where V is not positive definite by more than rounding: follow() is not called with such. Then
-  // start_from(): q, with g for what is left to the `whole` amounts [count].
-  static bool factorise(std::int32_t of, const std::int32_t* which, const double* v, double* factor);
+  // a part (OffsetFollowers::factorise()). Then start_from(): q, with g for what is left to the `whole` amounts [count].
   void follow(std::int32_t of, const std::int32_t* which, const double* v);
   void start_from(const double* q, const double* whole);
   // After the last solve of a step: g of its forces.
   void take_forces(const ContactConstraints& set, const Vec3* force);
 
-  bool has_followers() const { return follower_count_ > 0; }
+  const OffsetFollowers& followers() const { return followers_; }
   // How often other amounts have begun to follow: W is another one.
   std::int32_t version() const { return version_; }
-  bool follows(std::int32_t row) const;
-  // amounts: [count]. B^T f of a force on a node, subtracted; then V^-1 of it, so that zeros become g. Of all rows that follow.
-  void subtract_force(std::int32_t node, Vec3 force, double* amounts) const;
-  void solve(double* amounts) const;
-  // response: [count], V^-1 B^T of a unit force on a node; then B V^-1 B^T between the other node and it, m/N.
-  void find_response(std::int32_t node, Vec3* response) const;
-  Mat3 between(std::int32_t other, const Vec3* response) const;
 
   // q + g of a row, as the superposition of C f needs it: of the last solve.
   double whole_amount(std::int32_t row) const { return given_[row] == 0 ? now_[row] : now_[row] + given_[row]; }
@@ -87,8 +88,6 @@ class Offset {
   double change() const { return length_of(now_, before_); }
 
  private:
-  template <class Number>
-  void solve_for(Number* amounts) const;
   double length_of(const double* amounts, const double* from) const;
 
   OffsetRows rows_;
@@ -97,9 +96,11 @@ class Offset {
   double* longest_ = nullptr;
   double *now_ = nullptr, *before_ = nullptr, *step_ = nullptr;
   double *given_ = nullptr, *given_before_ = nullptr;  // g
-  std::int32_t* follower_ = nullptr;                   // the rows that follow, ascending
-  double* factor_ = nullptr;                           // [factored_][factored_], as factorise() leaves it
-  std::int32_t follower_count_ = 0, version_ = 0, factored_ = 0, first_ = 1;
+  RowVolume* volumes_ = nullptr;
+  const double* volume_of_ = nullptr;  // [volume_rows]^2
+  std::int32_t volume_rows_ = 0;
+  OffsetFollowers followers_;
+  std::int32_t version_ = 0, first_ = 1;
   double stepped_ = 0, restarted_ = 0;
 };
 

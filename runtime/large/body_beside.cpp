@@ -58,16 +58,19 @@ bool BodyBeside::make_mailbox(SceneMemory& memory, std::size_t bytes, std::uint6
 bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset, const Limits& limits) {
   body_ = body, offset_ = offset, limits_ = limits;
   const auto nodes = static_cast<std::size_t>(limits.nodes), constraints = static_cast<std::size_t>(limits.constraints);
-  const auto amounts = static_cast<std::size_t>(offset->count());
+  const auto amounts = static_cast<std::size_t>(offset->count()), volumes = static_cast<std::size_t>(volume_count());
   const std::size_t job = sizeof(Job) + nodes * sizeof(ContactNode) +
-                          constraints * (sizeof(ContactConstraint) + sizeof(Vec3)) + amounts * sizeof(double),
+                          constraints * (sizeof(ContactConstraint) + sizeof(Vec3)) + amounts * sizeof(double) +
+                          volumes * sizeof(RowVolume),
                     solution = sizeof(Solution) + constraints * sizeof(Solved) + amounts * sizeof(double) +
+                               volumes * sizeof(RowVolume) +
                                3 * sizeof(float) *
                                    (static_cast<std::size_t>(limits.field_nodes) +
                                     static_cast<std::size_t>(limits.surface_nodes));
   acting_.constraints = memory.array<ContactConstraint>(constraints);
   acting_.target = memory.array<Vec3>(constraints), left_.target = memory.array<Vec3>(constraints);
   thread_.force = memory.array<Vec3>(nodes);
+  if (volumes > 0 && !thread_.followers.create(memory, &offset->rows())) return false;
   for (int i = 0; i < 2; ++i) {
     const std::size_t numbers = 3 * static_cast<std::size_t>(limits.field_nodes);
     beyond_[i] = memory.array<float>(numbers), solved_[i] = memory.array<Solved>(constraints);
@@ -113,6 +116,7 @@ void BodyBeside::send(const ContactConstraints& set) {
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints_of(job));
   std::copy(set.target, set.target + set.constraint_count, targets_of(job));
   std::copy_n(offset_->amounts(), offset_->count(), amounts_of(job));
+  std::copy_n(offset_->volumes(), volume_count(), volumes_of(job));
   palpate_mailbox_publish(jobs());
 }
 
@@ -185,6 +189,11 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
       unknown = std::max(unknown, metres * way_to_new(set, p));
       continue;
     }
+    // What holds nothing, now and in the solution, moves nothing, wherever its target is: a new one makes no new solution.
+    if (held_axes(now) == 0 && is_zero(solved->force)) {
+      ++solved;
+      continue;
+    }
     const Vec3 expected = solved->force + solved->stiffness * (target - solved->target);
     force = std::max(force, std::min(length(solved->force), length(expected)) / metres);
     way = std::max(way, metres * length(target - solved->target));
@@ -206,6 +215,7 @@ void BodyBeside::copy(Solution* newest) {
   solved_count_[newest_] = newest->constraint_count;
   std::copy_n(solved_of(newest), newest->constraint_count, solved_[newest_]);
   std::copy_n(amounts_of(newest), offset_->count(), amounts_[newest_]);
+  if (volume_count() > 0) offset_->take_told(volumes_of(newest));
   std::copy_n(added_of(newest), 3 * static_cast<std::size_t>(limits_.field_nodes), beyond_[newest_]);
   solutions_taken_ = std::min(2, solutions_taken_ + 1);
 }
@@ -410,25 +420,41 @@ std::int32_t BodyBeside::deform() {
   StepWork work;
   work.create(INT64_MAX);
   work.begin();
-  body_->move_by(amounts_of(job));
+  body_->move_by(amounts_of(job), volume_count() > 0 ? volumes_of(job) : nullptr);
   const DeformingBody::Outcome outcome = body_->solve(thread_.set, &work, thread_.force);
   // A body that has come to rest says so, though it took no step for it.
   const bool doubted = is_doubted(outcome), is_news = thread_.doubted && !doubted;
   if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == thread_.published && !is_news) return 0;
   thread_.doubted = doubted;
-  publish(thread_.set, amounts_of(job), outcome);
+  publish(thread_.set, job, outcome);
   body_->renew();
   return std::max(1, outcome.evaluations);
 }
 
-void BodyBeside::publish(const ContactConstraints& set, const double* amounts, const DeformingBody::Outcome& outcome) {
+// What the followers of the volumes that are held add to the linear response is not beyond it.
+void BodyBeside::leave_out_followers(const ContactConstraints& set, const RowVolume* volumes, float* beyond) {
+  offset_->follow_held(volumes, &thread_.followers);
+  if (thread_.followers.count() == 0) return;
+  double given[kMostOffsetRows] = {};
+  for (std::int32_t e = 0; e < set.node_count; ++e)
+    thread_.followers.subtract_force(set.nodes[e].node, thread_.force[e], given);
+  thread_.followers.solve(given);
+  for (std::int32_t n = 0; n < limits_.field_nodes; ++n) {
+    const Vec3 moved = offset_->rows().sum_at(given, n);
+    for (int i = 0; i < 3; ++i) *beyond++ -= static_cast<float>(moved[i]);
+  }
+}
+
+void BodyBeside::publish(const ContactConstraints& set, Job* job, const DeformingBody::Outcome& outcome) {
   auto* const solution = reinterpret_cast<Solution*>(palpate_mailbox_slot(solutions()));
   *solution = Solution{};
   solution->begun = thread_.begun;
   thread_.given += body_->take_given();
   solution->told = {outcome.steps,        outcome.cut,     is_unfinished(outcome), outcome.failed, outcome.residual,
                     outcome.least_volume, body_->off(set), body_->energy(),        thread_.given,  0};
-  std::copy_n(amounts, offset_->count(), amounts_of(solution));
+  std::copy_n(amounts_of(job), offset_->count(), amounts_of(solution));
+  std::copy_n(volumes_of(job), volume_count(), volumes_of(solution));
+  if (volume_count() > 0) body_->tell_volumes(volumes_of(solution));
   solution->constraint_count = thread_.published = set.constraint_count;
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
@@ -446,6 +472,7 @@ void BodyBeside::publish(const ContactConstraints& set, const double* amounts, c
   }
   body_->write_field(limits_.surface_nodes, displacement_of(solution));
   body_->write_beyond_linear(limits_.field_nodes, added_of(solution));
+  if (volume_count() > 0) leave_out_followers(set, volumes_of(job), added_of(solution));
   for (std::int32_t p = 0; p < set.constraint_count; ++p)
     solution->told.spring +=
         0.5 * dot(solved[p].force, solved[p].target - mean_of(set, set.constraints[p], added_of(solution)));

@@ -44,7 +44,7 @@ class BodyBeside {
   // A solution is unfinished above this residual (LargeOutcome), as a step in the touch.
   static constexpr double kUnfinished = LargeSolver::kUnfinished;
 
-  // body: made, borrowed; only deform() and restored() use it. offset: borrowed; only the touch uses it.
+  // body: made, borrowed; only deform() and restored() use it. offset: borrowed; the other thread reads its rows alone.
   bool create(SceneMemory& memory, DeformingBody* body, Offset* offset, const Limits& limits);
   // For constraints with frames; the arguments are those of TurnedSurface::create. False where memory ends.
   bool follow_normals(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
@@ -140,9 +140,14 @@ class BodyBeside {
   }
   Vec3* targets_of(Job* job) const { return reinterpret_cast<Vec3*>(constraints_of(job) + limits_.constraints); }
   double* amounts_of(Job* job) const { return reinterpret_cast<double*>(targets_of(job) + limits_.constraints); }
+  RowVolume* volumes_of(Job* job) const { return reinterpret_cast<RowVolume*>(amounts_of(job) + offset_->count()); }
+  std::int32_t volume_count() const { return offset_->volumes() ? offset_->count() : 0; }
   double* amounts_of(Solution* solution) const { return reinterpret_cast<double*>(solution + 1); }
+  RowVolume* volumes_of(Solution* solution) const {
+    return reinterpret_cast<RowVolume*>(amounts_of(solution) + offset_->count());
+  }
   Solved* solved_of(Solution* solution) const {
-    return reinterpret_cast<Solved*>(amounts_of(solution) + offset_->count());
+    return reinterpret_cast<Solved*>(volumes_of(solution) + volume_count());
   }
   float* added_of(Solution* solution) const {
     return reinterpret_cast<float*>(solved_of(solution) + limits_.constraints);
@@ -161,7 +166,8 @@ class BodyBeside {
   template <class Target>
   double share(std::int32_t count, Target target) const;
   bool same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const;
-  void publish(const ContactConstraints& set, const double* amounts, const DeformingBody::Outcome& outcome);
+  void publish(const ContactConstraints& set, Job* job, const DeformingBody::Outcome& outcome);
+  void leave_out_followers(const ContactConstraints& set, const RowVolume* volumes, float* beyond);
   static double by_turning(const ContactConstraint& constraint, const Solved& now, const Solved& before);
   void measure_miss(const ContactConstraints& set, Solution* newest);
   double way_to_new(const ContactConstraints& set, std::int32_t p) const;
@@ -201,8 +207,9 @@ class BodyBeside {
   std::int32_t solutions_taken_ = 0;  // since forget(); 2 and more count as 2
   struct Thread {
     ContactConstraints set;
-    Vec3* force = nullptr;  // [nodes] N
-    double given = 0;       // J, by the offset since forget()
+    Vec3* force = nullptr;      // [nodes] N
+    OffsetFollowers followers;  // of the last solution
+    double given = 0;           // J, by the offset since forget()
     std::uint64_t begun = 1;
     std::int32_t published = 0;  // constraints of the last solution
     std::int32_t doubted = 0;    // the last solution is not to be trusted

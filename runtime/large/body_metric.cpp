@@ -45,6 +45,20 @@ BodyMetric::Made BodyMetric::create(SceneMemory& memory, const HyperelasticBody&
   return made;
 }
 
+void BodyMetric::solve(float* const* x, int count) const {
+  double amounts[3][kMostOffsetRows];
+  for (int c = 0; c < count; ++c) held_.before(x[c], amounts[c]);
+  now().solve(x, count);
+  for (int c = 0; c < count; ++c) held_.after(amounts[c], x[c]);
+}
+
+void BodyMetric::solve_roughly(float* x) const {
+  double amounts[kMostOffsetRows];
+  held_.before(x, amounts);
+  now().solve_roughly(x);
+  held_.after(amounts, x);
+}
+
 void BodyMetric::keep(SceneMemory& memory) {
   if (!renews()) return;
   memory.keep(state_);

@@ -5,6 +5,7 @@
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/large/block_factor.h"
+#include "runtime/large/held_volumes.h"
 #include "runtime/large/hyperelastic_energy.h"
 #include "runtime/large/tangent.h"
 
@@ -20,6 +21,13 @@ class BodyMetric {
   // Makes anew what the kept state says.
   void restored();
 
+  // x <- metric^-1 x, with what volumes that are held add. solve_roughly(): as BlockFactor's.
+  void solve(float* const* x, int count) const;
+  void solve(float* x) const { solve(&x, 1); }
+  void solve_roughly(float* x) const;
+  // Whoever changes these, or the metric below them, brings the other one up to date.
+  HeldVolumes& held() { return held_; }
+  const HeldVolumes& held() const { return held_; }
   const BlockFactor& now() const { return state_.active ? renewed_ : rest_; }
   const BlockFactor& rest() const { return rest_; }
   bool renews() const { return of_metric_ != nullptr; }
@@ -43,6 +51,7 @@ class BodyMetric {
   bool make_slice(std::int32_t slice);
 
   BlockFactor rest_, renewed_;
+  HeldVolumes held_;
   BlockFactor::Work work_;
   Tangent tangent_;
   State state_;

@@ -43,7 +43,8 @@ class DeformingBody {
   bool take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows) {
     return solver_.take_offset(memory, body, rows);
   }
-  void move_by(const double* amounts) { solver_.move_by(amounts); }
+  void move_by(const double* amounts, const RowVolume* volumes) { solver_.move_by(amounts, volumes); }
+  void tell_volumes(RowVolume* volumes) const { solver_.tell_volumes(volumes); }
   double take_given() { return solver_.take_given(); }
 
   struct Outcome : LargeOutcome {

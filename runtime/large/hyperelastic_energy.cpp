@@ -167,13 +167,15 @@ bool HyperelasticEnergy::take_offset(SceneMemory& memory, const HyperelasticBody
   bare.fixed = scratch.array<std::uint8_t>(3 * nodes), bare.support_count = 0;
   double* const row = scratch.array<double>(3 * nodes);
   BlockRows stiffness;
-  const bool made =
-      !memory.failed() && !scratch.failed() && assemble_stiffness(scratch, bare, place_, nodes_, &stiffness);
+  const bool made = pressures_.create(memory, rows, body.nodes, nodes_, place_) && !memory.failed() &&
+                    !scratch.failed() && assemble_stiffness(scratch, bare, place_, nodes_, &stiffness);
+  if (made) rest_pressures();
   for (std::int32_t m = 0; made && m < rows.count; ++m) {
     for (std::int32_t n = 0; n < nodes_; ++n) store3(rows.at(m, n), row + 3 * static_cast<std::size_t>(place_[n]));
     float* const load = of.loads + static_cast<std::size_t>(m) * length_;
     multiply(stiffness, row, rows_, load);
     if (rows.is_of_force(m)) take_force(rows.force[m], row, load);
+    if (rows.is_of_pressure(m)) take_force({}, row, load);  // what acts on its surface is added in each state
     clear_held_dofs(body, load);
     double sum = 0;
     for (std::int32_t r = 0; r < rows_; ++r)
@@ -198,7 +200,7 @@ void HyperelasticEnergy::move(const double* from, const double* to, double share
     rough += std::fabs(of.amounts[m]) * of.roughness[m];
   }
   of.noise = kPlaceNoise * kPlaceNoise * rough * rough;
-  if (!of.acts) return;
+  if (!of.acts) return pressures_.count_from([&](std::int32_t place) { return displaced(place, nullptr, false); });
   for (std::int32_t n = 0; n < nodes_; ++n) {
     const Vec3 at = of.rows.sum_at(of.amounts, n);
     for (int i = 0; i < 3; ++i)
@@ -209,6 +211,29 @@ void HyperelasticEnergy::move(const double* from, const double* to, double share
     if (of.amounts[m] != 0)
       add_multiple(static_cast<float>(of.amounts[m]), of.loads + static_cast<std::size_t>(m) * length_, length_,
                    of.load);
+  pressures_.count_from([&](std::int32_t place) { return displaced(place, nullptr, true); });
+}
+
+// m, from the mesh: of where the body rests, with the offset, and with a displacement u by places; nullptr: zero. In the order and the precision
+// of evaluate(), so that a restored state has the same bits.
+Vec3 HyperelasticEnergy::displaced(std::int32_t place, const float* u, bool with_offset) const {
+  Vec3 sum;
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t at = 3 * static_cast<std::size_t>(place) + static_cast<std::size_t>(i);
+    float displaced = u ? u[at] : 0.0f;
+    if (base_) displaced = base_[at] + displaced;
+    if (with_offset && offset_.acts) displaced = offset_.by[at] + displaced;
+    sum[i] = static_cast<double>(displaced);
+  }
+  return sum;
+}
+
+void HyperelasticEnergy::rest_pressures() {
+  pressures_.rest_at([&](std::int32_t place) { return displaced(place, nullptr, false); });
+}
+
+void HyperelasticEnergy::take_state(const float* u) {
+  pressures_.take([&](std::int32_t place) { return displaced(place, u, true); });
 }
 
 void HyperelasticEnergy::rest_at(const float* u, float* force) {
@@ -245,6 +270,7 @@ HyperelasticEnergy::Energy HyperelasticEnergy::evaluate(const float* u, float* f
     energy.energy -= dot_product(offset_.load, from_rest, length_);
     add_multiple(-1, offset_.load, length_, f);
   }
+  if (pressures_.count() > 0) energy.energy += pressures_.evaluate(u, offset_.amounts, rows_, f);
   clear_held(f);
   if (!std::isfinite(energy.energy)) energy.least_volume = 0;
   return energy;

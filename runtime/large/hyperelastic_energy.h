@@ -13,6 +13,7 @@
 #include "runtime/bundle/offset_rows.h"
 #include "runtime/large/block_rows.h"
 #include "runtime/large/element_lanes.h"
+#include "runtime/large/surface_pressures.h"
 
 namespace palpate {
 
@@ -37,8 +38,23 @@ class HyperelasticEnergy {
   bool take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows);
   // The amounts [offset_rows()] become from + share (to - from). Cost: a pass over the nodes for each row.
   void move(const double* from, const double* to, double share);
-  // After amounts() has been restored.
-  void restored() { move(offset_.amounts, offset_.amounts, 0); }
+  // The pressures among the rows. Their state is that of accept(), rest_pressures() or take_state().
+  SurfacePressures& pressures() { return pressures_; }
+  const SurfacePressures& pressures() const { return pressures_; }
+  // The last evaluated displacement becomes the state; the state is at rest, without offset; it is at u, and the volumes are known.
+  void accept() { pressures_.accept(); }
+  void rest_pressures();
+  void take_state(const float* u);
+  // f += the force of pressure i of the state, times `factor`: dV/du.
+  void add_volume_gradient(std::int32_t i, double factor, float* f) const {
+    pressures_.add_gradient(i, factor, rows_, f);
+    clear_held(f);
+  }
+  // After amounts() has been restored, and u.
+  void restored(const float* u) {
+    move(offset_.amounts, offset_.amounts, 0);
+    take_state(u);
+  }
 
   std::int32_t nodes() const { return nodes_; }
   std::int32_t rows() const { return rows_; }  // nodes that move
@@ -76,6 +92,7 @@ class HyperelasticEnergy {
   bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
   double add_supports(const float* u, float* f) const;
   void take_force(const RowForce& force, const double* row, float* load) const;
+  Vec3 displaced(std::int32_t place, const float* u, bool with_offset) const;
   void clear_held_dofs(const HyperelasticBody& body, float* f) const;
 
   Elements elements_;
@@ -90,6 +107,7 @@ class HyperelasticEnergy {
   // Under a preload: where the body rests, [padded] m; the load there, [length] N. There and with an offset: the place of a state, [padded] m.
   float *base_ = nullptr, *absolute_ = nullptr, *load_ = nullptr;
   Offset offset_;
+  SurfacePressures pressures_;
   double base_energy_ = 0, noise_ = 0;  // J
   double load_share_ = 1;
 };

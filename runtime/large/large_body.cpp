@@ -63,12 +63,13 @@ ContactSolver::Outcome BodyInTouch::solve(TouchStep& step, bool again) {
 void BodyInTouch::take_offset(TouchStep& step) {
   const Offset& offset = step.state->offset;
   if (!offset.exists()) return;
-  deforming_.move_by(step.state->offset.amounts());
+  deforming_.move_by(offset.amounts(), offset.volumes());
   energy_.pay(deforming_.take_given());
 }
 
 ContactSolver::Outcome BodyInTouch::tell(TouchStep& step) {
   std::fill(step.state->modified, step.state->modified + step.acting->node_count, Vec3{});
+  if (RowVolume* const volumes = step.state->offset.volumes()) deforming_.tell_volumes(volumes);
   step.deformed = {outcome_.steps, outcome_.residual, outcome_.least_volume, outcome_.cut || outcome_.given_up};
   return outcome_.failed ? ContactSolver::Outcome::unsolved : ContactSolver::Outcome::solved;
 }

@@ -124,9 +124,16 @@ void LargeRows::add_columns_of(const double* force, double factor, float* field,
 void LargeRows::add_responses(const double* force, double factor, float* field) const {
   add_columns_of(force, factor, field, [&](const Spot& spot, int axis) { return response(spot, axis); });
 }
-// The same with Y at rest.
+// The same with Y at rest, where no volume is held.
 void LargeRows::add_rest_responses(const double* force, double factor, float* field) const {
   add_columns_of(force, factor, field, [&](const Spot& spot, int axis) { return rest_response(spot, axis); });
+  const HeldVolumes& held = metric_->held();
+  if (rest_responses_ || held.count() == 0) return;
+  double amounts[kMostOffsetRows] = {};
+  for (std::int32_t i = 0; i < held.count(); ++i)
+    for (std::int32_t r = 0; r < state_.count; ++r) amounts[i] -= factor * force[r] * on_row(r, held.response(i));
+  held.solve(amounts);
+  held.after(amounts, field);
 }
 
 // Y^T force of the rows of one spot after the other.
@@ -323,13 +330,13 @@ void LargeRows::find_responses(const Spot& spot) {
     for (int d = 0; d < 3; ++d)
       of_metric[d] = response(spot, d), std::copy(columns[d], columns[d] + energy_->length(), of_metric[d]);
     metric_->rest().solve(columns, 3);
-    if (metric_->is_renewed())
-      metric_->now().solve(of_metric, 3);
+    if (metric_->is_renewed() || metric_->held().count() > 0)
+      metric_->solve(of_metric, 3);
     else
       for (int d = 0; d < 3; ++d) std::copy(columns[d], columns[d] + energy_->length(), of_metric[d]);
     for (int d = 0; d < 3; ++d) columns[d] = of_metric[d];
   } else {
-    metric_->rest().solve(columns, 3);
+    metric_->solve(columns, 3);
   }
   for (int d = 0; d < 3; ++d) {
     double& largest = largest_response_[3 * spot.slot + d];

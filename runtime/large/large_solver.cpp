@@ -26,6 +26,11 @@ constexpr double kRestTolerance = 1e-4;
 // It counts as found from this share on, where rounding in single precision lets it come no nearer: its force is then the load's but for
 // about as much.
 constexpr double kRestEnough = 2e-3;
+// Of the stiffness k of a volume that is held, times the body's compliance to it: each correction of its multiplier leaves 1 / kHeldStiffness of what
+// the volume was off.
+constexpr double kHeldStiffness = 30;
+// The metric takes the gradient of a held volume anew where its direction has turned by this cosine.
+constexpr double kTurnedCosine = 0.98;
 
 }  // namespace
 
@@ -118,12 +123,19 @@ void LargeSolver::keep(SceneMemory& memory) {
 
 bool LargeSolver::take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows) {
   memory.keep(moved_.given);
-  return energy_.take_offset(memory, body, rows);
+  if (!energy_.take_offset(memory, body, rows)) return false;
+  const std::int32_t pressures = energy_.pressures().count();
+  if (pressures == 0) return true;
+  energy_.pressures().keep(memory);
+  if (!metric_.held().create(memory, pressures, energy_.length())) return false;
+  metric_.held().keep(memory);
+  return true;
 }
 
 void LargeSolver::restored() {
-  energy_.restored();
+  energy_.restored(u_);
   metric_.restored();
+  take_volumes(false);
   rows_.restored();
 }
 
@@ -135,6 +147,7 @@ void LargeSolver::renew() {
   // later state. Their scale was that of the metric before.
   pairs_.take_metric();
   soft_.forget();
+  take_volumes(false);
   rows_.find_all_responses();
 }
 
@@ -150,9 +163,12 @@ void LargeSolver::come_to_rest() {
   now_.alone = now_.still = 0;
   const double unmoved[kMostOffsetRows] = {};
   energy_.move(unmoved, unmoved, 1);
+  energy_.rest_pressures();
   moved_ = {};
   soft_.forget();
-  if (metric_.forget()) rows_.find_all_responses();
+  const bool held = metric_.held().count() > 0;
+  metric_.held().clear();
+  if (metric_.forget() || held) rows_.find_all_responses();
 }
 
 void LargeSolver::forget() {
@@ -162,7 +178,7 @@ void LargeSolver::forget() {
 
 // No row holds or pushes the body, and nothing moves it from outside.
 bool LargeSolver::nothing_acts() const {
-  if (energy_.is_moved()) return false;
+  if (energy_.is_moved() || energy_.pressures().act()) return false;
   for (std::int32_t r = 0; r < rows_.count(); ++r)
     if (rows_.holds(r) || rows_.applied()[r] != 0) return false;
   return true;
@@ -178,29 +194,139 @@ void LargeSolver::write_beyond_linear(const double* force, std::int32_t count, f
 // ---- a step --------------------------------------------------------------------------------------------------------
 
 // The displacement from the offset stays: the linear body's would.
-void LargeSolver::move_by(const double* amounts) {
+void LargeSolver::move_by(const double* amounts, const RowVolume* volumes) {
   const std::int32_t count = energy_.offset_rows();
+  SurfacePressures& pressures = energy_.pressures();
   moved_.now = moved_.cut = false;
-  if (std::equal(amounts, amounts + count, energy_.amounts())) return;
-  double from[kMostOffsetRows];
+  const bool begun = volumes && begin_volumes(volumes);
+  if (!begun && std::equal(amounts, amounts + count, energy_.amounts()) && has_volumes(volumes)) return;
+  double from[kMostOffsetRows], volume[kMostOffsetRows];
   std::copy_n(energy_.amounts(), count, from);
+  for (std::int32_t i = 0; i < pressures.count(); ++i) volume[i] = pressures.held(i).volume;
+  const auto try_share = [&](double share) {
+    energy_.move(from, amounts, share);
+    for (std::int32_t i = 0; i < pressures.count(); ++i)
+      pressures.held(i).volume = volume[i] + share * (volumes[pressures.row(i)].target - volume[i]);
+    ++moved_.evaluations;
+    return energy_.evaluate(u_, trial_f_);
+  };
   const double least = std::min(kLeastVolume, now_.least_volume);
   double share = now_.reach;
-  for (int i = 0; i < 10 && share > 0; ++i, share /= 2) {
-    energy_.move(from, amounts, share);
-    const HyperelasticEnergy::Energy found = energy_.evaluate(u_, trial_f_);
-    ++moved_.evaluations;
-    if (!(found.least_volume > least) || !std::isfinite(found.energy)) continue;
-    const double energy = found.energy + 0.5 * rows_.times_compliance(of_rows_.local, of_rows_.local);
-    moved_.given += energy - now_.energy;
-    now_.energy = energy, now_.least_volume = found.least_volume;
-    std::swap(f_, trial_f_);
-    now_.solved = now_.at_rest = 0;
-    moved_.now = true, moved_.cut = share < 1;
-    return;
+  HyperelasticEnergy::Energy found;
+  const auto may_stay = [&] { return found.least_volume > least && std::isfinite(found.energy); };
+  for (int i = 0; i < 10 && share > 0; ++i, share /= 2)
+    if (found = try_share(share); may_stay()) break;
+  if (!may_stay()) found = try_share(share = 0);
+  const double energy = found.energy + 0.5 * rows_.times_compliance(of_rows_.local, of_rows_.local);
+  moved_.cut = share < 1;
+  if (share == 0 && !begun) return;
+  moved_.given += energy - now_.energy;
+  now_.energy = energy, now_.least_volume = found.least_volume;
+  std::swap(f_, trial_f_);
+  energy_.accept();
+  now_.solved = now_.at_rest = 0;
+  moved_.now = true;
+}
+
+// ---- volumes that are held -----------------------------------------------------------------------------------------
+
+bool LargeSolver::has_volumes(const RowVolume* volumes) const {
+  const SurfacePressures& pressures = energy_.pressures();
+  for (std::int32_t i = 0; i < pressures.count(); ++i)
+    if (pressures.held(i).volume != volumes[pressures.row(i)].target) return false;
+  return true;
+}
+
+// Pressures begin to hold their volumes, and others go on as they are. True where the energy of the state has changed.
+bool LargeSolver::begin_volumes(const RowVolume* volumes) {
+  SurfacePressures& pressures = energy_.pressures();
+  bool others = false, turned = false;
+  for (std::int32_t i = 0, k = 0; i < pressures.count(); ++i)
+    if (pressures.held(i).stiffness > 0) turned = has_turned(i, k++) || turned;
+  for (std::int32_t i = 0; i < pressures.count(); ++i) {
+    SurfacePressures::Held& held = pressures.held(i);
+    const bool holds = volumes[pressures.row(i)].holds != 0;
+    if (holds == (held.stiffness > 0)) continue;
+    others = true;
+    if (holds)
+      held.volume = held.swept, held.stiffness = 1;  // which take_volumes() replaces
+    else
+      held.multiplier += held.stiffness * pressures.left(i), held.stiffness = 0;
   }
-  energy_.move(from, from, 1);
-  moved_.cut = true;
+  if (!others && !turned) return false;
+  pairs_.drop();
+  soft_.forget();
+  take_volumes(true);
+  rows_.find_all_responses();
+  return true;
+}
+
+// The gradient of pressure i, from that which the metric has as number k.
+bool LargeSolver::has_turned(std::int32_t i, std::int32_t k) {
+  const float* const a = metric_.held().gradient(k);
+  const std::size_t length = energy_.length();
+  std::fill(g_, g_ + length, 0.0f);
+  energy_.add_volume_gradient(i, 1, g_);
+  const double along = dot_product(a, g_, length);
+  return !(along > 0 &&
+           along * along > kTurnedCosine * kTurnedCosine * dot_product(a, a, length) * dot_product(g_, g_, length));
+}
+
+// What the metric has of them: of the state as it is, or of gradients and stiffnesses that are kept.
+void LargeSolver::take_volumes(bool anew) {
+  SurfacePressures& pressures = energy_.pressures();
+  HeldVolumes& of = metric_.held();
+  if (anew) of.clear();
+  double stiffness[kMostOffsetRows];
+  const std::size_t length = energy_.length();
+  for (std::int32_t i = 0, k = 0; i < pressures.count(); ++i) {
+    SurfacePressures::Held& held = pressures.held(i);
+    if (!(held.stiffness > 0)) continue;
+    if (anew) {
+      of.add();
+      std::fill(of.gradient(k), of.gradient(k) + length, 0.0f);
+      energy_.add_volume_gradient(i, 1, of.gradient(k));
+    }
+    std::copy(of.gradient(k), of.gradient(k) + length, of.response(k));
+    metric_.now().solve(of.response(k));
+    if (const double compliance = of.compliance(k, k); anew && compliance > 0)
+      held.stiffness = kHeldStiffness / compliance;
+    stiffness[k++] = held.stiffness;
+  }
+  of.factor(stiffness);
+}
+
+// The multipliers take what their stiffness bears.
+void LargeSolver::correct_volumes() {
+  SurfacePressures& pressures = energy_.pressures();
+  for (std::int32_t i = 0; i < pressures.count(); ++i) {
+    SurfacePressures::Held& held = pressures.held(i);
+    const double left = pressures.left(i), change = held.stiffness * left;
+    if (change == 0) continue;
+    held.multiplier += change;
+    now_.energy += change * left, moved_.given += change * left;
+    energy_.add_volume_gradient(i, -change, f_);
+  }
+}
+
+// As a share of what the triangles have swept.
+double LargeSolver::worst_volume() const {
+  const SurfacePressures& pressures = energy_.pressures();
+  double worst = 0;
+  for (std::int32_t i = 0; i < pressures.count(); ++i)
+    if (const double gross = pressures.gross(i); pressures.held(i).stiffness > 0 && gross > 0)
+      worst = std::max(worst, std::fabs(pressures.left(i)) / gross);
+  return worst;
+}
+
+void LargeSolver::tell_volumes(RowVolume* volumes) const {
+  const SurfacePressures& pressures = energy_.pressures();
+  for (std::int32_t i = 0; i < pressures.count(); ++i) {
+    RowVolume& told = volumes[pressures.row(i)];
+    told.pressure = pressures.pressure(i, energy_.amounts());
+    told.beyond = told.pressure - energy_.amounts()[pressures.row(i)];
+    told.swept = pressures.held(i).swept;
+  }
 }
 
 bool LargeSolver::take(const LargeContacts& contacts) {
@@ -316,6 +442,7 @@ bool LargeSolver::move(LargeOutcome* outcome) {
   shortened_ = shortened_ || share < now_.reach;
   std::swap(u_, trial_), std::swap(f_, trial_f_);
   std::swap(of_rows_.local, of_rows_.trial_local);
+  energy_.accept();
   return true;
 }
 
@@ -348,7 +475,7 @@ double LargeSolver::descend() {
   std::copy(of_rows_.g, of_rows_.g + rows_.count(), p.local);
   pairs_.before_metric(p, factor);
   std::copy(p_, p_ + length, image_);
-  metric_.now().solve_roughly(p_);
+  metric_.solve_roughly(p_);
   rows_.project(p_, p.local, image_);
   if (const double scale = pairs_.scale(); scale != 1) {
     for (float* const vector : {p_, image_})
@@ -364,7 +491,7 @@ void LargeSolver::measure_scale(int pair) {
   const BodyMove& s = pairs_.at(pair);
   std::copy(s.of_tangent, s.of_tangent + energy_.length(), g_);
   std::copy(s.local, s.local + rows_.count(), of_rows_.g);
-  metric_.now().solve_roughly(g_);
+  metric_.solve_roughly(g_);
   rows_.project(g_, of_rows_.g, image_);
   pairs_.set_scale(pair, dot_product(s.of_tangent, g_, energy_.length()) + rows_.times_compliance(s.local, of_rows_.g));
 }
@@ -389,6 +516,7 @@ bool LargeSolver::search(double slope, LargeOutcome* outcome) {
       soft_.take_if_softer(pairs_.newest(), pairs_.newest_curvature());
       if (scaled_by >= 0) measure_scale(scaled_by);
       std::swap(u_, trial_), std::swap(f_, trial_f_), std::swap(of_rows_.local, of_rows_.trial_local);
+      energy_.accept();
       return true;
     }
     // The least point of the parabola through both energies and the slope.
@@ -403,6 +531,7 @@ void LargeSolver::improve(std::int32_t most_steps, LargeOutcome* outcome) {
   now_.at_rest = 0;
   const double tolerance = still_ ? std::min(tolerance_, kStillTolerance) : tolerance_;
   const bool moves = !still_ && rows_.count() > 0;
+  bool corrected = false;
   for (std::int32_t steps = 0;; ++steps, ++outcome->steps) {
     find_multipliers();
     if (steps >= most_steps) break;
@@ -414,15 +543,25 @@ void LargeSolver::improve(std::int32_t most_steps, LargeOutcome* outcome) {
     // that hardly changes its volume and has turned is stiffer than K against some moves, by up to 1 / gamma, and softer by as much against
     // those that K takes for changes of volume: K^-1 / gamma tells too little of an error there. The mean of both counts.
     const double least = tolerance * tolerance * scale * (moves ? std::sqrt(scale) : 1);
-    if (slope <= least * energy + 0.01 * energy_.noise()) now_.solved = still_ ? 2 : 1;
+    if (slope <= least * energy + 0.01 * energy_.noise()) {
+      // A multiplier that has been corrected is followed by a step, before it is corrected again.
+      if (worst_volume() <= kVolumeMet) {
+        now_.solved = still_ ? 2 : 1;
+      } else if (!corrected && steps + 1 < most_steps) {
+        correct_volumes();
+        corrected = true;
+        continue;
+      }
+    }
     if (now_.solved || !std::isfinite(slope)) break;
     if (slope < 0 || !search(slope, outcome)) {
       stuck_ = pairs_.count() == 0;
       if (stuck_) break;
       pairs_.drop();
     }
+    corrected = false;
   }
-  outcome->unfinished = !now_.solved && !(now_.residual <= kUnfinished);
+  outcome->unfinished = !now_.solved && !(now_.residual <= kUnfinished && worst_volume() <= kVolumeFar);
   // What the numbers' rounding leaves is not worth a search without end.
   now_.still = still_ ? now_.still + most_steps : 0;
   if (now_.still > kMostStillSteps && !outcome->unfinished) now_.solved = 2;
@@ -431,6 +570,7 @@ void LargeSolver::improve(std::int32_t most_steps, LargeOutcome* outcome) {
 
 void LargeSolver::begin_step() {
   before_ = now_;
+  energy_.pressures().begin_step();
   shortened_ = stuck_ = false;
   std::copy(u_, u_ + std::max(3 * static_cast<std::size_t>(energy_.nodes()), energy_.length()), u_before_);
   std::copy(f_, f_ + energy_.length(), f_before_);
@@ -444,6 +584,8 @@ void LargeSolver::give_up() {
   now_.reach = reach;
   std::swap(u_, u_before_), std::swap(f_, f_before_), std::swap(of_rows_.local, of_rows_.local_before);
   now_.solved = 0;
+  energy_.pressures().give_up();
+  energy_.take_state(u_);
   pairs_.drop();
   find_multipliers();
 }

@@ -59,6 +59,8 @@ class LargeSolver {
   static constexpr double kUnfinished = 2 * kTolerance;
   // No step may bring a tetrahedron to this share of its volume.
   static constexpr double kLeastVolume = 0.02;
+  // A volume counts as held where it is off by this share of what its triangles have swept; beyond kVolumeFar the step is unfinished.
+  static constexpr double kVolumeMet = 1e-4, kVolumeFar = 0.01;
 
   // order: [free nodes] the nodes that are not held in all three dofs, as they are eliminated. max_rows, max_nodes: of contacts.
   // Memory: about 424 bytes a tetrahedron, the factor, 430 bytes and 12 max_rows bytes a node, 32 max_rows^2 bytes.
@@ -76,9 +78,12 @@ class LargeSolver {
 
   // What moves the body from outside, as HyperelasticEnergy has it: displacements and targets of rows are relative to it.
   bool take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows);
-  // Before a step: its amounts. The body goes as far on the way to them as leaves no tetrahedron nearly flat. Cost: an evaluation, where the
-  // amounts are other ones than in the last step.
-  void move_by(const double* amounts);
+  // Before a step: its amounts, and of pressures which volumes are held, by rows. The body goes as far on the way to them as leaves no tetrahedron
+  // nearly flat. Cost: an evaluation, where the amounts are other ones than in the last step. A volume that is held takes a solve when that begins and
+  // when its surface has turned or grown, and three solves for each row's nodes.
+  void move_by(const double* amounts, const RowVolume* volumes);
+  // Pressures and volumes of the state.
+  void tell_volumes(RowVolume* volumes) const;
   // m, of a node by the offset, added.
   void add_moved(std::int32_t node, float out[3]) const {
     for (std::size_t i = 0; i < 3 && energy_.moved(); ++i) out[i] += energy_.moved()[at(node) + i];
@@ -183,6 +188,12 @@ class LargeSolver {
   double find_move(const double* place);
   bool move(LargeOutcome* outcome);
   BodyMove direction() { return {p_, image_, trial_f_, of_rows_.p}; }
+  bool has_volumes(const RowVolume* volumes) const;
+  bool begin_volumes(const RowVolume* volumes);
+  bool has_turned(std::int32_t i, std::int32_t k);
+  void take_volumes(bool anew);
+  void correct_volumes();
+  double worst_volume() const;
   void find_multipliers();
   double descend();
   void measure_scale(int pair);

@@ -115,7 +115,7 @@ void SoftMode::find_residual(const BodyMove& residual) const {
     residual.of_metric[i] = mode_.of_tangent[i] - static_cast<float>(quotient) * mode_.of_metric[i];
   for (std::int32_t r = 0; r < rows_->count(); ++r) residual.local[r] = (1 - quotient) * mode_.local[r];
   std::copy(residual.of_metric, residual.of_metric + energy_->length(), residual.move);
-  metric_->now().solve(residual.move);
+  metric_->solve(residual.move);
   rows_->project(residual.move, residual.local, residual.of_metric);
   normalise(residual);
   combine(1, residual, -in_metric(mode_, residual), mode_);

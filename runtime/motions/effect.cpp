@@ -1,5 +1,6 @@
 #include "runtime/motions/effect.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "runtime/base/error_text.h"
@@ -24,6 +25,7 @@ void add_sections(const palpate_scene_def& def, SectionList& sections) {
   if (def.shape == PALPATE_SHAPE_VOLUME || key_number(def, "deformation") != 0)
     sections.add({SectionId::motion_interior});
   sections.add({SectionId::motion_volume});
+  if (key_number(def, "deformation") != 0) sections.add({SectionId::motion_pressed, SectionId::triangles});
 }
 
 // With the targets of the contacts, which the pass of the contacts finds.
@@ -58,6 +60,33 @@ palpate_status read_kinds_and_volumes(const SectionReader& reader, Motions::Sour
   return PALPATE_OK;
 }
 
+// The triangles of each pressure, for a body on whose surface it acts as that is.
+palpate_status read_surfaces(const SectionReader& reader, OffsetRows* rows) {
+  if (!reader.find(SectionId::motion_pressed)) return PALPATE_OK;
+  formats::IndexedSections sections;
+  if (const palpate_status status = reader.map(SectionId::motion_pressed, &sections.motion_pressed)) return status;
+  if (const palpate_status status = reader.check(sections)) return status;
+  const auto count_of_triangles = static_cast<std::uint64_t>(reader.triangles());
+  const std::int32_t* triangles = nullptr;
+  if (const palpate_status status = reader.copy_indices(SectionId::triangles, 3 * count_of_triangles,
+                                                        &formats::IndexedSections::triangles, &triangles))
+    return status;
+  const std::uint8_t* pressed = sections.motion_pressed;
+  auto* const pieces = reader.memory().array<RowPressure>(static_cast<std::size_t>(rows->count));
+  if (!pieces) return reader.no_memory("motions");
+  for (std::int32_t m = 0; m < rows->count; ++m, pressed += reader.triangles()) {
+    const auto count = std::count(pressed, pressed + reader.triangles(), std::uint8_t{1});
+    auto* const corners = reader.memory().array<std::int32_t>(3 * static_cast<std::size_t>(count));
+    if (!corners) return reader.no_memory("motions");
+    pieces[m] = {corners, static_cast<std::int32_t>(count)};
+    std::int32_t* to = corners;
+    for (std::int32_t t = 0; t < reader.triangles(); ++t)
+      if (pressed[t]) to = std::copy_n(triangles + 3 * t, 3, to);
+  }
+  rows->pressure = pieces;
+  return PALPATE_OK;
+}
+
 palpate_status prepare(EffectBuild& build) {
   const SectionReader& reader = build.reader;
   palpate_scene& scene = build.scene;
@@ -77,6 +106,11 @@ palpate_status prepare(EffectBuild& build) {
     if (const palpate_status status = read_rows(reader, SectionId::motion_interior, inside, &of_interior))
       return status;
     rows.inside = of_interior.numbers, rows.nodes_inside = inside;
+  }
+  if (!source.is_linear) {
+    if (const palpate_status status = read_surfaces(reader, &rows)) return status;
+    source.has_surfaces = rows.pressure != nullptr;
+    scene.touch.offset.take_volumes(source.volume, source.count);
   }
   if (scene.touch.offset.add(reader.memory(), rows) != 0 || !motions->create(reader.memory(), source))
     return reader.no_memory("motions");

@@ -16,10 +16,12 @@ constexpr std::int32_t kMost = formats::kMostMotions;
 static_assert(kMost <= kMostOffsetRows);
 
 palpate_status refuse_pressure(std::int32_t motion, const char* function, palpate_error* error) {
-  return fail(error, PALPATE_ERROR_ARGUMENT, 0,
-              "%s: expected no pressure under large deformation, where it would act on a surface that turns and grows, "
-              "found motion %d; give it the amount 0, or take deformation LINEAR",
-              function, static_cast<int>(motion));
+  return fail(
+      error, PALPATE_ERROR_ARGUMENT, 0,
+      "%s: pressure %d needs motion/pressed under large deformation, where it acts on a surface that turns and grows, "
+      "and the bundle does not have it; make the bundle again, give the pressure the amount 0, or take deformation "
+      "LINEAR",
+      function, static_cast<int>(motion));
 }
 
 }  // namespace
@@ -50,7 +52,7 @@ palpate_status Motions::set(const double* amounts, std::int32_t given, palpate_e
                 "palpate_scene_set_motions: expected an amount for each of the %d motions, found %d amounts",
                 static_cast<int>(count()), amounts ? static_cast<int>(given) : 0);
   for (std::int32_t m = 0; m < count(); ++m)
-    if (is_pressure(m) && !source_.is_linear && amounts[m] != 0)
+    if (is_told(m) && !source_.has_surfaces && amounts[m] != 0)
       return refuse_pressure(m, "palpate_scene_set_motions", error);
   double farthest = 0;
   for (std::int32_t m = 0; m < count(); ++m) farthest += std::fabs(amounts[m]) * rows().longest[m];
@@ -70,7 +72,7 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
                 expected, static_cast<int>(motion));
   };
   if (motion < 0 || motion >= count()) return bad("one of the bundle's motions");
-  if (is_pressure(motion) && !source_.is_linear) return refuse_pressure(motion, "palpate_scene_hold_volume", error);
+  if (is_told(motion) && !source_.has_surfaces) return refuse_pressure(motion, "palpate_scene_hold_volume", error);
   if (!is_pressure(motion)) return bad("a motion of kind PRESSURE, whose surface sweeps a volume");
   const double own = source_.volume[static_cast<std::size_t>(motion) * static_cast<std::size_t>(count()) +
                                     static_cast<std::size_t>(motion)];
@@ -79,12 +81,13 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
   const std::int32_t before = holds_[motion];
   double factor[kMost * kMost];
   holds_[motion] = holds;
-  if (!Offset::factorise(count(), holds_, source_.volume, factor)) {
+  if (!OffsetFollowers::factorise(count(), holds_, source_.volume, factor)) {
     holds_[motion] = before;
     return bad("a motion whose volume does not follow from those that are held");
   }
   // The pressure goes on from where it is.
-  if (!holds && before) wanted_[motion] = source_.offset->whole_amount(motion);
+  if (!holds && before)
+    wanted_[motion] = is_told(motion) ? state_[motion].amount : source_.offset->whole_amount(motion);
   if (holds_[motion] != before) changed_ = 1;
   held_[motion] = holds ? volume : 0;
   return succeed(error);
@@ -95,14 +98,13 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
 // to: [count]. All amounts that follow the contacts' forces, or all others, go there, by no more than moves a node *most, m, which becomes what
 // is left of that; but the first step takes them all. Returns whether they have come there.
 bool Motions::go_to(const double* to, bool followers, double* most) {
-  const Offset& offset = *source_.offset;
   double* const now = source_.offset->amounts();
   double moved = 0;
   for (std::int32_t m = 0; m < count(); ++m)
-    if (offset.follows(m) == followers) moved += std::fabs(to[m] - now[m]) * rows().longest[m];
+    if (holds(m) == followers) moved += std::fabs(to[m] - now[m]) * rows().longest[m];
   const double share = moved > *most && !first_ ? *most / moved : 1;
   for (std::int32_t m = 0; m < count(); ++m)
-    if (offset.follows(m) == followers) now[m] = share == 1 ? to[m] : now[m] + share * (to[m] - now[m]);
+    if (holds(m) == followers) now[m] = share == 1 ? to[m] : now[m] + share * (to[m] - now[m]);
   *most = share == 1 ? *most - moved : 0;
   return share == 1;
 }
@@ -111,14 +113,14 @@ bool Motions::go_to(const double* to, bool followers, double* most) {
 void Motions::hold(const double* volumes, double* amounts) const {
   double q[kMost];
   for (std::int32_t m = 0; m < count(); ++m) {
-    if (!source_.offset->follows(m)) continue;
+    if (!source_.offset->followers().follows(m)) continue;
     q[m] = volumes[m];
     for (std::int32_t other = 0; other < source_.offset->count(); ++other)
-      if (!source_.offset->follows(other)) q[m] -= swept(m, other) * amounts[other];
+      if (!source_.offset->followers().follows(other)) q[m] -= swept(m, other) * amounts[other];
   }
-  source_.offset->solve(q);
+  source_.offset->followers().solve(q);
   for (std::int32_t m = 0; m < count(); ++m)
-    if (source_.offset->follows(m)) amounts[m] = q[m];
+    if (source_.offset->followers().follows(m)) amounts[m] = q[m];
 }
 
 // Other volumes are held than in the last step: the organ is where it was, with other pressures for what contacts would leave of it.
@@ -132,13 +134,46 @@ void Motions::change_held() {
   changed_ = 0;
 }
 
+// The same, of a body that holds them itself, from where they are.
+void Motions::begin_held() {
+  RowVolume* const volumes = source_.offset->volumes();
+  for (std::int32_t m = 0; m < count(); ++m) {
+    if (!is_told(m) || (volumes[m].holds != 0) == (holds_[m] != 0)) continue;
+    volumes[m].holds = holds_[m];
+    volumes[m].target = holds_[m] ? state_[m].volume : 0;
+  }
+}
+
+// The volumes that such a body holds go to what was asked for, as far as a pressure that moves a node by `most`, m, sweeps; but the first step takes
+// them all. Returns whether they have come there.
+bool Motions::move_volumes(double most) {
+  bool arrived = true;
+  RowVolume* const volumes = source_.offset->volumes();
+  for (std::int32_t m = 0; m < count(); ++m) {
+    if (!is_told(m) || !holds_[m]) continue;
+    const double way = held_[m] - volumes[m].target, farthest = most / rows().longest[m] * swept(m, m);
+    const bool reaches = first_ || std::fabs(way) <= farthest;
+    volumes[m].target = reaches ? held_[m] : volumes[m].target + std::copysign(farthest, way);
+    arrived = arrived && reaches;
+  }
+  return arrived;
+}
+
 // most: m, that a node may move. Returns step flags.
 std::uint32_t Motions::take(double most) {
   Offset& offset = *source_.offset;
+  double to[kMostOffsetRows];
+  std::copy_n(wanted_, count(), to);
+  if (RowVolume* const volumes = offset.volumes(); volumes && !source_.is_linear) {
+    begin_held();
+    for (std::int32_t m = 0; m < count(); ++m) to[m] -= volumes[m].beyond;
+    const bool at_amounts = go_to(to, false, &most), at_volumes = move_volumes(most);
+    first_ = 0;
+    return at_amounts && at_volumes ? 0 : PALPATE_STEP_MOTION_LIMITED;
+  }
   if (changed_) change_held();
-  bool arrived = go_to(wanted_, false, &most);
-  if (offset.has_followers()) {
-    double to[kMostOffsetRows];
+  bool arrived = go_to(to, false, &most);
+  if (offset.followers().count() > 0) {
     std::copy_n(offset.amounts(), offset.count(), to);
     hold(held_, to);
     arrived = go_to(to, true, &most) && arrived;
@@ -166,7 +201,12 @@ void Motions::take_reactions(TouchStep& step, bool /*solved*/) {
   const ContactConstraints& set = step.state->rows.set();
   const Vec3* const force = step.state->force;
   source_.offset->take_forces(set, force);
-  for (std::int32_t m = 0; m < count(); ++m) state_[m] = {source_.offset->whole_amount(m), volume_of(m, set, force)};
+  for (std::int32_t m = 0; m < count(); ++m) {
+    if (const RowVolume* const volumes = source_.offset->volumes(); volumes && is_told(m))
+      state_[m] = {volumes[m].pressure, volumes[m].swept};
+    else
+      state_[m] = {source_.offset->whole_amount(m), volume_of(m, set, force)};
+  }
 }
 
 }  // namespace palpate

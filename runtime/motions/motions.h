@@ -22,7 +22,8 @@ class Motions final : public StepPart {
     std::int32_t count = 0;  // the first rows of the offset
     const double* volume = nullptr;
     const std::int32_t* kind = nullptr;  // [count]
-    bool is_linear = true;               // the organ; else no pressure acts
+    bool is_linear = true;               // the organ; else it tells pressures and volumes itself (RowVolume)
+    bool has_surfaces = false;  // the pressures' pieces of the surface are known, which a body that is not linear needs
     Pass pass = Pass::input;
   };
   bool create(SceneMemory& memory, const Source& source);
@@ -55,6 +56,13 @@ class Motions final : public StepPart {
   double volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const;
   void hold(const double* volumes, double* amounts) const;
   void change_held();
+  void begin_held();
+  bool move_volumes(double most);
+  // The volume of the pressure is held in this step.
+  bool holds(std::int32_t motion) const {
+    return source_.is_linear ? source_.offset->followers().follows(motion) : holds_[motion] != 0;
+  }
+  bool is_told(std::int32_t motion) const { return !source_.is_linear && is_pressure(motion); }
   bool go_to(const double* to, bool followers, double* most);
   std::uint32_t take(double most);
 

@@ -206,17 +206,15 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
 }
 
 VectorXd LargeReference::solve(const MatrixXd& rows, const VectorXd& target, VectorXd* u, double tolerance,
-                               const MatrixXd& compliance, NewtonWork* work) const {
+                               const MatrixXd& compliance, NewtonWork* work, const VectorXd& load) const {
   NewtonWork own;
   const Problem problem = {rows, target, compliance.size() > 0 ? compliance : MatrixXd::Zero(rows.rows(), rows.rows()),
-                           VectorXd::Zero(free_.rows()), tolerance};
+                           load.size() > 0 ? VectorXd(free_ * load) : VectorXd::Zero(free_.rows()), tolerance};
   return newton(problem, u, work ? work : &own);
 }
 
 void LargeReference::balance(const VectorXd& load, VectorXd* u, double tolerance) const {
-  const MatrixXd none(0, dofs());
-  NewtonWork work;
-  newton({none, VectorXd(0), MatrixXd(0, 0), free_ * load, tolerance}, u, &work);
+  solve(MatrixXd(0, dofs()), VectorXd(0), u, tolerance, {}, nullptr, load);
 }
 
 }  // namespace palpate

@@ -40,11 +40,11 @@ class LargeReference {
   // Least energy with rows u + compliance lambda = target, from u on. rows: [rows][dofs]; compliance: [rows][rows] m/N, none where
   // it is empty. Held dofs keep their values in u. tolerance: of the residual force, against the inner force of all dofs, held
   // ones too. Returns lambda, the
-  // force of each row on the body, N. Errors: std::runtime_error where it does not converge.
+  // force of each row on the body, N. load: [dofs] N, which does not turn with the body; empty: none. Errors: std::runtime_error where it does not converge.
   Eigen::VectorXd solve(const Eigen::MatrixXd& rows, const Eigen::VectorXd& target, Eigen::VectorXd* u,
-                        double tolerance = 1e-9, const Eigen::MatrixXd& compliance = {},
-                        NewtonWork* work = nullptr) const;
-  // The same without rows, under loads ([dofs] N) that do not turn with the body.
+                        double tolerance = 1e-9, const Eigen::MatrixXd& compliance = {}, NewtonWork* work = nullptr,
+                        const Eigen::VectorXd& load = {}) const;
+  // The same without rows.
   void balance(const Eigen::VectorXd& load, Eigen::VectorXd* u, double tolerance = 1e-9) const;
 
  private:

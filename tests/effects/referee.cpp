@@ -175,7 +175,7 @@ void Referee::check_loads(const Organ& organ, int k) {
 Eigen::Vector4d Referee::amounts_of(const Organ& organ) {
   Eigen::Vector4d amounts = stage_.amounts();
   const double* const told = palpate_contacts_amounts(organ.contacts);
-  if (!std::isnan(stage_.held_volume())) amounts[kFilling] = told[kFilling];
+  if (!std::isnan(stage_.held_volume(0))) amounts[kFilling] = told[kFilling];
   for (int m = 0; m < kMotions; ++m) miss("amounts of motions", std::fabs(told[m] - amounts[m]), 1);
   return amounts;
 }
@@ -263,13 +263,13 @@ void Referee::check(int s) {
   for (std::size_t k = 0; large && k < organs_.size(); ++k) check_large(organs_[k], static_cast<int>(k));
 }
 
-void Referee::check_shape(Organ& organ, int) {
+void Referee::check_shape(Organ& organ, int k) {
   if (of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR) return;
   if (of_.motions) {
     const double swept = body_.sweep.dot(organ.u), scale = 1e-6;  // m^3, what a pressure of these scenes sweeps
     miss("volumes", std::fabs(palpate_scene_motion_state(organ.scene, kFilling)->volume - swept), scale);
-    if (!std::isnan(stage_.held_volume()) && stage_.flags == 0)
-      miss("held volumes", std::fabs(stage_.held_volume() - swept), scale);
+    if (!std::isnan(stage_.held_volume(k)) && stage_.flags == 0)
+      miss("held volumes", std::fabs(stage_.held_volume(k) - swept), scale);
   }
   for (std::size_t i = 0; i < organ.told.size(); ++i)
     miss("shape", std::fabs(organ.told[i] - organ.drawn[static_cast<Eigen::Index>(i)]), kLength);
@@ -685,7 +685,21 @@ void Referee::check_inside(Organ& organ) {
 
 // ---- large deformation -------------------------------------------------------------------------------------------------
 
-// Where Newton's method brings the body under the forces that the step tells, with the supports where the motions bring them.
+// N on each dof, of 1 Pa on the pressed face as it is; the displacement is from the mesh.
+VectorXd Referee::on_pressed_face(const VectorXd& displacement) const {
+  VectorXd force = VectorXd::Zero(displacement.size());
+  for (std::size_t t = 0; t < body_.touched.body.triangles.size(); ++t) {
+    if (body_.touched.outward(static_cast<std::int32_t>(t))[0] < 0.9) continue;
+    Vector3d p[3];
+    const auto& corners = body_.touched.body.triangles[t];
+    for (int v = 0; v < 3; ++v) p[v] = body_.touched.node(corners[v]) + displacement.segment<3>(3 * corners[v]);
+    for (const auto n : corners) force.segment<3>(3 * n) -= (p[1] - p[0]).cross(p[2] - p[0]) / 6;
+  }
+  return force;
+}
+
+// Where Newton's method brings the body under the forces that the step tells, with the supports where the motions bring them, and under the pressure
+// on its face where that is then.
 void Referee::check_large(Organ& organ, int k) {
   static const Seen seen(body_of(Store::f32).touched, false, 0);
   static const LargeReference reference(seen.body);
@@ -694,7 +708,9 @@ void Referee::check_large(Organ& organ, int k) {
   VectorXd load = VectorXd::Zero(rest_.size()), found = rest_ - meshed + organ.u;
   if (of_.def.preload == PALPATE_PRELOAD_ON) load = body_.touched.stiffness() * body_.preload;
   if (of_.motions) {
-    const VectorXd moved = body_.motions * amounts_of(organ);
+    Eigen::Vector4d amounts = amounts_of(organ);
+    amounts[kFilling] = 0;
+    const VectorXd moved = body_.motions * amounts;
     load += body_.touched.stiffness() * moved;  // gravity; zero where supports alone move
     for (Eigen::Index i = 0; i < load.size(); ++i)
       if (body_.touched.fixed[i]) miss("supports", std::fabs(found[i] - moved[i]), kLength);
@@ -704,8 +720,13 @@ void Referee::check_large(Organ& organ, int k) {
     if (body_.touched.fixed[i]) load[i] = 0;
   if (of_.def.shape != PALPATE_SHAPE_VOLUME) return;
   VectorXd exact = found;
-  reference.balance(load + organ.f, &exact);
+  const double pressure = of_.motions ? palpate_scene_motion_state(organ.scene, kFilling)->amount : 0;
+  for (int i = 0; i < (pressure != 0 ? 8 : 1); ++i)
+    reference.balance(load + organ.f + pressure * on_pressed_face(exact), &exact);
   miss("newton", (exact - found).norm(), organ.u.norm());
+  if (!std::isnan(stage_.held_volume(k)))
+    miss("held volumes", std::fabs(stage_.held_volume(k) - palpate_scene_motion_state(organ.scene, kFilling)->volume),
+         1e-6);
 }
 
 }  // namespace palpate::tests

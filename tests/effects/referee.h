@@ -74,6 +74,7 @@ class Referee {
   void check_surface(const Organ& organ);
   void check_skin(Organ& organ);
   void check_inside(Organ& organ);
+  Eigen::VectorXd on_pressed_face(const Eigen::VectorXd& displacement) const;
   void check_large(Organ& organ, int k);
 
   const SceneOfEffects of_;

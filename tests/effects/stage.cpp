@@ -120,6 +120,7 @@ void Stage::restore(const Stage& from) {
                                   : world_ ? palpate_world_restore(world_.get(), state.data(), bytes, &error)
                                            : palpate_scene_restore(scene_.get(), state.data(), bytes, &error);
   if (restored) throw std::runtime_error(error.text);
+  std::copy_n(from.volume_before_, 2, volume_before_);
 }
 
 void Stage::move_tools(int s) {
@@ -206,17 +207,19 @@ void Stage::move_organs(int s) {
     return u;
   }();
   const double breath = at(s, {{12, 0}, {55, 1}, {95, -0.5}, {150, 0.7}});
-  // No pressure acts on a body under large deformation.
-  const double filling = of_.def.large.deformation == PALPATE_DEFORMATION_LINEAR ? 1 : 0;
-  if (of_.motions) amounts_ = breath * Eigen::Vector4d(0.8, 0.5, filling, -0.6).cwiseProduct(unit);
+  if (of_.motions) amounts_ = breath * Eigen::Vector4d(0.8, 0.5, 1, -0.6).cwiseProduct(unit);
+  const auto nearer_at = [](int step) { return at(step, {{15, 0}, {70, 3}, {110, 2}, {150, 3.2}}); };
   for (int k = 0; k < organs() && of_.motions; ++k) {
+    if (s == kHoldsVolumeFrom) volume_before_[k] = palpate_scene_motion_state(scene(k), kFilling)->volume;
     palpate_scene_set_motions(scene(k), amounts_.data(), 4, nullptr);
     if (!of_.holds_volume || s < kHoldsVolumeFrom) continue;
-    held_volume_ = 1e-7 * at(s, {{kHoldsVolumeFrom, 1}, {150, 3}});
-    palpate_scene_hold_volume(scene(k), kFilling, 1, held_volume_, nullptr);
+    // Organs that touch press one another's filled faces: these give way as the organs come nearer.
+    const double pressed = of_.touching ? volume_before_[k] * nearer_at(s) / nearer_at(kHoldsVolumeFrom) : 0;
+    held_volume_[k] = pressed + 1e-7 * at(s, {{kHoldsVolumeFrom, 1}, {150, 3}});
+    palpate_scene_hold_volume(scene(k), kFilling, 1, held_volume_[k], nullptr);
   }
   if (!of_.is_world()) return;
-  const double nearer = at(s, {{15, 0}, {70, 3}, {110, 2}, {150, 3.2}}), aside = at(s, {{70, 0}, {100, 1}, {150, 0.4}});
+  const double nearer = nearer_at(s), aside = at(s, {{70, 0}, {100, 1}, {150, 0.4}});
   poses_[1] = pose_of_second(1e-3 * nearer, 1e-3 * aside);
   palpate_scene_set_pose(scene(1), &poses_[1], nullptr);
 }

@@ -37,7 +37,7 @@ class Stage {
   int tool_of_grasp() const { return tool_of_grasp_; }
   int tool_of_needle() const { return tool_of_needle_; }
   const Eigen::Vector4d& amounts() const { return amounts_; }
-  double held_volume() const { return held_volume_; }  // m^3; NaN: none is held
+  double held_volume(int k) const { return held_volume_[k]; }  // m^3; NaN: none is held
   // N on each dof, what the loads bear on an organ, in its frame.
   Eigen::VectorXd loads(int organ) const;
   const palpate_pose& pose(int organ) const { return poses_[organ]; }
@@ -77,7 +77,7 @@ class Stage {
   Eigen::Vector4d amounts_ = Eigen::Vector4d::Zero();
   Eigen::Vector3d force_ = Eigen::Vector3d::Zero(), traction_ = force_;  // N in the world; Pa in each organ's frame
   double apart_[2] = {};                                                 // m, of the ends of the world's links at first
-  double held_volume_ = NAN;
+  double held_volume_[2] = {NAN, NAN}, volume_before_[2] = {0, 0};
   int tool_of_grasp_ = -1, tool_of_needle_ = -1;
 };
 

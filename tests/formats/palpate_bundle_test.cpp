@@ -207,6 +207,10 @@ BundleParts with_motions() {
   parts.set(SectionId::motion_interior, {2, nodes - ns, 3}, interior);
   parts.set(SectionId::motion_volume, {2, 2}, std::vector<double>{0, 0, 1e-5, 2e-9});
   parts.set(SectionId::motion_residual, {2}, std::vector<double>{1e-13, 1e-14});
+  const std::size_t triangles = parts.get<std::int32_t>(SectionId::triangles).size() / 3;
+  std::vector<std::uint8_t> pressed(2 * triangles, 0);
+  pressed[triangles + 3] = 1;
+  parts.set(SectionId::motion_pressed, {2, triangles}, pressed);
   return parts;
 }
 
@@ -235,6 +239,10 @@ TEST(PalpateBundleVerify, FindsMotionsThatBreakALaw) {
   motion_fault<double>(Id::motion_volume, "motion 0 is no pressure", [](auto& x) { x[1] = 1e-6; });
   motion_fault<double>(Id::motion_volume, "pressure 1 sweeps -2e-09", [](auto& x) { x[3] = -x[3]; });
   motion_fault<double>(Id::motion_residual, "worst residual 0.001", [](auto& x) { x[1] = 1e-3; });
+  motion_fault<std::uint8_t>(Id::motion_pressed, "motion 0, no pressure, presses on 1 triangles",
+                             [](auto& x) { x[2] = 1; });
+  motion_fault<std::uint8_t>(Id::motion_pressed, "motion 1, a pressure, presses on 0 triangles",
+                             [](auto& x) { std::fill(x.begin(), x.end(), std::uint8_t{0}); });
   BundleParts parts = with_motions();
   parts.set_text(Id::motion_names, "piston\n");
   motion_fault(parts, "2 motions but 1 names");
@@ -250,6 +258,9 @@ TEST(PalpateBundleVerify, FindsMotionsThatBreakALaw) {
   kinds.set(SectionId::motion_kinds, {2}, std::vector<std::int32_t>{1, 6});
   write_bundle(file, kinds);
   EXPECT_THAT(check_of(file, "stored indices", 3)["detail"].get<std::string>(), HasSubstr("expected 1 to 5"));
+  write_bundle(file, changed<std::uint8_t>(with_motions(), Id::motion_pressed, [](auto& x) { x[0] = 2; }));
+  EXPECT_THAT(check_of(file, "stored indices", 3)["detail"].get<std::string>(),
+              HasSubstr("motion/pressed: expected 0 or 1"));
 }
 
 TEST(PalpateBundleVerify, MotionsThatLackASectionAreNotWritten) {

@@ -321,6 +321,18 @@ TEST_F(Program, StoresMotionsBesideTheSameColumns) {
   // A hyperelastic body moves with all of its nodes.
   const std::string large = made("large.h5", "--large-deformation");
   EXPECT_EQ(section<float>(large, SectionId::motion_interior).size(), 5 * 3 * (index_of(large).counts.nodes - ns));
+  // And a pressure with the triangles on which it acts: those of the face, as the mesh has them.
+  EXPECT_EQ(formats::find_section(index_of(bytes), SectionId::motion_pressed), nullptr);
+  const auto pressed = section<std::uint8_t>(large, SectionId::motion_pressed);
+  const auto triangles = section<std::int32_t>(large, SectionId::triangles);
+  const auto nodes = section<double>(large, SectionId::nodes);
+  ASSERT_EQ(pressed.size(), 5 * triangles.size() / 3);
+  for (std::size_t i = 0; i < pressed.size(); ++i) {
+    const std::size_t motion = i / (triangles.size() / 3), t = i % (triangles.size() / 3);
+    const auto on_top = [&](std::int32_t n) { return nodes[3 * static_cast<std::size_t>(n) + 2] > 0.04 - 1e-9; };
+    const bool on = motion == 1 && std::all_of(&triangles[3 * t], &triangles[3 * t] + 3, on_top);
+    ASSERT_EQ(pressed[i], on ? 1 : 0) << motion << " " << t;
+  }
 }
 
 TEST_F(Program, StoresCorridorsBesideTheSameColumnsInEveryForm) {

@@ -6,6 +6,22 @@ Eigen::Vector3d node_of(const DenseBody& dense, std::size_t n) {
   return Eigen::Vector3d(dense.body.mesh.nodes[n].data());
 }
 
+namespace {
+
+Eigen::Vector3d area_of(const DenseBody& dense, std::size_t triangle) {
+  Eigen::Vector3d p[3];
+  for (std::size_t v = 0; v < 3; ++v)
+    p[v] = node_of(dense, static_cast<std::size_t>(dense.body.triangles[triangle][v]));
+  return (p[1] - p[0]).cross(p[2] - p[0]) / 2;
+}
+
+// On the face x = 0.06.
+bool is_pressed(const DenseBody& dense, std::size_t triangle) {
+  return area_of(dense, triangle).normalized()[0] >= 0.9;
+}
+
+}  // namespace
+
 DenseMotions dense_motions(const DenseBody& dense) {
   const Eigen::MatrixXd k = dense_stiffness(dense.body.mesh, dense.young, dense.poisson);
   const auto n = dense.body.mesh.nodes.size();
@@ -21,13 +37,9 @@ DenseMotions dense_motions(const DenseBody& dense) {
     }
     force(static_cast<Eigen::Index>(3 * i) + 2, kWeight) = 1e-3;
   }
-  for (const auto& t : dense.body.triangles) {
-    Eigen::Vector3d p[3];
-    for (std::size_t v = 0; v < 3; ++v) p[v] = node_of(dense, static_cast<std::size_t>(t[v]));
-    const Eigen::Vector3d area = (p[1] - p[0]).cross(p[2] - p[0]) / 2;
-    if (area.normalized()[0] < 0.9) continue;
-    for (const auto v : t) result.sweep.segment<3>(3 * v) -= area / 3;
-  }
+  for (std::size_t t = 0; t < dense.body.triangles.size(); ++t)
+    if (is_pressed(dense, t))
+      for (const auto v : dense.body.triangles[t]) result.sweep.segment<3>(3 * v) -= area_of(dense, t) / 3;
   force.col(kFilling) = result.sweep;
   std::vector<Eigen::Index> free, held;
   for (Eigen::Index i = 0; i < k.rows(); ++i) (dense.fixed[i] ? held : free).push_back(i);
@@ -52,6 +64,10 @@ void add_motions(BundleParts& parts, const DenseBody& dense) {
   parts.set(SectionId::motion_surface, {kMotions, ns, 3}, surface);
   if (!interior.empty()) parts.set(SectionId::motion_interior, {kMotions, n - ns, 3}, interior);
   parts.set(SectionId::motion_volume, {kMotions, kMotions}, volume);
+  std::vector<std::uint8_t> pressed(kMotions * dense.body.triangles.size(), 0);
+  for (std::size_t t = 0; t < dense.body.triangles.size(); ++t)
+    pressed[kFilling * dense.body.triangles.size() + t] = is_pressed(dense, t);
+  parts.set(SectionId::motion_pressed, {kMotions, dense.body.triangles.size()}, pressed);
   parts.set(SectionId::motion_residual, {kMotions}, std::vector<double>(kMotions, 1e-15));
 }
 

@@ -24,8 +24,8 @@
 extern "C" {
 #endif
 
-/* The bundle's motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED. Under large deformation supports
- * and gravity move the organ, and pressures are refused when they are set. */
+/* The bundle's motions move the organ (palpate_scene_set_motions). Needs collision OFF or DEFORMED. Under large deformation a
+ * pressure follows the surface: it acts along the present normals on the present areas. */
 typedef struct palpate_motions_def {
   palpate_part part;
   int32_t motions;  /* default 1; 0: supports stand, nothing presses, and it costs neither time nor memory */
@@ -69,21 +69,23 @@ PALPATE_API palpate_status palpate_bundle_motion(const palpate_bundle* bundle, i
  * - The amounts of a step travel in its palpate_contacts, so that shape and queries show the organ at the same ones.
  * - Under large deformation supports stand where the amounts bring them, gravity is a load along its axis, and the body finds its balance.
  * Refused with PALPATE_ERROR_ARGUMENT, and the scene keeps its amounts: another count, a number that is not finite, amounts that may
- * move a node by more than 1e6 m, under large deformation a pressure other than 0. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+ * move a node by more than 1e6 m, under large deformation a pressure other than 0 of a bundle without motion/pressed. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
 PALPATE_API palpate_status palpate_scene_set_motions(palpate_scene* scene, const double* amounts, int32_t count,
                                                      palpate_error* error);
 
 /* For a motion of kind PRESSURE: holds 1: its surface sweeps `volume` (m^3, away from where the pressure acts; of a cavity, by how much
  * it grows), and the pressure is what that takes, whatever palpate_scene_set_motions says; so a host pumps, or closes a valve at the volume that
  * palpate_scene_motion_state tells. holds 0: the pressure is given again, at first the last one. A step in which one begins or ceases
- * to be held computes its contacts anew. Refused under large deformation. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+ * to be held computes its contacts anew. Under large deformation the volume is met within 1 % of what the surface's triangles sweep, or the step is
+ * flagged (DEFORMATION_BEHIND); it needs motion/pressed of the bundle. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
 PALPATE_API palpate_status palpate_scene_hold_volume(palpate_scene* scene, int32_t motion, int32_t holds, double volume,
                                                      palpate_error* error);
 
 /* One motion after a touch step; the library fills it. */
 typedef struct palpate_motion_state {
   double amount; /* in this step: as set, or as far as MOTION_LIMITED let it come; of a held volume the pressure, Pa */
-  double volume; /* m^3: of a pressure, what its surface has swept, under contacts too; else 0                       */
+  double volume; /* m^3: of a pressure, what its surface has swept, under contacts too; else 0. Under large deformation
+                  * what it has swept on its way, which counts where the surface's rim moves                           */
 } palpate_motion_state;
 /* Of motion 0 .. motion_count - 1, inside the scene and valid until the next step; NULL behind the last one, and for a scene without
  * motions. Call it in the thread of palpate_scene_touch. */

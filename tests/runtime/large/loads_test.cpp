@@ -144,7 +144,7 @@ TEST(LargeLoads, ALoadOnABodyOnSoftSupportsIsTheConvergedSolutionWhateverTheRoun
   const double most = 0.02 / row.cwiseAbs().maxCoeff();
   for (int s = 1; s <= 220; ++s) {
     const double q = most * std::min(1.0, s / 200.0);
-    solved.solver.move_by(&q);
+    solved.solver.move_by(&q, nullptr);
     solved.step(none);
   }
   const VectorXd found = solved.field() + most * numbers.cast<double>();
