@@ -350,15 +350,10 @@ TEST(LargePressure, RandomStepsStayFiniteAndTheBodyComesBack) {
 TEST(LargePressure, APressureBeyondTheBodysLimitStaysFiniteAndIsFlagged) {
   for (const auto deformation : kLargeModels) {
     Played played(hollow(), deformation);
-    int trusted = 0;
-    for (int s = 0; s < 400; ++s) {
+    for (int s = 0; s < 120; ++s) {
       played.set(6000);
-      trusted += played.step() == 0;
+      played.step();
       ASSERT_TRUE(played.field().allFinite()) << s;
-      if (s % 40 == 0 || s == 399)
-        std::printf("%d: step %d flags %x P %.0f V %.1f ml u %.3f m residual %.3g\n", deformation, s, played.flags,
-                    played.state().amount, 1e6 * played.state().volume, played.field().cwiseAbs().maxCoeff(),
-                    played.contacts->body_residual);
     }
     EXPECT_NE(played.flags, 0u) << deformation;
     palpate_scene_reset(played.get());
