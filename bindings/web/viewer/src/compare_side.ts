@@ -146,6 +146,7 @@ export class CompareSide extends LiveOrgan {
 
   // The words in the page's language.
   translate() {
+    this.speak(document.documentElement.lang);
     const { root, letter, info, bytes } = this;
     fill(root);
     root.setAttribute("aria-label", word("compare.side", { side: letter }));
