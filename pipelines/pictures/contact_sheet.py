@@ -27,11 +27,11 @@ table { border-collapse: collapse; } td, th { padding: .25em .9em .25em 0; text-
 ELEMENT_ERRORS = {"p1": (7.6, 12), "p1-anp": (3.2, 5.5), "p2-p0": (2.6, 8.5)}  # %
 CAPTIONS = {
     "mesh": "The mesh: the size of its tetrahedra, and how good they are.",
-    "boundary": "What holds the organ: striped is held, the other colours are named below the picture. Only the touchable part has an answer.",
+    "boundary": "What holds the organ: blue and striped is held, the other colours are named below the picture. Only the touchable part has an answer.",
     "force": "Force against depth of a push, with the linear law and with the measured curve.",
 }
-SCENE_CAPTION = ("Scene \"%s\" at its largest force, from two sides: the colour is how far the surface has moved; red arrows are forces on the tools, "
-                 "in newtons; the orange line is a tool's path; striped is held. %s")
+SCENE_CAPTION = ("Scene \"%s\" at its largest force, from two sides: the colour is how far the surface has moved, the dashed line where the "
+                 "organ lies at rest; red arrows are forces on the tools, all in one scale; what else is seen is named below the picture. %s")
 
 
 def read_json(file):
