@@ -6,7 +6,7 @@ import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { basename, dirname, resolve } from "node:path";
 import { test } from "node:test";
-import { bundle, closed, folder, inState, notice, open, packageFolder, palpateRun, ready, require } from "./page.mjs";
+import { bundle, closed, folder, inState, moduleOf, notice, open, packageFolder, palpateRun, ready } from "./page.mjs";
 import { playScene, readForces, relativeDifference } from "./reference.mjs";
 
 const pipelines = resolve(packageFolder, "../../pipelines"), data = process.env.PALPATE_DATA;
@@ -23,16 +23,7 @@ const give = (page, files) => {
   return page.evaluate(() => (globalThis.palpateViewer.played = null)).then(() => page.setInputFiles("#path-file", named));
 };
 
-// The page's readers of scene files.
-async function readers() {
-  const { build } = createEsbuild(), source = `${packageFolder}/viewer/src`;
-  const { outputFiles: [{ text: code }] } = await build({
-    stdin: { contents: 'export { readOwn, readWorld } from "./world_reader"; export { readScene } from "./scene_reader"; export { DEFAULT_EFFECTS, DEFAULT_TOOL } from "./effects";', resolveDir: source },
-    bundle: true, format: "esm", write: false, logLevel: "error",
-  });
-  return import(`data:text/javascript,${encodeURIComponent(code)}`);
-}
-const createEsbuild = () => require(require.resolve("esbuild", { paths: [dirname(require.resolve("vite"))] }));
+const readers = () => moduleOf('export { readOwn, readWorld } from "./world_reader"; export { readScene } from "./scene_reader"; export { DEFAULT_EFFECTS, DEFAULT_TOOL } from "./effects";');
 
 test("each scene of pipelines/ plays: none is refused", async () => {
   const { readOwn, readWorld, readScene, DEFAULT_EFFECTS, DEFAULT_TOOL } = await readers(), scenes = inFolders("scenes"), worlds = inFolders("worlds");

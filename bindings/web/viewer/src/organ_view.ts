@@ -22,6 +22,7 @@ const LONGEST_DENT = 0.005, DENT_SHARE = 0.1; // m, and of the organ's smallest 
 const SAME_PLACE = 0.008; // m: a dent moves what one sees by less
 const RINGS = 5; // of a dent as deep as the scale
 const STAYS = 300, SHARPER = 1.5; // ms without a change, after which a processor draws the picture with more pixels
+const FACES = 0.5; // cosine between the surface's normal and the line of sight of a place that a press reaches from the view
 const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 
 export interface Hit {
@@ -360,6 +361,20 @@ export class OrganView {
         const away = Math.hypot(x - 0.5, y - 0.5), beyond = hit.nodes.every((node) => nodes.has(node)) ? 0 : 10;
         const cost = beyond + away + 2 * Math.abs(this.camera.facing(hit.normal) - FROM_THE_SIDE);
         if (cost < least) [best, least] = [hit, cost];
+      }
+    return best;
+  }
+
+  // The touchable point that lies farthest from the organ's middle, of those that face the view.
+  end(touchable: ArrayLike<number>): Hit | null {
+    const { clientWidth: width, clientHeight: height } = this.canvas, nodes = new Set(Array.from(touchable)), { x, y, z } = this.camera.controls.target;
+    let best: Hit | null = null, most = 0;
+    for (let right = 0.02; right < 0.99; right += 0.02)
+      for (let down = 0.02; down < 0.99; down += 0.02) {
+        const hit = this.pick(right * width, down * height);
+        if (!hit || !hit.nodes.every((node) => nodes.has(node)) || this.camera.facing(hit.normal) < FACES) continue;
+        const away = distance(hit.place, [x, y, z]);
+        if (away > most) [best, most] = [hit, away];
       }
     return best;
   }
