@@ -77,7 +77,7 @@ def stated_error(said):
         return ("measured on this organ, a disc of %.3g mm radius: the force %.2g %% off, the displaced surface %.2g %%"
                 % (said["accuracy_radius_mm"], 100 * said["accuracy_force_error"], 100 * said["accuracy_field_error"]))
     return ("not measured on this organ, which make accuracy does. On the default liver the force is %.2g %% off, the displaced surface %.2g %%: "
-            "1,696 vertices, a disc of 10 mm radius pressed in by 5 mm" % ELEMENT_ERRORS[said["element"]])
+            "its right side held, 1,696 vertices, a disc of 10 mm radius pressed in by 5 mm" % ELEMENT_ERRORS[said["element"]])
 
 
 def what_it_is(bundle):
