@@ -27,11 +27,11 @@ table { border-collapse: collapse; } td, th { padding: .25em .9em .25em 0; text-
 ELEMENT_ERRORS = {"p1": (7.6, 12), "p1-anp": (3.2, 5.5), "p2-p0": (2.6, 8.5)}  # %
 CAPTIONS = {
     "mesh": "The mesh: the size of its tetrahedra, and how good they are.",
-    "boundary": "What holds the organ: striped is held, the other colours are named below the picture. Only the touchable part has an answer.",
+    "boundary": "What holds the organ: blue and striped is held, the other colours are named below the picture. Only the touchable part has an answer.",
     "force": "Force against depth of a push, with the linear law and with the measured curve.",
 }
-SCENE_CAPTION = ("Scene \"%s\" at its largest force, from two sides: the colour is how far the surface has moved; red arrows are forces on the tools, "
-                 "in newtons; the orange line is a tool's path; striped is held. %s")
+SCENE_CAPTION = ("Scene \"%s\" at its largest force, from two sides: the colour is how far the surface has moved, the dashed line where the "
+                 "organ lies at rest; red arrows are forces on the tools, all in one scale; what else is seen is named below the picture. %s")
 
 
 def read_json(file):
@@ -77,7 +77,7 @@ def stated_error(said):
         return ("measured on this organ, a disc of %.3g mm radius: the force %.2g %% off, the displaced surface %.2g %%"
                 % (said["accuracy_radius_mm"], 100 * said["accuracy_force_error"], 100 * said["accuracy_field_error"]))
     return ("not measured on this organ, which make accuracy does. On the default liver the force is %.2g %% off, the displaced surface %.2g %%: "
-            "1,696 vertices, a disc of 10 mm radius pressed in by 5 mm" % ELEMENT_ERRORS[said["element"]])
+            "its right side held, 1,696 vertices, a disc of 10 mm radius pressed in by 5 mm" % ELEMENT_ERRORS[said["element"]])
 
 
 def what_it_is(bundle):

@@ -7,7 +7,7 @@ import offscreen
 import picture_file
 from picture_file import plt
 
-TISSUE, EDGE, HELD, STRIPES = (0.82, 0.45, 0.38), (0.35, 0.18, 0.15), (0.35, 0.50, 0.78), (0.12, 0.20, 0.42)
+TISSUE, EDGE, HELD, STRIPES = (0.82, 0.45, 0.38), (0.35, 0.18, 0.15), (0.05, 0.42, 0.95), (0.02, 0.12, 0.35)
 SOFT, STIFF = (0.88, 0.90, 0.92), (0.22, 0.28, 0.36)  # soft supports, by their stiffness
 INSIDE = (0.98, 0.87, 0.72)  # of an organ of one tissue
 # Of the surface of each region, in the bundle's order, where there are several; from the ninth on again. Inside they are paler.

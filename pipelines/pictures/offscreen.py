@@ -144,6 +144,11 @@ def surface_of(grid):
     return made_by("PolyDataNormals", InputData=made_by("DataSetSurfaceFilter", InputData=grid), FeatureAngle=50)
 
 
+def triangles_of(surface):
+    """[n, 3] points of the triangles of an outer surface."""
+    return vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+
+
 def plain_actor(data, colour, opacity=1.0, edges=None):
     actor = set_up(vtk.vtkActor(), Mapper=set_up(vtk.vtkDataSetMapper(), InputData=data, ScalarVisibility=False))
     look = set_up(actor.GetProperty(), Color=colour, Opacity=opacity, Ambient=0.25, Diffuse=0.8, Specular=0.12, SpecularPower=20)
@@ -351,6 +356,25 @@ def draw_scale(panel, image, pixel, centre, look_from, size, frame=None):
         panel.annotate("", start + along, start, arrowprops=dict(arrowstyle="-|>", color="black", linewidth=1.5, shrinkA=0, shrinkB=0))
         panel.text(*(start + along + 16 * along / max(np.linalg.norm(along), 20)), name, ha="center", va="center", fontsize=14)
     return written
+
+
+def covered(pixels, triangles, shape):
+    """Which pixels of a picture (rows, columns) the triangles cover. pixels: [n, 2], the column and the row of each point."""
+    mask = np.zeros(shape, bool)
+    for corners in np.asarray(pixels)[triangles]:
+        low = np.clip(np.floor(corners.min(axis=0)).astype(int), 0, np.array(shape)[::-1])
+        high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + 1, 0, np.array(shape)[::-1])
+        x, y = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]))
+        sides = [(b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) for a, b in zip(corners, np.roll(corners, -1, axis=0))]
+        mask[low[1]:high[1], low[0]:high[0]] |= np.all([side >= 0 for side in sides], axis=0) | np.all([side <= 0 for side in sides], axis=0)
+    return mask
+
+
+def draw_outline(panel, pixel, points, triangles, shape, colour):
+    """A dashed line around what the triangles cover; points in mm."""
+    mask = covered([pixel(point) for point in points], triangles, shape)
+    if mask.any() and not mask.all():
+        panel.contour(mask, levels=[0.5], colors=[colour], linestyles="dashed", linewidths=1.6)
 
 
 def bounds_of(points):

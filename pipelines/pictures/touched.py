@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force, coloured by displacement, with the tools,
-their paths and the forces that they feel, the links, the discs of grasps and the needles, from two sides."""
+"""touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force, coloured by displacement, with its outline at rest,
+the tools, their paths and the forces that they feel in one scale, a legend of what is seen, the links, the discs of grasps and the needles, from two sides."""
 import os
 
 import h5py
@@ -9,12 +9,16 @@ import numpy as np
 import mesh
 import offscreen
 import picture_file
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from picture_file import plt
 import views
 from offscreen import vtk
 
 COLOURS = plt.get_cmap("viridis")
 STEEL, FORCE, EDGE, PATH, HATCH = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15, 0.15, 0.15), (0.95, 0.55, 0.1), (0.9, 0.9, 0.95)
+LONGEST = 0.25  # of the organ's size: the arrow of the largest force; all others in proportion
+OUTLINE = (0.25, 0.25, 0.25)
 FORCE_HEX, BORDER = "#d91a1a", (0.0, 0.0, 0.0)
 THREAD, THREAD_HEX, SLACK, DISC = (0.10, 0.25, 0.85), "#1a40d9", (0.65, 0.70, 0.85), (0.55, 0.15, 0.65)
 LINE, TAUT, BROKEN = 3, 1, 2  # a VTK cell; conditions of a link
@@ -183,7 +187,7 @@ def normals_at(surface, places):
 
 
 def tools_and_forces(scene, summary, time, surface, now, first, tool_grid, needles, size):
-    """Actors of the tools and their paths; their forces, for force_arrows; the outward normals where tools act."""
+    """Actors of the tools and their paths; their forces, for force_arrows; the outward normals where tools act; the largest force, N."""
     centres, paths = contact_centres(scene, time, now, first), read_paths(scene, time)
     owners = offscreen.point_data(tool_grid, "tool") if tool_grid.GetNumberOfPoints() else np.zeros(0)
     tool_points = offscreen.points_of(tool_grid)
@@ -199,7 +203,7 @@ def tools_and_forces(scene, summary, time, surface, now, first, tool_grid, needl
             actors += needle_actors(tip, handle, tool["needle"]["radius_m"] / offscreen.MILLIMETRE, size)
             normals.append(normals_at(surface, [tip + tool["needle"]["deepest_m"] / offscreen.MILLIMETRE * out])[0])
             if strength > 0:
-                forces.append((handle, force / strength, size * (0.10 + 0.15 * strength / strongest), out, out, 0.0, "%.2f N" % strength))
+                forces.append((handle, force / strength, size * LONGEST * strength / strongest, out, out, 0.0, "%.2f N" % strength))
             continue
         place = centres.get(tool["name"], path[-1])
         normal = normals_at(surface, [place])[0]
@@ -212,10 +216,10 @@ def tools_and_forces(scene, summary, time, surface, now, first, tool_grid, needl
         if np.linalg.norm(np.ptp(path, axis=0)) > 2:
             actors.append(offscreen.path_line(path, 0.0025 * size, PATH))
         if strength > 0 and tool["name"] in centres:
-            forces.append((place, force / strength, size * (0.10 + 0.15 * strength / strongest), normal, shaft,
+            forces.append((place, force / strength, size * LONGEST * strength / strongest, normal, shaft,
                            radius_of(tool, size) if len(mine) else 0.04 * size,
                            "%.2f N" % strength + (", %.2g N mm" % (1e3 * torque) if torque else "")))
-    return actors, forces, normals
+    return actors, forces, normals, strongest
 
 
 def force_arrows(forces, look_from, size):
@@ -246,16 +250,18 @@ def main():
     largest = max(float(np.ceil(length.max())), 1.0)  # mm; nothing moves where nothing was touched
 
     surface = offscreen.surface_of(organ)
+    rest = offscreen.points_in(surface) - offscreen.point_data(surface, "displacement") / offscreen.MILLIMETRE
+    triangles = offscreen.triangles_of(surface)
     shown = np.linalg.norm(offscreen.point_data(surface, "displacement"), axis=1) / offscreen.MILLIMETRE
     needles = needles_in([file.replace("organ_", "held_") for file in organ_files])
     actors = [offscreen.coloured_actor(surface, shown, (0, largest), COLOURS, edges=EDGE)]
     actors[0].GetProperty().SetOpacity(GLASS if needles else 1)
     held = offscreen.cells_where(surface, offscreen.point_data(surface, "fixed") > 0)
     if held.GetNumberOfCells():
-        actors.append(offscreen.hatch(held, size, HATCH))
+        actors += [offscreen.plain_actor(held, mesh.HELD, edges=EDGE), offscreen.hatch(held, size, HATCH)]
     borders = region_lines(organs[0]["bundle"], now) if len(organs) == 1 else []
     actors += borders
-    more, forces, normals = tools_and_forces(arguments.scene, summary, time, surface, now, first, offscreen.read_grid(tools_file), needles,
+    more, forces, normals, strongest = tools_and_forces(arguments.scene, summary, time, surface, now, first, offscreen.read_grid(tools_file), needles,
                                              size)
     actors += more
     tensions = []
@@ -268,12 +274,13 @@ def main():
     actors, tensions = actors + more, tensions + labels
 
     figure, panels = plt.subplots(1, 2, figsize=(16, 7.2))
-    figure.subplots_adjust(left=0.003, right=0.928, bottom=0.005, top=0.94, wspace=0.01)
+    figure.subplots_adjust(left=0.003, right=0.928, bottom=0.065, top=0.95, wspace=0.01)
     for panel, look_from in zip(panels, views.two_views(np.array(normals))):
         arrows, labels = force_arrows(forces, look_from, size)
         image, pixel = offscreen.render(actors + arrows, look_from, size=(1000, 860), zoom=None)
         panel.imshow(image)
         panel.axis("off")
+        offscreen.draw_outline(panel, pixel, rest, triangles, image.shape[:2], OUTLINE)
         written = offscreen.draw_scale(panel, image, pixel, now.mean(axis=0), look_from, size, organs[0]["provenance"].get("frame"))
         written = offscreen.label_arrows(panel, pixel, labels, written, fontsize=15, color=FORCE_HEX, weight="bold")
         offscreen.label_arrows(panel, pixel, tensions, written, fontsize=13, color=THREAD_HEX, weight="bold")
@@ -281,11 +288,19 @@ def main():
                           cax=figure.add_axes([0.935, 0.14, 0.014, 0.68]))
     bar.set_label("displacement (mm)", fontsize=16)
     bar.ax.tick_params(labelsize=14)
-    figure.suptitle("%s, %.2f s, from two sides; red: force of the %s on the %s; orange: path; striped: held%s"
-                    % (summary["scene"], time, "organs" if len(organs) > 1 else "organ", "tools" if len(summary["tools"]) > 1 else "tool",
-                       ("; thick lines: between tissues" if borders else "") + ("; blue: links" if any(each.get("links") for each in [*organs, summary]) else "") +
-                       ("; grey: needle" if needles else "") + ("; violet: discs of a grasp" if any(tool.get("grasp") for tool in summary["tools"]) else "")),
-                    fontsize=16, y=0.985)
+    figure.suptitle("%s at %.2f s, from two sides" % (summary["scene"], time), fontsize=16, y=0.99)
+    newtons = strongest / (LONGEST * size)  # for each mm of an arrow
+    legend = [(Line2D([], [], color=FORCE_HEX, linewidth=4), "force on the %s: 20 mm of an arrow are %.2g N" % (
+        "tools" if len(summary["tools"]) > 1 else "tool", 20 * newtons))] if strongest > 0 else []
+    legend += [(Line2D([], [], color=OUTLINE, linestyle="dashed"), "the organ%s at rest" % ("s" if len(organs) > 1 else "")),
+               (Line2D([], [], color=PATH, linewidth=3), "path of a tool")]
+    legend += [(Patch(facecolor=mesh.HELD, hatch="//"), "held")] if held.GetNumberOfCells() else []
+    legend += [(Line2D([], [], color=BORDER, linewidth=3), "between tissues")] if borders else []
+    legend += [(Line2D([], [], color=THREAD_HEX, linewidth=3), "link")] if any(each.get("links") for each in [*organs, summary]) else []
+    legend += [(Patch(facecolor=STEEL), "needle")] if needles else []
+    legend += [(Patch(facecolor=DISC), "disc of a grasp")] if any(tool.get("grasp") for tool in summary["tools"]) else []
+    handles, names = zip(*legend)
+    figure.legend(handles, names, loc="lower center", ncols=len(legend), fontsize=14, frameon=False, bbox_to_anchor=(0.47, 0.0))
     picture_file.save(figure, arguments.output, [arguments.scene])
 
 

@@ -134,15 +134,17 @@ test("a finger's way of 47 px goes 6 mm deep at the most, however small the orga
 
 test("the panel closes and opens at every size, and nothing that is shown lies over another", async () => {
   const page = await ready();
+  await page.evaluate(() => (document.getElementById("hint").dataset.words = "hint.plays")); // the longest hint
   for (const language of ["en", "de"]) {
     await page.selectOption("#language", language, { force: true });
+    await page.evaluate(() => (document.getElementById("hint").dataset.words = "hint.plays"));
     for (const [width, height] of [[1440, 900], [820, 1180], [844, 390], [390, 844]]) {
       await page.setViewportSize({ width, height });
       for (const isOpen of width > 760 && height > 500 ? [true, false] : [false, true]) {
         await frame(page);
         assert.equal(await page.isVisible("#panel"), isOpen, `${width} x ${height}`);
         const over = await page.evaluate(() => {
-          const parts = ["#title", "#readout", "#trust", "#legends", "#corner", "#tools"].map((name) => document.querySelector(name)).filter((one) => one.checkVisibility({ visibilityProperty: true }));
+          const parts = ["#title", "#readout", "#purpose", "#trust", "#legends", "#corner", "#hint", "#tools"].map((name) => document.querySelector(name)).filter((one) => one.checkVisibility({ visibilityProperty: true }));
           const boxes = parts.map((one) => [one.id, one.getBoundingClientRect()]);
           const meet = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1;
           const pairs = boxes.flatMap(([a, of], i) => boxes.slice(i + 1).filter(([, other]) => meet(of, other)).map(([b]) => `${a} over ${b}`));

@@ -147,6 +147,14 @@ test("the sides are named by what differs; each ready comparison sets both sides
     });
   };
   assert.ok(Math.abs((await click("25 mm deep")) - 25) < 0.1);
+  assert.match(await page.textContent("#about"), /farthest from the organ's middle/);
+  // It is at the end: no touchable place that faces the view lies farther from the middle.
+  const [pressed, farthest] = await page.evaluate(() => {
+    const [{ view, mesh }] = globalThis.palpateCompare.sides, { x, y, z } = view.camera.controls.target, { points } = globalThis.palpateCompare.path;
+    const away = (place) => Math.hypot(place[0] - x, place[1] - y, place[2] - z), front = view.front(mesh.touchable);
+    return [away([...points.slice(0, 3)]), away(front.place)];
+  });
+  assert.ok(pressed > farthest, `${pressed} m, and the front ${farthest} m`);
   assert.deepEqual(await names(), ["A: Deep pushes: off", "B: Deep pushes: each touch"]);
   assert.equal(await page.textContent("#name-b"), "B: Deep pushes: each touch");
   assert.ok(Math.abs((await click("Discs of")) - 6) < 0.1);

@@ -2,7 +2,7 @@
 // that plays itself, the layer Touch, and the force that a screen reader tells.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { closed, drag, frame, inState, noTools, open, ready, steady } from "./page.mjs";
+import { closed, drag, frame, inState, moduleOf, noTools, open, ready, steady } from "./page.mjs";
 import { looksRight } from "./axe.mjs";
 
 // As a new user: no choice is kept, and motion is welcome.
@@ -103,6 +103,16 @@ test("what holds the organ is named where it is, in both languages; a bundle wit
   await page.selectOption("#language", "de");
   await page.waitForFunction(() => document.querySelector("#names span").textContent === "Zwerchfell");
   await closed(page);
+});
+
+test("lobes are named on organs of the image that they were read off, and on no other one", async () => {
+  const { partsOf } = await moduleOf('export { partsOf } from "./anatomy";'), image = "8d585a21aaaa34ab62219fa3606541b73de22e25211f78180c625df341cc1991";
+  const at = [0.205, 0.047, 0.147], positions = Float32Array.from([0, 1, 2].flatMap((corner) => at.map((x, d) => x + (d === corner ? 0.004 : 0))));
+  const mesh = { positions, triangles: Uint32Array.from([0, 1, 2]), soft: Int32Array.from([]), stiffness: Float64Array.from([]) };
+  const names = (provenance) => partsOf(mesh, provenance).map(({ name }) => name);
+  assert.deepEqual(names({ organ: "liver", image_sha256: image }), ["left-lobe"], "the right lobe is far from this triangle");
+  assert.deepEqual(names({ organ: "liver", image_sha256: "0" }), []);
+  assert.deepEqual(names({ organ: "spleen", image_sha256: image }), []);
 });
 
 test("a screen reader is told the force politely, at most once a second, and that the tool is gone", async () => {

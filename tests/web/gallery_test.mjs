@@ -37,7 +37,7 @@ test("the gallery lists each bundle with organ, boundary set, size and picture; 
   const cards = await page.$$eval("#organs li", (items) => items.map((item) => ({
     words: [item.querySelector("h2"), ...item.querySelectorAll("dd")].map((one) => one.textContent), picture: item.querySelector("img")?.complete && item.querySelector("img").naturalWidth,
   })));
-  assert.deepEqual(cards.map(({ words }) => words.slice(0, 3).join(" ")), ["liver-tumour face 1700", "liver-tumour face-healthy 1700", "plate corners 5 mm"]);
+  assert.deepEqual(cards.map(({ words }) => words.slice(0, 3).join(" ")), ["liver with tumours face 1700", "liver with tumours face-healthy 1700", "plate corners 5 mm"]);
   for (const { words } of cards) assert.match(words[3], /^\d+\.\d MB$/);
   await page.waitForFunction(() => document.querySelector("#organs img").naturalWidth === 1);
   assert.equal(await page.locator("#organs img").count(), 1);

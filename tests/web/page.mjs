@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { resolve } from "node:path";
+import { dirname, resolve } from "node:path";
 import { after, before } from "node:test";
 import { pathToFileURL } from "node:url";
 import { plyOf } from "./reference.mjs";
@@ -171,6 +171,13 @@ export function boxSurface(size, cuts, away = 0) {
         }
     }
   return plyOf(points, faces);
+}
+
+// A module of the page's own sources, as text that imports from them.
+export async function moduleOf(text) {
+  const { build } = require(require.resolve("esbuild", { paths: [dirname(require.resolve("vite"))] }));
+  const { outputFiles: [made] } = await build({ stdin: { contents: text, resolveDir: `${packageFolder}/viewer/src` }, bundle: true, format: "esm", write: false, logLevel: "error" });
+  return import(`data:text/javascript,${encodeURIComponent(made.text)}`);
 }
 
 // Asks the page for the surface point in the middle of the view and the inward direction.

@@ -51,6 +51,19 @@ test("each word is there in each language, with the same places for values", () 
   }
 });
 
+// What is the same word in both languages.
+const OF_BOTH = ["page.details", "tool.more", "show.field.von-mises", "world.organs.name"];
+test("each word has a German form of its own, each reason for which the runtime refuses too", () => {
+  const same = Object.keys(words).filter((key) => words[key][0] === words[key][1] && /\p{L}{4,}/u.test(words[key][0].replace(/\{\w+\}|`[^`]*`/g, "")));
+  assert.deepEqual(same.filter((key) => !OF_BOTH.includes(key)), [], "English in the place of German");
+  const reasons = /STATUS = \[([^\]]*)\]/.exec(readFileSync(`${viewer}/../module/heap.js`, "utf8"))[1].match(/\w+/g).filter((one) => one !== "ok");
+  assert.ok(reasons.length >= 10);
+  for (const reason of reasons) assert.match(words[`runtime.${reason}`]?.[1] ?? "", /\p{L}{4,}[^{]*Auf Englisch: \{text\}$/u, reason);
+  const messages = Object.keys(words).filter((key) => /^(error|unable|notice|element|path|fine|scene|world|runtime|flag|devices\.link)\./.test(key));
+  assert.ok(messages.length > 100, `${messages.length} messages`);
+  console.log(`${messages.length} messages of ${Object.keys(words).length} words, each in English and German`);
+});
+
 test("the pages' HTML shows words alone", () => {
   for (const [name, page] of Object.entries(pages)) {
     const texts = page.split(/<[^>]*>/).map((text) => text.trim()).filter((text) => !SAME_EVERYWHERE.test(text));

@@ -28,18 +28,23 @@ export class PalpateViewerElement extends HTMLElement implements PalpateViewer {
   private readonly redress = () => this.dress();
 
   connectedCallback() {
-    const language = this.closest("[lang]")?.getAttribute("lang")?.split("-")[0] ?? "en";
-    useLanguage(isLanguage(language) ? language : "en");
+    useLanguage(this.language);
     this.build();
     try {
       this.organ = this.start();
     } catch {
       return this.fail(word("unable.webgl"));
     }
+    this.organ.speak(this.language);
     this.dress();
     this.scheme.addEventListener("change", this.redress);
     this.fetch();
     this.drawing = requestAnimationFrame(() => this.draw());
+  }
+
+  private get language() {
+    const language = this.closest("[lang]")?.getAttribute("lang")?.split("-")[0] ?? "en";
+    return isLanguage(language) ? language : "en";
   }
 
   disconnectedCallback() {

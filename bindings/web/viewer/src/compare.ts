@@ -14,7 +14,7 @@ import { readyComparisons, type ReadyComparison } from "./ready_comparisons";
 import { fetched, servedBundles, servedFiles, type ServedBundle } from "./served";
 import { namesOf } from "./side_names";
 import { NearestPoints } from "./surface_difference";
-import { chosenLanguage, decimal, fixed, keepInAddress, offerLanguages, speak, threeDigits, word, type Key } from "./words";
+import { brief, chosenLanguage, decimal, fixed, keepInAddress, offerLanguages, speak, threeDigits, word, type Key } from "./words";
 
 const LONGEST = 30 * TOUCH_HZ; // steps of a touch that are compared
 const LEAST_MOST = 0.002; // m: the palest colour stands for this much at least
@@ -34,7 +34,8 @@ class Compare {
   private nearest: { points: NearestPoints; of: unknown; on: unknown } | null = null;
   private trying = false;
   private served: ServedBundle[] = [];
-  private wanted = 0; // m: of the press that follows when both bundles are open; 0: none
+  private wanted: ReadyComparison | null = null; // whose press follows when both bundles are open
+  private seen: Key | null = null; // what the comparison that was played shows
   private again = false; // something changed while both were tried
 
   constructor() {
@@ -115,25 +116,26 @@ class Compare {
   }
 
   // Both sides take the settings of a comparison, then both are pressed.
-  private begin({ effects, discs, depth, bundles }: ReadyComparison) {
+  private begin(ready: ReadyComparison) {
+    const { effects, discs, bundles } = ready;
     mode("push").checked = true;
     this.chooseMode();
     DISCS.forEach((id, side) => (input(id).value = String(discs[side])));
     this.showRadius();
     this.sides.forEach((side, i) => side.useEffects(effects[i], discs[i] / 1000));
     const wanted = bundles ?? this.sides.map(() => this.sides[0].address), others = this.sides.filter((side, i) => !side.address.endsWith(wanted[i]));
-    this.wanted = others.length ? depth : 0;
-    if (!others.length) return this.pressTo(depth);
+    this.wanted = others.length ? ready : null;
+    if (!others.length) return this.pressTo(ready);
     for (const side of others) {
       side.mesh = null;
       side.fetch([new URL(wanted[this.sides.indexOf(side)], location.href).href]);
     }
   }
 
-  // depth: m.
-  private pressTo(depth: number) {
-    this.wanted = 0;
-    const [a] = this.sides, hit = a.view.front(a.mesh!.touchable);
+  private pressTo({ depth, at, seen }: ReadyComparison) {
+    this.wanted = null;
+    const [{ view, mesh }] = this.sides, hit = at === "end" ? view.end(mesh!.touchable) : view.front(mesh!.touchable);
+    this.seen = seen ?? null;
     if (hit) void this.try(demonstration(hit.place, hit.normal, depth));
   }
 
@@ -169,7 +171,7 @@ class Compare {
 
   // Pushes or pulls from now on; what was played before is of the other mode.
   private chooseMode() {
-    this.path = null;
+    this.path = this.seen = null;
     byId("press").dataset.words = pulls() ? "compare.pull" : "compare.press";
     byId("press").textContent = word(pulls() ? "compare.pull" : "compare.press");
   }
@@ -228,9 +230,9 @@ class Compare {
       row("compare.row.surface", ["", ""], `${fixed(1000 * largest, 2)}; ${fixed(1000 * rms, 2)} mm ${share(largest, moved[0], false)}`),
       row("compare.row.touch", [times(a.touchUs), times(b.touchUs)], ratio(a.touchUs, b.touchUs)),
       row("compare.row.shape", [times(a.shapeUs), times(b.shapeUs)], ratio(a.shapeUs, b.shapeUs)),
-      row("compare.row.size", [before, after].map((side) => `${fixed(side.bytes / 1e6, 1)} MB`), `× ${decimal((after.bytes / before.bytes).toPrecision(2))}`));
+      row("compare.row.size", [before, after].map((side) => `${fixed(side.bytes / 1e6, 1)} MB`), `× ${brief(after.bytes / before.bytes)}`));
     const { farthest } = this.nearest!.points;
-    byId("about").textContent = [word("compare.played", { seconds: fixed(this.path!.steps / TOUCH_HZ, 1) }), farthest > 1e-6 ? word("compare.apart", { mm: fixed(1000 * farthest, 1) }) : ""].join(" ");
+    byId("about").textContent = [this.seen ? word(this.seen) : "", word("compare.played", { seconds: fixed(this.path!.steps / TOUCH_HZ, 1) }), farthest > 1e-6 ? word("compare.apart", { mm: fixed(1000 * farthest, 1) }) : ""].join(" ");
   }
 
   private draw() {
@@ -252,6 +254,7 @@ class Compare {
     const side = this.touching!;
     this.touching = null;
     const path = await side.lastPath();
+    this.seen = null;
     if (path?.steps) void this.try(beginningOf(path));
   }
 
@@ -279,7 +282,7 @@ const largestMove = (now: Float32Array, rest: Float32Array) => largestOf(now.map
 const signed = (x: number, digits: number) => `${x < 0 ? "−" : "+"}${fixed(Math.abs(x), digits)}`;
 const share = (x: number, of: number, sign = true) => (of > 0 ? `(${sign ? signed((100 * x) / of, 1) : fixed((100 * x) / of, 1)} %)` : "");
 const times = ({ median, low, high }: Times) => (median ? word("compare.times", { median: threeDigits(median), low: threeDigits(low), high: threeDigits(high) }) : word("compare.short"));
-const ratio = (a: Times, b: Times) => (a.median && b.median ? `× ${decimal((b.median / a.median).toPrecision(2))}` : "");
+const ratio = (a: Times, b: Times) => (a.median && b.median ? `× ${brief(b.median / a.median)}` : "");
 
 const row = (name: Key, values: string[], difference: string) =>
   element("tr", {}, element("th", { scope: "row" }, word(name)), ...[...values, difference].map((text) => element("td", {}, text)));

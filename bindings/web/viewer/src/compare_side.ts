@@ -1,4 +1,5 @@
 // One of the two sides of Compare: an organ under effects of its own, drawn as both sides' camera sees it.
+import { named } from "./anatomy";
 import { flagWords } from "./effects";
 import { EffectsPanel } from "./effects_panel";
 import { effectsOfWords } from "./links";
@@ -146,6 +147,7 @@ export class CompareSide extends LiveOrgan {
 
   // The words in the page's language.
   translate() {
+    this.speak(document.documentElement.lang);
     const { root, letter, info, bytes } = this;
     fill(root);
     root.setAttribute("aria-label", word("compare.side", { side: letter }));
@@ -153,7 +155,7 @@ export class CompareSide extends LiveOrgan {
     this.say("");
     if (!info) return;
     const { organ, boundary, element } = this.provenance;
-    this.part(".facts").textContent = [organ ?? word("page.organ-name"), word("compare.vertices", { count: count(info.nodeCount) }), boundary, element, `${fixed(bytes / 1e6, 1)} MB`].filter(Boolean).join(" · ");
+    this.part(".facts").textContent = [organ ? named(String(organ)) : word("page.organ-name"), word("compare.vertices", { count: count(info.nodeCount) }), boundary && named(String(boundary)), element, `${fixed(bytes / 1e6, 1)} MB`].filter(Boolean).join(" · ");
     this.showEffects();
   }
 

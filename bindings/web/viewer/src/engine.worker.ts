@@ -14,6 +14,7 @@ import { MotionClocks } from "./motion_clocks";
 import { nodulesOf } from "./nodules";
 import { filesOf } from "./scene_file";
 import { Recorder, recordedTool, type RecordedTool } from "./recorder";
+import { saidOf } from "./said";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
 import { presentAt, ScenePlay } from "./scene_play";
 import { TouchLoop } from "./touch_loop";
@@ -21,6 +22,7 @@ import { TouchScene } from "./touch_scene";
 import type { TouchWorld } from "./touch_world";
 import type { WorldScene } from "./world_scene";
 import { playTrial } from "./trial";
+import { useLanguage } from "./words";
 
 const SAMPLE_EVERY = 4; // touches per point of the plot
 
@@ -78,7 +80,7 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     say({ type: "opened", name, mesh, nodules: nodulesOf(opened), info: opened.info, provenance: provenanceOf(opened), bytes: opened.byteCount, simd: hasSimd() });
   } catch (error) {
     opened?.close();
-    const { message } = error as Error;
+    const message = saidOf(error);
     if (error instanceof PalpateError) say({ type: "refused", name, what: "bundle", message, byteOffset: error.byteOffset });
     else say({ type: "refused", name, what: error instanceof DownloadError ? "download" : "runtime", message, byteOffset: 0 });
   }
@@ -109,7 +111,7 @@ function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMe
     counts.stale = true;
     say({ type: "accepted", effects, tool });
   } catch (error) {
-    say({ type: "refused", name: "", what: "effects", message: (error as Error).message, byteOffset: 0 });
+    say({ type: "refused", name: "", what: "effects", message: saidOf(error), byteOffset: 0 });
   }
 }
 
@@ -198,7 +200,7 @@ function playScene(of: WorldScene) {
     for (const tool of contactOf.keys()) contactOf[tool] = ++contacts;
     loop.run();
   } catch (error) {
-    say({ type: "refused", name: "", what: "scene", message: (error as Error).message, byteOffset: 0 });
+    say({ type: "refused", name: "", what: "scene", message: saidOf(error), byteOffset: 0 });
   }
 }
 
@@ -208,6 +210,7 @@ function stepOf({ play, world, clocks }: OwnScene): boolean {
     forget();
     return true;
   }
+  if (!play.isDue()) return true;
   const places = play.places();
   present = presentAt(places);
   counts.addTouch(play.touch(world, clocks, places));
@@ -305,7 +308,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   fillFrame(buffer, nodes, organ);
   const frame: Frame = {
     type: "frame", buffer, field: changed ? field : null, inside, vertices, tools: present.map(toolFrame), samples, changed, ...counts.take(touched, loop),
-    replaying: replay !== null || own !== null, playing: own && own.play.time, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [],
+    replaying: replay !== null || own !== null, playing: own && own.play.time, speed: own?.play.speed ?? 1, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [],
     engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
   samples = [];
@@ -383,7 +386,7 @@ function interruptMeasuring() {
 
 const sayCosts = (left: number, interrupted: boolean) => say({ type: "costs", costs, left, interrupted });
 
-const KEEPS_MEASURING: ToWorker["type"][] = ["frame", "colour", "field", "measure", "path", "withdraw"];
+const KEEPS_MEASURING: ToWorker["type"][] = ["frame", "colour", "field", "measure", "path", "withdraw", "language"];
 
 addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (!KEEPS_MEASURING.includes(data.type)) interruptMeasuring();
@@ -409,5 +412,6 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
     counts.stale = true;
   }
   if (data.type === "reset") forget();
+  if (data.type === "language") useLanguage(data.name);
 });
 say({ type: "started" });

@@ -1,4 +1,5 @@
 // The gallery: every bundle of the server's data folder, the reports of accuracy, and the task of finding the hidden nodule.
+import { named } from "./anatomy";
 import { element } from "./elements";
 import { bundleOfCase, GUIDED_CASES, type GuidedCase } from "./guided_cases";
 import { megabytes, servedBundles, servedStudies, viewerAddress, type ServedBundle } from "./served";
@@ -6,13 +7,16 @@ import { chosenLanguage, decimal, offerLanguages, speak, tell, word, type Key } 
 
 const TASK_ORGAN = "liver-tumour";
 
+// Of a folder of several organs, as "upper-abdomen/liver".
+const namedPath = (organ: string) => organ.split("/").map(named).join(": ");
+
 function card(bundle: ServedBundle): HTMLElement {
   const { organ, boundary, resolution, bytes, picture } = bundle;
-  const facts = [[word("gallery.held"), boundary], [word("gallery.mesh"), resolution], [word("gallery.size"), `${decimal(megabytes(bytes))} MB`]];
-  const shown = picture ? element("img", { src: picture, alt: word("gallery.picture", { organ, boundary }), loading: "lazy" }) : said("gallery.no-picture");
+  const facts = [[word("gallery.held"), named(boundary)], [word("gallery.mesh"), resolution], [word("gallery.size"), `${decimal(megabytes(bytes))} MB`]];
+  const shown = picture ? element("img", { src: picture, alt: word("gallery.picture", { organ: namedPath(organ), boundary: named(boundary) }), loading: "lazy" }) : said("gallery.no-picture");
   return element("li", {}, element("a", { href: viewerAddress(bundle) },
     element("div", { class: "picture" }, shown),
-    element("div", { class: "about" }, element("h2", {}, organ), element("dl", {}, ...facts.flatMap(([term, value]) => [element("dt", {}, term), element("dd", {}, value)])))));
+    element("div", { class: "about" }, element("h2", {}, namedPath(organ)), element("dl", {}, ...facts.flatMap(([term, value]) => [element("dt", {}, term), element("dd", {}, value)])))));
 }
 
 // The organ as it is, not one of the other materials of its folder, which lie in folders of longer names.
@@ -43,7 +47,7 @@ function show(bundles: ServedBundle[]) {
 
 speak(chosenLanguage());
 const bundles = await servedBundles(), studies = await servedStudies();
-document.getElementById("studies")!.replaceChildren(...studies.flatMap(({ organ, boundary, report }) => [element("a", { href: report }, `${organ}, ${boundary}`), " "]));
+document.getElementById("studies")!.replaceChildren(...studies.flatMap(({ organ, boundary, report }) => [element("a", { href: report }, `${namedPath(organ)}, ${named(boundary)}`), " "]));
 document.getElementById("none")!.hidden = bundles.length > 0;
 show(bundles);
 offerLanguages(() => show(bundles));

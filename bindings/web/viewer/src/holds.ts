@@ -1,13 +1,12 @@
 // What holds tissue in a scene, in words.
-import type { Hold } from "./messages";
-import { fixed, word } from "./words";
+import type { Hold, TouchFrame } from "./messages";
+import { brief, fixed, word } from "./words";
 
 const MOST = 4; // told at a time
 
-// playing: s of the scene's tools; null: they do not play.
-export function playedWords(playing: number | null, holds: Hold[]): string {
+export function playedWords({ playing, speed, holds }: Pick<TouchFrame, "playing" | "speed" | "holds">): string {
   const told = holds.slice(0, MOST).map(wordsOf), rest = holds.length - told.length;
-  return [...(playing === null ? [] : [word("world.playing", { seconds: fixed(playing, 1) })]), ...told, ...(rest ? [word("holds.more", { count: rest })] : [])].join(" · ");
+  return [...(playing === null ? [] : [word("world.playing", { seconds: fixed(playing, 1) }), ...(Math.abs(speed - 1) > 1e-6 ? [word("world.speed", { times: brief(speed, 3) })] : [])]), ...told, ...(rest ? [word("holds.more", { count: rest })] : [])].join(" · ");
 }
 
 function wordsOf(hold: Hold): string {

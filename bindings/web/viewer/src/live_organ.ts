@@ -57,6 +57,11 @@ export class LiveOrgan {
     this.engine.tell(message, transfer);
   }
 
+  // Of the sentences that the engine says.
+  speak(language: string) {
+    this.tell({ type: "language", name: language });
+  }
+
   // For the messages with an answer of their own.
   ask(message: ToWorker, type: FromWorker["type"]): Promise<FromWorker> {
     return new Promise((done) => {

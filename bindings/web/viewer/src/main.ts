@@ -26,7 +26,8 @@ import { Guide, GUIDED_CASES } from "./guided_cases";
 import type { SectionAxis } from "./section";
 import { SelfPlay } from "./self_play";
 import { begin, isReady, state, TouchPage } from "./touch_page";
-import { readOwn } from "./world_reader";
+import { sceneFiles } from "./world_files";
+import { readOwn, type SceneFiles } from "./world_reader";
 import type { WorldScene } from "./world_scene";
 import { brief, count, decimal, fixed, keepInAddress, word, type Key } from "./words";
 
@@ -100,6 +101,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.connectOwn();
     this.connect(["colour-by", "show-names", "show-mesh", "show-fixed", "show-soft", "show-touchable"]);
     this.fineFile = fetched(SERVED.finer);
+    this.tellLanguage();
     this.tell({ type: "fetch", url: SERVED.bundle });
   }
 
@@ -314,7 +316,8 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   // Files that the user drops: a bundle, perhaps with a finer surface; or a finer surface or a path for the open organ.
   protected async openFiles(files: Iterable<File>) {
     const all = [...files], ending = (ends: string) => all.find((file) => file.name.toLowerCase().endsWith(ends));
-    const path = ending(".csv") ?? ending(".toml"), fine = ending(".ply"), bundle = all.find((file) => file !== path && file !== fine);
+    const path = ending(".toml") ?? ending(".csv"), fine = ending(".ply"), named = all.filter((file) => file !== path && file.name.toLowerCase().endsWith(".csv"));
+    const bundle = all.find((file) => file !== path && file !== fine && !named.includes(file));
     const bytes = fine?.arrayBuffer().catch(() => new ArrayBuffer(0));
     if (bundle) {
       this.fineFile = Promise.resolve(bytes && bytes.then((given) => ({ name: fine!.name, bytes: given }))).then((file) => file ?? null);
@@ -323,7 +326,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     const other = fine ?? path;
     if (!this.opened) return other && this.tellUser(word(fine ? "notice.fine-first" : "notice.path-first", { name: other.name }));
     if (bytes) this.drawFine(fine!.name, await bytes);
-    if (path) return this.playPath(path);
+    if (path) return this.playPath(path, named);
   }
 
   private async openBundle(file: File) {
@@ -346,10 +349,11 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.tell({ type: "effects", effects, tool: this.tool, mesh });
   }
 
-  private async playPath(file: File) {
+  // named: files that a scene may name.
+  private async playPath(file: File, named: File[] = []) {
     try {
       const text = await file.text();
-      if (file.name.toLowerCase().endsWith(".toml")) return this.playScene(text, file.name);
+      if (file.name.toLowerCase().endsWith(".toml")) return this.playScene(text, file.name, await sceneFiles(named));
       const path = pathOfFile(text);
       checkPlaceOfPath(path, this.mesh!.positions);
       this.replay(path);
@@ -367,10 +371,10 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   }
 
   // A scene file: its effects and its tools' disc become the page's.
-  private playScene(text: string, name: string) {
+  private playScene(text: string, name: string, files: SceneFiles) {
     const bundle = bundleOfScene(text), open = hexadecimal(this.info!.identity);
     if (bundle && bundle !== open) throw new Error(word("scene.other-bundle", { bundle, open }));
-    const own = readOwn(text, this.organ);
+    const own = readOwn(text, this.organ, files);
     this.ownName = name;
     if (own) return this.playOwn(own);
     const { effects, tool, path } = readScene(text, this);
@@ -500,7 +504,12 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     window.addEventListener("popstate", () => this.opened && this.followLink(true));
   }
 
+  private tellLanguage() {
+    this.tell({ type: "language", name: document.documentElement.lang });
+  }
+
   protected translate() {
+    this.tellLanguage();
     this.tellUser("");
     this.showRecorded();
     if (!this.opened) return;
@@ -588,7 +597,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     if (tools.length || frame.replaying) this.lastTouch = performance.now();
     super.numbers(frame, tools.length > 0);
     if (frame.playing === null) this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
-    else byId("trust").textContent = playedWords(frame.playing, frame.holds);
+    else byId("trust").textContent = playedWords(frame);
     if (frame.playing !== null) this.guide.show(frame.playing);
     this.showRecorded();
     byId("replay").toggleAttribute("disabled", frame.replaying);

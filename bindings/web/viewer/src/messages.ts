@@ -62,6 +62,7 @@ export type ToWorker =
   | { type: "colour"; by: ColourBy } // what a frame's lengths are
   | { type: "field"; of: FieldOf } // what a frame's field is
   | { type: "link"; port: number | null } // connects to the bridge of devices; null: lets it go. Answered by "linked", again and again
+  | { type: "language"; name: string } // of the sentences in "refused"
   | { type: "reset" };
 
 export type ColourBy = "dent" | "displacement" | "nothing";
@@ -128,6 +129,7 @@ export interface TouchFrame {
   shapeUs: number;
   lost: number; // touches that were left out because the loop was late
   playing: number | null; // s of the tools of a scene that plays
+  speed: number; // times as fast as in life
   holds: Hold[]; // of that scene
   links: DrawnLink[];
 }

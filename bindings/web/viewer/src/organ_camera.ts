@@ -41,7 +41,7 @@ export class OrganCamera {
   // The whole organ, from the front.
   home() {
     const tan = Math.tan((this.camera.fov * Math.PI) / 360);
-    const distance = (0.92 * this.radius) / (tan * this.widest());
+    const distance = Math.min((0.92 * this.radius) / this.widest(), this.halfSize()) / tan;
     this.camera.position.copy(this.centre).addScaledVector(this.front, distance);
     this.update();
   }
@@ -112,6 +112,19 @@ export class OrganCamera {
 
   private offset() {
     return this.camera.position.clone().sub(this.centre);
+  }
+
+  // What the organ's nodes ask of half the picture's height from the front, m, so that it fills three quarters of the width or half the height: a
+  // picture that is higher than wide has more room than a ball around the organ asks for.
+  private halfSize(): number {
+    const right = new Vector3().crossVectors(this.camera.up, this.front).normalize(), up = new Vector3().crossVectors(this.front, right), node = new Vector3();
+    let wide = 0, high = 0;
+    for (let n = 0; n < this.nodes.length; n += 3) {
+      node.fromArray(this.nodes, n).sub(this.centre);
+      wide = Math.max(wide, Math.abs(node.dot(right)));
+      high = Math.max(high, Math.abs(node.dot(up)));
+    }
+    return Math.max(wide / (0.75 * this.camera.aspect), high / 0.5);
   }
 
   // The smaller of height and width of the view, in heights.

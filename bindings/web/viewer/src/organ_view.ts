@@ -21,6 +21,8 @@ import { TOOL_COUNT, type ColourBy, type Frame, type DrawnLink, type Mesh, type 
 const LONGEST_DENT = 0.005, DENT_SHARE = 0.1; // m, and of the organ's smallest extent: that of a press up to where linear elasticity is good
 const SAME_PLACE = 0.008; // m: a dent moves what one sees by less
 const RINGS = 5; // of a dent as deep as the scale
+const STAYS = 300, SHARPER = 1.5; // ms without a change, after which a processor draws the picture with more pixels
+const FACES = 0.5; // cosine between the surface's normal and the line of sight of a place that a press reaches from the view
 const FROM_THE_SIDE = 0.6; // cosine between the surface's normal and the line of sight where the page presses by itself
 
 export interface Hit {
@@ -82,6 +84,7 @@ export class OrganView {
   private restNormals: Float32Array<ArrayBufferLike> = new Float32Array(0);
   private stale = true; // the picture no longer shows what there is
   private moved: { shape: Shape; palest?: number } | null = null; // what move() took last; null: to be taken again
+  private changed = 0; // ms: when the picture last showed something new
   private drawnFrom = ""; // place and target of the camera in the last picture
   private longestDent = 0.005; // m, that the scale of dents has; for the bundle that is open
   private longest = 0.005; // m, of the scale of what is shown
@@ -90,7 +93,8 @@ export class OrganView {
   radius = 0.1; // m, of the organ
 
   constructor(private canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.quality = chosenQuality(canvas.ownerDocument);
+    this.renderer = new WebGLRenderer({ canvas, antialias: this.quality === "high", alpha: true }); // smooth edges are half of a processor's time
     this.camera = new OrganCamera(canvas);
     const lamp = new DirectionalLight(0xfff4ea), rim = new DirectionalLight(0xdfe9ff), sky = new HemisphereLight(0xffffff, 0x998877), all = new AmbientLight(0xffffff);
     lamp.position.set(-0.6, 0.9, 0.8);
@@ -98,7 +102,6 @@ export class OrganView {
     sky.position.set(0, 0, 1);
     this.lights = [{ light: lamp, high: 1.35, low: 2.1 }, { light: rim, high: 0.45, low: 0.7 }, { light: sky, high: 0.15, low: 0.75 }, { light: all, high: 0.05, low: 0.25 }];
     this.camera.camera.add(lamp, rim);
-    this.quality = chosenQuality(this.renderer.getContext());
     this.draws(this.quality);
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
@@ -115,7 +118,7 @@ export class OrganView {
     this.moved = null;
   };
 
-  // In low quality the picture needs no light of a room, no second layer on the tissue, and no more pixels than the page has.
+  // In low quality the picture needs no light of a room, no second layer on the tissue, and while it moves no more pixels than the page has.
   private draws(quality: Quality) {
     this.quality = quality;
     for (const { light, high, low } of this.lights) light.intensity = quality === "high" ? high : low;
@@ -362,6 +365,20 @@ export class OrganView {
     return best;
   }
 
+  // The touchable point that lies farthest from the organ's middle, of those that face the view.
+  end(touchable: ArrayLike<number>): Hit | null {
+    const { clientWidth: width, clientHeight: height } = this.canvas, nodes = new Set(Array.from(touchable)), { x, y, z } = this.camera.controls.target;
+    let best: Hit | null = null, most = 0;
+    for (let right = 0.02; right < 0.99; right += 0.02)
+      for (let down = 0.02; down < 0.99; down += 0.02) {
+        const hit = this.pick(right * width, down * height);
+        if (!hit || !hit.nodes.every((node) => nodes.has(node)) || this.camera.facing(hit.normal) < FACES) continue;
+        const away = distance(hit.place, [x, y, z]);
+        if (away > most) [best, most] = [hit, away];
+      }
+    return best;
+  }
+
   // Moves a point by pixels in the plane that faces the camera.
   drag(point: Vector, dx: number, dy: number): Vector {
     const metres = this.metresPerPixel(point);
@@ -393,22 +410,33 @@ export class OrganView {
     if (this.xr.isPresenting) return this.draw(); // the headset has its own size and cameras
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return false; // while the page is laid out
-    const ratio = Math.min(this.quality === "high" ? 2 : 1, devicePixelRatio), size = this.renderer.getSize(new Vector2());
-    if (size.x !== width || size.y !== height || this.renderer.getPixelRatio() !== ratio) {
-      this.renderer.setPixelRatio(ratio);
-      this.renderer.setSize(width, height, false);
-      this.camera.resize(width / height);
-      this.stale = true;
-    }
+    const size = this.renderer.getSize(new Vector2());
+    if (size.x !== width || size.y !== height) this.resize(width, height, this.renderer.getPixelRatio());
     this.camera.update();
-    const from = [...this.camera.camera.position, ...this.camera.controls.target].join();
+    const from = [...this.camera.camera.position, ...this.camera.controls.target].join(), now = performance.now();
+    if (this.stale || from !== this.drawnFrom) this.changed = now;
+    const ratio = this.ratioAt(now);
+    if (ratio !== this.renderer.getPixelRatio()) this.resize(width, height, ratio);
     if (!this.stale && from === this.drawnFrom) {
       this.slow.pause();
       return false;
     }
     this.drawnFrom = from;
-    if (this.quality === "high" && !isChosen() && this.slow.add(performance.now())) this.draws("low");
+    if (this.quality === "high" && !isChosen() && this.slow.add(now)) this.draws("low");
     return this.draw();
+  }
+
+  // Pixels of the picture for one of the page. In low quality a picture that stays is drawn once more, with more of them.
+  private ratioAt(now: number): number {
+    if (this.quality === "high") return Math.min(2, devicePixelRatio);
+    return Math.min(1, devicePixelRatio) * (now - this.changed > STAYS ? SHARPER : 1);
+  }
+
+  private resize(width: number, height: number, ratio: number) {
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+    this.camera.resize(width / height);
+    this.stale = true;
   }
 
   private draw(): boolean {

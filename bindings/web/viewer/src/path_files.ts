@@ -9,9 +9,8 @@ export const LONGEST_PATH = 600; // s
 const beginsAsNumber = (cell: string) => /^\s*"?\s*([-+.\d]|(nan|inf|infinity)\s*"?\s*$)/i.test(cell);
 const isNumber = (cell: string) => cell.trim() !== "" && Number.isFinite(Number(cell));
 
-// Rows of time (s), x, y, z (m), with '#' comments. The first line may be a heading: none of its cells begins as a number does. Linear
-// between rows, as palpate-run plays them.
-export function pathOfFile(text: string): Path {
+// Rows of a time (s) and further numbers, with '#' comments. The first line may be a heading: none of its cells begins as a number does.
+export function rowsOfFile(text: string, columns: number): number[][] {
   const rows: number[][] = [];
   let lines = 0;
   text.split(/\r?\n/).forEach((line, index) => {
@@ -19,15 +18,21 @@ export function pathOfFile(text: string): Path {
     if (!row) return;
     const cells = row.split(","), numbers = cells.map(Number);
     ++lines;
-    if (cells.length === 4 && cells.every(isNumber)) {
+    if (cells.length === columns && cells.every(isNumber)) {
       const last = rows.at(-1);
       if (last && !(numbers[0] > last[0])) throw new Error(word("path.time", { line: index + 1, last: last[0], found: numbers[0] }));
       rows.push(numbers);
     } else if (lines > 1 || cells.some(beginsAsNumber) || !/[^\s,"]/.test(row)) {
-      throw new Error(word("path.row", { line: index + 1, found: row }));
+      throw new Error(word("path.row", { line: index + 1, count: columns, found: row }));
     }
   });
   if (!rows.length) throw new Error(word("path.empty"));
+  return rows;
+}
+
+// Rows of time (s), x, y, z (m): linear between rows, as palpate-run plays them.
+export function pathOfFile(text: string): Path {
+  const rows = rowsOfFile(text, 4);
   const duration = rows.at(-1)![0];
   if (duration > LONGEST_PATH) throw new Error(word("path.long", { most: LONGEST_PATH, found: duration }));
   const steps = Math.floor(duration * TOUCH_HZ * (1 + 1e-9)) + 1;

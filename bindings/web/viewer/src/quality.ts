@@ -4,11 +4,14 @@ export type Quality = "high" | "low";
 const SLOW = 45; // ms between two frames, the median, from which the page draws less
 const FRAMES = 40; // between which that is measured
 
-// `?quality=high` and `?quality=low` in the address decide; else the renderer's name does.
-export function chosenQuality(context: WebGLRenderingContext | WebGL2RenderingContext): Quality {
+// `?quality=high` and `?quality=low` in the address decide; else the renderer's name does, as a context tells it that is made for this alone:
+// whether edges are smoothed is decided when the one that draws is made.
+export function chosenQuality(document: Document): Quality {
   const wanted = new URLSearchParams(location.search).get("quality");
   if (wanted === "high" || wanted === "low") return wanted;
-  return isSoftware(context) ? "low" : "high";
+  const context = document.createElement("canvas").getContext("webgl2"), quality = context && isSoftware(context) ? "low" : "high";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return quality;
 }
 
 export const isChosen = () => new URLSearchParams(location.search).has("quality");

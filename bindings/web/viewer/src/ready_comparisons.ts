@@ -7,6 +7,8 @@ export interface ReadyComparison {
   effects: [a: string, b: string]; // words of the page's address
   discs: [a: number, b: number]; // mm
   depth: number; // m, of the press
+  at: "front" | "end"; // where one sees the dent from the side, or the end that lies farthest from the organ's middle
+  seen?: Key; // what it shows
   bundles: [a: string, b: string] | null; // addresses; null: A's on both sides
 }
 
@@ -16,9 +18,9 @@ const COARSE = "1700", FINE = "20000"; // resolutions
 // hasLarge: the bundle of side A can deform largely. bundles: of the server. open: the address of side A's bundle.
 export function readyComparisons(hasLarge: boolean, bundles: ServedBundle[], open: string): ReadyComparison[] {
   const pair = meshes(bundles, open), ready: ReadyComparison[] = [];
-  if (hasLarge) ready.push({ name: "compare.ready.large", effects: ["", "large=on"], discs: [DISC, DISC], depth: 0.025, bundles: null });
-  if (pair) ready.push({ name: "compare.ready.mesh", effects: ["", ""], discs: [DISC, DISC], depth: 0.006, bundles: pair });
-  ready.push({ name: "compare.ready.disc", effects: ["", ""], discs: [3, 9], depth: 0.006, bundles: null });
+  if (hasLarge) ready.push({ name: "compare.ready.large", effects: ["", "large=on"], discs: [DISC, DISC], depth: 0.025, at: "end", seen: "compare.seen.large", bundles: null });
+  if (pair) ready.push({ name: "compare.ready.mesh", effects: ["", ""], discs: [DISC, DISC], depth: 0.006, at: "front", bundles: pair });
+  ready.push({ name: "compare.ready.disc", effects: ["", ""], discs: [3, 9], depth: 0.006, at: "front", bundles: null });
   return ready;
 }
 

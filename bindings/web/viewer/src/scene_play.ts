@@ -4,17 +4,22 @@ import { TOOL_COUNT, TOUCH_HZ, type DrawnLink, type Hold, type ToolFrame, type V
 import type { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
 import { SceneLinks } from "./scene_links";
+import { LONGEST_PATH } from "./path_files";
 import { PlayedTool } from "./scene_tool";
 import { nodesFor } from "./touch_scene";
 import { TouchWorld, type WorldPart } from "./touch_world";
+import { durationOf } from "./world_reader";
 import type { WorldScene } from "./world_scene";
 
 export const MOST_NODES = 3000; // of palpate.h
 const LEAST_OF_MANY = 1000, NODES_OF_DISC = 96, NODES_OF_PLACE = 4; // as palpate-run has them (programs/player/played_organ.cpp)
+const FAST = 20; // s: a scene of more than LONGEST_PATH plays in this time
 const NEEDLE_PLACES = 32; // where the file says nothing else
 
 export class ScenePlay {
   step = 0; // of the next touch
+  private pace: number; // touches of the scene for each of the page
+  private owed = 0; // part of a touch that is not yet due
   readonly steps: number;
   private room: { maxTools: number; maxPoints: number }; // that each organ's scene needs
   private forces: Float64Array; // [step][tool][x y z] N, on the tool, of the touches until now
@@ -27,7 +32,9 @@ export class ScenePlay {
     this.links = new SceneLinks(scene, parts);
     this.needlePlaces = scene.needlePlaces ?? NEEDLE_PLACES;
     this.tools = scene.tools.map((tool, t) => new PlayedTool(tool, t, scene.organs[tool.organ].name, parts[tool.organ]));
-    this.steps = Math.floor(durationOf(scene) * TOUCH_HZ * (1 + 1e-9)) + 1;
+    const duration = durationOf(scene), { touch } = scene.rates;
+    this.steps = Math.floor(duration * touch * (1 + 1e-9)) + 1;
+    this.pace = Math.min(1, (duration > LONGEST_PATH ? duration / FAST : 1) * (touch / TOUCH_HZ));
     this.forces = new Float64Array(3 * scene.tools.length * this.steps);
     const points = this.tools.reduce((sum, tool) => sum + tool.pointsAndGrips, 0);
     this.room = { maxTools: scene.tools.length, maxPoints: scene.maxPoints ?? Math.max(1, points) };
@@ -36,7 +43,7 @@ export class ScenePlay {
   // A world for the scene's tools alone, as palpate-run has it.
   makeWorld(runtime: Runtime): TouchWorld {
     const { pairs, friction, forceLimit, forceSlew } = this.scene, maxLinks = this.links.count(null);
-    const made = new TouchWorld(runtime, this.parts.map((part, k) => this.partOf(part, k)), { forceLimit, forceSlew, maxPairs: pairs, friction, maxLinks });
+    const made = new TouchWorld(runtime, this.parts.map((part, k) => this.partOf(part, k)), { forceLimit, forceSlew, maxPairs: pairs, friction, maxLinks }, this.scene.rates);
     this.links.hold(made, 0);
     return made;
   }
@@ -49,6 +56,19 @@ export class ScenePlay {
     const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced);
     const holds = { maxLinks: this.links.count(organ), grasps: grasps.length > 0, needles: needles > 0, needlePlaces: this.needlePlaces };
     return { ...part, effects: { ...part.effects, ...this.room, maxContactNodes: this.scene.maxContactNodes ?? nodes, ...holds } };
+  }
+
+  // Whether a touch of the scene is due at a touch of the page, of which there are TOUCH_HZ a second.
+  isDue(): boolean {
+    this.owed += this.pace;
+    if (this.step > 0 && this.owed < 1) return false;
+    this.owed = Math.max(0, this.owed - 1);
+    return true;
+  }
+
+  // How many times as fast as in life the scene plays.
+  get speed(): number {
+    return (this.pace * TOUCH_HZ) / this.scene.rates.touch;
   }
 
   // The next touch, of the tools at these places. Returns its flags.
@@ -68,7 +88,7 @@ export class ScenePlay {
   }
 
   get time(): number {
-    return this.step / TOUCH_HZ;
+    return this.step / this.scene.rates.touch;
   }
   get isDone(): boolean {
     return this.step >= this.steps;
@@ -106,9 +126,3 @@ export class ScenePlay {
 // The tools for a frame, of which the page has two at the least.
 export const presentAt = (places: (Vector | null)[]): RecordedTool[] =>
   Array.from({ length: Math.max(TOOL_COUNT, places.length) }, (_, t) => (places[t] ? { point: places[t], hold: false } : null));
-
-// s, to the last row of a tool or a motion.
-function durationOf({ tools, motions }: WorldScene): number {
-  const ofTools = tools.flatMap(({ path, turn, place, grasp }) => [path, turn, place?.depth, grasp?.closing]);
-  return Math.max(0, ...[...ofTools, ...motions.map(({ rows }) => rows)].map((rows) => rows?.at(-1)![0] ?? 0));
-}

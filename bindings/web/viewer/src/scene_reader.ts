@@ -12,6 +12,7 @@ const CHOICES: Record<string, string[]> = {
   collision: ["rest", "deformed"], contact: ["node", "triangle", "point", "patch"], law: ["sticking", "sliding", "unilateral", "coulomb"],
   force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large", "large-beside", "large-renewed"], dent: ["off", "discs"],
 };
+const LEAST_RATE = 1e-6, MOST_RATE = 1e6; // Hz, of scene files (docs/files.md)
 const TOP = ["name", "bundle", "unit", "csv_unit", "effects", "relaxation", "rate", "tool"];
 const OF_TOOL = ["name", "points", "path", "hold", "disc_radius", "friction", "away"];
 
@@ -31,7 +32,6 @@ export function readScene(text: string, now: { effects: PageEffects; tool: ToolS
   const scene = parsed(text), unit = unitOf(scene);
   if (Array.isArray(scene.organ)) throw new Error(word("scene.several-organs"));
   refuseOthers(word("scene.itself"), scene, TOP);
-  checkRate(scene);
   const tools = (Array.isArray(scene.tool) ? scene.tool : []).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, unit));
   if (!tools.length) throw new Error(word("scene.no-tool"));
   const radii = tools.map((tool) => tool.discRadius), frictions = tools.map((tool) => tool.friction);
@@ -52,11 +52,26 @@ export function unitOf({ unit }: Table): number {
   return metres;
 }
 
-export function checkRate(scene: Table) {
-  const rate = table(scene.rate, "rate");
-  for (const [key, expected] of Object.entries({ touch: TOUCH_HZ, deform: DEFORM_HZ }))
-    if (Number(rate[key] ?? expected) !== expected) throw new Error(word("scene.rate", { key, expected, found: shownAs(rate[key]) }));
+// Of a scene that plays at rates of its own.
+export interface Rates {
+  touch: number; // Hz
+  deform: number; // Hz: solves of the body beside the touch
 }
+export const PAGE_RATES: Rates = { touch: TOUCH_HZ, deform: DEFORM_HZ };
+
+export function ratesOf(scene: Table): Rates {
+  const rate = table(scene.rate, "rate");
+  refuseOthers("[rate]", rate, ["touch", "deform", "shape"]); // the page draws a shape for each picture
+  const read = (key: keyof Rates, most: number) => {
+    const value = rate[key] ?? Math.min(PAGE_RATES[key], most);
+    if (typeof value !== "number" || !(value >= LEAST_RATE && value <= most)) throw new Error(word("scene.rate", { key, least: LEAST_RATE, most, found: shownAs(value) }));
+    return value;
+  };
+  const touch = read("touch", MOST_RATE);
+  return { touch, deform: read("deform", touch) };
+}
+
+export const playsAtPageRates = (scene: Table) => JSON.stringify(ratesOf(scene)) === JSON.stringify(PAGE_RATES);
 
 export function parsed(text: string): Table {
   try {
@@ -67,11 +82,12 @@ export function parsed(text: string): Table {
   }
 }
 
-export function readEffects(given: Table, relaxation: Table, hasDisc: boolean): PageEffects {
+// more: choices that the page's own tools do not have.
+export function readEffects(given: Table, relaxation: Table, hasDisc: boolean, more: Record<string, string[]> = {}): PageEffects {
   const effects: Table = { ...DEFAULT_EFFECTS, collision: "rest", contact: hasDisc ? "patch" : "point", preload: false, relaxation: [] };
   refuseOthers("[effects]", given, [...Object.keys(CHOICES), "preload"]);
   for (const [effect, value] of Object.entries(given)) {
-    const choices = CHOICES[effect];
+    const choices = CHOICES[effect] && [...CHOICES[effect], ...(more[effect] ?? [])];
     if (choices ? !choices.includes(String(value)) : typeof value !== "boolean")
       throw new Error(word("scene.effect", { effect, expected: choices ? choices.join(", ") : word("scene.true-false"), found: shownAs(value) }));
     effects[effect] = value;
@@ -98,7 +114,9 @@ function readTool(given: Table, where: string, unit: number): SceneTool {
   refuseOthers(where, given, OF_TOOL);
   const points = given.points as number[][] | undefined;
   if (points?.length !== 1 || !isRow(points[0], 3)) throw new Error(word("scene.points", { where, found: shownAs(points) }));
-  const rows = pathRows(given.path, where), away = timeSpans(given.away, `${where} away`);
+  const rows = pathRows(given.path, where);
+  checkLength(rows, `${where} path`);
+  const away = timeSpans(given.away, `${where} away`);
   const offset = points[0];
   return {
     slot: Number(/^tool (\d)\b/.exec(String(given.name))?.[1] ?? 0) - 1, hold: given.hold === true, away,
@@ -115,11 +133,15 @@ export function pathRows(path: unknown, where: string, key = "path"): number[][]
   return rows;
 }
 
+// As long as a recording may be.
+function checkLength(rows: number[][], where: string) {
+  if (rows.at(-1)![0] > LONGEST_PATH) throw new Error(word("scene.long", { where, most: LONGEST_PATH, found: rows.at(-1)![0] }));
+}
+
 // where: the key with its table.
 export function checkTimes(rows: number[][], where: string) {
   const late = rows.findIndex((row, i) => i > 0 && !(row[0] > rows[i - 1][0]));
   if (late > 0) throw new Error(word("scene.late", { where, last: rows[late - 1][0], row: late + 1, found: rows[late][0] }));
-  if (rows.at(-1)![0] > LONGEST_PATH) throw new Error(word("scene.long", { where, most: LONGEST_PATH, found: rows.at(-1)![0] }));
 }
 
 // Rows from, until, s; none where the file has none. where: the key with its table.

@@ -231,7 +231,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     this.rate.add(frame.touches, frame.at);
     byId("touch-rate").textContent = frame.touches ? this.rate.words : word("times.at-rest");
     const words = flagWords(frame.flags), now = performance.now();
-    if (frame.lost) words.push(word("notice.lost", { count: frame.lost }));
+    if (frame.lost && !this.playsItself) words.push(word("notice.lost", { count: frame.lost }));
     if (words.length) this.flagged = now;
     if (this.flagged && (says || now - this.flagged > FLAGS_STAY)) {
       this.tellUser(words.join("; "));

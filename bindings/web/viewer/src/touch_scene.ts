@@ -1,7 +1,8 @@
 // A scene of the runtime that measures the time of its touches and shapes. The worker's loop steps it.
 import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
-import { DEFORM_HZ, TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
+import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
+import { PAGE_RATES } from "./scene_reader";
 
 const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
 
@@ -34,21 +35,25 @@ export class PageTools {
 
 export const nodesFor = (effects: PageEffects, points: number) => (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * points;
 
-// Under large-beside and large-renewed: solves the body after the first touch and each tenth one after it, as palpate-run does.
+// Under large-beside and large-renewed: solves the body after the touches after which palpate-run does, at the page's rates the first touch and
+// each tenth one after it.
 export class BodySolves {
   private touches = 0; // since the scene was new
+  private solves = 0;
   private isBeside: boolean;
 
-  constructor({ deformation }: PageEffects) {
+  constructor({ deformation }: PageEffects, private rates = PAGE_RATES) {
     this.isBeside = deformation === "large-beside" || deformation === "large-renewed";
   }
 
   reset() {
-    this.touches = 0;
+    this.touches = this.solves = 0;
   }
 
   afterTouch(scene: Scene) {
-    if (this.isBeside && this.touches++ % (TOUCH_HZ / DEFORM_HZ) === 0) scene.deform();
+    if (!this.isBeside || this.touches++ < Math.ceil((this.solves * this.rates.touch) / this.rates.deform - 1e-9)) return;
+    ++this.solves;
+    scene.deform();
   }
 }
 

@@ -1,6 +1,7 @@
 // A world of the runtime that measures the time of its touches. The worker's loop steps it.
 import type { Bundle, Pose, RenderMesh, Runtime, Tool, World, WorldOptions } from "../../module/palpate.js";
-import { TOUCH_HZ, type PageEffects, type Vector } from "./messages";
+import type { PageEffects, Vector } from "./messages";
+import { PAGE_RATES } from "./scene_reader";
 import { BodySolves } from "./touch_scene";
 
 export interface WorldPart {
@@ -16,9 +17,9 @@ export class TouchWorld {
   private solves: BodySolves[];
   private frames: OrganFrame[];
 
-  constructor(runtime: Runtime, parts: WorldPart[], options: WorldOptions) {
+  constructor(runtime: Runtime, parts: WorldPart[], options: WorldOptions, private rates = PAGE_RATES) {
     this.world = runtime.createWorld(parts.map(({ bundle, pose, mesh, effects: { fine, dent, inside, ...effects } }) => ({ bundle, pose, effects: { ...effects, renderMesh: mesh } })), options);
-    this.solves = parts.map(({ effects }) => new BodySolves(effects));
+    this.solves = parts.map(({ effects }) => new BodySolves(effects, rates));
     this.frames = parts.map(({ pose }) => new OrganFrame(pose));
   }
 
@@ -31,7 +32,7 @@ export class TouchWorld {
   touch(tools: Tool[]): number {
     this.world.setTools(tools);
     const start = performance.now();
-    const flags = this.world.touch(1 / TOUCH_HZ);
+    const flags = this.world.touch(1 / this.rates.touch);
     this.touchMs += performance.now() - start;
     this.world.organs.forEach((organ, k) => this.solves[k].afterTouch(organ));
     return flags;

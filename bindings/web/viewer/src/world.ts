@@ -1,5 +1,6 @@
 // The page of several organs: draws the frames that its worker sends, and sends the user's input to the worker.
 import { Vector3 } from "three";
+import { named } from "./anatomy";
 import { clearestDirection } from "./clear_view";
 import { organColour } from "./colours";
 import { DEFAULT_EFFECTS, DEFAULT_TOOL } from "./effects";
@@ -104,8 +105,8 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
 
   private showFacts() {
     const { name } = this.scene!, nodes = this.organs.reduce((sum, organ) => sum + organ.nodes, 0);
-    byId("name").textContent = name;
-    document.title = `${name} – Palpate`;
+    byId("name").textContent = named(name);
+    document.title = `${named(name)} – Palpate`;
     byId("facts").textContent = word("world.facts", { organs: count(this.organs.length), nodes: count(nodes) });
     const tools = this.scene!.tools.map((tool, t) => `${t + 1}: ${tool.name}`).join(", ");
     if (tools) tell(byId("played"), "world.played", { tools });
@@ -117,7 +118,7 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
       const dot = element("i", { class: "dot" }), shown = element("input", { type: "checkbox", checked: "" });
       dot.style.background = organColour(k);
       shown.addEventListener("change", () => this.hide());
-      return element("tr", {}, element("th", { scope: "row" }, element("label", {}, shown, dot, name)), element("td"), element("td"));
+      return element("tr", {}, element("th", { scope: "row" }, element("label", {}, shown, dot, named(name))), element("td"), element("td"));
     };
     this.rows = this.organs.map(row);
     byId("organs").querySelector("tbody")!.replaceChildren(...this.rows);
@@ -237,6 +238,7 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
     this.tellUser("");
     if (!this.scene) return;
     this.showFacts();
+    this.rows.forEach((row, k) => (row.querySelector("label")!.lastChild!.textContent = named(this.organs[k].name)));
     this.showValues();
     this.showChoices();
   }
@@ -261,7 +263,7 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
     super.numbers(frame);
     this.showForces(frame.organs);
     this.showTimes(frame.clocks);
-    byId("trust").textContent = playedWords(frame.playing, frame.holds);
+    byId("trust").textContent = playedWords(frame);
   }
 
   // What the page shows now, for scripts.

@@ -9,6 +9,7 @@ import { HeldTools } from "./held_tools";
 import { frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type ColourBy, type ToolFrame, type ToolTarget } from "./messages";
 import { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
+import { saidOf } from "./said";
 import { SceneLinks } from "./scene_links";
 import { MOST_NODES, presentAt, ScenePlay } from "./scene_play";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
@@ -67,7 +68,7 @@ async function open(scene: WorldScene, files: WorldFile[], of: number[], wanted:
   } catch (error) {
     for (const bundle of bundles) bundle.close();
     if (number !== openings) return;
-    say({ type: "refused", what: "world", message: (error as Error).message, byteOffset: error instanceof PalpateError ? error.byteOffset : 0 });
+    say({ type: "refused", what: "world", message: saidOf(error), byteOffset: error instanceof PalpateError || error instanceof NamedError ? error.byteOffset : 0 });
   }
 }
 
@@ -80,13 +81,22 @@ function bundleOf(engine: Runtime, { name, source }: WorldFile): Promise<Bundle>
   });
 }
 
+// Of a bundle that the runtime refuses, said in the page's language.
+class NamedError extends Error {
+  readonly byteOffset: number;
+  constructor({ message, byteOffset }: PalpateError) {
+    super(message);
+    this.byteOffset = byteOffset;
+  }
+}
+
 // The error's sentence, with the file's name in front.
 async function named<Made>(name: string, make: () => Promise<Made>): Promise<Made> {
   try {
     return await make();
   } catch (error) {
-    (error as Error).message = `${name}: ${(error as Error).message}`;
-    throw error;
+    (error as Error).message = `${name}: ${saidOf(error)}`;
+    throw error instanceof PalpateError ? new NamedError(error) : error;
   }
 }
 
@@ -145,7 +155,7 @@ function change(wanted: WorldSettings) {
     take(touchedWorld(opened, wanted), wanted);
     say({ type: "accepted", settings });
   } catch (error) {
-    say({ type: "refused", what: "settings", message: (error as Error).message, byteOffset: 0 });
+    say({ type: "refused", what: "settings", message: saidOf(error), byteOffset: 0 });
   }
 }
 
@@ -160,6 +170,7 @@ let present: RecordedTool[] = Array(TOOL_COUNT).fill(null);
 // Returns whether there are tools or motions.
 function step(): boolean {
   if (play?.isDone) endPlay();
+  if (play && !play.isDue()) return true;
   counts.addTouch(play ? touchOf(play) : touch());
   present.forEach((tool, index) => held.meet(index, tool, world!.world.contactCount(inRuntime(index))));
   return play !== null || present.some(Boolean) || held.active || opened!.clocks.play;
@@ -195,7 +206,7 @@ function beginPlay() {
     play = next;
     loop.run();
   } catch (error) {
-    say({ type: "refused", what: "play", message: (error as Error).message, byteOffset: 0 });
+    say({ type: "refused", what: "play", message: saidOf(error), byteOffset: 0 });
   }
 }
 
@@ -246,7 +257,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   fillFrame(buffer, opened, world);
   const frame: WorldFrame = {
     type: "frame", buffer, tools: present.map(toolFrame), organs: world.world.organStates.map(forcesOf), clocks: opened.clocks.states,
-    playing: play && play.time, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), changed, ...counts.take(world, loop),
+    playing: play && play.time, speed: play?.speed ?? 1, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), changed, ...counts.take(world, loop),
   };
   say(frame, [buffer]);
 }

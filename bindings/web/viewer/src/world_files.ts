@@ -1,6 +1,6 @@
 // The files of a scene of several organs: from the page's server, or those that the user drops together.
 import type { WorldFile } from "./world_messages";
-import { readWorld } from "./world_reader";
+import { filesOfScene, readWorld, type SceneFiles } from "./world_reader";
 import type { WorldScene } from "./world_scene";
 import { word } from "./words";
 
@@ -19,7 +19,7 @@ export async function servedWorld(): Promise<WorldFiles | null> {
     if (named) throw new Error(word("world.no-scene", { url: named }));
     return null;
   }
-  const scene = readWorld(await answer.text());
+  const text = await answer.text(), scene = await readNamed(lastPart(address.pathname), async () => readWorld(text, await servedFilesOf(text, address)));
   const bundle = (name: string, bundle: string | null) => {
     if (!named) return `world-bundles/${name}.h5`;
     if (!bundle) throw new Error(word("world.no-bundle", { organ: name }));
@@ -30,9 +30,10 @@ export async function servedWorld(): Promise<WorldFiles | null> {
 
 // Throws an Error that names the file that is missing.
 export async function droppedWorld(dropped: File[]): Promise<WorldFiles> {
-  const isScene = (file: File) => file.name.toLowerCase().endsWith(".toml"), found = dropped.find(isScene), bundles = dropped.filter((file) => !isScene(file));
+  const ends = (file: File, ending: string) => file.name.toLowerCase().endsWith(ending), found = dropped.find((file) => ends(file, ".toml"));
+  const named = dropped.filter((file) => ends(file, ".csv")), bundles = dropped.filter((file) => file !== found && !named.includes(file));
   if (!found) throw new Error(word("world.scene-first", { name: dropped[0].name }));
-  const scene = readWorld(await found.text()), lastPart = (path: string) => path.slice(path.lastIndexOf("/") + 1);
+  const scene = await readNamed(found.name, async () => readWorld(await found.text(), await sceneFiles(named)));
   // Bundles of several folders that have one name are told apart by the organ's name alone.
   const paths = scene.organs.map(({ bundle }) => bundle), isOwn = (path: string) => !paths.some((other) => other && other !== path && lastPart(other) === lastPart(path));
   const names = scene.organs.map(({ name, bundle }) => {
@@ -42,6 +43,33 @@ export async function droppedWorld(dropped: File[]): Promise<WorldFiles> {
   });
   const bytes = new Map(await Promise.all(bundles.map(async (file) => [file.name, await file.arrayBuffer()] as const)));
   return ofFiles(scene, names, (name) => bytes.get(name)!);
+}
+
+// With the scene's name in front of what is wrong with it.
+async function readNamed(name: string, read: () => Promise<WorldScene>): Promise<WorldScene> {
+  try {
+    return await read();
+  } catch (error) {
+    throw new Error(word("notice.refused", { name, why: (error as Error).message }));
+  }
+}
+
+const lastPart = (path: string) => path.slice(path.lastIndexOf("/") + 1);
+
+// CSV files that the user chose together with the scene that names them.
+export async function sceneFiles(chosen: File[]): Promise<SceneFiles> {
+  const texts = new Map(await Promise.all(chosen.map(async (file) => [file.name, await file.text()] as const)));
+  return (name) => texts.get(lastPart(name)) ?? null;
+}
+
+// Those beside a scene that the server has.
+async function servedFilesOf(text: string, scene: URL): Promise<SceneFiles> {
+  const texts = new Map<string, string>();
+  for (const name of filesOfScene(text)) {
+    const answer = await fetch(new URL(name, scene)).catch(() => null);
+    if (answer?.ok) texts.set(name, await answer.text());
+  }
+  return (name) => texts.get(name) ?? null;
 }
 
 function ofFiles(scene: WorldScene, names: string[], source: (name: string) => WorldFile["source"]): WorldFiles {

@@ -1,8 +1,9 @@
 // Reads a scene file of several organs, which palpate-run plays. What the page cannot play is refused with the key's name.
 import { pointsOf } from "./capsule";
 import type { Pose } from "../../module/palpate.js";
-import { MOST_TOOLS, type PageEffects, type Vector } from "./messages";
-import { checkRate, checkTimes, isRow, parsed, pathRows, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
+import { MOST_TOOLS, TOUCH_HZ, type PageEffects, type Vector } from "./messages";
+import { LONGEST_PATH, rowsOfFile } from "./path_files";
+import { checkTimes, isRow, parsed, pathRows, playsAtPageRates, ratesOf, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
 import { SIDES, type SceneGrasp, type SceneGrip, type SceneLink, type SceneMotion, type SceneNeedle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
 import { word } from "./words";
 
@@ -11,43 +12,54 @@ const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limit
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
 const OF_LIMITS = ["points", "contact_nodes", "needle_places", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement"];
 const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
-const OF_MOTION = ["name", "organ", "sine", "amounts"];
-const OF_TOOL = ["name", "organ", "points", "capsule", "path", "turn", "at", "near", "depth", "grip", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
+const OF_MOTION = ["name", "organ", "sine", "amounts", "amounts_csv"];
+const OF_TOOL = ["name", "organ", "points", "capsule", "path", "path_csv", "turn", "at", "near", "depth", "grip", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
 const OF_CAPSULE = ["radius", "length", "axis", "samples"], OF_GRIP = ["nearest", "box", "axes"];
 const OF_GRASP = ["near", "opposite", "radius", "friction", "clamp_force", "closing", "closed"];
 const OF_NEEDLE = ["entry", "direction", "radius", "friction", "puncture_force", "cutting_force", "spacing"];
 const OF_LINK = ["name", "kind", "organ", "organs", "places", "world", "rest_length", "rest_lengths", "stiffness", "stiffnesses", "breaking_force", "radius"];
 const KINDS = ["thread", "spring", "clip"] as const;
 
+const MOST_TOUCHES = LONGEST_PATH * TOUCH_HZ; // of a scene: their forces are kept
+const OWN_CHOICES = { collision: ["off"], shape: ["off"] }; // of effects, beside those of the page's own tools
+
+// The text of a file that a scene names, as the scene names it; null: it is not there.
+export type SceneFiles = (name: string) => string | null;
+
+// The CSV files that a scene names.
+export function filesOfScene(text: string): string[] {
+  const scene = parsed(text), named = (key: string, of: string) => listOf(scene[of]).map((one) => table(one, of)[key]);
+  return [...named("path_csv", "tool"), ...named("amounts_csv", "motion")].filter((name) => typeof name === "string");
+}
+
 // Throws an Error that names the key.
-export function readWorld(text: string): WorldScene {
+export function readWorld(text: string, files: SceneFiles): WorldScene {
   const scene = parsed(text);
   if (!Array.isArray(scene.organ)) throw new Error(word("world.one-organ"));
-  return worldOf(scene);
+  return worldOf(scene, files);
 }
 
 // Of a tool or a scene of one organ: what the page's own tools, which press one point each, cannot do.
-const BEYOND_POINTS = ["capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "limits"];
+const BEYOND_POINTS = ["path_csv", "capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "limits"];
 
 // A scene of one organ that the page's own tools cannot play, as a world of that organ; null: another scene.
-export function readOwn(text: string, organ: string): WorldScene | null {
+export function readOwn(text: string, organ: string, files: SceneFiles): WorldScene | null {
   const { bundle, ...scene } = parsed(text), tools = listOf(scene.tool).map((tool) => table(tool, "tool"));
   const isBeyond = (tool: Table) => BEYOND_POINTS.some((key) => key in tool) || listOf(tool.points).length > 1;
-  if (scene.organ !== undefined || !(BEYOND_TOOLS.some((key) => key in scene) || tools.some(isBeyond))) return null;
-  return worldOf({ ...scene, organ: [{ name: organ }] });
+  if (scene.organ !== undefined || !(BEYOND_TOOLS.some((key) => key in scene) || tools.some(isBeyond) || !playsAtPageRates(scene))) return null;
+  return worldOf({ ...scene, organ: [{ name: organ }] }, files);
 }
 
-function worldOf(scene: Table & { organ?: unknown }): WorldScene {
+function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles): WorldScene {
   const unit = unitOf(scene), given = scene.organ as Table[];
   refuseOthers(word("scene.itself"), scene, TOP);
-  checkRate(scene);
-  const world = table(scene.world, "world"), limits = table(scene.limits, "limits"), names = given.map((organ, k) => nameOf(organ, `[[organ]] ${k + 1}`));
+  const rates = ratesOf(scene), world = table(scene.world, "world"), limits = table(scene.limits, "limits"), names = given.map((organ, k) => nameOf(organ, `[[organ]] ${k + 1}`));
   refuseOthers("[world]", world, ["pairs", "friction"]);
   refuseOthers("[limits]", limits, OF_LIMITS);
   const twice = names.find((name, k) => names.indexOf(name) < k);
   if (twice !== undefined) throw new Error(word("world.same-name", { name: twice }));
-  const motions = listOf(scene.motion).map((motion, m) => readMotion(table(motion, "motion"), `[[motion]] ${m + 1}`, names));
-  const tools = listOf(scene.tool).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, names, unit));
+  const motions = listOf(scene.motion).map((motion, m) => readMotion(table(motion, "motion"), `[[motion]] ${m + 1}`, names, files));
+  const tools = listOf(scene.tool).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, names, unit, files));
   if (tools.length > MOST_TOOLS) throw new Error(word("scene.many-tools", { most: MOST_TOOLS }));
   const links = listOf(scene.link).map((link, l) => readLink(table(link, "link"), `[[link]] ${l + 1}`, names, unit));
   const pairs = wholeOf(world, "pairs", "[world]", MOST_PAIRS) ?? 0, friction = numberOf(world, "friction", "[world]", MOST_FRICTION) ?? 0;
@@ -57,12 +69,20 @@ function worldOf(scene: Table & { organ?: unknown }): WorldScene {
     touch: pairs > 0, moves: motions.some((motion) => motion.organ === k),
     disc: !tools.length || tools.some(({ discRadius, grasp, organ: of }) => discRadius > 0 || (grasp && of === k)) || isWide(k),
   }));
+  const touches = durationOf({ tools, motions }) * rates.touch;
+  if (touches > MOST_TOUCHES) throw new Error(word("scene.touches", { most: MOST_TOUCHES, found: Math.ceil(touches) }));
   return {
-    name: String(scene.name ?? ""), unit, pairs, friction, motions, tools, links,
+    name: String(scene.name ?? ""), unit, rates, pairs, friction, motions, tools, links,
     forceLimit: numberOf(limits, "force", "[limits]"), forceSlew: numberOf(limits, "force_slew", "[limits]"),
     maxPoints: wholeOf(limits, "points", "[limits]", MOST_POINTS), maxContactNodes: wholeOf(limits, "contact_nodes", "[limits]", MOST_NODES), needlePlaces: wholeOf(limits, "needle_places", "[limits]", 64),
     organs: organs.map((organ) => ({ ...organ, effects: { ...organ.effects, ...limitsOf(limits) } })),
   };
+}
+
+// s, to the last row of a tool or a motion.
+export function durationOf({ tools, motions }: Pick<WorldScene, "tools" | "motions">): number {
+  const ofTools = tools.flatMap(({ path, turn, place, grasp }) => [path, turn, place?.depth, grasp?.closing]);
+  return Math.max(0, ...[...ofTools, ...motions.map(({ rows }) => rows)].map((rows) => rows?.at(-1)![0] ?? 0));
 }
 
 const listOf = (given: unknown): unknown[] => (Array.isArray(given) ? given : []);
@@ -87,7 +107,7 @@ function readOrgan(scene: Table, given: Table, name: string, unit: number, needs
   const where = `[[organ]] ${name}`;
   refuseOthers(where, given, OF_ORGAN);
   const chosen = { ...table(scene.effects, "effects"), ...table(given.effects, "effects") };
-  const relaxation = table(given.relaxation ?? scene.relaxation, "relaxation"), effects = readEffects(chosen, relaxation, needs.disc);
+  const relaxation = table(given.relaxation ?? scene.relaxation, "relaxation"), effects = readEffects(chosen, relaxation, needs.disc, OWN_CHOICES);
   if (chosen.collision === undefined && (needs.touch || needs.moves)) effects.collision = "deformed";
   return {
     name, bundle: given.bundle === undefined ? null : String(given.bundle), pose: poseOf(given, where, unit),
@@ -103,21 +123,18 @@ function poseOf(given: Table, where: string, unit: number): Pose {
   };
 }
 
-function readMotion(given: Table, where: string, organs: string[]): SceneMotion {
+function readMotion(given: Table, where: string, organs: string[], files: SceneFiles): SceneMotion {
   refuseOthers(where, given, OF_MOTION);
   const name = nameOf(given, where), organ = organOf(given, where, organs);
-  if ((given.sine === undefined) === (given.amounts === undefined)) throw new Error(word("world.motion", { where }));
-  if (given.amounts !== undefined) {
-    const rows = rowsOf(given, "amounts", where)!;
-    return { name, organ, rows, sine: null };
-  }
+  if (["sine", "amounts", "amounts_csv"].filter((key) => key in given).length !== 1) throw new Error(word("world.motion", { where }));
+  if (given.sine === undefined) return { name, organ, rows: given.amounts === undefined ? fileRows(given, "amounts_csv", where, 2, files) : rowsOf(given, "amounts", where)!, sine: null };
   const sine = table(given.sine, `${where} sine`), [amplitude, period, mean] = ["amplitude", "period", "mean"].map((key) => Number(sine[key] ?? (key === "mean" ? 0 : NaN)));
   refuseOthers(`${where} sine`, sine, ["amplitude", "period", "mean"]);
   if (!Number.isFinite(amplitude) || !(period > 0) || !Number.isFinite(mean)) throw new Error(word("world.sine", { where, found: shownAs(given.sine) }));
   return { name, organ, rows: null, sine: { amplitude, period, mean } };
 }
 
-function readTool(given: Table, where: string, organs: string[], unit: number): SceneTool {
+function readTool(given: Table, where: string, organs: string[], unit: number, files: SceneFiles): SceneTool {
   refuseOthers(where, given, OF_TOOL);
   const grasp = given.grasp === undefined ? null : readGrasp(table(given.grasp, "grasp"), `${where} grasp`, unit);
   const needle = given.needle === undefined ? null : readNeedle(table(given.needle, "needle"), `${where} needle`, unit, given.near !== undefined || given.at !== undefined);
@@ -128,7 +145,7 @@ function readTool(given: Table, where: string, organs: string[], unit: number): 
   if (!points.length && !grasp && !needle && !grips.length) throw new Error(word("world.points", { where, found: shownAs(given.points) }));
   return {
     name: String(given.name ?? ""), organ: place || grasp || needle || grips.length ? organOf(given, where, organs) : 0, points: points.map((point) => point.map((x) => unit * x) as Vector),
-    path: place ? null : inMetres(pathRows(given.path, where), unit), turn, place, grips,
+    path: place ? null : inMetres(given.path_csv === undefined ? pathRows(given.path, where) : fileRows(given, "path_csv", where, 4, files), unit), turn, place, grips,
     hold: given.hold === true, discRadius: unit * (numberOf(given, "disc_radius", where) ?? 0), friction: numberOf(given, "friction", where, MOST_FRICTION) ?? 0,
     away: timeSpans(given.away, `${where} away`), grasp, needle,
   };
@@ -138,7 +155,7 @@ function readTool(given: Table, where: string, organs: string[], unit: number): 
 function readPlace(given: Table, where: string, unit: number): ScenePlace | null {
   const near = vectorOf(given, "near", where, unit), depth = rowsOf(given, "depth", where), at = SIDES.find((side) => side === given.at) ?? null;
   if (given.at !== undefined && !at) throw new Error(word("world.at", { where, expected: SIDES.join(", "), found: shownAs(given.at) }));
-  const places = [near, at, given.path].filter((one) => one !== null && one !== undefined).length, hasPlace = near !== null || at !== null;
+  const places = [near, at, given.path, given.path_csv].filter((one) => one !== null && one !== undefined).length, hasPlace = near !== null || at !== null;
   if (places > 1 || hasPlace !== (depth !== null)) throw new Error(word("world.place", { where }));
   return hasPlace ? { near, at, depth: inMetres(depth!, unit) } : null;
 }
@@ -233,6 +250,17 @@ function vectorOf(given: Table, key: string, where: string, unit: number): Vecto
 
 // Rows of a time and lengths.
 const inMetres = (rows: number[][], unit: number) => rows.map(([time, ...lengths]) => [time, ...lengths.map((x) => unit * x)]);
+
+// Rows s, values of a CSV file that the scene names.
+function fileRows(given: Table, key: string, where: string, columns: number, files: SceneFiles): number[][] {
+  const name = String(given[key]), text = files(name);
+  if (text === null) throw new Error(word("world.no-csv", { where, key, name }));
+  try {
+    return rowsOfFile(text, columns);
+  } catch (error) {
+    throw new Error(word("notice.refused", { name, why: (error as Error).message }));
+  }
+}
 
 // Rows s, value; null where the file has none.
 function rowsOf(given: Table, key: string, where: string): number[][] | null {

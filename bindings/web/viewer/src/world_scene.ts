@@ -1,6 +1,7 @@
 // A scene of several organs, as its file has it.
 import type { Pose } from "../../module/palpate.js";
 import type { PageEffects, Vector } from "./messages";
+import type { Rates } from "./scene_reader";
 
 export interface SceneOrgan {
   name: string;
@@ -84,6 +85,7 @@ export interface SceneTool {
 export interface WorldScene {
   name: string;
   unit: number; // metres in a unit of the amounts of pistons
+  rates: Rates;
   pairs: number;
   friction: number; // between organs
   forceLimit?: number; // N
