@@ -50,8 +50,8 @@ PRECOMPUTE_OPTIONS ?= $(PRECOMPUTE_OPTIONS_$(RESOLUTION))
 ifeq ($(wildcard $(ORGAN_DIR)/boundary/$(BC).toml),)
 $(error BC=$(BC): expected one of $(call toml_names,boundary)$(call near,$(BC),$(call toml_names,boundary)))
 endif
-# LARGER_RESOLUTIONS: those that a study of all sizes leaves out unless it is asked for them.
-ifeq ($(filter $(RESOLUTION),$(RESOLUTIONS) $(LARGER_RESOLUTIONS)),)
+# LARGER_RESOLUTIONS: those that a study of all sizes leaves out unless it is asked for them. Of new-organ IMAGES it is the new organs'.
+ifeq ($(filter $(RESOLUTION),$(RESOLUTIONS) $(LARGER_RESOLUTIONS))$(filter new-organ,$(MAKECMDGOALS)),)
 $(error RESOLUTION=$(RESOLUTION): expected one of $(strip $(RESOLUTIONS) $(LARGER_RESOLUTIONS)))
 endif
 

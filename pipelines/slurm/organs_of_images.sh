@@ -26,7 +26,7 @@ for image in "${images[@]}"; do
   image=$(realpath "$image") name=$(basename "$image" .gz)
   name=${name%.*} name=${name//[^A-Za-z0-9_-]/-}
   if ! [ -e "$folder/$name" ]; then
-    "${BIN:-build/bin}/palpate-organ" --quiet --image "$image" --label "$label" --name "$name" --folder "$folder" >&2
+    "${BIN:-build/bin}/palpate-organ" --quiet --image "$image" --label "$label" --name "$name" --folder "$folder" > /dev/null
   fi
   grep -qxF "IMAGE ?= $image" "$folder/$name/organ.mk" || fail "$image: $folder/$name is the folder of another image; rename one of them"
   echo "$name held ${RESOLUTION:-medium} ORGANS_DIR=$folder"
