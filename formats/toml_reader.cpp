@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "formats/errors.h"
 #include "formats/make_rule.h"
@@ -71,6 +73,29 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
+// Changes of one letter that turn one word into the other.
+std::size_t letters_apart(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t above = row[j];
+      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+// The end of a sentence with the word that was probably meant; empty where none is near.
+std::string did_you_mean(std::string_view found, const std::vector<std::string>& words) {
+  const auto apart = [&](const std::string& word) { return letters_apart(found, word); };
+  const auto nearest = std::ranges::min_element(words, {}, apart);
+  if (nearest == words.end() || apart(*nearest) > std::max<std::size_t>(1, found.size() / 3)) return "";
+  return fmt::format("; did you mean \"{}\"?", *nearest);
+}
+
 }  // namespace
 
 struct TomlTable::State {
@@ -94,11 +119,12 @@ struct TomlTable::State {
         fmt::format("{}:{}: {}{}: expected {}, found {}", file.string(), at, heading(), key, expected, found));
   }
 
-  [[noreturn]] void wrong(std::string_view key, const std::string& expected) const {
+  [[noreturn]] void wrong(std::string_view key, const std::string& expected, const std::string& end = "") const {
     const auto* value = table->get(key);
     const auto* array = value ? value->as_array() : nullptr;
     const bool tables = array && !array->empty() && array->is_array_of_tables();
-    fail(line_of(*table, key), key, expected, tables ? fmt::format("[[{}]]", key) : value ? shown(*value) : "nothing");
+    fail(line_of(*table, key), key, expected,
+         tables ? fmt::format("[[{}]]", key) : (value ? shown(*value) : "nothing") + end);
   }
 
   const ConfigKey& listed(std::string_view key) const {
@@ -234,7 +260,7 @@ std::size_t TomlTable::index_of_choice(std::string_view key, const std::vector<s
     throw std::logic_error(fmt::format("formats/config_keys.cpp: the words of \"{}\" are {}", key, list));
   const std::string found = state_->text(key, example_line(state_->listed(key)));
   const auto at = std::find(words.begin(), words.end(), found);
-  if (at == words.end()) wrong(key, "one of " + list);
+  if (at == words.end()) state_->wrong(key, "one of " + list, did_you_mean(found, words));
   return static_cast<std::size_t>(at - words.begin());
 }
 
@@ -287,8 +313,9 @@ void TomlTable::finish() const {
     if (line.file == state_->kind && line.table == state_->name) known.push_back(line.key);
   for (const auto& [key, ignored] : *state_->table)
     if (std::find(known.begin(), known.end(), key.str()) == known.end())
-      throw InputError(fmt::format("{}:{}: {}unknown key \"{}\"; the keys here are {}", state_->file.string(),
-                                   key.source().begin.line, state_->heading(), key.str(), joined(known)));
+      throw InputError(fmt::format("{}:{}: {}unknown key \"{}\"; the keys here are {}{}", state_->file.string(),
+                                   key.source().begin.line, state_->heading(), key.str(), joined(known),
+                                   did_you_mean(key.str(), known)));
   for (const std::string& key : known)
     if (!state_->asked.count(key))
       throw std::logic_error(fmt::format(

@@ -12,8 +12,10 @@ ORGANS := $(sort $(foreach d,$(ORGANS_DIR) $(PIPELINES),$(patsubst $d/%/organ.mk
 
 ORGAN ?= liver
 RANKS ?=
+# near(WORD, WORDS): the end of a sentence with the word that was probably meant.
+near = $(addprefix ; did you mean ,$(addsuffix ?,$(shell $(PYTHON) -c 'import difflib, sys; print(*difflib.get_close_matches(sys.argv[1], sys.argv[2:], 1))' '$1' $2 2> /dev/null)))
 ifeq ($(filter $(ORGAN),$(ORGANS)),)
-$(error ORGAN=$(ORGAN): expected one of $(ORGANS))
+$(error ORGAN=$(ORGAN): expected one of $(ORGANS)$(call near,$(ORGAN),$(ORGANS)))
 endif
 
 ORGAN_DIR := $(patsubst %/organ.mk,%,$(firstword $(wildcard $(foreach d,$(ORGANS_DIR) $(PIPELINES),$d/$(ORGAN)/organ.mk))))
@@ -28,11 +30,11 @@ empty :=
 prerequisite = $(subst ;,\;,$(subst :,\:,$(subst $(empty) ,\ ,$(strip $1))))
 quoted = '$(subst ','\'',$(strip $1))'
 
-.PHONY: pipeline mesh separate show-resolutions new-organ
+.PHONY: pipeline mesh separate show-resolutions new-organ organs
 pipeline:
 
 # What an organ is made from stands on the command line or in organ.mk, never in the environment, where other programs have such names.
-$(foreach v,IMAGE LABELS SURFACE UNIT MESH GEOMETRY SHELLS SURFACE_OPTIONS TETRAHEDRA_OPTIONS PRECOMPUTE_OPTIONS RENDER_OPTIONS,\
+$(foreach v,IMAGE IMAGES WRAP CASES LABEL LABELS SURFACE UNIT MESH GEOMETRY SHELLS SURFACE_OPTIONS TETRAHEDRA_OPTIONS PRECOMPUTE_OPTIONS RENDER_OPTIONS,\
     $(if $(filter environment,$(origin $v)),$(eval undefine $v)))
 include $(ORGAN_DIR)/organ.mk
 # What an organ.mk leaves out: the first mesh size, the first boundary set, all scenes, the options of the mesh size.
@@ -46,10 +48,10 @@ TETRAHEDRA_OPTIONS ?= $(TETRAHEDRA_OPTIONS_$(RESOLUTION))
 PRECOMPUTE_OPTIONS ?= $(PRECOMPUTE_OPTIONS_$(RESOLUTION))
 
 ifeq ($(wildcard $(ORGAN_DIR)/boundary/$(BC).toml),)
-$(error BC=$(BC): expected one of $(call toml_names,boundary))
+$(error BC=$(BC): expected one of $(call toml_names,boundary)$(call near,$(BC),$(call toml_names,boundary)))
 endif
-# LARGER_RESOLUTIONS: those that a study of all sizes leaves out unless it is asked for them.
-ifeq ($(filter $(RESOLUTION),$(RESOLUTIONS) $(LARGER_RESOLUTIONS)),)
+# LARGER_RESOLUTIONS: those that a study of all sizes leaves out unless it is asked for them. Of new-organ IMAGES it is the new organs'.
+ifeq ($(filter $(RESOLUTION),$(RESOLUTIONS) $(LARGER_RESOLUTIONS))$(filter new-organ,$(MAKECMDGOALS)),)
 $(error RESOLUTION=$(RESOLUTION): expected one of $(strip $(RESOLUTIONS) $(LARGER_RESOLUTIONS)))
 endif
 
@@ -238,7 +240,36 @@ $(CASE)/index.html: $(PICTURES) $(foreach m,$(MATERIALS),$(call case_of,$m)/veri
 
 # Make takes names and paths from the command line alone: some systems have an environment variable NAME.
 option = $(if $(filter command,$(origin $2)),$1 $(call quoted,$($2)))
+LABEL ?=
+IMAGES ?=
+WRAP ?=
+ifneq ($(IMAGES),)
+# IMAGES: a folder of images, or its files; an organ of each, named as the image's file. CASES: the file with a line of each, for `organs` and
+# for jobs of Slurm. Organs that are there stay.
 new-organ: $(BIN)/palpate-organ
+	$(if $(LABEL),,$(error new-organ: expected LABEL=, the organ's label in all IMAGES))
+	mkdir -p $(dir $(CASES))
+	BIN=$(BIN) ORGANS_DIR=$(firstword $(ORGANS_DIR)) $(PIPELINES)/slurm/organs_of_images.sh $(call quoted,$(LABEL)) \
+	    $(if $(shell [ -d $(call quoted,$(IMAGES)) ] && echo yes),$(call quoted,$(IMAGES)),$(foreach i,$(IMAGES),$(call quoted,$i))) > $(CASES).part
+	@mv $(CASES).part $(CASES)
+	@echo "wrote $$(wc -l < $(CASES)) organs, and a line of each to $(CASES); next: make -f Makefile.data organs"
+else
+# WRAP: of a surface that is open or crosses itself: yes, or the radius of the wrapping ball, mm. The wrapped one, in mm, stands beside it.
+wrapped = $(shell file=$(call quoted,$(SURFACE)); echo "$${file%.*}")-wrapped.ply
+new-organ: $(BIN)/palpate-organ $(if $(WRAP),$(BIN)/palpate-surface)
+	@$(if $(WRAP),$(BIN)/palpate-surface $(call quoted,$(SURFACE)) --wrap $(if $(filter-out yes,$(WRAP)),--wrap-mm $(WRAP)) \
+	    $(call option,--unit,UNIT) -o $(call quoted,$(wrapped)))
 	@$(BIN)/palpate-organ $(call option,--name,NAME) $(call option,--image,IMAGE) $(call option,--label,LABEL) $(call option,--labels,LABELS) \
-	    $(call option,--surface,SURFACE) $(call option,--mesh,MESH) $(call option,--unit,UNIT) $(call option,--frame,FRAME) \
-	    --folder $(firstword $(ORGANS_DIR))
+	    $(if $(WRAP),--surface $(call quoted,$(wrapped)) --unit mm,$(call option,--surface,SURFACE) $(call option,--unit,UNIT)) \
+	    $(call option,--mesh,MESH) $(call option,--frame,FRAME) --folder $(firstword $(ORGANS_DIR))
+endif
+
+# Every organ of CASES, one after the other; those that fail are named at the end.
+CASES ?= $(DATA)/cases
+organs: $(addprefix $(BIN)/,palpate-surface palpate-tetrahedra palpate-precompute palpate-bundle palpate-run)
+	@test -r $(CASES) || { echo "$(CASES): expected a file of lines ORGAN BC RESOLUTION, as new-organ IMAGES=FOLDER LABEL=1 writes it" >&2; exit 2; }
+	+@failed=; while read -r organ bc resolution more <&3; do \
+	    $(MAKE) --no-print-directory -f $(PIPELINES)/built.mk ORGAN=$$organ BC=$$bc RESOLUTION=$$resolution BIN=$(BIN) DATA=$(DATA) PYTHON=$(PYTHON) $$more || \
+	        failed="$$failed $$organ"; \
+	done 3< $(CASES); \
+	test -z "$$failed" || { echo "organs: failed:$$failed" >&2; exit 2; }

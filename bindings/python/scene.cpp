@@ -12,6 +12,7 @@ void add_plan_pass(py::module_& module) {
       .def_readonly("half", &PlanPass::half, "\"create\", \"touch\" or \"shape\"")
       .def_readonly("sections", &PlanPass::sections, "bundle sections that it reads")
       .def_readonly("mapped_bytes", &PlanPass::mapped_bytes, "of those sections")
+      .def_readonly("memory_bytes", &PlanPass::memory_bytes, "that the scene has taken for it")
       .def("__repr__", [](const PlanPass& self) {
         return "<palpate.PlanPass: " + self.half + ", " + self.name + ", " + self.sections + ">";
       });

@@ -26,7 +26,7 @@ inline State state_of(const HeldBuffer& bytes) {
 
 struct PlanPass {
   std::string name, half, sections;
-  std::uint64_t mapped_bytes;
+  std::uint64_t mapped_bytes, memory_bytes;
 };
 
 // A copy of the states 0, 1, ... of a scene or world until there is none.
@@ -281,7 +281,7 @@ class HeldScene {
   std::vector<PlanPass> plan() const {
     std::vector<PlanPass> plan;
     while (const palpate_plan_pass* pass = palpate_scene_plan(scene_, static_cast<std::int32_t>(plan.size())))
-      plan.push_back({pass->name, pass->half, pass->sections, pass->mapped_bytes});
+      plan.push_back({pass->name, pass->half, pass->sections, pass->mapped_bytes, pass->memory_bytes});
     return plan;
   }
 

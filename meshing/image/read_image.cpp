@@ -2,7 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include "formats/errors.h"
 #include "meshing/image/image_header.h"
@@ -17,12 +21,27 @@ bool ends_with_any(const std::string& name, std::initializer_list<const char*> e
   return std::any_of(endings.begin(), endings.end(), [&](const char* end) { return text.ends_with(end); });
 }
 
+// A DICOM file, whatever its name: "DICM" behind 128 bytes; a folder with such a file.
+bool is_dicom(const std::filesystem::path& name) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(name, ignored)) {
+    const std::filesystem::directory_iterator files(name, ignored), end;
+    return !ignored &&
+           std::any_of(files, end, [](const auto& file) { return file.is_regular_file() && is_dicom(file); });
+  }
+  std::array<char, 132> begin{};
+  std::ifstream stream(name, std::ios::binary);
+  return stream.read(begin.data(), begin.size()) && std::string_view(begin.data() + 128, 4) == "DICM";
+}
+
 }  // namespace
 
 bool is_image_name(const std::string& input) {
   std::error_code error;
   return std::filesystem::is_directory(input, error) ||
-         ends_with_any(input, {".inr", ".inr.gz", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".mha", ".mhd", ".png"});
+         ends_with_any(input,
+                       {".inr", ".inr.gz", ".nrrd", ".nhdr", ".nii", ".nii.gz", ".hdr", ".mha", ".mhd", ".png"}) ||
+         is_dicom(input);
 }
 
 namespace {
@@ -55,6 +74,11 @@ LabelImage read_label_image(const std::string& name) {
     if (ends_with_any(name, {".nrrd", ".nhdr"})) return read_nrrd_header(name);
     if (ends_with_any(name, {".mha", ".mhd"})) return read_meta_header(name);
     if (ends_with_any(name, {".nii", ".nii.gz", ".hdr"})) return read_nifti_header(name);
+    if (is_dicom(name))
+      throw InputError(fmt::format(
+          "{}: expected an image in NRRD, NIfTI, MetaImage or INR, found DICOM; open it in 3D Slicer (module "
+          "Segmentations), export the segmentation as a labelmap, and save that as .nrrd or .nii.gz",
+          name));
     throw InputError(fmt::format(
         "{}: expected an image in one file (.inr .inr.gz .nrrd .nhdr .nii .nii.gz .mha .mhd), found {}; save "
         "slices as one NRRD or NIfTI, which has their voxel size and axes",

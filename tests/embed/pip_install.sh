@@ -8,6 +8,7 @@ mkdir -p "$folder"
 "$python" -m venv --system-site-packages "$folder/venv"
 cd "$folder"
 unset PYTHONPATH
+export MPLBACKEND=Agg
 venv/bin/pip install --no-index --no-cache-dir --disable-pip-version-check "$source/bindings/python"
 venv/bin/python -c "import palpate, sys; assert palpate.__file__.startswith(sys.prefix), palpate.__file__"
 venv/bin/pip show --files palpate | grep -q 'palpate/py.typed'

@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import sys
+import tempfile
 import threading
 import time
 import unittest
@@ -1067,6 +1068,50 @@ class Worlds(unittest.TestCase):
         gc.collect()
         self.assertLess(scene.signed_distance((self.low + self.high) / 2), 0)
         self.assertEqual(scene.bundle.node_count, self.bundle.node_count)
+
+
+class ReadyCalls(unittest.TestCase):
+    """What palpate/_calls.py adds: the frame, places by words, the plan as text, a press as a plot."""
+
+    def test_a_word_is_the_middle_of_the_face_on_that_side_of_the_patient(self):
+        bundle = palpate.Bundle(PIERCED)
+        self.assertEqual(bundle.frame, "LPS")
+        nodes, touchable = bundle.nodes, bundle.nodes[bundle.touchable]
+        for word, axis, sign in (("foremost", 1, -1), ("hindmost", 1, 1), ("leftmost", 0, 1), ("uppermost", 2, 1)):
+            place = bundle.place(word)
+            self.assertEqual(place.point[axis], sign * (sign * touchable[:, axis]).max(), word)
+            np.testing.assert_allclose(place.normal, sign * np.eye(3)[axis], atol=1e-12, err_msg=word)
+            np.testing.assert_allclose(place.under(0.001), place.point - 0.001 * place.normal)
+            self.assertTrue((nodes == place.point).all(axis=1).any(), word)
+        self.assertRaisesRegex(ValueError, "did you mean 'foremost'", bundle.place, "formost")
+
+    def test_a_bundle_that_does_not_say_where_the_front_is_refuses_words(self):
+        bundle = palpate.Bundle(BUNDLE)
+        self.assertEqual(bundle.frame, "none")
+        self.assertRaisesRegex(ValueError, "LPS or RAS.*'none'", bundle.place, "foremost")
+
+    def test_explain_names_each_pass_of_the_plan_and_the_most_operations(self):
+        scene = palpate.Scene(palpate.Bundle(BUNDLE))
+        lines = scene.explain().splitlines()
+        self.assertEqual(len(lines), len(scene.plan) + 2)
+        for line, step in zip(lines[1:], scene.plan):
+            self.assertTrue(line.startswith(step.half) and step.name in line and line.endswith(step.sections), line)
+        self.assertIn(str(scene.most_operations), lines[-1])
+
+    def test_a_press_is_drawn_and_is_the_force_that_touches_give(self):
+        scene = palpate.Scene(palpate.Bundle(PIERCED))
+        with tempfile.TemporaryDirectory() as folder:
+            depths, forces = scene.plot_press("foremost", 0.001, os.path.join(folder, "press.png"), disc_radius=0.004, speed=0.01)
+            self.assertGreater(os.path.getsize(os.path.join(folder, "press.png")), 5000)
+        place, contacts = scene.bundle.place("foremost"), scene.make_contacts()
+        probe = palpate.Tool(place.under(-0.002), disc_radius=0.004)
+        for depth in (-0.002, 0.001):
+            probe.points = place.under(depth)
+            scene.touch([probe], 0.001, contacts)
+        self.assertGreater(forces[-1], 0)
+        self.assertAlmostEqual(forces[-1], contacts.force[0] @ place.normal, delta=1e-6 * forces[-1])  # sticking is linear in depth
+        self.assertEqual((len(depths), depths[-1], forces[0]), (len(forces), 0.001, 0))
+        self.assertRaisesRegex(TypeError, "did you mean 'depth'", scene.plot_press, "foremost", dept=0.001)
 
 
 class Stub(unittest.TestCase):

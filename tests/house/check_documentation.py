@@ -195,7 +195,7 @@ def check_organ_mk():
     rules_alone = re.sub(r"^\s*#.*$", "", rules, flags=re.M)
     used = set(re.findall(r"\$\(([A-Z_]+)[):]", rules_alone)) | set(re.findall(r"^ifdef ([A-Z_]+)", rules_alone, re.M))
     defined = set(re.findall(r"^([A-Z_]+)\s*[:?]?=", re.sub(r"^MATERIALS \?= organ$", "", rules_alone, flags=re.M) + data, re.M))
-    defined |= {"MAKE", "MAKEFILE_LIST", "ORGAN_DIR", "MEMORY"}
+    defined |= {"MAKE", "MAKECMDGOALS", "MAKEFILE_LIST", "ORGAN_DIR", "MEMORY"}
     text = pages["docs/files.md"].split("## organ.mk")[1]
     listed = set(re.findall(r"^\| `([A-Z_]+)`", text, re.M))
     for name in sorted((used - defined) - listed):

@@ -142,6 +142,16 @@ TEST_F(SurfaceDamage, VoxelSizesMustBeAboveZero) {
   expect_refused("a.nii", nifti, HasSubstr("voxel sizes above 0"));
 }
 
+TEST_F(SurfaceDamage, DicomIsRefusedWithTheWayToExportIt) {
+  const std::string dicom = std::string(128, '\0') + "DICM" + std::string(64, 'x');
+  const auto says = AllOf(HasSubstr("found DICOM"), HasSubstr("3D Slicer"), HasSubstr(".nrrd"));
+  expect_refused("seg.dcm", dicom, says);
+  expect_refused("1.2.840.1", dicom, says);  // as scanners name them
+  std::filesystem::create_directories(folder_ / "series");
+  write_bytes(folder_ / "series" / "IM0001", dicom);
+  expect_refused_input("series", says);
+}
+
 TEST_F(SurfaceDamage, SlicesAreRefusedWithAWayOn) {
   std::filesystem::create_directories(folder_ / "slices");
   expect_refused_input("slices", AllOf(HasSubstr("found a folder"), HasSubstr("NRRD or NIfTI")));

@@ -484,6 +484,47 @@ class NewOrgan(InFolder):
         self.assertEqual((refused.returncode, refused.stdout), (2, ""))
         self.assertIn("another image", refused.stderr)
 
+    def test_a_folder_of_images_is_made_and_played_by_two_commands(self):
+        images = os.path.join(self.folder.name, "images")
+        os.mkdir(images)
+        for name in "case_1.nrrd", "case 2.b.nrrd":
+            write_ellipsoid(os.path.join(images, name))
+        with open(os.path.join(images, "notes.txt"), "w") as stream:
+            stream.write("no image\n")
+        self.assertIn("expected LABEL=", self.make("new-organ", "IMAGES=" + images, code=2))
+        self.assertIn("found none", self.make("new-organ", "IMAGES=" + self.data, "LABEL=255", code=2))
+        said = self.make("new-organ", "IMAGES=" + images, "LABEL=255", "RESOLUTION=coarse")
+        self.assertIn("wrote 2 organs", said)
+        cases = os.path.join(self.data, "cases")
+        with open(cases) as stream:
+            lines = stream.read()
+        with open(cases, "w") as stream:
+            stream.write("nothing held coarse\n" + lines)
+        self.assertIn("organs: failed: nothing\n", self.make("organs", "PICTURES=", code=2))
+        for name in "case_1", "case-2-b":
+            self.assertTrue(read_json(self.data, name, "coarse", "held", "verified.json")["held"])
+
+    def test_a_surface_with_a_hole_is_wrapped_on_request(self):
+        surface = os.path.join(self.scans, "open.v1.off")
+        image = os.path.join(self.folder.name, "ellipsoid.nrrd")
+        write_ellipsoid(image)
+        subprocess.run([os.path.join(BIN, "palpate-surface"), image, "--triangles", "600", "-o", surface], check=True, capture_output=True)
+        with open(surface) as stream:
+            lines = stream.read().splitlines()
+        counts = next(i for i, line in enumerate(lines) if re.fullmatch(r"\d+ \d+ \d+", line.strip()))
+        vertices, faces, edges = lines[counts].split()
+        lines[counts] = "%s %d %s" % (vertices, int(faces) - 1, edges)
+        with open(surface, "w") as stream:
+            stream.write("\n".join(lines[:-1]) + "\n")
+        self.assertIn("closed surface", self.refused("NAME=torn", "SURFACE=" + surface, "UNIT=mm", "FRAME=LPS"))
+        self.make("new-organ", "NAME=torn", "SURFACE=" + surface, "UNIT=mm", "FRAME=LPS", "WRAP=yes")
+        self.assertIn("open.v1-wrapped.ply", self.text("torn", "organ.mk"))
+        self.expect_touched("torn", "coarse")
+
+    def test_a_misspelled_organ_is_refused_with_the_nearest_one(self):
+        self.assertIn("did you mean plate?", self.make("ORGAN=plat", code=2))
+        self.assertIn("did you mean corners?", self.make("ORGAN=plate", "BC=corner", code=2))
+
     def test_choices_follow_the_organ(self):
         # The kidney is half as wide as the spleen: finer meshes, shallower presses.
         for label in ("1", "kidney", "40"):

@@ -7,11 +7,15 @@ copies. A scene writes shapes into arrays of the caller.
 import difflib
 import re
 
-from palpate import _palpate
+from palpate import _calls, _palpate
+from palpate._calls import Place
 
 # All that the module has; EFFECTS, the keywords of a scene, is for the messages below alone.
 __all__ = [_name for _name in vars(_palpate) if not _name.startswith("_") and _name != "EFFECTS"] + ["__version__"]
 globals().update({_name: getattr(_palpate, _name) for _name in __all__})
+__all__.append("Place")
+Place.__module__ = "palpate"
+_calls.add_to(_palpate.Bundle, _palpate.Scene, _palpate.Tool)
 
 
 def _with_plain_errors(kind, method):
@@ -31,7 +35,7 @@ def _with_plain_errors(kind, method):
         try:
             return made(*positional, **named)
         except TypeError as error:
-            if not re.match(r"%s\(\): incompatible (constructor|function) arguments" % method, str(error)):
+            if not re.search(r"\b%s\(\)(: incompatible (constructor|function) arguments| got an unexpected keyword)" % method, str(error)):
                 raise
             unknown = [word for word in named if word not in known]
             if unknown:
@@ -48,7 +52,7 @@ def _with_plain_errors(kind, method):
     setattr(kind, method, staticmethod(plain) if is_static else plain)
 
 
-for _each in [_held for _held in vars(_palpate).values() if type(_held).__name__ == "pybind11_type"]:
+for _each in [_held for _held in vars(_palpate).values() if type(_held).__name__ == "pybind11_type"] + [Place]:
     _each.__module__ = "palpate"
     for _method in [_name for _name, _held in vars(_each).items() if not isinstance(_held, property) and callable(getattr(_each, _name))]:
         if _method == "__init__" or not _method.startswith("_"):

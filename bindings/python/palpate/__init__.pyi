@@ -13,6 +13,7 @@ _Records = npt.NDArray[np.void]
 _Filled = npt.NDArray[np.float32]  # the caller's, which the call fills or reads
 _Out = Optional[_Filled]
 _Place = tuple[int, ArrayLike]
+_Word = Literal["foremost", "hindmost", "leftmost", "rightmost", "uppermost", "lowest"]
 
 class _Numbers:
     """A property that is read as an array, a view, and set from anything like one."""
@@ -71,6 +72,8 @@ class Bundle:
     fixed: Final[npt.NDArray[np.uint8]]
     motions: Final[list[tuple[str, str]]]
     provenance: Final[dict[str, Any]]
+    frame: Final[Literal["LPS", "RAS", "none"]]
+    def place(self, at: _Word) -> Place: ...
     node_count: Final[int]
     surface_node_count: Final[int]
     triangle_count: Final[int]
@@ -83,6 +86,12 @@ class Bundle:
     has_large: Final[bool]
     def check(self) -> None: ...
     def prefault(self, lock: bool = ...) -> None: ...
+
+class Place:
+    def __init__(self, point: _Doubles, normal: _Doubles) -> None: ...
+    point: Final[_Doubles]
+    normal: Final[_Doubles]
+    def under(self, depth: float) -> _Doubles: ...
 
 class Contacts:
     force: Final[_Doubles]
@@ -197,6 +206,7 @@ class PlanPass:
     half: Final[Literal["create", "touch", "shape"]]
     sections: Final[str]
     mapped_bytes: Final[int]
+    memory_bytes: Final[int]
 
 class Hit:
     triangle: Final[int]
@@ -246,6 +256,10 @@ class Scene:
     shape_node_count: Final[int]
     plan: Final[list[PlanPass]]
     most_operations: Final[int]
+    def explain(self) -> str: ...
+    def plot_press(
+        self, at: Union[_Word, Place], depth: float, file: Union[None, str, os.PathLike[Any]] = ..., disc_radius: float = ..., speed: float = ...
+    ) -> tuple[_Doubles, _Doubles]: ...
     def make_contacts(self) -> Contacts: ...
     def touch(self, tools: Iterable[Tool], dt: float, contacts: Contacts) -> StepFlags: ...
     def deform(self) -> int: ...

@@ -399,6 +399,8 @@ TEST_F(SceneFile, RefusesWhatIsMissingOrGivenTwice) {
   expect_refused(kPoint + depth + "at = \"lowest\"\nnear = [1, 2, 3]\n", "", "not both");
   expect_refused(kPoint + "at = \"lowest\"\n", "", "depth");
   expect_refused(kPoint + "at = \"anterior\"\n" + depth, "", "one of foremost, hindmost");
+  expect_refused(kPoint + "at = \"formost\"\n" + depth, "", "did you mean \"foremost\"?");
+  expect_refused(kPoint + kPath + "dics_radius = 3\n", "", "did you mean \"disc_radius\"?");
   expect_refused(kPoint + kPath + depth + "at = \"lowest\"\n", "", "the tool's place");
   expect_refused(kPoint + "at = \"lowest\"\ndepth = [[1, 0], [1, 2]]\n", "", "after the row before");
   std::string nine_tools;

@@ -1,0 +1,15 @@
+#!/bin/bash
+# install.sh: what both recipes of this folder run inside a new Debian 12, as root: installs the packages of cmake/packages/organ.txt, builds
+# the programs and the runtime, and installs them in /usr/local. The sources stay, so that the pipelines run there too.
+set -euo pipefail
+source=$(realpath "$(dirname "$0")/../..")
+"$source/cmake/install-packages.sh" "$source/cmake/packages/organ.txt"
+build=$(mktemp -d)
+cmake --preset release -S "$source" -B "$build" -DPALPATE_BUILD_TESTS=OFF -DPALPATE_BUILD_PYTHON=OFF -DPALPATE_BUILD_WEB=OFF \
+  -DCMAKE_INSTALL_PREFIX=/usr/local
+cmake --build "$build"
+cmake --install "$build" --strip > /dev/null
+rm -rf "$build"
+ldconfig
+apt-get clean
+palpate-run --version
