@@ -20,15 +20,8 @@ constexpr double kSlowest = 1e-6;  // Hz
 // ---- paths ---------------------------------------------------------------------------------------------------------
 
 SceneConfig::Place read_place(TomlTable& tool, double scale) {
-  using At = SceneConfig::Place::At;
   SceneConfig::Place place;
-  if (tool.has("at"))
-    place.at = tool.choice<At>("at", {{"foremost", At::foremost},
-                                      {"hindmost", At::hindmost},
-                                      {"leftmost", At::leftmost},
-                                      {"rightmost", At::rightmost},
-                                      {"uppermost", At::uppermost},
-                                      {"lowest", At::lowest}});
+  if (tool.has("at")) place.at = read_at(tool);
   if (tool.has("near")) place.near = scaled(tool.vector("near"), scale);
   place.depth = timed_rows<2>(tool, "depth", "[t, depth]");
   for (auto& row : place.depth) row[1] *= scale;
@@ -177,6 +170,7 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scene));
   for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scene));
   for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion, scene));
+  for (TomlTable& load : root.tables("load")) scene.loads.push_back(read_load(load, scene));
   for (TomlTable& carried : root.tables("carried")) scene.carried.push_back(read_carried(carried, scene));
   if (scene.tools.size() > kMaxTools)
     root.contradicts("tool", 0, fmt::format("at most {} tools", kMaxTools), std::to_string(scene.tools.size()));

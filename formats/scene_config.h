@@ -90,6 +90,18 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Motion&) const = default;
   };
+  // What a patch of the surface bears (palpate_scene_set_load of palpate_loads.h).
+  struct Load {
+    std::string name;
+    std::optional<Place::At> at;
+    std::optional<Vector> near;     // m, where at is not given
+    double radius = 0;              // m
+    std::vector<KeyFrame> vectors;  // N in all or Pa; at least one, times ascending
+    bool per_area = false, in_world = true;
+    std::size_t organ = 0;  // of a scene of several organs
+    int line = 0;
+    bool operator==(const Load&) const = default;
+  };
   // A surface that the tissue carries along (palpate_scene_carry of palpate.h).
   struct Carried {
     std::string name;            // letters, digits, - and _
@@ -160,6 +172,7 @@ struct SceneConfig : SceneEffects {
   std::vector<Tool> tools;
   std::vector<Link> links;
   std::vector<Motion> motions;
+  std::vector<Load> loads;
   std::vector<Carried> carried;
   double metres_per_unit = 1;      // of the file's lengths, for amounts of pistons
   double csv_metres_per_unit = 1;  // of lengths in the CSV files of the results

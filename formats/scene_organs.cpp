@@ -127,6 +127,7 @@ SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {
   const auto of_another = [organ](const auto& holds) { return holds.organ != organ; };
   std::erase_if(one.links, [&](const SceneConfig::Link& link) { return !link.organs.empty() || of_another(link); });
   std::erase_if(one.motions, of_another);
+  std::erase_if(one.loads, of_another);
   std::erase_if(one.carried, of_another);
   one.organs.clear();
   return one;

@@ -23,7 +23,8 @@ HeldSummary::HeldSummary(const PlayedOrgan& organ)
     : organ_(organ),
       links_(organ.held().links().size()),
       grasps_(organ.scene().tools.size()),
-      needles_(grasps_.size()) {}
+      needles_(grasps_.size()),
+      loads_(organ.loads().count()) {}
 
 void HeldSummary::add(double time) {
   for (std::size_t s = 0; s < links_.size(); ++s)
@@ -35,6 +36,16 @@ void HeldSummary::add(double time) {
         organ_.needles().of(t) ? palpate_scene_needle_state(organ_.runtime_scene(), id) : nullptr;
     if (needle) needles_[t].add(*needle, time, organ_.needles().places());
   }
+  for (std::size_t i = 0; i < loads_.size(); ++i) add_load(i, time);
+}
+
+void HeldSummary::add_load(std::size_t i, double time) {
+  const palpate_load_state* state = OrganLoads::state(organ_.runtime_scene(), i);
+  if (!state) return;
+  Load& load = loads_[i];
+  load.area = state->area, load.peak_force = std::max(load.peak_force, length(state->force));
+  if (const double way = length(state->displacement); way > load.farthest)
+    load.farthest = way, load.farthest_time = time;
 }
 
 void HeldSummary::add_grasp(std::size_t tool, double time) {
@@ -56,6 +67,17 @@ nlohmann::ordered_json HeldSummary::links() const {
     entry["name"] = organ_.scene().links[stretch.link].name, entry["stretch"] = stretch.part + 1;
     links_[s].put(&entry);
   }
+  return list;
+}
+
+nlohmann::ordered_json HeldSummary::loads() const {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < loads_.size(); ++i)
+    list.push_back({{"name", organ_.loads().name_of(i)},
+                    {"area_m2", loads_[i].area},
+                    {"peak_force_N", loads_[i].peak_force},
+                    {"largest_displacement_m", loads_[i].farthest},
+                    {"largest_displacement_s", loads_[i].farthest_time}});
   return list;
 }
 
@@ -92,6 +114,11 @@ std::vector<std::string> HeldSummary::lines() const {
   for (std::size_t t = 0; t < needles_.size(); ++t)
     if (organ_.needles().of(t))
       lines.push_back(fmt::format("needle of tool \"{}\": {}", organ_.scene().tools[t].name, needles_[t].sentence()));
+  for (std::size_t i = 0; i < loads_.size(); ++i)
+    lines.push_back(
+        fmt::format("load \"{}\": up to {:.3g} N on {:.3g} cm^2; it moved its patch by {:.3g} mm, at {:.3g} s",
+                    organ_.loads().name_of(i), loads_[i].peak_force, 1e4 * loads_[i].area, 1e3 * loads_[i].farthest,
+                    loads_[i].farthest_time));
   return lines;
 }
 

@@ -120,6 +120,7 @@ PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half h
   held_ = std::make_unique<HeldTissue>(scene_, bundle_.get());
   needles_ = std::make_unique<PlayedNeedles>(scene_, bundle_.get());
   motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
+  loads_ = std::make_unique<OrganLoads>(scene_, bundle_.get());
 }
 
 void PlayedOrgan::hear(void* organ, palpate_log_level level, const char* text) {
@@ -168,9 +169,10 @@ SceneDef PlayedOrgan::definition(int max_points) {
     met_surface_.triangle_count = static_cast<std::int32_t>(met_triangles_.size() / 3);
     def.fine_surface = met_surface();
   }
+  def.loads = loads_->definition();
   holds_ = def.links.max_links > 0 || def.grasps.grasps;
   pierced_ = def.needles.needles != 0;
-  moves_ = motions_->any() && half_ != Half::shape;
+  moves_ = (motions_->any() || loads_->any()) && half_ != Half::shape;
   return def;
 }
 
@@ -189,7 +191,7 @@ int PlayedOrgan::shape_node_count() const {
 
 void PlayedOrgan::move(double time) {
   if (holds_) held_->close_grasps(time), held_->hold_links(runtime_scene_, time);
-  if (moves_) motions_->set(runtime_scene_, time);
+  if (moves_) motions_->set(runtime_scene_, time), loads_->set(runtime_scene_, time);
 }
 
 }  // namespace palpate

@@ -21,6 +21,7 @@ double duration_of(const SceneConfig& scene) {
       if (!rows->empty()) last = std::max(last, rows->back()[0]);
   for (const auto& motion : scene.motions)
     if (!motion.amounts.empty()) last = std::max(last, motion.amounts.back()[0]);
+  for (const auto& load : scene.loads) last = std::max(last, load.vectors.back().time);
   return last;
 }
 

@@ -161,6 +161,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
     add_bundle(organ, k), add_moved(organ, organs_[k]);
     organ["peak_pressed_N"] = organs_[k].peak_pressed;
     if (!organs_[k].of.organ->held().links().empty()) organ["links"] = organs_[k].held.links();
+    if (organs_[k].of.organ->loads().any()) organ["loads"] = organs_[k].held.loads();
     out["organs"].push_back(organ);
   }
   if (scene_.pairs > 0)
@@ -190,6 +191,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
     out["tools"].push_back(entry);
   }
   if (one_organ && !organs_[0].of.organ->held().links().empty()) out["links"] = organs_[0].held.links();
+  if (one_organ && organs_[0].of.organ->loads().any()) out["loads"] = organs_[0].held.loads();
   out["touches_with_flag"] = counts_by_name(touch_flags_);
   out["shapes_with_flag"] = counts_by_name(shape_flags_);
   out["timing_us"] = {{"touch", percentiles(timing.touch_us)}, {"shape", percentiles(timing.shape_us)}};

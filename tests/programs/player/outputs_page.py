@@ -21,6 +21,13 @@ world = [100, 25, 20]
 rest_length = 30
 stiffness = 20
 """
+LOAD = """
+[[load]]
+name = "swab"
+near = [45, 10, 40]
+radius = 6
+force = [0, 0, -0.1]
+"""
 NEEDLE = """near = [60, 24, 19]
 depth = [[0, -2], [0.1, 5]]
 [tool.needle]
@@ -57,7 +64,7 @@ samples = 2
 name = "tumour"
 file = "tumour.ply"
 within = 1
-""" + LINKS
+""" + LINKS + LOAD
 ORGANS = """
 name = "several"
 unit = "mm"
@@ -91,7 +98,7 @@ path = [[0, 60, 25, 20], [0.1, 61, 25, 20]]
 [tool.grasp]
 near = [60, 25, 20]
 radius = 6
-""" + LINKS.replace("name =", 'organ = "below"\nname =') + """
+""" + "".join(held.replace("name =", 'organ = "below"\nname =') for held in (LINKS, LOAD)) + """
 [[link]]
 name = "thread"
 kind = "thread"
