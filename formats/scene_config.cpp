@@ -115,7 +115,13 @@ SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
   if (table.has("turn")) tool.turn = read_turn(table);
   if (table.has("grasp")) tool.grasp = read_grasp(table.table("grasp"), scale);
   if (table.has("needle")) tool.needle = read_needle(table.table("needle"), scale, tool.place.has_value());
-  tool.organ = read_organ_of(table, scene, tool.place || tool.grasp || tool.needle || !tool.grips.empty());
+  if (table.has("given_force")) {
+    tool.given_force = read_given_force(table.table("given_force"), scale);
+    if (tool.grasp || tool.needle)
+      table.wrong("given_force", "no force beside a grasp or a needle, which stand where the tool's path has them");
+  }
+  tool.organ =
+      read_organ_of(table, scene, tool.place || tool.grasp || tool.needle || tool.given_force || !tool.grips.empty());
   if (tool.points.empty() && !tool.capsule && tool.grips.empty() && !tool.grasp && !tool.needle)
     table.wrong("points",
                 "points, a capsule, a [[tool.grip]], a [tool.grasp] or a [tool.needle], so that the tool can touch "

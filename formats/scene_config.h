@@ -134,6 +134,13 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Needle&) const = default;
   };
+  // The force that a tool presses with (palpate_given_force of palpate_force_control.h).
+  struct GivenForce {
+    std::vector<KeyFrame> forces;  // N in the world; at least one, times ascending
+    std::optional<double> speed;   // m/s
+    int line = 0;
+    bool operator==(const GivenForce&) const = default;
+  };
   struct Tool {
     std::string name;
     std::vector<Vector> points;
@@ -144,11 +151,12 @@ struct SceneConfig : SceneEffects {
     std::vector<KeyFrame> turn;  // axis times angle in degrees, times ascending; empty: it does not turn
     std::optional<Grasp> grasp;
     std::optional<Needle> needle;
+    std::optional<GivenForce> given_force;
     double disc_radius = 0;  // m
     double friction = 0;
     bool hold = false;
     std::vector<std::array<double, 2>> away;  // s: from, until; ascending
-    std::size_t organ = 0;  // of a scene of several organs: that the place, grips, grasp and needle are on
+    std::size_t organ = 0;  // of a scene of several organs: that the place, grips, grasp, needle and force are on
     int line = 0;
     bool operator==(const Tool&) const = default;
   };

@@ -218,6 +218,27 @@ SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place) {
   return needle;
 }
 
+SceneConfig::GivenForce read_given_force(TomlTable table, double scale) {
+  constexpr double most_force = 1e6;  // N, as palpate_force_control.h
+  SceneConfig::GivenForce given;
+  given.line = table.line();
+  if (table.has("force") == table.has("forces"))
+    table.wrong(table.has("force") ? "forces" : "force",
+                "either force = [x, y, z] or forces = [[t, x, y, z], ...], in N");
+  if (table.has("force"))
+    given.forces = {{0, table.vector("force")}};
+  else
+    given.forces = key_frames(timed_rows<4>(table, "forces", "[t, x, y, z]"), 1);
+  const char* key = table.has("force") ? "force" : "forces";
+  if (given.forces.empty()) table.wrong(key, "one row [t, x, y, z] or more");
+  for (const SceneConfig::KeyFrame& frame : given.forces)
+    for (const double force : frame.position)
+      if (!(std::fabs(force) <= most_force)) table.wrong(key, "forces of at most 1e6 N");
+  if (table.has("speed")) given.speed = positive(table, "speed", "a speed above 0") * scale;
+  table.finish();
+  return given;
+}
+
 std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<double, 4>>& rows, double scale) {
   std::vector<SceneConfig::KeyFrame> frames;
   for (const auto& [time, x, y, z] : rows) frames.push_back({time, scaled({x, y, z}, scale)});

@@ -98,6 +98,7 @@ SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene);
 SceneConfig::Grasp read_grasp(TomlTable table, double scale);
 // has_place: the tool has `at` or `near`, where the needle then enters.
 SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place);
+SceneConfig::GivenForce read_given_force(TomlTable table, double scale);
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool);
 std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<double, 4>>& rows, double scale);
 

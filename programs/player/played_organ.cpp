@@ -58,6 +58,8 @@ SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& h
   def.links.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps.grasps = held.has_grasps();
   def.needles.needles = needles.any(), def.needles.needle_places = needles.places();
   def.motions.motions = !scene.motions.empty();
+  def.force_control.force_control = std::any_of(scene.tools.begin(), scene.tools.end(),
+                                                [](const auto& tool) { return tool.given_force.has_value(); });
   return def;
 }
 
@@ -70,7 +72,7 @@ SceneDef half_of(SceneDef def, Half half) {
   if (half == Half::shape) {
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
     def.force = PALPATE_FORCE_OFF, def.relaxation.terms = 0;
-    def.links.max_links = def.grasps.grasps = 0;
+    def.links.max_links = def.grasps.grasps = def.force_control.force_control = 0;
   }
   return def;
 }
@@ -171,7 +173,7 @@ SceneDef PlayedOrgan::definition(int max_points) {
   }
   def.loads = loads_->definition();
   holds_ = def.links.max_links > 0 || def.grasps.grasps;
-  pierced_ = def.needles.needles != 0;
+  pierced_ = def.needles.needles != 0, forced_ = def.force_control.force_control != 0;
   moves_ = (motions_->any() || loads_->any()) && half_ != Half::shape;
   return def;
 }

@@ -69,8 +69,9 @@ class PlayedOrgan {
 
   const LibraryLog& log() const { return log_; }
 
-  bool holds_tissue() const { return holds_; }   // whether the library's scene has links or grasps
-  bool has_needles() const { return pierced_; }  // whether it has needles
+  bool holds_tissue() const { return holds_; }          // whether the library's scene has links or grasps
+  bool has_needles() const { return pierced_; }         // whether it has needles
+  bool presses_with_forces() const { return forced_; }  // whether its tools may have forces
   int contact_node_limit() const { return contact_node_limit_; }
   int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
@@ -105,6 +106,7 @@ class PlayedOrgan {
   int contact_node_limit_ = 0;
   bool holds_ = false;    // the library's scene has links or grasps
   bool pierced_ = false;  // and needles
+  bool forced_ = false;   // and tools with forces
   bool moves_ = false;    // and motions and loads, which this sets
 };
 

@@ -112,6 +112,12 @@ toml::table grasp_of(const SceneConfig::Grasp& grasp) {
   return table;
 }
 
+toml::table given_force_of(const SceneConfig::GivenForce& given) {
+  toml::table table{{"forces", frames_of(given.forces)}};
+  if (given.speed) table.insert("speed", *given.speed);
+  return table;
+}
+
 // The direction as the scene gives it: it gets length 1 alike when it is read anew.
 toml::table needle_of(const SceneConfig::Needle& needle, const SceneConfig::Vector& entry) {
   toml::table table{{"entry", numbers(entry)},
@@ -197,6 +203,7 @@ toml::table tool_of(const Player& player, std::size_t t) {
   if (!tool.away.empty()) table.insert("away", rows_of(tool.away));
   if (!tool.turn.empty()) table.insert("turn", frames_of(tool.turn));
   if (tool.grasp) table.insert("grasp", grasp_of(*tool.grasp));
+  if (tool.given_force) table.insert("given_force", given_force_of(*tool.given_force));
   if (tool.needle) table.insert("needle", needle_of(*tool.needle, player.needles().near(t)));
   if (!player.grips()[t].empty()) table.insert("grip", grips_of(player.grips()[t], player.bundle()));
   return table;

@@ -14,6 +14,7 @@ double duration_of(const SceneConfig& scene) {
   for (const auto& tool : scene.tools) {
     last = std::max(last, tool.path.back().time);
     if (!tool.turn.empty()) last = std::max(last, tool.turn.back().time);
+    if (tool.given_force) last = std::max(last, tool.given_force->forces.back().time);
     if (tool.grasp && !tool.grasp->closing.empty()) last = std::max(last, tool.grasp->closing.back()[0]);
   }
   for (const auto& link : scene.links)

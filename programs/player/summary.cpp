@@ -187,6 +187,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
     const Organ& held = organs_[scene_.tools[t].organ];
     if (held.of.organ->held().grasp(t)) entry["grasp"] = held.held.grasp(t);
     if (held.of.organ->needles().of(t)) entry["needle"] = held.held.needle(t);
+    if (scene_.tools[t].given_force) entry["given_force"] = held.held.given_force(t);
     if (tool.first_contact_time >= 0) entry["first_contact_s"] = tool.first_contact_time;
     out["tools"].push_back(entry);
   }

@@ -36,6 +36,7 @@ TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
                                           "dent",
                                           "motions",
                                           "loads",
+                                          "force control",
                                           "grasps",
                                           "links",
                                           "needles"};

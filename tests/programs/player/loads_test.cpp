@@ -107,5 +107,56 @@ TEST_F(LoadScene, RefusesAPatchThatIsFarOrHeldInOneSentence) {
   EXPECT_THAT(run("scene.toml -o out").errors, HasSubstr("load \"huge\": "));
 }
 
+TEST_F(LoadScene, BearsThemOnTheOrganThatTheyNameInTheWorldsFrame) {
+  std::ofstream(folder_ / "scene.toml")
+      << "name = \"two\"\nunit = \"mm\"\n[[organ]]\nname = \"one\"\nbundle = \"box.h5\"\n[[organ]]\nname = \"two\"\n"
+         "bundle = \"box.h5\"\nposition = [200, 0, 0]\nturn = [0, 0, 90]\n"
+         "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 0, 0, 900], [0.02, 0, 0, 900]]\n"
+         "[[load]]\nname = \"swab\"\norgan = \"two\"\nnear = [42, 25, 40]\nradius = 12\nforce = [0.1, 0, 0]\n"
+         "[[load]]\nname = \"blade\"\norgan = \"two\"\nnear = [60, 25, 20]\nradius = 9\nforce = [0.1, 0, 0]\nframe = "
+         "\"organ\"\n";
+  played("scene.toml -o out");
+  const std::vector<Row> loads = rows_of("out/loads.csv");
+  ASSERT_EQ(loads.size(), 2 * 21u);
+  EXPECT_EQ(loads[0].at("organ"), "two");
+  EXPECT_NEAR(number(loads[0], "force_x_N"), 0.1, 1e-12);
+  EXPECT_NEAR(number(loads[1], "force_y_N"), 0.1, 1e-12) << "its axes are turned by 90 degrees";
+  EXPECT_NEAR(number(loads[0], "place_x_m"), 0.2 - 0.025, 2e-3);
+  EXPECT_EQ(summary_of()["organs"][1]["loads"].size(), 2u);
+}
+
+// A probe that presses the top with up to 0.1 N, from 1 mm above it.
+const std::string kPusher =
+    "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 41, 26, 41]]\n[tool.given_force]\nforces = [[0, 0, "
+    "0, "
+    "-0.01], [0.1, 0, 0, -0.1]]\n";
+
+class GivenForceScene : public PlayedScene {};
+
+TEST_F(GivenForceScene, TellsWhereTheToolStandsAndWhatItFeels) {
+  write_scene(kPusher, "[effects]\nlaw = \"sticking\"\ncollision = \"deformed\"\n");
+  const ProgramRun ended = played("scene.toml -o out");
+  const std::vector<Row> forces = rows_of("out/forces.csv");
+  ASSERT_EQ(forces.size(), 101u);
+  EXPECT_NEAR(number(forces[0], "z_m"), 0.041, 1e-12);
+  for (std::size_t s = 50; s < forces.size(); ++s) {
+    EXPECT_NEAR(number(forces[s], "raw_z_N"), 0.01 + 0.09 * static_cast<double>(s) / 100, 1e-6);
+    EXPECT_LT(number(forces[s], "z_m"), number(forces[s - 1], "z_m"));
+  }
+  EXPECT_LT(number(forces[100], "z_m"), 0.0398);
+  const auto given = summary_of()["tools"][0]["given_force"];
+  EXPECT_GT(given["touches_carried"].get<int>(), 90);
+  EXPECT_NEAR(given["largest_displacement_m"].get<double>(), 0.041 - number(forces[100], "z_m"), 1e-4);
+  EXPECT_THAT(ended.errors, HasSubstr("force of tool \"probe\": carried in "));
+  EXPECT_THAT(played("scene.toml --explain").out, HasSubstr("touch   force control"));
+}
+
+TEST_F(GivenForceScene, RecordsAndReplays) {
+  write_scene(kPusher + kLoads);
+  expect_replayed({"forces.csv", "loads.csv", "contacts.csv"});
+  write_scene(kPusher + "speed = 10\n" + kLoads);
+  EXPECT_THAT(run("scene.toml --replay run.record").errors, HasSubstr("found another \"tool\""));
+}
+
 }  // namespace
 }  // namespace palpate

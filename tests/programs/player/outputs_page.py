@@ -60,6 +60,12 @@ length = 8
 radius = 2
 axis = [0, 1, 0]
 samples = 2
+[[tool]]
+name = "pusher"
+path = [[0, 40, 10, 40.1], [0.1, 40, 10, 40.1]]
+points = [[0, 0, 0]]
+[tool.given_force]
+force = [0, 0, -0.02]
 [[carried]]
 name = "tumour"
 file = "tumour.ply"

@@ -220,6 +220,28 @@ TEST_F(SceneFile, TakesLoadsOfEachKind) {
   EXPECT_EQ(blade.vectors[1].position[1], 300);
 }
 
+TEST_F(SceneFile, TakesAToolThatPressesWithAForceAndRefusesOneThatCannotBe) {
+  const std::string begin =
+      "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 0, 0, 0]]\n[tool.given_force]\n";
+  const SceneConfig scene = read(begin + "forces = [[0, 0, 0, 0], [2, 1, 0, -3]]\nspeed = 50\n");
+  const SceneConfig::GivenForce& given = *scene.tools.at(0).given_force;
+  ASSERT_EQ(given.forces.size(), 2u);
+  EXPECT_EQ(given.forces[1].position[2], -3);
+  EXPECT_DOUBLE_EQ(*given.speed, 0.05);
+  EXPECT_EQ(read(begin + "force = [0, 1, 0]\n").tools.at(0).given_force->forces.at(0).position[1], 1);
+  const auto refused = [&](const std::string& keys, const std::string& sentence) {
+    expect_refused(begin + keys, "", sentence);
+  };
+  refused("", "force: ");
+  refused("force = [0, 0, 1]\nforces = [[0, 0, 0, 1]]\n", "forces: ");
+  refused("forces = []\n", "forces: ");
+  refused("forces = [[1, 0, 0, 0], [0, 0, 0, 0]]\n", "forces[1]: ");
+  refused("force = [0, 0, 2e6]\n", "force: ");
+  refused("force = [0, 0, 1]\nspeed = 0\n", "speed: ");
+  refused("force = [0, 0, 1]\ncolour = 1\n", "unknown key \"colour\"");
+  refused("force = [0, 0, 1]\n[tool.grasp]\nnear = [0, 0, 0]\nradius = 3\n", "given_force: ");
+}
+
 TEST_F(SceneFile, RefusesALoadThatCannotBeWithLineAndKey) {
   const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& head = "") {
     expect_refused(kPoint + kPath + "[[load]]\nname = \"swab\"\n" + keys, head, sentence);
