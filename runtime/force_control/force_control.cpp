@@ -129,13 +129,13 @@ ForceControl::Pressing ForceControl::pressing(const TouchStep& step, std::int32_
     normals += load3(axes.m[0]);
     if (gone.released) continue;
     if (constraint.law == ContactLaw::coulomb) of.friction = constraint.friction;
-    if (!gone.slips) sticks = true;
+    sticks = sticks || (constraint.law == ContactLaw::coulomb && !gone.slips);
     across += r.x * load3(axes.m[0]), of.pressed += r.x;
   }
   of.across = length(across), of.normal = unit_or_zero(of.across > 0 ? across : normals);
   of.may_slip = of.touches && !holds, of.slips = of.may_slip && !sticks;
+  if (!is_finite(of.force)) of.force = {};  // the step has no solution
   of.missed = given(step, t) - of.force;
-  if (!is_finite(of.missed)) of.missed = {};
   return of;
 }
 
@@ -223,6 +223,7 @@ void ForceControl::learn(const Pressing& of, Mat3 stiffness) {
       }
   }
   driven.gives = inverse_where_held(stiffness), driven.carries = stiffness * driven.gives;
+  if (!is_finite(driven.gives * of.missed)) driven.gives = driven.carries = Mat3{};
   if (const double expected = dot(asked.wanted, asked.wanted); expected > 0) {
     const double taken = dot(of.force - asked.force, asked.wanted) / expected;
     if (taken > 0)
