@@ -12,12 +12,6 @@ namespace {
 constexpr EffectKey kKeys[] = {{PALPATE_EFFECT_KEY(force_control_effect, palpate_force_control_def, force_control),
                                 PALPATE_KEY_FLAG, "", "", 0, 1}};
 
-// Section 5 of the paper: a triangle's vertices move by more than the tool, so that near other contacts a tool presses as soon as it touches.
-constexpr EffectNeed kNeeds[] = {
-    {"contact", 1u << PALPATE_CONTACT_NODE | 1u << PALPATE_CONTACT_POINT | 1u << PALPATE_CONTACT_PATCH,
-     "a TRIANGLE contact presses with a force of its own where its tool only touches, so that no place gives a small "
-     "force; take contact NODE, POINT or PATCH, or leave force_control at 0"}};
-
 constexpr double kLargestForce = 1e6;  // N
 
 bool is_sound_force(const palpate_given_force& given, const InputLimits&) {
@@ -54,7 +48,7 @@ constinit const Effect force_control_effect = {
     .order = 13,
     .def = effect_struct<palpate_force_control_def, palpate_init_force_control_def>("force_control_def"),
     .keys = kKeys,
-    .needs = kNeeds,
+    .needs = {},
     .pass = {"force control", Half::touch, Pass::contact, predict},
     .build = build,
 };

@@ -104,6 +104,8 @@ void ForceControl::begin_step(TouchStep& step) {
     else if (driven.active && driven.state.condition == PALPATE_GIVEN_FORCE_CARRIED)
       by = touch_->organ.vector_to_world(driven.share *
                                          (driven.gives * touch_->organ.vector_to_organ(force - driven.last)));
+    // What presses stays in contact where others move the surface away: the force brings the tool after it.
+    if (driven.active && dot(force, load3(driven.state.force)) > 0) tool.hold = true;
     driven.active = 1, driven.last = force;
     bool limited = false;
     driven.way = within(step, t, driven.way + by, &limited);

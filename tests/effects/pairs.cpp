@@ -32,11 +32,6 @@ const std::vector<Refusal>& refusals() {
        points,
        "Jaws turn the tissue that they hold. A disc takes up a torque; a point, and a node, take none."},
       {"c", {"dent"}, points, "A dent is that of a disc, and a point presses no disc."},
-      {"t",
-       {"force control"},
-       {"contact triangle"},
-       "A triangle contact displaces its vertices by more than the tool goes: near other contacts the tool presses as "
-       "soon as it touches, and no place gives a small force."},
       {"n", {"volumes held"}, large, "next: no pressure acts on a hyperelastic body so far."},
   };
   return list;

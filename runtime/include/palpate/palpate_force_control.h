@@ -24,7 +24,7 @@
 extern "C" {
 #endif
 
-/* A tool of the scene may have a force in place of a position (palpate_given_force). Needs contact NODE, POINT or PATCH. */
+/* A tool of the scene may have a force in place of a position (palpate_given_force). */
 typedef struct palpate_force_control_def {
   palpate_part part;
   int32_t force_control; /* default 1; 0: no tool has one, and there is no memory for it */

@@ -221,8 +221,7 @@ TEST_F(SceneFile, TakesLoadsOfEachKind) {
 }
 
 TEST_F(SceneFile, TakesAToolThatPressesWithAForceAndRefusesOneThatCannotBe) {
-  const std::string begin =
-      "[[tool]]\nname = \"probe\"\npoints = [[0, 0, 0]]\npath = [[0, 0, 0, 0]]\n[tool.given_force]\n";
+  const std::string begin = kPoint + kPath + "[tool.given_force]\n";
   const SceneConfig scene = read(begin + "forces = [[0, 0, 0, 0], [2, 1, 0, -3]]\nspeed = 50\n");
   const SceneConfig::GivenForce& given = *scene.tools.at(0).given_force;
   ASSERT_EQ(given.forces.size(), 2u);
