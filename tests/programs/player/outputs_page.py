@@ -190,7 +190,7 @@ def written_arrays(kind):
 
 
 def keys(value, path=""):
-    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links of an organ are as those of the scene, and names of flags and of
+    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links and loads of an organ are as those of the scene, and names of flags and of
     percentiles stand alone, as on the page."""
     if isinstance(value, list):
         for each in value:
@@ -199,7 +199,7 @@ def keys(value, path=""):
         for key, each in value.items():
             below = key if "p50" in value else f"{path}.{key}".lstrip(".")
             yield below
-            yield from keys(each, "links" if below == "organs[].links" else below)
+            yield from keys(each, below.removeprefix("organs[].") if below in ("organs[].links", "organs[].loads") else below)
 
 
 class OutputsPage(unittest.TestCase):
