@@ -20,15 +20,8 @@ constexpr double kSlowest = 1e-6;  // Hz
 // ---- paths ---------------------------------------------------------------------------------------------------------
 
 SceneConfig::Place read_place(TomlTable& tool, double scale) {
-  using At = SceneConfig::Place::At;
   SceneConfig::Place place;
-  if (tool.has("at"))
-    place.at = tool.choice<At>("at", {{"foremost", At::foremost},
-                                      {"hindmost", At::hindmost},
-                                      {"leftmost", At::leftmost},
-                                      {"rightmost", At::rightmost},
-                                      {"uppermost", At::uppermost},
-                                      {"lowest", At::lowest}});
+  if (tool.has("at")) place.at = read_at(tool);
   if (tool.has("near")) place.near = scaled(tool.vector("near"), scale);
   place.depth = timed_rows<2>(tool, "depth", "[t, depth]");
   for (auto& row : place.depth) row[1] *= scale;
@@ -122,7 +115,13 @@ SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
   if (table.has("turn")) tool.turn = read_turn(table);
   if (table.has("grasp")) tool.grasp = read_grasp(table.table("grasp"), scale);
   if (table.has("needle")) tool.needle = read_needle(table.table("needle"), scale, tool.place.has_value());
-  tool.organ = read_organ_of(table, scene, tool.place || tool.grasp || tool.needle || !tool.grips.empty());
+  if (table.has("given_force")) {
+    tool.given_force = read_given_force(table.table("given_force"), scale);
+    if (tool.grasp || tool.needle)
+      table.wrong("given_force", "no force beside a grasp or a needle, which stand where the tool's path has them");
+  }
+  tool.organ =
+      read_organ_of(table, scene, tool.place || tool.grasp || tool.needle || tool.given_force || !tool.grips.empty());
   if (tool.points.empty() && !tool.capsule && tool.grips.empty() && !tool.grasp && !tool.needle)
     table.wrong("points",
                 "points, a capsule, a [[tool.grip]], a [tool.grasp] or a [tool.needle], so that the tool can touch "
@@ -177,6 +176,7 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& tool : root.tables("tool")) scene.tools.push_back(read_tool(tool, scene));
   for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scene));
   for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion, scene));
+  for (TomlTable& load : root.tables("load")) scene.loads.push_back(read_load(load, scene));
   for (TomlTable& carried : root.tables("carried")) scene.carried.push_back(read_carried(carried, scene));
   if (scene.tools.size() > kMaxTools)
     root.contradicts("tool", 0, fmt::format("at most {} tools", kMaxTools), std::to_string(scene.tools.size()));

@@ -90,6 +90,18 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Motion&) const = default;
   };
+  // What a patch of the surface bears (palpate_scene_set_load of palpate_loads.h).
+  struct Load {
+    std::string name;
+    std::optional<Place::At> at;
+    std::optional<Vector> near;     // m, where at is not given
+    double radius = 0;              // m
+    std::vector<KeyFrame> vectors;  // N in all or Pa; at least one, times ascending
+    bool per_area = false, in_world = true;
+    std::size_t organ = 0;  // of a scene of several organs
+    int line = 0;
+    bool operator==(const Load&) const = default;
+  };
   // A surface that the tissue carries along (palpate_scene_carry of palpate.h).
   struct Carried {
     std::string name;            // letters, digits, - and _
@@ -122,6 +134,13 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Needle&) const = default;
   };
+  // The force that a tool presses with (palpate_given_force of palpate_force_control.h).
+  struct GivenForce {
+    std::vector<KeyFrame> forces;  // N in the world; at least one, times ascending
+    std::optional<double> speed;   // m/s
+    int line = 0;
+    bool operator==(const GivenForce&) const = default;
+  };
   struct Tool {
     std::string name;
     std::vector<Vector> points;
@@ -132,11 +151,12 @@ struct SceneConfig : SceneEffects {
     std::vector<KeyFrame> turn;  // axis times angle in degrees, times ascending; empty: it does not turn
     std::optional<Grasp> grasp;
     std::optional<Needle> needle;
+    std::optional<GivenForce> given_force;
     double disc_radius = 0;  // m
     double friction = 0;
     bool hold = false;
     std::vector<std::array<double, 2>> away;  // s: from, until; ascending
-    std::size_t organ = 0;  // of a scene of several organs: that the place, grips, grasp and needle are on
+    std::size_t organ = 0;  // of a scene of several organs: that the place, grips, grasp, needle and force are on
     int line = 0;
     bool operator==(const Tool&) const = default;
   };
@@ -160,6 +180,7 @@ struct SceneConfig : SceneEffects {
   std::vector<Tool> tools;
   std::vector<Link> links;
   std::vector<Motion> motions;
+  std::vector<Load> loads;
   std::vector<Carried> carried;
   double metres_per_unit = 1;      // of the file's lengths, for amounts of pistons
   double csv_metres_per_unit = 1;  // of lengths in the CSV files of the results

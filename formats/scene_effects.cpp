@@ -39,19 +39,28 @@ void check_links(const SceneConfig& scene, const TomlTable& root) {
                      std::to_string(stretches));
 }
 
-// Tools meet an organ that moves where it is.
-void check_motions(SceneConfig& scene, const TomlTable& root, bool names_collision) {
-  if (scene.motions.empty()) return;
-  for (std::size_t i = 0; i < scene.motions.size(); ++i)
+// Motions or loads. Tools meet an organ that moves where it is. key: "motion" of [[motion]].
+template <class Moves>
+void check_moves(const std::vector<Moves>& moves, const char* key, SceneConfig& scene, const TomlTable& root,
+                 bool names_collision) {
+  if (moves.empty()) return;
+  for (std::size_t i = 0; i < moves.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (scene.motions[i].name == scene.motions[j].name)
-        root.contradicts("motion", scene.motions[i].line, "a name that no other [[motion]] has",
-                         fmt::format("\"{}\" again", scene.motions[i].name));
+      if (moves[i].name == moves[j].name)
+        root.contradicts(key, moves[i].line, fmt::format("a name that no other [[{}]] has", key),
+                         fmt::format("\"{}\" again", moves[i].name));
   if (!names_collision) scene.def.collision = PALPATE_COLLISION_DEFORMED;
   if (scene.def.collision == PALPATE_COLLISION_REST)
-    root.contradicts("motion", scene.motions[0].line,
-                     "collision = \"deformed\" or \"off\" in [effects], since the scene has motions",
+    root.contradicts(key, moves[0].line,
+                     fmt::format("collision = \"deformed\" or \"off\" in [effects], since the scene has {}s", key),
                      in_words("collision", scene.def));
+}
+
+void check_loads(const SceneConfig& scene, const TomlTable& root) {
+  if (scene.loads.size() > PALPATE_MAX_LOADS)
+    root.contradicts("load", scene.loads[PALPATE_MAX_LOADS].line,
+                     fmt::format("at most {} loads on an organ", PALPATE_MAX_LOADS),
+                     std::to_string(scene.loads.size()));
 }
 
 void check_inside(const SceneConfig& scene, const TomlTable& root) {
@@ -126,7 +135,9 @@ SceneConfig::Carried read_carried(TomlTable table, const SceneConfig& scene) {
 
 void settle_effects(SceneConfig& scene, const TomlTable& root, NamedEffects named) {
   choose_contact(scene, root, named.contact);
-  check_motions(scene, root, named.collision);
+  check_moves(scene.motions, "motion", scene, root, named.collision);
+  check_moves(scene.loads, "load", scene, root, named.collision);
+  check_loads(scene, root);
   check_links(scene, root);
   check_dent_and_friction(scene, root);
   check_inside(scene, root);

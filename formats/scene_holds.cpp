@@ -111,6 +111,48 @@ SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene) {
   return motion;
 }
 
+SceneConfig::Place::At read_at(TomlTable& table) {
+  using At = SceneConfig::Place::At;
+  return table.choice<At>("at", {{"foremost", At::foremost},
+                                 {"hindmost", At::hindmost},
+                                 {"leftmost", At::leftmost},
+                                 {"rightmost", At::rightmost},
+                                 {"uppermost", At::uppermost},
+                                 {"lowest", At::lowest}});
+}
+
+SceneConfig::Load read_load(TomlTable table, const SceneConfig& scene) {
+  SceneConfig::Load load;
+  load.line = table.line();
+  load.name = table.text("name", "\"weight\"");
+  load.organ = read_organ_of(table, scene, true);
+  if (table.has("at") == table.has("near"))
+    table.wrong(table.has("at") ? "near" : "at", "either at = \"foremost\" or near = [x, y, z], not both");
+  if (table.has("at")) load.at = read_at(table);
+  if (table.has("near")) load.near = scaled(table.vector("near"), scene.metres_per_unit);
+  load.radius = radius_of(table, scene.metres_per_unit);
+  const char* given = nullptr;
+  for (const char* key : {"force", "forces", "traction", "tractions"}) {
+    if (!table.has(key)) continue;
+    if (given) table.wrong(key, fmt::format("no {} beside {}, since a load is given once", key, given));
+    given = key;
+  }
+  if (!given)
+    table.wrong(
+        "force",
+        "force = [x, y, z] or forces = [[t, x, y, z], ...], in N; or traction or tractions in Pa in their place");
+  const std::string key = given;
+  load.per_area = key.starts_with("traction");
+  if (key.ends_with('s'))
+    load.vectors = key_frames(timed_rows<4>(table, given, "[t, x, y, z]"), 1);
+  else
+    load.vectors = {{0, table.vector(given)}};
+  if (load.vectors.empty()) table.wrong(given, "one row [t, x, y, z] or more");
+  if (table.has("frame")) load.in_world = table.choice<bool>("frame", {{"world", true}, {"organ", false}});
+  table.finish();
+  return load;
+}
+
 double amount_at(const SceneConfig::Motion& motion, double time) {
   if (!motion.sine) return value_at(motion.amounts, time);
   const auto& [mean, amplitude, period] = *motion.sine;
@@ -174,6 +216,27 @@ SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place) {
     table.wrong("spacing", "a length of 0.1 mm to 1 m");
   table.finish();
   return needle;
+}
+
+SceneConfig::GivenForce read_given_force(TomlTable table, double scale) {
+  constexpr double most_force = 1e6;  // N, as palpate_force_control.h
+  SceneConfig::GivenForce given;
+  given.line = table.line();
+  if (table.has("force") == table.has("forces"))
+    table.wrong(table.has("force") ? "forces" : "force",
+                "either force = [x, y, z] or forces = [[t, x, y, z], ...], in N");
+  if (table.has("force"))
+    given.forces = {{0, table.vector("force")}};
+  else
+    given.forces = key_frames(timed_rows<4>(table, "forces", "[t, x, y, z]"), 1);
+  const char* key = table.has("force") ? "force" : "forces";
+  if (given.forces.empty()) table.wrong(key, "one row [t, x, y, z] or more");
+  for (const SceneConfig::KeyFrame& frame : given.forces)
+    for (const double force : frame.position)
+      if (!(std::fabs(force) <= most_force)) table.wrong(key, "forces of at most 1e6 N");
+  if (table.has("speed")) given.speed = positive(table, "speed", "a speed above 0") * scale;
+  table.finish();
+  return given;
 }
 
 std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<double, 4>>& rows, double scale) {

@@ -1,4 +1,4 @@
-// What holds and moves tissue in a scene.toml: its links and motions, and the grasps, needles and turns of its tools.
+// What holds, loads and moves tissue in a scene.toml: its links, loads and motions, and the grasps, needles and turns of its tools.
 #pragma once
 
 #include <fmt/format.h>
@@ -98,10 +98,14 @@ SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene);
 SceneConfig::Grasp read_grasp(TomlTable table, double scale);
 // has_place: the tool has `at` or `near`, where the needle then enters.
 SceneConfig::Needle read_needle(TomlTable table, double scale, bool has_place);
+SceneConfig::GivenForce read_given_force(TomlTable table, double scale);
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool);
 std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<double, 4>>& rows, double scale);
 
 SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene);
+SceneConfig::Load read_load(TomlTable table, const SceneConfig& scene);
+// Of a table with the key `at`.
+SceneConfig::Place::At read_at(TomlTable& table);
 
 // The amount of a motion at a time, in the file's units.
 double amount_at(const SceneConfig::Motion& motion, double time);

@@ -123,10 +123,12 @@ SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {
   static_cast<SceneEffects&>(one) = of.effects;
   one.bundle = of.bundle, one.surface = of.surface;
   for (SceneConfig::Tool& tool : one.tools)
-    if (tool.organ != organ) tool.grips.clear(), tool.grasp.reset(), tool.needle.reset(), tool.place.reset();
+    if (tool.organ != organ)
+      tool.grips.clear(), tool.grasp.reset(), tool.needle.reset(), tool.place.reset(), tool.given_force.reset();
   const auto of_another = [organ](const auto& holds) { return holds.organ != organ; };
   std::erase_if(one.links, [&](const SceneConfig::Link& link) { return !link.organs.empty() || of_another(link); });
   std::erase_if(one.motions, of_another);
+  std::erase_if(one.loads, of_another);
   std::erase_if(one.carried, of_another);
   one.organs.clear();
   return one;

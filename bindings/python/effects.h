@@ -200,6 +200,7 @@ inline constexpr const char* kAboutEffects =
     "(shape=\"volume\")\n"
     "needles: whether tools may have a Needle (a bundle with a corridor); needle_places: of\n"
     "the tissue that each of them holds at most\n"
+    "force_control: whether tools may have a GivenForce in place of a position\n"
     "\n";
 
 // Gives a class of Python its constructor Class(bundle, **effects).

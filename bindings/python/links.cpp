@@ -140,6 +140,7 @@ void add_needle(py::module_& module) {
 void add_links(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_link_state, id, condition, broken, rest_length, length, tension, force, ends);
   PYBIND11_NUMPY_DTYPE(palpate_grasp_state, condition, force, torque, place, slipped, friction_limit);
+  PYBIND11_NUMPY_DTYPE(palpate_given_force_state, condition, displacement, force, missed);
   PYBIND11_NUMPY_DTYPE(palpate_needle_state, condition, places, slipping, force, torque, tip_force, shaft_force, depth,
                        tip_at_rest);
   py::class_<palpate_link> link(

@@ -161,6 +161,12 @@ void add_scene(py::module_& module) {
            "inside, 4 cuts, 5 stuck), places that it holds, slipping (of these), force (N) and torque (N m) on the\n"
            "tool, tip_force, shaft_force (N), depth (m), tip_at_rest (m); None where no tool has the id, or no tool\n"
            "may have a needle.")
+      .def(
+          "given_force_state", &HeldScene::given_force_state, py::arg("id"),
+          "After a touch, of the tool with that id: a record, a copy: condition (0 free, 1 carried, 2 part, 3 moves),\n"
+          "displacement (m, from where the host sends it), force (N, on the organ), missed (N, of what was given); "
+          "None\n"
+          "where no tool has the id, or no tool may have a force.")
       .def("reset", &HeldScene::reset, "Forgets contacts, last positions and forces; the pose stays.")
       .def("save", &HeldScene::save,
            "bytes: what the touches have left in the scene. Restored, the next touches give the same bits.")

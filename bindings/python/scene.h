@@ -250,6 +250,7 @@ class HeldScene {
     const InUse use(touching_, kTouching);
     return states_of(palpate_scene_link_state, scene_);
   }
+  py::object given_force_state(std::int32_t id) { return record_of(palpate_scene_given_force_state, id); }
   py::object grasp_state(std::int32_t id) { return record_of(palpate_scene_grasp_state, id); }
   py::object needle_state(std::int32_t id) { return record_of(palpate_scene_needle_state, id); }
 

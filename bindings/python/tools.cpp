@@ -36,8 +36,16 @@ py::array own_points(const Numbers& from) {
 
 HeldTool make_tool(const Numbers& points, const py::iterable& grips, bool hold, double disc_radius, double friction,
                    std::int32_t id, std::optional<std::array<double, 3>> torque_about, const py::object& grasp,
-                   const py::object& needle, std::int32_t organ) {
-  return {own_points(points), py::list(grips), hold, disc_radius, friction, id, torque_about, grasp, needle, organ};
+                   const py::object& needle, const py::object& given_force, std::int32_t organ) {
+  return {own_points(points), py::list(grips), hold,   disc_radius, friction, id,
+          torque_about,       grasp,           needle, given_force, organ};
+}
+
+palpate_given_force make_given_force(const Numbers& force, double speed) {
+  palpate_given_force given = palpate_default_given_force();
+  set_numbers(given.force, force, "force");
+  given.speed = speed;
+  return given;
 }
 
 // The caller holds the same array and may have changed its shape.
@@ -70,6 +78,7 @@ void ToolCopies::take(const py::iterable& tools, const Obeyed& obeyed) {
   grips_.clear();
   grasps_.clear();
   needles_.clear();
+  given_forces_.clear();
   for (const py::handle each : tools) {
     const auto& tool = each.cast<const HeldTool&>();
     if (!are_points(tool.points))
@@ -83,6 +92,8 @@ void ToolCopies::take(const py::iterable& tools, const Obeyed& obeyed) {
     palpate_tool& copy = tools_.emplace_back(palpate_default_tool());
     grasps_.emplace_back();
     needles_.emplace_back();
+    given_forces_.emplace_back();
+    if (!tool.given_force.is_none()) given_forces_.back() = tool.given_force.cast<const palpate_given_force&>();
     if (!tool.needle.is_none()) needles_.back() = tool.needle.cast<const palpate_needle&>();
     if (!tool.grasp.is_none()) grasps_.back() = tool.grasp.cast<const palpate_grasp&>();
     copy.id = tool.id, copy.organ = tool.organ;
@@ -98,6 +109,7 @@ void ToolCopies::take(const py::iterable& tools, const Obeyed& obeyed) {
   for (std::size_t t = 0; t < tools_.size(); ++t) {
     if (grasps_[t]) palpate_add_part(&tools_[t].parts, &grasps_[t]->part);
     if (needles_[t]) palpate_add_part(&tools_[t].parts, &needles_[t]->part);
+    if (given_forces_[t]) palpate_add_part(&tools_[t].parts, &given_forces_[t]->part);
   }
   for (palpate_tool& tool : tools_) {
     tool.points = point;
@@ -125,11 +137,19 @@ void add_tools(py::module_& module) {
       .def_readwrite("axes", &palpate_grip::axes, "bits 1, 2, 4 impose x, y, z");
   add_numbers_of(grip, "displacement", &palpate_grip::displacement, "float64 [3], m, a view that you may write to");
   add_numbers_of(grip, "barycentric", &palpate_grip::barycentric, "float64 [3], a view that you may write to");
+  py::class_<palpate_given_force> given(
+      module, "GivenForce",
+      "The force with which a tool presses the organ; Scene.given_force_state tells where it stands.");
+  given
+      .def(py::init(&make_given_force), py::arg("force"), py::kw_only(), py::arg("speed") = 0.25,
+           "force: 3 numbers, N, on the organ, in the world; speed: m/s, of the tool at most.")
+      .def_readwrite("speed", &palpate_given_force::speed, "m/s, above 0");
+  add_numbers_of(given, "force", &palpate_given_force::force, "float64 [3], N, a view that you may write to");
   py::class_<HeldTool>(module, "Tool", "An instrument: points that are tested against the surface, and grips.")
       .def(py::init(&make_tool), py::arg("points") = py::tuple(), py::kw_only(), py::arg("grips") = py::tuple(),
            py::arg("hold") = false, py::arg("disc_radius") = 0.0, py::arg("friction") = 0.0, py::arg("id") = -1,
            py::arg("torque_about") = py::none(), py::arg("grasp") = py::none(), py::arg("needle") = py::none(),
-           py::arg("organ") = 0,
+           py::arg("given_force") = py::none(), py::arg("organ") = 0,
            "points: [P, 3] or [3], m, copied; grips: Grip objects; hold: contacts stay when the point has come out, "
            "and pull;\n"
            "disc_radius: m, of the flat disc that each point presses (contact=\"patch\"); friction: for "
@@ -138,6 +158,8 @@ void add_tools(py::module_& module) {
            "grasp: None, or a Grasp: the jaws are closed in each touch of the tool that has it (grasps=True).\n"
            "needle: None, or a Needle: it is in or before the tissue in each touch of the tool that has it "
            "(needles=True).\n"
+           "given_force: None, or a GivenForce: the tool presses with it, wherever that brings it "
+           "(force_control=True).\n"
            "organ: in a World, the organ that grips, grasp and needle hold.")
       .def_property(
           "points", [](const HeldTool& self) { return self.points; },
@@ -150,6 +172,7 @@ void add_tools(py::module_& module) {
       .def_readwrite("id", &HeldTool::id, "0 or more, another one for each tool of a touch; -1: its index")
       .def_readwrite("grasp", &HeldTool::grasp, "None, or a Grasp")
       .def_readwrite("needle", &HeldTool::needle, "None, or a Needle")
+      .def_readwrite("given_force", &HeldTool::given_force, "None, or a GivenForce")
       .def_readwrite("organ", &HeldTool::organ, "in a World, the organ that grips, grasp and needle hold")
       .def_readwrite("torque_about", &HeldTool::torque_about, "None, or the point about which the torque is taken, m")
       .def_readwrite("friction", &HeldTool::friction, "0 .. 100: Coulomb's coefficient (law=\"coulomb\")");

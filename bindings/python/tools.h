@@ -40,6 +40,7 @@ struct HeldTool {
   std::optional<std::array<double, 3>> torque_about = std::nullopt;  // m; none: no torque
   py::object grasp = py::none();                                     // a Grasp, or None
   py::object needle = py::none();                                    // a Needle, or None
+  py::object given_force = py::none();                               // a GivenForce, or None
   std::int32_t organ = 0;                                            // of a world, that grips, grasp and needle hold
 };
 
@@ -66,8 +67,9 @@ class ToolCopies {
   std::vector<palpate_tool> tools_;
   std::vector<double> points_;
   std::vector<palpate_grip> grips_;
-  std::vector<std::optional<palpate_grasp>> grasps_;    // [tool]
-  std::vector<std::optional<palpate_needle>> needles_;  // [tool]
+  std::vector<std::optional<palpate_grasp>> grasps_;              // [tool]
+  std::vector<std::optional<palpate_needle>> needles_;            // [tool]
+  std::vector<std::optional<palpate_given_force>> given_forces_;  // [tool]
 };
 
 // The same of links, palpate_link or palpate_world_link, for one call.

@@ -162,11 +162,12 @@ DatagramFault fault_of(const palpate_contact_node& node, int tools, const Datagr
 }  // namespace
 
 void check_deformation(const SceneConfig& scene) {
-  if (!scene.motions.empty())
-    throw InputError(
-        fmt::format("{}: motion: expected a scene without [[motion]], since a datagram holds contacts and "
-                    "not the amounts of motions, found {}; play the scene with palpate-run or palpate-igtl",
-                    scene.file.string(), scene.motions.size()));
+  for (const auto& [key, count] : {std::pair{"motion", scene.motions.size()}, {"load", scene.loads.size()}})
+    if (count > 0)
+      throw InputError(
+          fmt::format("{}: {}: expected a scene without [[{}]], since a datagram holds contacts and "
+                      "not the amounts of {}s, found {}; play the scene with palpate-run or palpate-igtl",
+                      scene.file.string(), key, key, key, count));
   for (const SceneConfig::Tool& tool : scene.tools)
     if (tool.needle)
       throw InputError(fmt::format(

@@ -48,7 +48,8 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
       folder_(folder),
       links_(style),
       grasps_(style),
-      needles_(style) {
+      needles_(style),
+      loads_(style) {
   for (const PlayedOrgan* each : organs_) {
     if (!each->held().links().empty()) open_links();
     if (each->held().has_grasps())
@@ -59,6 +60,10 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
       open(needles_, "needles.csv",
            "tool,condition,depth_m,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,tip_force_N,"
            "shaft_force_N,places,slipping,rest_x_m,rest_y_m,rest_z_m");
+    if (each->loads().any())
+      open(loads_, "loads.csv",
+           "load,force_x_N,force_y_N,force_z_N,place_x_m,place_y_m,place_z_m,displacement_x_m,displacement_y_m,"
+           "displacement_z_m,area_m2");
   }
 }
 
@@ -106,17 +111,26 @@ void HeldCsvFiles::add_needles(double time, std::size_t organ) {
   }
 }
 
+void HeldCsvFiles::add_loads(double time, std::size_t organ) {
+  const PlayedOrgan& of = *organs_[organ];
+  for (std::size_t i = 0; i < of.loads().count(); ++i)
+    if (const palpate_load_state* load = OrganLoads::state(of.runtime_scene(), i))
+      row(loads_, time, name_of(organ), of.loads().name_of(i), load->force, load->place, load->displacement,
+          load->area);
+}
+
 void HeldCsvFiles::write(double time) {
   for (std::size_t k = 0; k < organs_.size(); ++k) {
     if (links_.is_open()) add_links(time, k);
     if (grasps_.is_open()) add_grasps(time, k);
     if (needles_.is_open()) add_needles(time, k);
+    if (loads_.is_open()) add_loads(time, k);
   }
   if (world_ && !world_->links().empty()) add_links_between_organs(time);
 }
 
 void HeldCsvFiles::close() {
-  for (CsvTable* file : {&links_, &grasps_, &needles_}) file->close();
+  for (CsvTable* file : {&links_, &grasps_, &needles_, &loads_}) file->close();
 }
 
 }  // namespace palpate

@@ -23,7 +23,9 @@ HeldSummary::HeldSummary(const PlayedOrgan& organ)
     : organ_(organ),
       links_(organ.held().links().size()),
       grasps_(organ.scene().tools.size()),
-      needles_(grasps_.size()) {}
+      needles_(grasps_.size()),
+      given_forces_(grasps_.size()),
+      loads_(organ.loads().count()) {}
 
 void HeldSummary::add(double time) {
   for (std::size_t s = 0; s < links_.size(); ++s)
@@ -31,10 +33,32 @@ void HeldSummary::add(double time) {
   for (std::size_t t = 0; t < grasps_.size(); ++t) {
     const auto id = static_cast<std::int32_t>(t);
     if (organ_.held().grasp(t)) add_grasp(t, time);
+    if (organ_.scene().tools[t].given_force) add_given_force(t, time);
     const palpate_needle_state* needle =
         organ_.needles().of(t) ? palpate_scene_needle_state(organ_.runtime_scene(), id) : nullptr;
     if (needle) needles_[t].add(*needle, time, organ_.needles().places());
   }
+  for (std::size_t i = 0; i < loads_.size(); ++i) add_load(i, time);
+}
+
+void HeldSummary::add_given_force(std::size_t tool, double time) {
+  const palpate_given_force_state* state =
+      palpate_scene_given_force_state(organ_.runtime_scene(), static_cast<std::int32_t>(tool));
+  if (!state) return;
+  GivenForce& given = given_forces_[tool];
+  given.touches += state->condition != PALPATE_GIVEN_FORCE_FREE;
+  given.carried += state->condition == PALPATE_GIVEN_FORCE_CARRIED;
+  if (const double way = length(state->displacement); way > given.farthest)
+    given.farthest = way, given.farthest_time = time;
+}
+
+void HeldSummary::add_load(std::size_t i, double time) {
+  const palpate_load_state* state = OrganLoads::state(organ_.runtime_scene(), i);
+  if (!state) return;
+  Load& load = loads_[i];
+  load.area = state->area, load.peak_force = std::max(load.peak_force, length(state->force));
+  if (const double way = length(state->displacement); way > load.farthest)
+    load.farthest = way, load.farthest_time = time;
 }
 
 void HeldSummary::add_grasp(std::size_t tool, double time) {
@@ -59,6 +83,17 @@ nlohmann::ordered_json HeldSummary::links() const {
   return list;
 }
 
+nlohmann::ordered_json HeldSummary::loads() const {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < loads_.size(); ++i)
+    list.push_back({{"name", organ_.loads().name_of(i)},
+                    {"area_m2", loads_[i].area},
+                    {"peak_force_N", loads_[i].peak_force},
+                    {"largest_displacement_m", loads_[i].farthest},
+                    {"largest_displacement_s", loads_[i].farthest_time}});
+  return list;
+}
+
 nlohmann::ordered_json HeldSummary::grasp(std::size_t tool) const {
   const palpate_grasp* of = organ_.held().grasp(tool);
   if (!of) return nullptr;
@@ -74,8 +109,22 @@ nlohmann::ordered_json HeldSummary::needle(std::size_t tool) const {
   return needles_[tool].json(*of);
 }
 
+nlohmann::ordered_json HeldSummary::given_force(std::size_t tool) const {
+  const GivenForce& given = given_forces_[tool];
+  return {{"largest_displacement_m", given.farthest},
+          {"largest_displacement_s", given.farthest_time},
+          {"touches_in_contact", given.touches},
+          {"touches_carried", given.carried}};
+}
+
 std::vector<std::string> HeldSummary::lines() const {
   std::vector<std::string> lines;
+  for (std::size_t t = 0; t < given_forces_.size(); ++t)
+    if (organ_.scene().tools[t].given_force)
+      lines.push_back(
+          fmt::format("force of tool \"{}\": carried in {} of {} touches; the tool moved by {:.3g} mm, at {:.3g} s",
+                      organ_.scene().tools[t].name, given_forces_[t].carried, given_forces_[t].touches,
+                      1e3 * given_forces_[t].farthest, given_forces_[t].farthest_time));
   for (std::size_t s = 0; s < links_.size(); ++s) {
     if (links_[s].tension == 0) continue;
     lines.push_back(fmt::format("link \"{}\": {}", organ_.held().name_of(s), links_[s].sentence()));
@@ -92,6 +141,11 @@ std::vector<std::string> HeldSummary::lines() const {
   for (std::size_t t = 0; t < needles_.size(); ++t)
     if (organ_.needles().of(t))
       lines.push_back(fmt::format("needle of tool \"{}\": {}", organ_.scene().tools[t].name, needles_[t].sentence()));
+  for (std::size_t i = 0; i < loads_.size(); ++i)
+    lines.push_back(
+        fmt::format("load \"{}\": up to {:.3g} N on {:.3g} cm^2; it moved its patch by {:.3g} mm, at {:.3g} s",
+                    organ_.loads().name_of(i), loads_[i].peak_force, 1e4 * loads_[i].area, 1e3 * loads_[i].farthest,
+                    loads_[i].farthest_time));
   return lines;
 }
 

@@ -58,6 +58,8 @@ SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& h
   def.links.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps.grasps = held.has_grasps();
   def.needles.needles = needles.any(), def.needles.needle_places = needles.places();
   def.motions.motions = !scene.motions.empty();
+  def.force_control.force_control = std::any_of(scene.tools.begin(), scene.tools.end(),
+                                                [](const auto& tool) { return tool.given_force.has_value(); });
   return def;
 }
 
@@ -70,7 +72,7 @@ SceneDef half_of(SceneDef def, Half half) {
   if (half == Half::shape) {
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
     def.force = PALPATE_FORCE_OFF, def.relaxation.terms = 0;
-    def.links.max_links = def.grasps.grasps = 0;
+    def.links.max_links = def.grasps.grasps = def.force_control.force_control = 0;
   }
   return def;
 }
@@ -120,6 +122,7 @@ PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half h
   held_ = std::make_unique<HeldTissue>(scene_, bundle_.get());
   needles_ = std::make_unique<PlayedNeedles>(scene_, bundle_.get());
   motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
+  loads_ = std::make_unique<OrganLoads>(scene_, bundle_.get());
 }
 
 void PlayedOrgan::hear(void* organ, palpate_log_level level, const char* text) {
@@ -168,9 +171,10 @@ SceneDef PlayedOrgan::definition(int max_points) {
     met_surface_.triangle_count = static_cast<std::int32_t>(met_triangles_.size() / 3);
     def.fine_surface = met_surface();
   }
+  def.loads = loads_->definition();
   holds_ = def.links.max_links > 0 || def.grasps.grasps;
-  pierced_ = def.needles.needles != 0;
-  moves_ = motions_->any() && half_ != Half::shape;
+  pierced_ = def.needles.needles != 0, forced_ = def.force_control.force_control != 0;
+  moves_ = (motions_->any() || loads_->any()) && half_ != Half::shape;
   return def;
 }
 
@@ -189,7 +193,7 @@ int PlayedOrgan::shape_node_count() const {
 
 void PlayedOrgan::move(double time) {
   if (holds_) held_->close_grasps(time), held_->hold_links(runtime_scene_, time);
-  if (moves_) motions_->set(runtime_scene_, time);
+  if (moves_) motions_->set(runtime_scene_, time), loads_->set(runtime_scene_, time);
 }
 
 }  // namespace palpate

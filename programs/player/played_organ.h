@@ -10,6 +10,7 @@
 #include "formats/scene_config.h"
 #include "programs/player/held_tissue.h"
 #include "programs/player/organ_inside.h"
+#include "programs/player/organ_loads.h"
 #include "programs/player/organ_motions.h"
 #include "programs/player/played_needles.h"
 #include "programs/player/render_mesh.h"
@@ -52,6 +53,7 @@ class PlayedOrgan {
   const PlayedNeedles& needles() const { return *needles_; }
   PlayedNeedles& needles() { return *needles_; }
   const OrganMotions& motions() const { return *motions_; }
+  const OrganLoads& loads() const { return *loads_; }
   OrganInside* inside() const { return inside_.get(); }  // nullptr: the scene does not look inside
 
   // Points of all tools and grips of this organ together.
@@ -67,12 +69,13 @@ class PlayedOrgan {
 
   const LibraryLog& log() const { return log_; }
 
-  bool holds_tissue() const { return holds_; }   // whether the library's scene has links or grasps
-  bool has_needles() const { return pierced_; }  // whether it has needles
+  bool holds_tissue() const { return holds_; }          // whether the library's scene has links or grasps
+  bool has_needles() const { return pierced_; }         // whether it has needles
+  bool presses_with_forces() const { return forced_; }  // whether its tools may have forces
   int contact_node_limit() const { return contact_node_limit_; }
   int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
-  // Gives the library's scene its links, jaws and motions at a time, s. Allocates nothing.
+  // Gives the library's scene its links, jaws, motions and loads at a time, s. Allocates nothing.
   void move(double time);
 
  private:
@@ -97,12 +100,14 @@ class PlayedOrgan {
   std::unique_ptr<HeldTissue> held_;
   std::unique_ptr<PlayedNeedles> needles_;
   std::unique_ptr<OrganMotions> motions_;
+  std::unique_ptr<OrganLoads> loads_;
   std::unique_ptr<OrganInside> inside_;
   palpate_scene* runtime_scene_ = nullptr;
   int contact_node_limit_ = 0;
   bool holds_ = false;    // the library's scene has links or grasps
   bool pierced_ = false;  // and needles
-  bool moves_ = false;    // and motions, which this sets
+  bool forced_ = false;   // and tools with forces
+  bool moves_ = false;    // and motions and loads, which this sets
 };
 
 }  // namespace palpate

@@ -29,12 +29,20 @@ PlayedTools::PlayedTools(const SceneConfig& scene, std::vector<PlayedOrgan*> org
   for (const auto& tool : scene.tools) local_points_.push_back(tool_points(tool));
   points_ = local_points_;
   positions_.resize(scene.tools.size());
+  for (const auto& tool : scene.tools) {
+    palpate_given_force& given = forces_.emplace_back(palpate_default_given_force());
+    if (tool.given_force && tool.given_force->speed) given.speed = *tool.given_force->speed;
+  }
   for (std::size_t t = 0; t < scene.tools.size(); ++t)
     tools_.push_back(tool_of(scene.tools[t], points_[t], organs_[scene.tools[t].organ]->grips()[t]));
 }
 
 void PlayedTools::move(double time) {
   for (std::size_t t = 0; t < tools_.size(); ++t) {
+    if (const auto& given = scene_.tools[t].given_force) {
+      const Vector force = position_at(given->forces, time);
+      std::copy(force.begin(), force.end(), forces_[t].force);
+    }
     place(t, position_at(scene_.tools[t].path, time), turn_at(scene_.tools[t].turn, time));
     if (is_away(scene_.tools[t], time)) withdraw(t);
   }
@@ -64,8 +72,22 @@ void PlayedTools::place(std::size_t tool, const Vector& position, const Rotation
   if (organ.holds_tissue())
     if (palpate_grasp* const grasp = organ.held().place_grasp(tool, position, turn))
       palpate_add_part(&tools_[tool].parts, &grasp->part);
+  if (scene_.tools[tool].given_force && organ.presses_with_forces())
+    palpate_add_part(&tools_[tool].parts, &forces_[tool].part);
   if (!tools_[tool].has_torque) return;
   std::copy(position.begin(), position.end(), tools_[tool].reference);
+}
+
+void PlayedTools::follow() {
+  for (std::size_t t = 0; t < tools_.size(); ++t) {
+    if (!scene_.tools[t].given_force || !tools_[t].parts) continue;
+    const palpate_given_force_state* const state =
+        palpate_scene_given_force_state(organs_[scene_.tools[t].organ]->runtime_scene(), static_cast<std::int32_t>(t));
+    for (int d = 0; state && d < 3; ++d) {
+      positions_[t][d] += state->displacement[d];
+      for (Vector& point : points_[t]) point[d] += state->displacement[d];
+    }
+  }
 }
 
 void PlayedTools::withdraw(std::size_t tool) {

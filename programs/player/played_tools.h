@@ -23,6 +23,8 @@ class PlayedTools {
   void move(double time);
   void place(std::size_t tool, const SceneConfig::Vector& position, const Rotation& turn = kNoTurn);
   void withdraw(std::size_t tool);  // it touches nothing until it is placed again
+  // After a touch: tools that press with a force are where that has brought them.
+  void follow();
 
   const std::vector<palpate_tool>& tools() const { return tools_; }
   const std::vector<SceneConfig::Vector>& positions() const { return positions_; }         // [tool] origin, m
@@ -34,6 +36,7 @@ class PlayedTools {
   std::vector<palpate_pose> poses_;
   std::vector<std::vector<SceneConfig::Vector>> local_points_, points_;  // [tool][point]: own frame; now
   std::vector<SceneConfig::Vector> positions_;                           // [tool]
+  std::vector<palpate_given_force> forces_;                              // [tool] of those that have one
   std::vector<palpate_tool> tools_;
 };
 

@@ -75,8 +75,11 @@ class Player {
   const std::vector<SceneConfig::Vector>& positions() const { return tools_->positions(); }         // [tool] origin, m
   const std::vector<std::vector<SceneConfig::Vector>>& points() const { return tools_->points(); }  // [tool][point], m
   palpate_step_flags touch(double dt, palpate_contacts* contacts, std::size_t contacts_bytes) {
-    return palpate_scene_touch(runtime_scene(), tools_->tools().data(),
-                               static_cast<std::int32_t>(tools_->tools().size()), dt, contacts, contacts_bytes);
+    const palpate_step_flags flags =
+        palpate_scene_touch(runtime_scene(), tools_->tools().data(), static_cast<std::int32_t>(tools_->tools().size()),
+                            dt, contacts, contacts_bytes);
+    tools_->follow();
+    return flags;
   }
 
   // Plays the whole scene from its start. Either callback may be empty. The times are those of palpate_scene_touch, palpate_scene_shape,

@@ -27,6 +27,7 @@ toml::array numbers(const SceneConfig::Vector& v) {
 }
 
 constexpr const char* kLinkKinds[] = {"thread", "spring", "clip"};
+constexpr const char* kSides[] = {"foremost", "hindmost", "leftmost", "rightmost", "uppermost", "lowest"};
 
 // The keys of a table that set fields. What is 0 of the limits follows from the scene.
 toml::table fields_of(const std::string& name, const SceneDef& def) {
@@ -94,9 +95,9 @@ toml::array rows_of(const std::vector<std::array<double, count>>& from) {
   return rows;
 }
 
-toml::array turn_of(const std::vector<SceneConfig::KeyFrame>& turn) {
+toml::array frames_of(const std::vector<SceneConfig::KeyFrame>& frames) {
   toml::array rows;
-  for (const auto& [time, v] : turn) rows.push_back(toml::array{time, v[0], v[1], v[2]});
+  for (const auto& [time, v] : frames) rows.push_back(toml::array{time, v[0], v[1], v[2]});
   return rows;
 }
 
@@ -108,6 +109,12 @@ toml::table grasp_of(const SceneConfig::Grasp& grasp) {
   if (grasp.friction) table.insert("friction", *grasp.friction);
   if (grasp.clamp_force) table.insert("clamp_force", *grasp.clamp_force);
   if (!grasp.closed.empty()) table.insert("closed", rows_of(grasp.closed));
+  return table;
+}
+
+toml::table given_force_of(const SceneConfig::GivenForce& given) {
+  toml::table table{{"forces", frames_of(given.forces)}};
+  if (given.speed) table.insert("speed", *given.speed);
   return table;
 }
 
@@ -135,6 +142,19 @@ toml::array links_of(const SceneConfig& scene) {
     if (!link.stiffness.empty()) table.insert("stiffnesses", rows_of(link.stiffness));
     if (link.breaking_force) table.insert("breaking_force", *link.breaking_force);
     if (link.radius > 0) table.insert("radius", link.radius);
+    list.push_back(std::move(table));
+  }
+  return list;
+}
+
+// Places as the scene names them.
+toml::array loads_of(const SceneConfig& scene) {
+  toml::array list;
+  for (const SceneConfig::Load& load : scene.loads) {
+    toml::table table{{"name", load.name}, {"radius", load.radius}, {"frame", load.in_world ? "world" : "organ"}};
+    if (load.at) table.insert("at", kSides[static_cast<std::size_t>(*load.at)]);
+    if (load.near) table.insert("near", numbers(*load.near));
+    table.insert(load.per_area ? "tractions" : "forces", frames_of(load.vectors));
     list.push_back(std::move(table));
   }
   return list;
@@ -181,8 +201,9 @@ toml::table tool_of(const Player& player, std::size_t t) {
   if (tool.disc_radius > 0) table.insert("disc_radius", tool.disc_radius);
   if (tool.friction > 0) table.insert("friction", tool.friction);
   if (!tool.away.empty()) table.insert("away", rows_of(tool.away));
-  if (!tool.turn.empty()) table.insert("turn", turn_of(tool.turn));
+  if (!tool.turn.empty()) table.insert("turn", frames_of(tool.turn));
   if (tool.grasp) table.insert("grasp", grasp_of(*tool.grasp));
+  if (tool.given_force) table.insert("given_force", given_force_of(*tool.given_force));
   if (tool.needle) table.insert("needle", needle_of(*tool.needle, player.needles().near(t)));
   if (!player.grips()[t].empty()) table.insert("grip", grips_of(player.grips()[t], player.bundle()));
   return table;
@@ -206,6 +227,7 @@ toml::table resolved_scene(const Player& player) {
   table.insert("tool", std::move(tools));
   if (!scene.links.empty()) table.insert("link", links_of(scene));
   if (!scene.motions.empty()) table.insert("motion", motions_of(player));
+  if (!scene.loads.empty()) table.insert("load", loads_of(scene));
   return table;
 }
 
@@ -245,7 +267,8 @@ void check_bundle(const Player& player, const fs::path& bundle) {
 void refuse_other_scene(const fs::path& record, const Player& recorded, const fs::path& file, const fs::path& bundle) {
   const toml::table expected = resolved_scene(recorded);
   const toml::table found = resolved_scene(Player(read_scene_config(file), bundle));
-  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link", "motion"}) {
+  for (const char* key :
+       {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link", "motion", "load"}) {
     const toml::node *a = expected.get(key), *b = found.get(key);
     const bool same = a && b ? a->visit([&](const auto& node) {
       const auto* other = b->as<std::decay_t<decltype(node)>>();

@@ -14,6 +14,7 @@ double duration_of(const SceneConfig& scene) {
   for (const auto& tool : scene.tools) {
     last = std::max(last, tool.path.back().time);
     if (!tool.turn.empty()) last = std::max(last, tool.turn.back().time);
+    if (tool.given_force) last = std::max(last, tool.given_force->forces.back().time);
     if (tool.grasp && !tool.grasp->closing.empty()) last = std::max(last, tool.grasp->closing.back()[0]);
   }
   for (const auto& link : scene.links)
@@ -21,6 +22,7 @@ double duration_of(const SceneConfig& scene) {
       if (!rows->empty()) last = std::max(last, rows->back()[0]);
   for (const auto& motion : scene.motions)
     if (!motion.amounts.empty()) last = std::max(last, motion.amounts.back()[0]);
+  for (const auto& load : scene.loads) last = std::max(last, load.vectors.back().time);
   return last;
 }
 

@@ -316,6 +316,31 @@ void write_held(const PlayedOrgan& organ, const Frame& frame, const float* posit
   write_grid(held.grid, file);
 }
 
+// A vertex for each load, where its patch is now; the state is in the world.
+void write_loads(const PlayedOrgan& organ, const std::filesystem::path& file) {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkDoubleArray> force, displacement;
+  vtkNew<vtkIntArray> load;
+  points->SetDataTypeToDouble();
+  grid->SetPoints(points);
+  const auto rows = static_cast<vtkIdType>(organ.loads().count());
+  for (vtkIdType i = 0; i < rows; ++i)
+    if (const palpate_load_state* state = OrganLoads::state(organ.runtime_scene(), static_cast<std::size_t>(i))) {
+      const vtkIdType at = points->InsertNextPoint(state->place);
+      grid->InsertNextCell(VTK_VERTEX, 1, &at);
+    }
+  add_point_data(grid, load, "load", 1, rows);
+  add_point_data(grid, force, "force", 3, rows);
+  add_point_data(grid, displacement, "displacement", 3, rows);
+  for (vtkIdType i = 0; i < rows; ++i)
+    if (const palpate_load_state* state = OrganLoads::state(organ.runtime_scene(), static_cast<std::size_t>(i))) {
+      load->SetValue(i, static_cast<int>(i));
+      force->SetTuple(i, state->force), displacement->SetTuple(i, state->displacement);
+    }
+  write_grid(grid, file);
+}
+
 }  // namespace
 
 struct ShapeFiles::Organ : MovedGrid {
@@ -418,6 +443,7 @@ void ShapeFiles::write_organ(Organ& organ, const ShapeRecord& shape, std::vector
     write_grid(surface->grid, next(fmt::format("carried_{}", surface->carried.name).c_str()));
   if (organ.of.holds_tissue() || organ.of.has_needles())
     write_held(organ.of, organ.frame, organ.positions->GetPointer(0), next("held"));
+  if (organ.of.loads().any()) write_loads(organ.of, next("loads"));
 }
 
 void ShapeFiles::write(const ShapeRecord& shape) {

@@ -8,7 +8,8 @@
 // symmetric tensor), pressure, von_mises and principal_stress (Pa), and each carried surface is a part of its own, carried_NAME_000000.vtu, with
 // displacement (m, from rest). With links, grasps or needles, the last part holds them: a line for each stretch of a link, a polygon for each
 // closed disc and a line for each needle, with a pair of points or the corners of its own; cell data: link (its index in the scene, or -1),
-// tool (the same of the tool of a disc or a needle), tension (N) and condition (those of palpate.h; of a needle, its own). Links between organs are a part of their own, links_000000.vtu, of the same
+// tool (the same of the tool of a disc or a needle), tension (N) and condition (those of palpate.h; of a needle, its own). With loads, loads_000000.vtu
+// has a vertex for each, where its patch is; point data: load (its index), force (N) and displacement (m). Links between organs are a part of their own, links_000000.vtu, of the same
 // form. Of several organs each has files of its own, organ_NAME_000000.vtu, and all
 // of them are in the world's frame.
 #pragma once

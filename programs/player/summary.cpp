@@ -161,6 +161,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
     add_bundle(organ, k), add_moved(organ, organs_[k]);
     organ["peak_pressed_N"] = organs_[k].peak_pressed;
     if (!organs_[k].of.organ->held().links().empty()) organ["links"] = organs_[k].held.links();
+    if (organs_[k].of.organ->loads().any()) organ["loads"] = organs_[k].held.loads();
     out["organs"].push_back(organ);
   }
   if (scene_.pairs > 0)
@@ -186,10 +187,12 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
     const Organ& held = organs_[scene_.tools[t].organ];
     if (held.of.organ->held().grasp(t)) entry["grasp"] = held.held.grasp(t);
     if (held.of.organ->needles().of(t)) entry["needle"] = held.held.needle(t);
+    if (scene_.tools[t].given_force) entry["given_force"] = held.held.given_force(t);
     if (tool.first_contact_time >= 0) entry["first_contact_s"] = tool.first_contact_time;
     out["tools"].push_back(entry);
   }
   if (one_organ && !organs_[0].of.organ->held().links().empty()) out["links"] = organs_[0].held.links();
+  if (one_organ && organs_[0].of.organ->loads().any()) out["loads"] = organs_[0].held.loads();
   out["touches_with_flag"] = counts_by_name(touch_flags_);
   out["shapes_with_flag"] = counts_by_name(shape_flags_);
   out["timing_us"] = {{"touch", percentiles(timing.touch_us)}, {"shape", percentiles(timing.shape_us)}};

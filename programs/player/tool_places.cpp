@@ -229,15 +229,16 @@ SurfacePlace PlaceFinder::nearest(const Vector& near, const std::string& who) co
   return place;
 }
 
-SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
-                        const std::filesystem::path& scene) {
-  const std::string who = fmt::format("{}:{}: tool \"{}\": ", scene.string(), tool.line, tool.name);
-  if (!tool.place->at)
-    return PlaceFinder(bundle, PlaceFinder::Where::touchable).nearest(*tool.place->near, who + "near");
+namespace {
+
+// near: where `at` is not given.
+SurfacePlace find_place(const std::string& who, std::optional<At> at, const std::optional<Vector>& near,
+                        const palpate_bundle* bundle) {
+  if (!at) return PlaceFinder(bundle, PlaceFinder::Where::touchable).nearest(*near, who + "near");
   const Surface surface = surface_of(bundle, PlaceFinder::Where::touchable);
   if (surface.triangles.empty())
     throw InputError(who +
-                     "expected a touchable surface to place the tool on, found no triangle of three touchable "
+                     "expected a touchable surface to find a place on, found no triangle of three touchable "
                      "nodes; compare with \"palpate-bundle info\"");
   const std::string frame = frame_of(bundle);
   if (frame != "LPS" && frame != "RAS")
@@ -245,7 +246,21 @@ SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bun
         fmt::format("{}at: expected a bundle of frame LPS or RAS, which says where the patient's front is, found frame "
                     "\"{}\"; give near = [x, y, z], or set frame in organ.toml",
                     who, frame));
-  return farthest(surface, direction_of(*tool.place->at, frame));
+  return farthest(surface, direction_of(*at, frame));
+}
+
+}  // namespace
+
+SurfacePlace find_place(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
+                        const std::filesystem::path& scene) {
+  const std::string who = fmt::format("{}:{}: tool \"{}\": ", scene.string(), tool.line, tool.name);
+  return find_place(who, tool.place->at, tool.place->near, bundle);
+}
+
+SurfacePlace find_place(const SceneConfig::Load& load, const palpate_bundle* bundle,
+                        const std::filesystem::path& scene) {
+  const std::string who = fmt::format("{}:{}: load \"{}\": ", scene.string(), load.line, load.name);
+  return find_place(who, load.at, load.near, bundle);
 }
 
 Vector direction_at(const SceneConfig::Tool& tool, const SurfacePlace& place) {

@@ -33,6 +33,10 @@ class PlaceFinder {
   std::unique_ptr<Searched> searched_;
 };
 
+// Of a load: where its patch is, as find_place() of a tool.
+SurfacePlace find_place(const SceneConfig::Load& load, const palpate_bundle* bundle,
+                        const std::filesystem::path& scene);
+
 // at: of the touchable nodes the one that lies farthest in that direction of the patient. Nodes with an untouchable node
 // beside them come last, since a disc there acts on a part of its area only. near: the nearest point of the triangles whose
 // three nodes are touchable. The normal is that of the triangles around, weighted by area. Errors: InputError, which names

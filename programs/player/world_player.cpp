@@ -117,6 +117,7 @@ Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_
                                  static_cast<std::int32_t>(tools_->tools().size()), 1 / scene_.touch_hz, contacts,
                                  memory.size() * sizeof memory[0]);
     });
+    tools_->follow();
     on_touch({time, flags, tools_->positions(), *contacts});
     if (beside && step >= step_of(solve, scene_.deform_hz, scene_)) {
       ++solve;

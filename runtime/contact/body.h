@@ -79,6 +79,8 @@ class Body {
   // What the last solve has found. Of constraint p in its frame: the reactions of its rows, N; by how much these miss their targets, m.
   virtual Vec3 reaction(const TouchState& state, std::int32_t p) const;
   virtual Vec3 missed(const TouchStep& step, std::int32_t p) const;
+  // That frame: its rows are the axes of the constraint's.
+  virtual Mat3 axes(const TouchStep& step, std::int32_t p) const;
   // m, in x, y, z: by how much the contacts have moved contact node e.
   virtual Vec3 moved_node(const TouchState& state, std::int32_t e) const;
   // m/N, in x, y, z: of the weighted mean of constraint p by a force on that of q, where nothing else holds the body.

@@ -96,10 +96,12 @@ void SystemSolver::measure_stiffness(const MovedAlike* groups, int count, Operat
                                      double* stiffness) {
   const int size = 3 * count;
   std::fill(stiffness, stiffness + size * size, 0.0);
-  const auto each_row = [&](int c, auto visit) {
-    for (const std::int32_t p : groups[c / 3].constraint)
-      if (p >= 0 && of_.rows[p].at[c % 3] >= 0) visit(of_.rows[p].at[c % 3]);
+  Mat3 unframed;
+  for (int i = 0; i < 3; ++i) unframed.m[i][i] = 1;
+  const auto axes = [&](std::int32_t p) -> const Mat3& {
+    return of_.constraints[p].framed ? of_.constraints[p].frame : unframed;
   };
+  const auto each_row = [&](int c, auto visit) { groups[c / 3].for_each_row(of_.rows, c % 3, axes, visit); };
   const bool known = factor_.exists() && !decided_;
   const std::int32_t rows = known ? factor_.used() : find_rows_that_hold(list_);
   const auto row_at = [&](std::int32_t at) { return known ? factor_.row_at(at) : list_[at]; };
@@ -113,12 +115,15 @@ void SystemSolver::measure_stiffness(const MovedAlike* groups, int count, Operat
   double *const unit = work_, *const solved = work_ + matrix_->capacity;
   for (int c = 0; c < size; ++c) {
     std::fill(unit, unit + matrix_->rows_end, 0.0);
-    each_row(c, [&](std::int32_t row) { unit[row] = made ? 1 : matrix_->scale[row] * matrix_->scale[row]; });
+    each_row(c, [&](std::int32_t row, double share, double way) {
+      unit[row] = way * share * (made ? 1 : matrix_->scale[row] * matrix_->scale[row]);
+    });
     for (std::int32_t at = 0; at < rows && made; ++at) solved[at] = matrix_->scale[row_at(at)] * unit[row_at(at)];
     if (made) factor_.solve_scaled(which, solved);
     for (std::int32_t at = 0; at < rows && made; ++at) unit[row_at(at)] = matrix_->scale[row_at(at)] * solved[at];
     for (int r = 0; r < size; ++r)
-      if (made || r == c) each_row(r, [&](std::int32_t row) { stiffness[r * size + c] += unit[row]; });
+      if (made || r == c)
+        each_row(r, [&](std::int32_t row, double share, double) { stiffness[r * size + c] += share * unit[row]; });
   }
   if (!known) factor_.leave_soft();
 }

@@ -93,9 +93,21 @@ class SystemSolver {
     return 3 * (rows * rows + 200 * constraints) / kDense;
   }
 
-  // Constraints of the last solve that stick and have no frame, whose targets move alike.
+  // Constraints of the last solve whose targets move alike.
   struct MovedAlike {
-    std::int32_t constraint[2] = {-1, -1};  // -1: none
+    const std::int32_t* constraint = nullptr;  // [count] -1: none
+    const double* way = nullptr;               // [count] of each one's target, where the group moves by 1; nullptr: 1
+    std::int32_t count = 0;
+    // Calls visit(row, share, way) for the rows of the constraints: their share along an axis of the organ. axes(p): of constraint p.
+    template <class Axes, class Visit>
+    void for_each_row(const RowsOfConstraint* rows, int axis, const Axes& axes, const Visit& visit) const {
+      for (std::int32_t k = 0; k < count; ++k)
+        for (int i = 0; i < 3 && constraint[k] >= 0; ++i) {
+          const std::int32_t row = rows[constraint[k]].at[i];
+          const double share = axes(constraint[k]).m[i][axis];
+          if (row >= 0 && share != 0) visit(row, share, way ? way[k] : 1);
+        }
+    }
   };
   // N/m, [3 count][3 count]: by how much the sum of the reactions of such constraints grows along x, y and z as those of the same or another
   // group move, while all rows hold that now hold. Where the step's work has no room for that, by how much it would if each row were

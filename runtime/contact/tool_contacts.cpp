@@ -173,7 +173,8 @@ class Contacts {
       ContactWish wish;
       wish.contact = point_of(t, tool.point_count + g);
       wish.axes = grip.axes;
-      for (int i = 0; i < 3; ++i) wish.displacement[i] = grip.axes >> i & 1u ? grip.displacement[i] : 0.0;
+      const Vec3 drawn = step_.drawn(tool, grip);
+      for (int i = 0; i < 3; ++i) wish.displacement[i] = grip.axes >> i & 1u ? drawn[i] : 0.0;
       if (grip.kind == PALPATE_GRIP_NODE) {
         bool made = false;
         const std::int32_t first = state_.rows.set().constraint_count;

@@ -89,7 +89,7 @@ void add_forces(TouchStep& step) {
     result.sum.resultant += force;
     const Tool& tool = state.input.tool(held.contact.index);
     if (!tool.has_torque || !is_of_point(step, held.contact)) continue;
-    const Vec3 arm = step.holder(tool, held.contact.point) - state.organ.point_to_organ(tool.reference);
+    const Vec3 arm = step.holder(tool, held.contact.point) - step.reference(tool);
     result.sum.moment += cross(arm, force);
     if (state.response.exists()) result.sum.moment_along += cross(arm, part_along(force, result.direction.unit));
   }

@@ -25,6 +25,7 @@ bool are_sound_parts(const palpate_part* first, const InputLimits& organ) {
   for (const palpate_part* part = first; part; part = part->next) {
     const ToolPart* const how = is_aligned(part) ? organ.reader_of(part->effect) : nullptr;
     if (!how || has_part[how->place] || !how->is_sound(part, organ)) return false;
+    if (how->alone && first->next) return false;
     has_part[how->place] = true;
   }
   return true;
@@ -118,7 +119,7 @@ void ToolInput::forget_input(std::int32_t t) {
   tool.point_count = tool.grip_count = 0;
   tool.hold = tool.has_torque = tool.pulls = false, tool.disc_radius = tool.friction = 0, tool.flags = 0;
   std::fill_n(tool.has_part, kMostToolParts, false);
-  tool.organ = 0;
+  tool.organ = 0, tool.held_back = Vec3{};
 }
 
 void ToolInput::free_place(std::int32_t t) {

@@ -27,6 +27,8 @@ struct ToolPart {
   bool (*is_sound)(const void* from, const InputLimits& organ);
   void (*copy)(const void* from, void* to);  // without its palpate_part
   bool pulls;                                // a tool that has it may pull at the surface
+  bool alone =
+      false;  // a tool that has it has no other part, and of several organs it touches the one alone that it holds
 };
 // Of a struct T without padding.
 template <class T, void (*init)(T*, std::size_t), bool (*is_sound)(const T&, const InputLimits&)>
@@ -48,6 +50,11 @@ constexpr ToolPart tool_part(int place, const palpate_effect* effect, bool pulls
                         sizeof(T) - behind);
           },
           pulls};
+}
+
+constexpr ToolPart alone(ToolPart part) {
+  part.alone = true;
+  return part;
 }
 
 // The bounds that the checks hold the input to.
@@ -82,6 +89,7 @@ struct ToolValues {
   std::int32_t organ = 0;   // that grips and parts hold, where there are several
   Vec3 reference;           // m, in the world, where the tool has a torque
   double disc_radius = 0, friction = 0;
+  Vec3 held_back;  // m, in the world: where the host sends the tool, less where an effect has it stand
 };
 
 // A tool keeps its place among the tools of the scene from step to step for as long as the host sends its id.
@@ -111,6 +119,12 @@ class ToolInput {
   void forget_input(std::int32_t t);
   // The place of tool `index` of the step.
   std::int32_t place_of_sent(std::int32_t index) const { return place_[index]; }
+  // Whether a part has it touch the organ alone that it holds.
+  bool is_alone(const Tool& tool) const {
+    for (int place = 0; place < kMostToolParts; ++place)
+      if (tool.has_part[place] && limits_.part[place]->alone) return true;
+    return false;
+  }
   // The place of the tool with that id; -1: none.
   std::int32_t place_of(std::int32_t id) const;
 

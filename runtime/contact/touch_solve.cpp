@@ -129,6 +129,14 @@ Vec3 Body::missed(const TouchStep& step, std::int32_t p) const {
   return step.state->solver.missed(*step.acting, p);
 }
 
+Mat3 Body::axes(const TouchStep& step, std::int32_t p) const {
+  const ContactConstraint& constraint = step.taken->constraints[p];
+  if (constraint.framed) return constraint.frame;
+  Mat3 axes;
+  for (int i = 0; i < 3; ++i) axes.m[i][i] = 1;
+  return axes;
+}
+
 Vec3 Body::moved_node(const TouchState& state, std::int32_t e) const {
   return state.solver.matrix().displacement(state.rows.set(), state.force, e);
 }

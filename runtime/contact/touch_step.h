@@ -71,8 +71,13 @@ struct TouchStep {
   }
 
   // m, in the organ's frame: a tool point; that, or where a grip takes the place that it holds.
-  Vec3 point(const Tool& tool, std::int32_t i) const { return state->organ.point_to_organ(tool.points[i]); }
+  Vec3 point(const Tool& tool, std::int32_t i) const {
+    return state->organ.point_to_organ(tool.points[i] - tool.held_back);
+  }
   Vec3 holder(const Tool& tool, std::int32_t point) const;
+  // m, in the organ's frame: of the places that a grip of the tool holds; about which the tool has its torque.
+  Vec3 drawn(const Tool& tool, const palpate_grip& grip) const;
+  Vec3 reference(const Tool& tool) const { return state->organ.point_to_organ(tool.reference - tool.held_back); }
   // m, by the offset: of the weighted mean that a constraint of `set` holds.
   Vec3 moved(const ContactConstraints& set, const ContactConstraint& constraint) const;
   // N, of constraint p, in its frame.

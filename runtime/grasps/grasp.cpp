@@ -188,6 +188,7 @@ bool Grasps::slip(TouchState& state) {
   constexpr int most = 3 * SystemSolver::kMostMovedAlike;
   std::int32_t slipping[SystemSolver::kMostMovedAlike];
   SystemSolver::MovedAlike patches[SystemSolver::kMostMovedAlike];
+  std::int32_t rows_of[SystemSolver::kMostMovedAlike][2];
   double stiffness[most * most], back[most];
   int count = 0;
   bool any_exceeds = false;
@@ -198,7 +199,8 @@ bool Grasps::slip(TouchState& state) {
     if (!is_finite(excess) || !(exceeds || slips_[t].has_slipped)) continue;
     any_exceeds = any_exceeds || exceeds;
     slips_[t].learn(force_of(grasps_[t], state), excess);
-    for (int p = 0; p < 2; ++p) patches[count].constraint[p] = grasps_[t].patches[p].rows_of;
+    for (int p = 0; p < 2; ++p) rows_of[count][p] = grasps_[t].patches[p].rows_of;
+    patches[count].constraint = rows_of[count], patches[count].count = 2;
     store3(excess, back + 3 * count), slipping[count++] = t;
   }
   if (!any_exceeds) return false;

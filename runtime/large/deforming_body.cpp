@@ -464,17 +464,15 @@ Mat3 DeformingBody::compliance_between(std::int32_t p, std::int32_t q) const {
 void DeformingBody::measure_stiffness(const SystemSolver::MovedAlike* groups, int count, double* stiffness) {
   const int size = 3 * count;
   double* const unit = start_;  // the next solve writes it anew
-  const auto each_row = [&](int c, auto visit) {
-    for (const std::int32_t p : groups[c / 3].constraint)
-      if (p >= 0 && rows_of_[p].at[c % 3] >= 0) visit(rows_of_[p].at[c % 3]);
-  };
+  const auto axes = [&](std::int32_t p) -> const Mat3& { return frames_[p]; };
+  const auto each_row = [&](int c, auto visit) { groups[c / 3].for_each_row(rows_of_, c % 3, axes, visit); };
   for (int c = 0; c < size; ++c) {
     std::fill(unit, unit + rows_.count, 0.0);
-    each_row(c, [&](std::int32_t row) { unit[row] = 1; });
+    each_row(c, [&](std::int32_t row, double share, double way) { unit[row] = way * share; });
     solver_.solve_held(unit);
     for (int r = 0; r < size; ++r) {
       stiffness[r * size + c] = 0;
-      each_row(r, [&](std::int32_t row) { stiffness[r * size + c] += unit[row]; });
+      each_row(r, [&](std::int32_t row, double share, double) { stiffness[r * size + c] += share * unit[row]; });
     }
   }
 }

@@ -67,6 +67,7 @@ class BodyInTouch final : public LargeBody {
   void move_surface(TouchStep& step, const ContactConstraints& set) override;
   Vec3 reaction(const TouchState&, std::int32_t p) const override { return deforming_.reaction(p); }
   Vec3 missed(const TouchStep&, std::int32_t p) const override { return deforming_.missed(p); }
+  Mat3 axes(const TouchStep&, std::int32_t p) const override { return deforming_.frame(p); }
   Vec3 moved_node(const TouchState& state, std::int32_t e) const override;
   Mat3 compliance_between(const TouchState&, std::int32_t p, std::int32_t q) const override {
     return deforming_.compliance_between(p, q);

@@ -57,7 +57,7 @@ const palpate_tool* WorldInput::list_for(std::int32_t organ) {
     palpate_tool& to = list_[i];
     to = palpate_default_tool();
     to.id = from.id, to.organ = from.organ;
-    to.points = &from.points->x, to.point_count = from.point_count;
+    to.points = &from.points->x, to.point_count = holds || !input_.is_alone(from) ? from.point_count : 0;
     to.grips = from.grips, to.grip_count = holds ? from.grip_count : 0;
     for (int place = 0; place < kMostToolParts; ++place)
       if (holds && from.has_part[place]) palpate_add_part(&to.parts, from.part[place]);

@@ -135,6 +135,8 @@ const std::vector<Effect>& effects() {
          std::copy_n(kFaceOfTraction, 3, s.def.loads.centre[1]), s.def.loads.radius[1] = 0.05;
        },
        needs_deformed},
+      {"force control", Slot::own,
+       [](S& s) { s.force_control = true, s.def.force_control.force_control = 1, s.def.max_tools = 5; }},
       {"grasps", Slot::own, [](S& s) { s.grasps = true, s.def.grasps.grasps = 1; }, needs_patch},
       {"links", Slot::own, [](S& s) { s.links = true, s.def.links.max_links = 4; }},
       {"needles", Slot::own,

@@ -27,8 +27,8 @@ TEST(EffectPairs, ActTogetherAsAFullSolveSaysOrAreRefusedAsThePageTells) {
 // that it is sewn to.
 TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
   const std::vector<const char*> crowd = {
-      "collision deformed", "contact patch", "relaxation", "queries", "report", "inside", "skin", "dent",
-      "volumes held",       "loads",         "grasps",     "links",   "needles"};
+      "collision deformed", "contact patch", "relaxation",    "queries", "report", "inside", "skin", "dent",
+      "volumes held",       "loads",         "force control", "grasps",  "links",  "needles"};
   const std::vector<std::vector<const char*>> tissues = {
       {"force response (Q)", "radial response (P)"}, {"large"}, {"large beside"}, {"large renewed"}};
   for (const char* law : {"law sticking", "law sliding", "law unilateral", "law coulomb"})

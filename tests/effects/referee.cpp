@@ -257,6 +257,7 @@ void Referee::check(int s) {
   }
   if (!looks) return;
   check_contacts(organs_[0]);
+  if (of_.force_control) check_pusher(organs_[0]);
   check_grasp(organs_[0]), check_needle(organs_[0]), check_links(organs_[0]);
   if (of_.touching) check_pairs();
   if (of_.world_links) check_world_links();
@@ -416,6 +417,24 @@ void Referee::check_law(const palpate_contact& contact, const Vector3d& ahead, c
   if (of_.def.law == PALPATE_LAW_UNILATERAL) miss("unilateral, pulls", std::max(0.0, -pushed), largest_force_);
   if (of_.def.contact != PALPATE_CONTACT_PATCH)
     miss("frictionless, across", (force + pushed * out).norm(), largest_force_);
+}
+
+// What presses with a given force: the organ carries it, but what a contact without friction does not along the surface.
+void Referee::check_pusher(const Organ& organ) {
+  const int t = stage_.tool_of_pusher();
+  const palpate_given_force_state& state = *palpate_scene_given_force_state(organ.scene, kIdOfPusher);
+  if (state.condition == PALPATE_GIVEN_FORCE_FREE) return;
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t e = 0; e < organ.of_node.size(); ++e)
+    if (is_of(*palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(e)), PALPATE_SOURCE_TOOL, t))
+      sum += organ.of_node[e];
+  const Vector3d told = stage_.direction_in_organ(state.force), missed = stage_.direction_in_organ(state.missed);
+  miss("force of the pusher", (told - sum).norm(), largest_force_);
+  miss("force that was given", (told + missed - stage_.pushed()).norm(), largest_force_);
+  const bool frictionless = of_.def.law == PALPATE_LAW_SLIDING || of_.def.law == PALPATE_LAW_UNILATERAL;
+  // The contact's normal is along its force.
+  const bool has_normal = frictionless && sum.norm() > kNoForce;
+  miss("force that is missed", has_normal ? std::fabs(missed.dot(sum.normalized())) : missed.norm(), largest_force_);
 }
 
 // ---- jaws and needles --------------------------------------------------------------------------------------------------
@@ -627,9 +646,10 @@ void Referee::check_skin(Organ& organ) {
     const double k[3] = {0.5, 0.3, 0.2};
     const Vector3d expected = place(t, k, organ.drawn),
                    found = Eigen::Map<const Eigen::Vector3f>(&positions[3 * t]).cast<double>();
-    // A dent goes inwards, below the finger alone.
+    // A dent goes inwards, below the finger and the pusher alone.
     const Vector3d out_of = body_.touched.outward(t);
-    const bool dented = of_.def.dent.dent != PALPATE_DENT_OFF && out_of[2] > 0.99;
+    const bool pressed = out_of[2] > 0.99 || (of_.force_control && out_of[2] < -0.99),
+               dented = of_.def.dent.dent != PALPATE_DENT_OFF && pressed;
     if (dented)
       miss("dent", (found - expected).dot(out_of) > kRaised ? 1 : 0, 1);
     else

@@ -64,6 +64,7 @@ class Referee {
   void check_law(const palpate_contact& contact, const Eigen::Vector3d& ahead, const Eigen::Vector3d& force);
   void check_tools(const Organ& organ);
   void close_jaws(const palpate_grasp& grasp);
+  void check_pusher(const Organ& organ);
   void check_grasp(const Organ& organ);
   void check_needle(const Organ& organ);
   void check_links(const Organ& organ);

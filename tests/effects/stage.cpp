@@ -16,7 +16,8 @@ const Vector3d kWhere(0.31, -0.22, 0.14), kSecond(0.1215, 0.054, 0.003);
 const Quaterniond kTurned(Eigen::AngleAxisd(0.7, Vector3d(1, 2, -1).normalized()));
 const Quaterniond kOpposite(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitZ()));
 const Vector3d kUp(0, 0, 1), kSide(0, 1, 0);
-const Vector3d kFinger(0.04, 0.022, 0.04), kGrip(0.045, 0.05, 0.02), kGrasp(0.038, 0.03, 0), kEntry(0.033, 0, 0.022);
+const Vector3d kFinger(0.04, 0.022, 0.04), kGrip(0.045, 0.05, 0.02), kGrasp(0.038, 0.03, 0), kEntry(0.033, 0, 0.022),
+    kPusher(0.048, 0.014, -0.0005);
 
 // Linear between the given (step, value).
 double at(int s, std::initializer_list<std::pair<int, double>> points) {
@@ -170,6 +171,15 @@ void Stage::move_tools(int s) {
     tool_of_needle_ = static_cast<int>(tools_.size());
     tools_.push_back(pierces);
   }
+  if (of_.force_control) {
+    pusher_ = kPusher;
+    pushed_ = at(s, {{10, 0}, {60, 1}, {110, 0.3}, {150, 0.8}}) * Vector3d(-0.008, 0.002, 0.06);
+    palpate_tool pushes = palpate_default_tool();
+    pushes.id = kIdOfPusher, pushes.points = pusher_.data(), pushes.point_count = 1;
+    pushes.disc_radius = kFingerRadius, pushes.friction = kFingerFriction, pushes.parts = &given_force_.part;
+    tool_of_pusher_ = static_cast<int>(tools_.size());
+    tools_.push_back(pushes);
+  }
   for (palpate_tool& tool : tools_) {
     tool.has_torque = 1;
     Eigen::Map<Vector3d>(tool.reference) = Vector3d(0.1, -0.02, 0.03);
@@ -183,7 +193,12 @@ void Stage::send_tools() {
   const auto move = [&](double* p) { palpate_point_to_world(pose(0).position, pose(0).orientation, p, p); };
   for (palpate_tool& tool : sent_) {
     move(tool.reference);
-    if (tool.points) sent_finger_ = in_world(0, finger_), tool.points = sent_finger_.data();
+    if (tool.points == finger_.data()) sent_finger_ = in_world(0, finger_), tool.points = sent_finger_.data();
+    if (tool.points == pusher_.data()) {
+      sent_pusher_ = in_world(0, pusher_), tool.points = sent_pusher_.data();
+      Eigen::Map<Vector3d>(given_force_.force) = pushed_;
+      turn(given_force_.force);
+    }
     if (grasp_of(tool)) {
       sent_grasp_ = grasp_, tool.parts = &sent_grasp_.part;
       move(sent_grasp_.position);
@@ -311,6 +326,10 @@ void Stage::step(int s) {
               ? palpate_world_touch(world_.get(), sent_.data(), count, kStepTime, world_contacts_->get(),
                                     world_contacts_->bytes())
               : palpate_scene_touch(scene_.get(), sent_.data(), count, kStepTime, contacts_->get(), contacts_->bytes());
+  // Where the pusher stands now.
+  if (tool_of_pusher_ >= 0)
+    Eigen::Map<Vector3d>(tools_[tool_of_pusher_].reference) +=
+        direction_in_organ(palpate_scene_given_force_state(scene(0), kIdOfPusher)->displacement);
   if (of_.def.large.deformation < PALPATE_DEFORMATION_LARGE_BESIDE) return;
   for (int k = 0; k < organs(); ++k)
     for (int i = 0; i < 20 && palpate_scene_deform(scene(k)) > 0;) ++i;

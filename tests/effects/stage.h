@@ -2,7 +2,7 @@
 //
 // The box is 60 x 50 x 40 mm, held at x = 0. A finger comes down on its top, drags, leaves, comes again and drags; a grip draws on the face
 // y = 50 mm; jaws pull and turn the bottom; a needle goes in at y = 0; links hold the face y = 50 mm; a second box comes against x = 60 mm. In
-// the last 40 steps everything stands still. The organ is somewhere in the world, turned.
+// the last 40 steps everything stands still. A pusher presses the bottom with a given force. The organ is somewhere in the world, turned.
 #pragma once
 
 #include "tests/effects/effects.h"
@@ -12,7 +12,7 @@ namespace palpate::tests {
 inline constexpr int kSteps = 200, kStandsFrom = 160, kHoldsVolumeFrom = 80;
 // Between these steps the finger is not sent, and the jaws are open; they close anew on tissue that others hold.
 inline constexpr int kFingerIsAway[] = {107, 113}, kJawsAreOpen[] = {92, 98};
-inline constexpr std::int32_t kIdOfFinger = 3, kIdOfGrip = 4, kIdOfJaws = 5, kIdOfNeedle = 6;
+inline constexpr std::int32_t kIdOfFinger = 3, kIdOfGrip = 4, kIdOfJaws = 5, kIdOfNeedle = 6, kIdOfPusher = 7;
 inline constexpr double kStepTime = 1e-3;
 inline constexpr double kPairFriction = 0.3, kFingerFriction = 0.4, kFingerRadius = 0.004;
 
@@ -36,6 +36,9 @@ class Stage {
   const palpate_tool& tool(int t) const { return tools_[t]; }
   int tool_of_grasp() const { return tool_of_grasp_; }
   int tool_of_needle() const { return tool_of_needle_; }
+  int tool_of_pusher() const { return tool_of_pusher_; }
+  // N, in the frame of organ 0.
+  const Eigen::Vector3d& pushed() const { return pushed_; }
   const Eigen::Vector4d& amounts() const { return amounts_; }
   double held_volume(int k) const { return held_volume_[k]; }  // m^3; NaN: none is held
   // N on each dof, what the loads bear on an organ, in its frame.
@@ -68,7 +71,8 @@ class Stage {
   std::unique_ptr<WorldContacts> world_contacts_;
   palpate_pose poses_[2];
   std::vector<palpate_tool> tools_, sent_;
-  Eigen::Vector3d finger_, sent_finger_;
+  Eigen::Vector3d finger_, sent_finger_, pusher_, sent_pusher_, pushed_ = Eigen::Vector3d::Zero();
+  palpate_given_force given_force_ = palpate_default_given_force();
   palpate_grip grip_;
   palpate_grasp grasp_, sent_grasp_;
   palpate_needle needle_, sent_needle_;
@@ -78,7 +82,7 @@ class Stage {
   Eigen::Vector3d force_ = Eigen::Vector3d::Zero(), traction_ = force_;  // N in the world; Pa in each organ's frame
   double apart_[2] = {};                                                 // m, of the ends of the world's links at first
   double held_volume_[2] = {NAN, NAN}, volume_before_[2] = {0, 0};
-  int tool_of_grasp_ = -1, tool_of_needle_ = -1;
+  int tool_of_grasp_ = -1, tool_of_needle_ = -1, tool_of_pusher_ = -1;
 };
 
 }  // namespace palpate::tests

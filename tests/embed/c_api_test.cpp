@@ -490,6 +490,25 @@ TEST(CApi, BearsLoads) {
   EXPECT_EQ(palpate_scene_load_state(made.scene, 1), nullptr);
 }
 
+TEST(CApi, PressesWithAGivenForce) {
+  BundleOwner owner(bundle_path);
+  palpate::SceneDef def = full_def();
+  def.force_control.force_control = 1, def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_STICKING;
+  SceneOwner made(owner.bundle, def);
+  palpate_given_force given = palpate_default_given_force();
+  given.force[2] = -0.05;
+  const double point[3] = {0.041, 0.026, 0.0405};
+  palpate_tool tool = palpate_default_tool();
+  tool.points = point, tool.point_count = 1;
+  palpate_add_part(&tool.parts, &given.part);
+  for (int step = 0; step < 60; ++step) made.touch(&tool, 1);
+  const palpate_given_force_state& state = *palpate_scene_given_force_state(made.scene, 0);
+  EXPECT_EQ(state.condition, PALPATE_GIVEN_FORCE_CARRIED);
+  EXPECT_NEAR(state.force[2], -0.05, 1e-6);
+  EXPECT_LT(state.displacement[2], -0.0005);
+  EXPECT_EQ(palpate_scene_given_force_state(made.scene, 1), nullptr);
+}
+
 TEST(CApi, GoesOnFromASavedStateWithTheSameBits) {
   BundleOwner owner(bundle_path);
   SceneOwner one(owner.bundle, full_def()), other(owner.bundle, full_def());
@@ -661,6 +680,7 @@ TEST(CApi, PartsHaveDefaults) {
   EXPECT_EQ(palpate_default_links_def().max_links, 0);
   EXPECT_EQ(palpate_default_relaxation_def().terms, 0);
   EXPECT_EQ(palpate_default_loads_def().count, 0);
+  EXPECT_EQ(palpate_default_force_control_def().force_control, 1);
   EXPECT_EQ(palpate_default_dent_def().dent, PALPATE_DENT_DISCS);
   EXPECT_EQ(palpate_default_inside_def().inside, PALPATE_INSIDE_ON);
   EXPECT_EQ(palpate_default_inside_def().part.struct_bytes, sizeof(palpate_inside_def));

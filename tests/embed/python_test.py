@@ -768,6 +768,34 @@ class Loads(unittest.TestCase):
         self.assertRaisesRegex(ValueError, "at most 4 patches", palpate.Scene, self.bundle, loads=5 * [((0, 0, 0), 0.01)])
 
 
+class ForceControl(unittest.TestCase):
+    def test_a_tool_presses_with_its_force_and_tells_where_it_stands(self):
+        scene = palpate.Scene(palpate.Bundle(BUNDLE), collision="deformed", law="sticking", force_control=True)
+        contacts = scene.make_contacts()
+        tool = palpate.Tool((0.041, 0.026, 0.0405), given_force=palpate.GivenForce((0, 0, -0.05)))
+        for _ in range(60):
+            scene.touch([tool], 0.001, contacts)
+        state = scene.given_force_state(0)
+        self.assertEqual(state["condition"], 1)
+        np.testing.assert_allclose(state["force"], (0, 0, -0.05), atol=1e-6)
+        np.testing.assert_allclose(contacts.tools["force_raw"][0], (0, 0, 0.05), atol=1e-6)
+        self.assertLess(state["displacement"][2], -0.0005)
+        tool.given_force.force[2] = -0.1
+        for _ in range(60):
+            scene.touch([tool], 0.001, contacts)
+        self.assertAlmostEqual(scene.given_force_state(0)["force"][2], -0.1, delta=1e-6)
+        tool.given_force = None
+        scene.touch([tool], 0.001, contacts)
+        np.testing.assert_array_equal(scene.given_force_state(0)["displacement"], 0)
+
+    def test_a_scene_without_it_refuses_a_force(self):
+        scene = palpate.Scene(palpate.Bundle(BUNDLE))
+        tool = palpate.Tool((0, 0, 0), given_force=palpate.GivenForce((0, 0, 1)))
+        self.assertTrue(scene.touch([tool], 0.001, scene.make_contacts()) & palpate.StepFlags.BAD_INPUT)
+        self.assertIsNone(scene.given_force_state(0))
+        self.assertRaisesRegex(ValueError, "force: expected 3 numbers", palpate.GivenForce, (1, 2))
+
+
 class Links(unittest.TestCase):
     def setUp(self):
         self.bundle = palpate.Bundle(BUNDLE)

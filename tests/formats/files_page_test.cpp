@@ -273,7 +273,21 @@ radius = 0.5
 @needle.puncture_force@
 @needle.cutting_force@
 )",
-                                   {"organ", "world", "carried"});
+                                   {"organ", "world", "carried", "load"});
+  expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
+unit = "mm"
+[[load]]
+name = "swab"
+near = [0, 0, 0]
+radius = 4
+force = [0, 0, 1]
+@load.frame@
+[[tool]]
+name = "probe"
+points = [[0, 0, 0]]
+path = [[0, 0, 0, 0]]
+)",
+                                   {}, {"load"});
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
 unit = "mm"
 [effects]

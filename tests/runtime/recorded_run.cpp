@@ -67,7 +67,7 @@ struct Combination {
   palpate_collision collision;
   palpate_contact_model contact;
   palpate_contact_law law;
-  enum Organ { at_rest, moved, hyperelastic } organ = at_rest;
+  enum Organ { at_rest, moved, hyperelastic, loaded } organ = at_rest;
 };
 
 // skinned: floats of the scene's render mesh, 0 without one. looks_inside: the scene tells stress.
@@ -97,6 +97,10 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, const Combinatio
       const double amounts[] = {0.5 * step.pull[0], 5 * step.pull[2], 1e4 * step.pull[0], 500 * step.pull[2]};
       if (palpate_scene_set_motions(scene, amounts, std::size(amounts), nullptr) != PALPATE_OK) std::exit(3);
     }
+    if (c.organ == Combination::loaded) {
+      const double weight[] = {20 * step.pull[0], -0.05, 20 * step.pull[2]};
+      if (palpate_scene_set_load(scene, 0, PALPATE_LOAD_FORCE_IN_WORLD, weight, nullptr) != PALPATE_OK) std::exit(3);
+    }
     for (auto& p : step.press) place(p);
     for (auto& p : step.pinch) place(p);
     palpate_grip grips[kMostGrips];
@@ -109,8 +113,12 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, const Combinatio
       grips[g].axes = 5;  // x and z
       for (int d = 0; d < 3; ++d) grips[g].displacement[d] = step.pull[d];
     }
-    const palpate_tool tools[3] = {point_tool(step.press[0], 3, 0.004, 0.3), point_tool(step.pinch[0], 2, 0, 0.5, 1),
-                                   grip_tool(grips, grip_count)};
+    palpate_tool tools[3] = {point_tool(step.press[0], 3, 0.004, 0.3), point_tool(step.pinch[0], 2, 0, 0.5, 1),
+                             grip_tool(grips, grip_count)};
+    // The first tool presses with a force, from where the path has it.
+    palpate_given_force given = palpate_default_given_force();
+    given.force[0] = 10 * step.pull[0], given.force[2] = -0.1;
+    if (c.organ == Combination::loaded) palpate_add_part(&tools[0].parts, &given.part);
     played.flags |= palpate_scene_touch(scene, tools, 3, 1e-3, contacts, memory.size() * sizeof memory[0]);
     played.contacts.update(palpate_contacts_node(contacts, 0), contacts->node_count * sizeof(palpate_contact_node));
     played.forces.update(palpate_contacts_tool(contacts, 0), 3 * sizeof(palpate_tool_state));
@@ -142,7 +150,8 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, const Combinatio
   return played;
 }
 
-// Every contact model under every law on both surfaces, and some of them on an organ that moves, and on a hyperelastic one; half of the linear
+// Every contact model under every law on both surfaces, and some of them on an organ that moves, on a hyperelastic one, and on one that bears a load
+// and a tool with a given force; half of the linear
 // scenes use all other effects too.
 bool has_the_rest(const Combination& c) {
   return c.organ != Combination::hyperelastic && (static_cast<int>(c.collision) + c.contact + c.law) % 2 == 0;
@@ -157,6 +166,7 @@ std::vector<Combination> combinations() {
   for (const palpate_contact_law law : {PALPATE_LAW_UNILATERAL, PALPATE_LAW_COULOMB}) {
     all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::moved});
     all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::hyperelastic});
+    all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::loaded});
   }
   return all;
 }
@@ -166,6 +176,12 @@ palpate::SceneDef scene_def(const Combination& c) {
   def.collision = c.collision, def.contact = c.contact, def.law = c.law, def.shape = PALPATE_SHAPE_VOLUME;
   def.force_limit = 20;  // N, reached by the pinch
   if (c.organ == Combination::moved) def.motions.motions = 1;
+  if (c.organ == Combination::loaded) {
+    const double top[3] = {0.041, 0.026, 0.04};  // m
+    def.loads.count = 1, def.loads.radius[0] = 0.012;
+    std::copy_n(top, 3, def.loads.centre[0]);
+    def.force_control.force_control = 1;
+  }
   if (c.organ == Combination::hyperelastic) def.large.deformation = PALPATE_DEFORMATION_LARGE;
   if (!has_the_rest(c)) return def;
   def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;

@@ -45,7 +45,7 @@ class RecordedRun : public testing::Test {
   const std::filesystem::path bundle_ = scratch_file("bundle.h5"), path_ = scratch_file("path");
 };
 
-constexpr int kScenes = 36;
+constexpr int kScenes = 38;
 
 TEST_F(RecordedRun, HashesTheSameInEveryBuild) {
   ASSERT_GE(builds().size(), 3u);

@@ -189,6 +189,20 @@ for (const wasm of wasms) {
     bundle.close();
   });
 
+  test(`${wasm}: a tool presses with a force and tells where it stands`, () => {
+    const bundle = runtime.openBundle(files.breathing);
+    const scene = bundle.createScene({ collision: "deformed", law: "sticking", forceControl: true });
+    for (let step = 0; step < 60; ++step) {
+      scene.setTools([{ points: [0.041, 0.026, 0.0405], givenForce: { force: [0, 0, -0.05] } }]);
+      scene.touch(0.001);
+    }
+    const { condition, force, displacement } = scene.givenForce(0);
+    assert.equal(condition, "carried");
+    assert.ok(Math.abs(force[2] + 0.05) < 1e-6 && displacement[2] < -0.0005);
+    assert.equal(scene.givenForce(1), undefined);
+    scene.destroy();
+  });
+
   test(`${wasm}: loads of a scene: a weight, a traction, refusals`, () => {
     const bundle = runtime.openBundle(files.breathing), place = { centre: [0.06, 0.025, 0.02], radius: 0.05 };
     const scene = bundle.createScene({ collision: "deformed", loads: [place] });

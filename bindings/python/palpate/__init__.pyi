@@ -129,7 +129,7 @@ class Tool:
     def __init__(
         self, points: ArrayLike = ..., *, grips: Iterable[Grip] = ..., hold: bool = ..., disc_radius: float = ..., friction: float = ...,
         id: int = ..., torque_about: Optional[Sequence[float]] = ..., grasp: Optional[Grasp] = ..., needle: Optional[Needle] = ...,
-        organ: int = ...
+        given_force: Optional[GivenForce] = ..., organ: int = ...
     ) -> None: ...
     points: _Numbers
     grips: list[Grip]
@@ -140,7 +140,13 @@ class Tool:
     torque_about: Optional[Sequence[float]]
     grasp: Optional[Grasp]
     needle: Optional[Needle]
+    given_force: Optional[GivenForce]
     organ: int
+
+class GivenForce:
+    def __init__(self, force: ArrayLike, *, speed: float = ...) -> None: ...
+    force: _Numbers
+    speed: float
 
 class Link:
     def __init__(
@@ -244,6 +250,7 @@ class _Effects(TypedDict, total=False):
     queries: Union[bool, Literal["off", "on"]]
     dent: Literal["off", "discs"]
     inside: Union[bool, Literal["off", "on"]]
+    force_control: bool
     # (end of what is printed)
     relaxation: Optional[Sequence[tuple[float, float]]]
     loads: Optional[Sequence[tuple[Sequence[float], float]]]
@@ -296,6 +303,7 @@ class Scene:
     def load_states(self) -> _Records: ...
     def set_links(self, links: Iterable[Link]) -> None: ...
     def link_states(self) -> _Records: ...
+    def given_force_state(self, id: int) -> Optional[np.void]: ...
     def grasp_state(self, id: int) -> Optional[np.void]: ...
     def needle_state(self, id: int) -> Optional[np.void]: ...
     def reset(self) -> None: ...

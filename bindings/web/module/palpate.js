@@ -10,12 +10,13 @@ export * from "./flags.js";
 export { PalpateError, Scene, World };
 
 /** @typedef {{points?: ArrayLike<number>, grips?: Grip[], hold?: boolean, discRadius?: number, friction?: number, id?: number,
- *   reference?: ArrayLike<number>, grasp?: Grasp, needle?: Needle, organ?: number}} Tool
+ *   reference?: ArrayLike<number>, grasp?: Grasp, needle?: Needle, givenForce?: GivenForce, organ?: number}} Tool
  *  id: 0 or more, by which the scene knows the tool from touch to touch; left out: its index.
  *  points: x y z after one another, m, in the world; discRadius: m, of the flat disc that each point presses on the organ (contact
  *  "patch"); reference: x y z, m, in the world, about which torque() is taken; left out: no torque is computed; grasp: the jaws are
  *  closed in each touch that has it (effects: grasps); needle: it is in or before the tissue in each touch that has it (effects: needles);
- *  organ: of a world, which the grips, the grasp and the needle hold; left out: the first one. */
+ *  givenForce: it presses with this force, wherever that brings it (effects: forceControl);
+ *  organ: of a world, which the grips, the grasp, the needle and the force hold; left out: the first one. */
 /** @typedef {{node?: number, triangle?: number, barycentric?: number[], displacement: ArrayLike<number>, axes?: number}} Grip
  *  Holds a touchable node, or a point of a triangle (barycentric weights); give node or triangle. At a displacement from rest, m. axes: bits 1, 2, 4
  *  impose x, y, z. */
@@ -27,7 +28,7 @@ export { PalpateError, Scene, World };
  *   maxOperations?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number,
  *   releaseDistance?: number, deformation?: "linear" | "large" | "large-beside" | "large-renewed", grasps?: boolean, needles?: boolean,
  *   needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts", queries?: boolean | "off" | "on",
- *   dent?: "off" | "discs", inside?: boolean | "off" | "on",
+ *   dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean,
  * }} SceneKeys */
 // (end of what is printed)
 /** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
@@ -44,10 +45,12 @@ export { PalpateError, Scene, World };
 /** @typedef {import("./links.js").Link} Link */
 /** @typedef {import("./links.js").WorldLink} WorldLink */
 /** @typedef {import("./links.js").Grasp} Grasp */
+/** @typedef {import("./given_force.js").GivenForce} GivenForce */
 /** @typedef {import("./needles.js").Needle} Needle */
 /** @typedef {import("./needles.js").NeedleState} NeedleState */
 /** @typedef {import("./links.js").LinkState} LinkState */
 /** @typedef {import("./links.js").GraspState} GraspState */
+/** @typedef {import("./given_force.js").GivenForceState} GivenForceState */
 /** @typedef {import("./contact_report.js").ContactReport} ContactReport */
 /** @typedef {import("./contact_report.js").SurfaceHit} SurfaceHit */
 /** @typedef {import("./scene.js").MotionState} MotionState */

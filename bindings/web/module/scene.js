@@ -3,6 +3,7 @@ import { readHit, readReport } from "./contact_report.js";
 import { STEP_BAD_INPUT, STEP_OTHER_BUNDLE } from "./flags.js";
 import { ARGUMENT, PalpateError } from "./heap.js";
 import { Measures, Places } from "./inside.js";
+import { readGivenForceState } from "./given_force.js";
 import { fillLink, readGraspState, readLinkState } from "./links.js";
 import { readNeedleState } from "./needles.js";
 import { fillPose } from "./scene_def.js";
@@ -11,6 +12,7 @@ import { ToolMemory } from "./tool_memory.js";
 import { ToolStates } from "./tool_states.js";
 /** @import { Bundle, Tool, Pose, PlanPass } from "./palpate.js" */
 /** @import { Link, LinkState, GraspState } from "./links.js" */
+/** @import { GivenForceState } from "./given_force.js" */
 /** @import { NeedleState } from "./needles.js" */
 /** @import { ContactReport, SurfaceHit } from "./contact_report.js" */
 /** @import { SceneDef } from "./scene_def.js" */
@@ -138,6 +140,12 @@ export class Scene extends ToolStates {
   grasp(id) {
     const at = this.runtime.api.palpate_scene_grasp_state(this.pointer, id) >>> 0;
     return at === 0 ? undefined : readGraspState(this.runtime, at);
+  }
+  /** Where the tool with that id and a force stands after the last touch(): a copy. @param {number} id
+   *  @returns {GivenForceState | undefined} undefined: no tool has the id, or no tool of the scene may have a force */
+  givenForce(id) {
+    const at = this.runtime.api.palpate_scene_given_force_state(this.pointer, id) >>> 0;
+    return at === 0 ? undefined : readGivenForceState(this.runtime, at);
   }
   /** The needle of the tool with that id after the last touch(): a copy. @param {number} id
    *  @returns {NeedleState | undefined} undefined: no tool has the id, or no tool of the scene may have a needle */

@@ -42,6 +42,8 @@ static const palpate_web_field fields[] = {
            spacing),
     STRUCT(palpate_needle_state, condition, places, slipping, force, torque, tip_force, shaft_force, depth,
            tip_at_rest),
+    STRUCT(palpate_given_force, force, speed),
+    STRUCT(palpate_given_force_state, condition, displacement, force, missed),
     STRUCT(palpate_grasp, id, triangle, barycentric, opposite_triangle, opposite_barycentric, position, orientation,
            radius, closing, friction, clamp_force),
     STRUCT(palpate_grasp_state, condition, force, torque, place, slipped, friction_limit),

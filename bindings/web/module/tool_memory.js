@@ -1,4 +1,5 @@
-// Tools as objects -> palpate_tool in the module's memory, with their points, grips, grasps and needles.
+// Tools as objects -> palpate_tool in the module's memory, with their points, grips, grasps, needles and forces.
+import { fillGivenForce } from "./given_force.js";
 import { fillGrasp } from "./links.js";
 import { fillNeedle } from "./needles.js";
 import { reader, writer } from "./struct.js";
@@ -19,6 +20,7 @@ export class ToolMemory {
   #gripsAt = 0;
   #graspsAt = 0;
   #needlesAt = 0;
+  #forcesAt = 0;
 
   /** @param {Runtime} runtime @param {number} maxTools @param {number} maxPoints */
   constructor(runtime, maxTools, maxPoints) {
@@ -26,13 +28,14 @@ export class ToolMemory {
     this.maxTools = maxTools;
     this.maxPoints = maxPoints;
     const sizes = [runtime.field("palpate_tool"), 24 * maxPoints, runtime.field("palpate_grip") * maxPoints, runtime.field("palpate_grasp"),
-      runtime.field("palpate_needle")]
+      runtime.field("palpate_needle"), runtime.field("palpate_given_force")]
       .map((bytes) => (bytes * maxTools + 15) & ~15);
     this.at = runtime.heap.takeZeros(sizes.reduce((sum, bytes) => sum + bytes, 0));
     this.#pointsAt = this.at + sizes[0];
     this.#gripsAt = this.#pointsAt + sizes[1];
     this.#graspsAt = this.#gripsAt + sizes[2];
     this.#needlesAt = this.#graspsAt + sizes[3];
+    this.#forcesAt = this.#needlesAt + sizes[4];
   }
 
   /** @param {Tool[]} tools */
@@ -74,6 +77,11 @@ export class ToolMemory {
       const needleAt = this.#needlesAt + index * runtime.field("palpate_needle");
       fillNeedle(runtime, needleAt, tool.needle);
       addPart(runtime, at, needleAt);
+    }
+    if (tool.givenForce) {
+      const forceAt = this.#forcesAt + index * runtime.field("palpate_given_force");
+      fillGivenForce(runtime, forceAt, tool.givenForce);
+      addPart(runtime, at, forceAt);
     }
   }
 

@@ -146,7 +146,7 @@ typedef enum palpate_preload_model {
 
 /* What an effect beside these adds to the definition of a scene, or to a tool: a struct of its header, which begins with a palpate_part. Headers of
  * effects: palpate_relaxation.h, palpate_large.h, palpate_fine_surface.h, palpate_grasps.h, palpate_needles.h, palpate_motions.h,
- * palpate_links.h, palpate_report.h, palpate_queries.h, palpate_skin.h, palpate_inside.h, palpate_loads.h. A scene has the effects whose structs are in the
+ * palpate_links.h, palpate_report.h, palpate_queries.h, palpate_skin.h, palpate_inside.h, palpate_loads.h, palpate_force_control.h. A scene has the effects whose structs are in the
  * chain of its definition, in any order. A host that links the static library links their code and that of no other effect. */
 typedef struct palpate_part {
   uint32_t struct_bytes;           /* of the struct that begins with it                                           */

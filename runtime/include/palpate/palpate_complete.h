@@ -5,6 +5,7 @@
 #include "palpate.h"
 #include "palpate_device.h"
 #include "palpate_fine_surface.h"
+#include "palpate_force_control.h"
 #include "palpate_grasps.h"
 #include "palpate_inside.h"
 #include "palpate_keys.h"

@@ -44,13 +44,14 @@ struct PartsOfScene {
   ChainedPart<palpate_dent_def> dent{palpate_default_dent_def()};
   ChainedPart<palpate_inside_def> inside{palpate_default_inside_def()};
   ChainedPart<palpate_loads_def> loads{palpate_default_loads_def()};
+  ChainedPart<palpate_force_control_def> force_control{palpate_default_force_control_def()};
 };
 
 // The fields of palpate_scene_def, and the structs of all effects.
 struct SceneDef : palpate_scene_def, PartsOfScene {
   SceneDef() noexcept : palpate_scene_def(palpate_default_scene_def()) {
     large.deformation = PALPATE_DEFORMATION_LINEAR;
-    grasps.grasps = needles.needles = motions.motions = 0;
+    grasps.grasps = needles.needles = motions.motions = force_control.force_control = 0;
     report.report = PALPATE_REPORT_OFF, queries.queries = PALPATE_QUERIES_OFF;
     dent.dent = PALPATE_DENT_OFF, inside.inside = PALPATE_INSIDE_OFF;
     chain();
@@ -67,8 +68,8 @@ struct SceneDef : palpate_scene_def, PartsOfScene {
   void chain() noexcept {
     parts = nullptr;
     for (palpate_part* each :
-         {&loads.part, &inside.part, &dent.part, &render_mesh.part, &queries.part, &report.part, &links.part,
-          &motions.part, &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
+         {&force_control.part, &loads.part, &inside.part, &dent.part, &render_mesh.part, &queries.part, &report.part,
+          &links.part, &motions.part, &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
       palpate_add_part(&parts, each);
   }
 };

@@ -21,6 +21,13 @@ world = [100, 25, 20]
 rest_length = 30
 stiffness = 20
 """
+LOAD = """
+[[load]]
+name = "swab"
+near = [45, 10, 40]
+radius = 6
+force = [0, 0, -0.1]
+"""
 NEEDLE = """near = [60, 24, 19]
 depth = [[0, -2], [0.1, 5]]
 [tool.needle]
@@ -53,11 +60,17 @@ length = 8
 radius = 2
 axis = [0, 1, 0]
 samples = 2
+[[tool]]
+name = "pusher"
+path = [[0, 40, 10, 40.1], [0.1, 40, 10, 40.1]]
+points = [[0, 0, 0]]
+[tool.given_force]
+force = [0, 0, -0.02]
 [[carried]]
 name = "tumour"
 file = "tumour.ply"
 within = 1
-""" + LINKS
+""" + LINKS + LOAD
 ORGANS = """
 name = "several"
 unit = "mm"
@@ -91,7 +104,7 @@ path = [[0, 60, 25, 20], [0.1, 61, 25, 20]]
 [tool.grasp]
 near = [60, 25, 20]
 radius = 6
-""" + LINKS.replace("name =", 'organ = "below"\nname =') + """
+""" + "".join(held.replace("name =", 'organ = "below"\nname =') for held in (LINKS, LOAD)) + """
 [[link]]
 name = "thread"
 kind = "thread"
@@ -177,7 +190,7 @@ def written_arrays(kind):
 
 
 def keys(value, path=""):
-    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links of an organ are as those of the scene, and names of flags and of
+    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links and loads of an organ are as those of the scene, and names of flags and of
     percentiles stand alone, as on the page."""
     if isinstance(value, list):
         for each in value:
@@ -186,7 +199,7 @@ def keys(value, path=""):
         for key, each in value.items():
             below = key if "p50" in value else f"{path}.{key}".lstrip(".")
             yield below
-            yield from keys(each, "links" if below == "organs[].links" else below)
+            yield from keys(each, below.removeprefix("organs[].") if below in ("organs[].links", "organs[].loads") else below)
 
 
 class OutputsPage(unittest.TestCase):

@@ -201,6 +201,72 @@ TEST_F(SceneFile, TakesMotionsOfEachKindOfAmount) {
   EXPECT_DOUBLE_EQ(amount_at(scene.motions[2], 0.75), 4);
 }
 
+TEST_F(SceneFile, TakesLoadsOfEachKind) {
+  const SceneConfig scene = read(kPoint + kPath +
+                                 "[[load]]\nname = \"swab\"\nnear = [1, 2, 3]\nradius = 4\nforce = [0, 0, -0.5]\n"
+                                 "[[load]]\nname = \"blade\"\nat = \"foremost\"\nradius = 5\nframe = \"organ\"\n"
+                                 "tractions = [[0, 0, 0, 0], [2, 0, 300, 0]]\n");
+  EXPECT_EQ(scene.def.collision, PALPATE_COLLISION_DEFORMED);  // of the loads
+  ASSERT_EQ(scene.loads.size(), 2u);
+  const SceneConfig::Load &swab = scene.loads[0], &blade = scene.loads[1];
+  EXPECT_DOUBLE_EQ((*swab.near)[2], 0.003);
+  EXPECT_DOUBLE_EQ(swab.radius, 0.004);
+  EXPECT_TRUE(swab.in_world && !swab.per_area && !swab.at);
+  ASSERT_EQ(swab.vectors.size(), 1u);
+  EXPECT_EQ(swab.vectors[0].position[2], -0.5) << "newtons have no unit of length";
+  EXPECT_EQ(*blade.at, SceneConfig::Place::At::foremost);
+  EXPECT_TRUE(blade.per_area && !blade.in_world);
+  ASSERT_EQ(blade.vectors.size(), 2u);
+  EXPECT_EQ(blade.vectors[1].position[1], 300);
+}
+
+TEST_F(SceneFile, TakesAToolThatPressesWithAForceAndRefusesOneThatCannotBe) {
+  const std::string begin = kPoint + kPath + "[tool.given_force]\n";
+  const SceneConfig scene = read(begin + "forces = [[0, 0, 0, 0], [2, 1, 0, -3]]\nspeed = 50\n");
+  const SceneConfig::GivenForce& given = *scene.tools.at(0).given_force;
+  ASSERT_EQ(given.forces.size(), 2u);
+  EXPECT_EQ(given.forces[1].position[2], -3);
+  EXPECT_DOUBLE_EQ(*given.speed, 0.05);
+  EXPECT_EQ(read(begin + "force = [0, 1, 0]\n").tools.at(0).given_force->forces.at(0).position[1], 1);
+  const auto refused = [&](const std::string& keys, const std::string& sentence) {
+    expect_refused(begin + keys, "", sentence);
+  };
+  refused("", "force: ");
+  refused("force = [0, 0, 1]\nforces = [[0, 0, 0, 1]]\n", "forces: ");
+  refused("forces = []\n", "forces: ");
+  refused("forces = [[1, 0, 0, 0], [0, 0, 0, 0]]\n", "forces[1]: ");
+  refused("force = [0, 0, 2e6]\n", "force: ");
+  refused("force = [0, 0, 1]\nspeed = 0\n", "speed: ");
+  refused("force = [0, 0, 1]\ncolour = 1\n", "unknown key \"colour\"");
+  refused("force = [0, 0, 1]\n[tool.grasp]\nnear = [0, 0, 0]\nradius = 3\n", "given_force: ");
+}
+
+TEST_F(SceneFile, RefusesALoadThatCannotBeWithLineAndKey) {
+  const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& head = "") {
+    expect_refused(kPoint + kPath + "[[load]]\nname = \"swab\"\n" + keys, head, sentence);
+  };
+  const std::string near = "near = [0, 0, 0]\n", radius = "radius = 3\n", force = "force = [0, 0, 1]\n";
+  refused(radius + force, "at: ");
+  refused(near + "at = \"foremost\"\n" + radius + force, "near: ");
+  refused("at = \"top\"\n" + radius + force, "at: ");
+  refused(near + force, "the key \"radius\"");
+  refused(near + "radius = 0\n" + force, "radius: ");
+  refused(near + "radius = 1001\n" + force, "radius: ");
+  refused(near + radius, "force: ");
+  refused(near + radius + force + "traction = [0, 0, 1]\n", "traction: ");
+  refused(near + radius + "force = [0, 0, inf]\n", "force");
+  refused(near + radius + "forces = [[1, 0, 0, 0], [1, 0, 0, 0]]\n", "forces[1]: ");
+  refused(near + radius + "forces = []\n", "forces: ");
+  refused(near + radius + force + "frame = \"patient\"\n", "frame: ");
+  refused(near + radius + force + "colour = 1\n", "unknown key \"colour\"");
+  const std::string whole = near + radius + force;
+  refused(whole, "since the scene has loads", "[effects]\ncollision = \"rest\"\n");
+  refused(whole + "[[load]]\nname = \"swab\"\n" + whole, "found \"swab\"");
+  std::string five = whole;
+  for (const char* name : {"b", "c", "d", "e"}) five += std::string("[[load]]\nname = \"") + name + "\"\n" + whole;
+  refused(five, "at most 4 loads on an organ");
+}
+
 TEST_F(SceneFile, RefusesAMotionThatCannotBeWithLineAndKey) {
   const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& head = "") {
     expect_refused(kPoint + kPath + "[[motion]]\nname = \"diaphragm\"\n" + keys, head, sentence);

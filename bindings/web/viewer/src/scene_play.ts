@@ -5,6 +5,7 @@ import type { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
 import { SceneLinks } from "./scene_links";
 import { LONGEST_PATH } from "./path_files";
+import { SceneLoads } from "./scene_loads";
 import { PlayedTool } from "./scene_tool";
 import { nodesFor } from "./touch_scene";
 import { TouchWorld, type WorldPart } from "./touch_world";
@@ -25,11 +26,13 @@ export class ScenePlay {
   private forces: Float64Array; // [step][tool][x y z] N, on the tool, of the touches until now
   private tools: PlayedTool[];
   private links: SceneLinks;
+  private loads: SceneLoads;
   private needlePlaces: number;
 
   // Throws an Error where a tool or a link has no place on its organ.
   constructor(private scene: WorldScene, private parts: WorldPart[]) {
     this.links = new SceneLinks(scene, parts);
+    this.loads = new SceneLoads(scene, parts);
     this.needlePlaces = scene.needlePlaces ?? NEEDLE_PLACES;
     this.tools = scene.tools.map((tool, t) => new PlayedTool(tool, t, scene.organs[tool.organ].name, parts[tool.organ]));
     const duration = durationOf(scene), { touch } = scene.rates;
@@ -54,7 +57,7 @@ export class ScenePlay {
     const held = grasps.reduce((sum, { opposite }) => sum + NODES_OF_DISC * (opposite ? 2 : 1), 0);
     const needles = this.scene.tools.filter((tool) => tool.organ === organ && tool.needle).length, pierced = NODES_OF_PLACE * (this.needlePlaces + 2) * needles;
     const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced);
-    const holds = { maxLinks: this.links.count(organ), grasps: grasps.length > 0, needles: needles > 0, needlePlaces: this.needlePlaces };
+    const holds = { maxLinks: this.links.count(organ), loads: this.loads.patches(organ), grasps: grasps.length > 0, needles: needles > 0, needlePlaces: this.needlePlaces };
     return { ...part, effects: { ...part.effects, ...this.room, maxContactNodes: this.scene.maxContactNodes ?? nodes, ...holds } };
   }
 
@@ -76,6 +79,7 @@ export class ScenePlay {
     clocks.goTo(this.time);
     clocks.move(world.world);
     this.links.hold(world, this.time);
+    this.loads.hold(world, this.time);
     const flags = world.touch(places.map((place, t) => this.tools[t].sent(place, this.time)));
     this.tools.forEach((_, t) => this.forces.set(world.force(t), 3 * (this.tools.length * this.step + t)));
     ++this.step;

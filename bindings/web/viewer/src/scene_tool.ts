@@ -32,7 +32,7 @@ export class PlayedTool {
   constructor(readonly tool: SceneTool, private index: number, organ: string, { bundle, pose }: WorldPart) {
     const what = `[[tool]] ${tool.name}`, on = (near: Vector) => placeOn(bundle, near, what, organ), { grasp, needle, place } = tool;
     this.frame = new OrganFrame(pose);
-    const own = place && placeOf(place, bundle, what, organ), entry = needle && on(needle.entry ?? own!.point);
+    const own = place && scenePlaceOn(bundle, place, what, organ), entry = needle && on(needle.entry ?? own!.point);
     const into = needle && (needle.direction ?? opposite(entry!.normal));
     this.rows = tool.path ?? pathInto(place!, own!, into, this.frame);
     this.at = alongRows(this.rows);
@@ -106,7 +106,8 @@ function directionOf(side: Side, frame: string): Vector {
   return directions[side];
 }
 
-function placeOf({ near, at }: ScenePlace, bundle: Bundle, what: string, organ: string): OnOrgan {
+// Where `near` or `at` is on an organ. Throws an Error where there is no such place. what: the part of the scene that asks, for the Error.
+export function scenePlaceOn(bundle: Bundle, { near, at }: Pick<ScenePlace, "near" | "at">, what: string, organ: string): OnOrgan {
   if (near) return placeOn(bundle, near, what, organ);
   const { frame } = JSON.parse(bundle.provenance) as { frame?: string };
   if (frame !== "LPS" && frame !== "RAS") throw new Error(word("world.frame", { what: `${what} at`, found: frame ?? "" }));

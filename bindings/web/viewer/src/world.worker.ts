@@ -11,6 +11,7 @@ import { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
 import { saidOf } from "./said";
 import { SceneLinks } from "./scene_links";
+import { SceneLoads } from "./scene_loads";
 import { MOST_NODES, presentAt, ScenePlay } from "./scene_play";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
 import { TouchLoop } from "./touch_loop";
@@ -123,16 +124,17 @@ function close() {
   world = opened = null;
 }
 
-// The world that the pointer touches. The scene's links hold its organs as they do at the begin of the scene.
+// The world that the pointer touches. The scene's links and loads hold its organs as they do at the begin of the scene.
 function touchedWorld({ scene, parts, links }: Opened, { law, touch, friction }: WorldSettings): TouchWorld {
-  const room = { maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS };
+  const room = { maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS }, loads = new SceneLoads(scene, parts);
   const organs = parts.map((part, k) => {
     const effects = { ...part.effects, law };
-    return { ...part, effects: { ...effects, ...room, maxContactNodes: Math.min(MOST_NODES, nodesFor(effects, SCENE_TOOLS) + links.nodes(k)), maxLinks: links.count(k) } };
+    return { ...part, effects: { ...effects, ...room, maxContactNodes: Math.min(MOST_NODES, nodesFor(effects, SCENE_TOOLS) + links.nodes(k)), maxLinks: links.count(k), loads: loads.patches(k) } };
   });
   const options = { ...limitsOf(scene), maxPairs: touch ? scene.pairs || PAIRS : 0, friction: touch ? friction : 0, maxLinks: links.count(null) };
   const made = new TouchWorld(runtime!, organs, options);
   new SceneLinks(scene, parts).hold(made, 0);
+  loads.hold(made, 0);
   return made;
 }
 

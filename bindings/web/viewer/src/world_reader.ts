@@ -4,15 +4,16 @@ import type { Pose } from "../../module/palpate.js";
 import { MOST_TOOLS, TOUCH_HZ, type PageEffects, type Vector } from "./messages";
 import { LONGEST_PATH, rowsOfFile } from "./path_files";
 import { checkTimes, isRow, parsed, pathRows, playsAtPageRates, ratesOf, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
-import { SIDES, type SceneGrasp, type SceneGrip, type SceneLink, type SceneMotion, type SceneNeedle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
+import { SIDES, type SceneGrasp, type SceneGrip, type SceneLink, type SceneLoad, type SceneMotion, type SceneNeedle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
 import { word } from "./words";
 
-const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
-const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "tool", "link"];
+const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
+const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "load", "tool", "link"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
 const OF_LIMITS = ["points", "contact_nodes", "needle_places", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement"];
 const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
 const OF_MOTION = ["name", "organ", "sine", "amounts", "amounts_csv"];
+const OF_LOAD = ["name", "organ", "near", "at", "radius", "force", "forces", "traction", "tractions", "frame"];
 const OF_TOOL = ["name", "organ", "points", "capsule", "path", "path_csv", "turn", "at", "near", "depth", "grip", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
 const OF_CAPSULE = ["radius", "length", "axis", "samples"], OF_GRIP = ["nearest", "box", "axes"];
 const OF_GRASP = ["near", "opposite", "radius", "friction", "clamp_force", "closing", "closed"];
@@ -40,7 +41,7 @@ export function readWorld(text: string, files: SceneFiles): WorldScene {
 }
 
 // Of a tool or a scene of one organ: what the page's own tools, which press one point each, cannot do.
-const BEYOND_POINTS = ["path_csv", "capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "limits"];
+const BEYOND_POINTS = ["path_csv", "capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "load", "limits"];
 
 // A scene of one organ that the page's own tools cannot play, as a world of that organ; null: another scene.
 export function readOwn(text: string, organ: string, files: SceneFiles): WorldScene | null {
@@ -59,6 +60,10 @@ function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles): WorldSc
   const twice = names.find((name, k) => names.indexOf(name) < k);
   if (twice !== undefined) throw new Error(word("world.same-name", { name: twice }));
   const motions = listOf(scene.motion).map((motion, m) => readMotion(table(motion, "motion"), `[[motion]] ${m + 1}`, names, files));
+  const loads = listOf(scene.load).map((load, l) => readLoad(table(load, "load"), `[[load]] ${l + 1}`, names, unit));
+  names.forEach((name, k) => {
+    if (loads.filter(({ organ }) => organ === k).length > MOST_LOADS) throw new Error(word("world.many-loads", { most: MOST_LOADS, organ: name }));
+  });
   const tools = listOf(scene.tool).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, names, unit, files));
   if (tools.length > MOST_TOOLS) throw new Error(word("scene.many-tools", { most: MOST_TOOLS }));
   const links = listOf(scene.link).map((link, l) => readLink(table(link, "link"), `[[link]] ${l + 1}`, names, unit));
@@ -66,23 +71,23 @@ function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles): WorldSc
   if (friction > 0 && pairs === 0) throw new Error(word("world.friction-alone"));
   const isWide = (k: number) => links.some(({ radius, isBetween, organs }) => radius && !isBetween && organs[0] === k);
   const organs = given.map((organ, k) => readOrgan(scene, organ, names[k], unit, {
-    touch: pairs > 0, moves: motions.some((motion) => motion.organ === k),
+    touch: pairs > 0, moves: motions.some((motion) => motion.organ === k), bears: loads.some((load) => load.organ === k),
     disc: !tools.length || tools.some(({ discRadius, grasp, organ: of }) => discRadius > 0 || (grasp && of === k)) || isWide(k),
   }));
-  const touches = durationOf({ tools, motions }) * rates.touch;
+  const touches = durationOf({ tools, motions, loads }) * rates.touch;
   if (touches > MOST_TOUCHES) throw new Error(word("scene.touches", { most: MOST_TOUCHES, found: Math.ceil(touches) }));
   return {
-    name: String(scene.name ?? ""), unit, rates, pairs, friction, motions, tools, links,
+    name: String(scene.name ?? ""), unit, rates, pairs, friction, motions, loads, tools, links,
     forceLimit: numberOf(limits, "force", "[limits]"), forceSlew: numberOf(limits, "force_slew", "[limits]"),
     maxPoints: wholeOf(limits, "points", "[limits]", MOST_POINTS), maxContactNodes: wholeOf(limits, "contact_nodes", "[limits]", MOST_NODES), needlePlaces: wholeOf(limits, "needle_places", "[limits]", 64),
     organs: organs.map((organ) => ({ ...organ, effects: { ...organ.effects, ...limitsOf(limits) } })),
   };
 }
 
-// s, to the last row of a tool or a motion.
-export function durationOf({ tools, motions }: Pick<WorldScene, "tools" | "motions">): number {
+// s, to the last row of a tool, a motion or a load.
+export function durationOf({ tools, motions, loads }: Pick<WorldScene, "tools" | "motions" | "loads">): number {
   const ofTools = tools.flatMap(({ path, turn, place, grasp }) => [path, turn, place?.depth, grasp?.closing]);
-  return Math.max(0, ...[...ofTools, ...motions.map(({ rows }) => rows)].map((rows) => rows?.at(-1)![0] ?? 0));
+  return Math.max(0, ...[...ofTools, ...motions.map(({ rows }) => rows), ...loads.map(({ rows }) => rows)].map((rows) => rows?.at(-1)![0] ?? 0));
 }
 
 const listOf = (given: unknown): unknown[] => (Array.isArray(given) ? given : []);
@@ -100,6 +105,7 @@ function limitsOf(limits: Table): PageEffects {
 interface Needs {
   touch: boolean; // it presses others
   moves: boolean; // motions move it
+  bears: boolean; // loads act on it
   disc: boolean; // a disc or jaws touch it
 }
 
@@ -108,7 +114,7 @@ function readOrgan(scene: Table, given: Table, name: string, unit: number, needs
   refuseOthers(where, given, OF_ORGAN);
   const chosen = { ...table(scene.effects, "effects"), ...table(given.effects, "effects") };
   const relaxation = table(given.relaxation ?? scene.relaxation, "relaxation"), effects = readEffects(chosen, relaxation, needs.disc, OWN_CHOICES);
-  if (chosen.collision === undefined && (needs.touch || needs.moves)) effects.collision = "deformed";
+  if (chosen.collision === undefined && (needs.touch || needs.moves || needs.bears)) effects.collision = "deformed";
   return {
     name, bundle: given.bundle === undefined ? null : String(given.bundle), pose: poseOf(given, where, unit),
     effects: { ...effects, shape: "surface", motions: needs.moves }, // the page draws surfaces
@@ -132,6 +138,16 @@ function readMotion(given: Table, where: string, organs: string[], files: SceneF
   refuseOthers(`${where} sine`, sine, ["amplitude", "period", "mean"]);
   if (!Number.isFinite(amplitude) || !(period > 0) || !Number.isFinite(mean)) throw new Error(word("world.sine", { where, found: shownAs(given.sine) }));
   return { name, organ, rows: null, sine: { amplitude, period, mean } };
+}
+
+function readLoad(given: Table, where: string, organs: string[], unit: number): SceneLoad {
+  refuseOthers(where, given, OF_LOAD);
+  const near = vectorOf(given, "near", where, unit), at = SIDES.find((side) => side === given.at) ?? null, radius = numberOf(given, "radius", where);
+  const ways = ["force", "forces", "traction", "tractions"].filter((key) => given[key] !== undefined), [way] = ways, frame = given.frame ?? "world";
+  if (given.at !== undefined && !at) throw new Error(word("world.at", { where, expected: SIDES.join(", "), found: shownAs(given.at) }));
+  if ((near === null) === (at === null) || !radius || ways.length !== 1 || (frame !== "world" && frame !== "organ")) throw new Error(word("world.load", { where, found: shownAs(given) }));
+  const rows = way.endsWith("s") ? pathRows(given[way], where, way) : [[0, ...vectorOf(given, way, where, 1)!]];
+  return { name: nameOf(given, where), organ: organOf(given, where, organs), near, at, radius: unit * radius, rows, perArea: way.startsWith("traction"), inWorld: frame === "world" };
 }
 
 function readTool(given: Table, where: string, organs: string[], unit: number, files: SceneFiles): SceneTool {

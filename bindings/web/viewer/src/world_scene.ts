@@ -66,6 +66,18 @@ export interface ScenePlace {
   depth: number[][]; // s, m
 }
 
+// A weight or a traction on a patch.
+export interface SceneLoad {
+  name: string;
+  organ: number;
+  near: Vector | null; // m, in the organ's frame
+  at: Side | null; // of the patient, where `near` is null
+  radius: number; // m
+  rows: number[][]; // s, x, y, z: N in all, or Pa
+  perArea: boolean;
+  inWorld: boolean;
+}
+
 export interface SceneTool {
   name: string;
   organ: number; // that `place`, `grips`, `grasp` and `needle` are on
@@ -95,6 +107,7 @@ export interface WorldScene {
   needlePlaces?: number;
   organs: SceneOrgan[];
   motions: SceneMotion[];
+  loads: SceneLoad[];
   tools: SceneTool[];
   links: SceneLink[];
 }
