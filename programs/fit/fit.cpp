@@ -10,6 +10,7 @@
 #include <random>
 
 #include "formats/errors.h"
+#include "programs/fit/draw.h"
 
 namespace palpate::fit {
 namespace {
@@ -165,11 +166,6 @@ class Fitter {
   const StiffnessModel& model_;
   bool initial_slope_;
 };
-
-// Below 1 and uniform; the standard's distributions differ between libraries.
-std::size_t draw(std::mt19937_64& generator, std::size_t count) {
-  return static_cast<std::size_t>(static_cast<double>(generator() >> 11) * 0x1p-53 * static_cast<double>(count));
-}
 
 // The 95 % quantile of |value* - value| / error* over draws of units with replacement. A draw without a spread counts as infinite.
 std::array<double, kQuantities> studentised_quantiles(const Fitter& fitter, const Point& fitted,

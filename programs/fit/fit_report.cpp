@@ -57,31 +57,6 @@ std::string bundles_text(const BundleFamily& family) {
   return fmt::format("{}", fmt::join(family.files, ", "));
 }
 
-// A basic string of TOML.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\')
-      out += '\\', out += c;
-    else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
-      out += ' ';
-    else
-      out += c;
-  }
-  return out + '"';
-}
-
-struct Unit {
-  double pascals;
-  const char* name;
-};
-Unit unit_of(double pascals) {
-  return pascals < 1e3   ? Unit{1, "Pa"}
-         : pascals < 1e6 ? Unit{1e3, "kPa"}
-         : pascals < 1e9 ? Unit{1e6, "MPa"}
-                         : Unit{1e9, "GPa"};
-}
-
 Json json_of(const Estimate& estimate) {
   Json out = {{"value", estimate.value}, {"low", nullptr}, {"high", nullptr}};
   if (estimate.interval) out["low"] = estimate.interval->low, out["high"] = estimate.interval->high;
@@ -94,13 +69,13 @@ double linear_share(const Spot& spot) {
 
 // The depth up to which a spot's force grows in proportion, m.
 double linear_depth(const FitReport& report, int spot) {
-  if (report.press == Press::plate) return kLinearStrain * report.family.plate_height;
+  if (is_plate(report.press)) return kLinearStrain * report.family.plate_height;
   const Spot& pressed = report.measurements.spots[spot];
   return report.family.linear_limit > 0 ? report.family.linear_limit : linear_share(pressed) * pressed.radius;
 }
 
 std::string linear_depth_in_words(const FitReport& report) {
-  if (report.press == Press::plate) return fmt::format("{:g} of the organ's height", kLinearStrain);
+  if (is_plate(report.press)) return fmt::format("{:g} of the organ's height", kLinearStrain);
   if (report.family.linear_limit > 0)
     return fmt::format("the {:.3g} mm that the bundle states (accuracy_linear_limit_mm)",
                        1e3 * report.family.linear_limit);
@@ -182,6 +157,27 @@ void warn_of_places(const FitReport& report, std::vector<std::string>& warnings)
 
 }  // namespace
 
+// A basic string of TOML.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\')
+      out += '\\', out += c;
+    else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+      out += ' ';
+    else
+      out += c;
+  }
+  return out + '"';
+}
+
+Unit unit_of(double pascals) {
+  return pascals < 1e3   ? Unit{1, "Pa"}
+         : pascals < 1e6 ? Unit{1e3, "kPa"}
+         : pascals < 1e9 ? Unit{1e6, "MPa"}
+                         : Unit{1e9, "GPa"};
+}
+
 std::string modulus_text(double pascals) {
   const Unit unit = unit_of(pascals);
   return fmt::format("{:.4g} {}", pascals / unit.pascals, unit.name);
@@ -219,7 +215,8 @@ std::string summary_text(const FitReport& report) {
   };
   line("measurements", fmt::format("{}, {} rows at {} {}", data.file.string(), data.rows.size(), data.places.size(),
                                    data.places.size() == 1 ? "place" : "places"));
-  if (data.left_out > 0) line("left out", fmt::format("{} rows deeper than --most-depth", data.left_out));
+  if (data.left_out > 0)
+    line("left out", fmt::format("{} rows deeper than --most-depth or shallower than --least-depth", data.left_out));
   line("bundles", bundles_text(report.family));
   for (std::size_t r = 0; r < report.family.regions.size(); ++r)
     line("Young's modulus", fmt::format("{}: {}", report.family.regions[r].name, modulus_text(young_of(report, r))));
@@ -262,9 +259,10 @@ std::string json_text(const FitReport& report) {
               {"measurements_sha256", data.sha256},
               {"source", report.source},
               {"bundles", report.family.files},
-              {"press", report.press == Press::plate     ? "plate"
-                        : report.press == Press::sliding ? "sliding"
-                                                         : "sticking"},
+              {"press", report.press == Press::plate            ? "plate"
+                        : report.press == Press::sticking_plate ? "sticking plate"
+                        : report.press == Press::sliding        ? "sliding"
+                                                                : "sticking"},
               {"initial_slope", report.options.initial_slope},
               {"rows", data.rows.size()},
               {"rows_left_out", data.left_out},

@@ -20,6 +20,15 @@ struct FitReport {
   std::string source;  // of the measurements, in words; may be empty
 };
 
+// A basic string of TOML.
+std::string quoted(const std::string& text);
+
+struct Unit {
+  double pascals;
+  const char* name;
+};
+Unit unit_of(double pascals);
+
 // "5.43 kPa", and "5.43 kPa, 95 % interval 5.12 to 5.78 kPa".
 std::string modulus_text(double pascals);
 std::string modulus_text(const Estimate& estimate);

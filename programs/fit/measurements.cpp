@@ -46,7 +46,7 @@ std::optional<std::vector<std::string>> cells_of(const std::string& line) {
 struct Header {
   int column[kColumns];  // -1: the file has none
   double unit[kColumns];
-  int place = -1, source = -1;
+  int place = -1, source = -1, specimen = -1;
   std::vector<std::string> titles;
 };
 
@@ -65,7 +65,9 @@ class Reader {
     if (!has_header) refuse_columns("found no header");
     if (result_.rows.empty())
       throw InputError(fmt::format("{}: expected rows with a depth above 0{}, found none", file.string(),
-                                   result_.left_out > 0 ? " and within --most-depth" : ""));
+                                   options_.curves        ? " with a force above 0 and within the depths asked for"
+                                   : result_.left_out > 0 ? " and within --most-depth and --least-depth"
+                                                          : ""));
     result_.sha256 = sha256_of_file(file.string());
   }
   Measurements take() { return std::move(result_); }
@@ -86,8 +88,8 @@ class Reader {
     std::fill_n(header_.column, kColumns, -1);
     for (int c = 0; c < static_cast<int>(cells.size()); ++c) {
       const std::string& title = cells[c];
-      if (title == "place" || title == "source") {
-        int& column = title == "place" ? header_.place : header_.source;
+      if (title == "place" || title == "source" || (title == "specimen" && options_.curves)) {
+        int& column = title == "place" ? header_.place : title == "source" ? header_.source : header_.specimen;
         if (column >= 0) refuse_columns(fmt::format("found \"{}\" twice", title));
         column = c;
       } else if (!read_title(title, c)) {
@@ -175,9 +177,17 @@ class Reader {
     if (header_.place >= 0) place = cells[header_.place];
     if (place.empty()) refuse("a name in the column place", "");
     if (row.depth == 0) return;  // it says nothing about a force that is proportional to the depth
-    if (row.depth > (1 + kRounding) * options_.most_depth) {
+    if (row.depth > (1 + kRounding) * options_.most_depth || row.depth < (1 - kRounding) * options_.least_depth) {
       ++result_.left_out;
       return;
+    }
+    if (options_.curves && !(row.force > 0)) {
+      ++result_.without_push;
+      return;
+    }
+    if (header_.specimen >= 0) {
+      if (cells[header_.specimen].empty()) refuse("a name in the column specimen", "");
+      row.specimen = remember(result_.specimens, cells[header_.specimen]);
     }
     spot.place = remember(result_.places, place);
     const auto same = [&](const Spot& other) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -61,6 +62,7 @@ class Toucher {
     return *palpate_contacts_tool(contacts, 0);
   }
   palpate_step_flags flags() const { return flags_; }
+  const palpate_contacts& contacts() const { return *reinterpret_cast<const palpate_contacts*>(bytes_.data()); }
 
  private:
   palpate_scene* scene_;
@@ -107,7 +109,7 @@ PressedBundle::PressedBundle(const std::filesystem::path& file) : file_(file) {
   if (palpate_bundle_open_file(file.c_str(), nullptr, &bundle, &error) != PALPATE_OK)
     throw InputError(fmt::format("{}: {}", file.string(), error.text));
   bundle_.reset(bundle);
-  region_of_ = fields.region;
+  region_of_ = fields.region, support_nodes_ = fields.support_nodes, support_stiffness_ = fields.support_stiffness;
   read_provenance(fields.provenance);
   std::size_t begin = 0;
   for (std::size_t r = 0; r < fields.young.size(); ++r) {
@@ -121,6 +123,7 @@ void PressedBundle::read_provenance(const std::string& text) {
   const auto provenance = nlohmann::json::parse(text, nullptr, false);
   if (!provenance.is_object()) return;
   for (const auto& [key, value] : provenance.items()) {
+    if (key == "element" && value.is_string()) element_ = value.get<std::string>();
     if (key == "accuracy_linear_limit_mm" && value.is_number()) linear_limit_ = 1e-3 * value.get<double>();
     if ((key.rfind("foundation ", 0) == 0 || key.rfind("spring ", 0) == 0) && value.is_string())
       soft_supports_[key] = value.get<std::string>();
@@ -160,7 +163,7 @@ void PressedBundle::expect_same_body(const PressedBundle& other) const {
 std::vector<double> PressedBundle::stiffness(const std::vector<Spot>& spots, Press press,
                                              const std::filesystem::path& source) {
   warnings_.clear();
-  return press == Press::plate ? std::vector<double>(spots.size(), press_plate()) : press_discs(spots, press, source);
+  return is_plate(press) ? std::vector<double>(spots.size(), press_plate(press)) : press_discs(spots, press, source);
 }
 
 // E / (1 - nu^2) of the tissue behind a triangle of the surface, Pa.
@@ -179,6 +182,19 @@ double PressedBundle::plane_modulus(std::int32_t triangle) const {
                                file_.string(), triangle));
 }
 
+// The place of the surface that is nearest to a spot.
+palpate_surface_hit PressedBundle::hit_of(palpate_scene* scene, const Spot& spot, const std::string& line) const {
+  palpate_surface_hit hit = palpate_default_surface_hit();
+  palpate_scene_closest_point(scene, nullptr, spot.at.data(), std::numeric_limits<double>::infinity(), &hit);
+  if (!hit.hit || hit.distance > spot.radius)
+    throw InputError(
+        fmt::format("{}: expected a place within the indenter's radius ({:.3g} mm) of the surface of {}, found "
+                    "({:g}, {:g}, {:g}) mm, {:.3g} mm away; give places in the bundle's axes and check the unit",
+                    line, 1e3 * spot.radius, file_.string(), 1e3 * spot.at[0], 1e3 * spot.at[1], 1e3 * spot.at[2],
+                    1e3 * hit.distance));
+  return hit;
+}
+
 std::vector<double> PressedBundle::press_discs(const std::vector<Spot>& spots, Press press,
                                                const std::filesystem::path& source) {
   SceneDef def = linear_press();
@@ -190,19 +206,11 @@ std::vector<double> PressedBundle::press_discs(const std::vector<Spot>& spots, P
   Toucher toucher(scene.get());
   std::vector<double> result;
   for (const Spot& spot : spots) {
-    palpate_surface_hit hit = palpate_default_surface_hit();
-    palpate_scene_closest_point(scene.get(), nullptr, spot.at.data(), std::numeric_limits<double>::infinity(), &hit);
     const auto line = fmt::format("{}:{}", source.string(), spot.line);
     if (spot.ball_depth > 0 && press != Press::sliding)
       throw InputError(fmt::format(
           "{}: a ball is taken as one without friction, but the law is sticking; give --law sliding", line));
-    if (!hit.hit || hit.distance > spot.radius)
-      throw InputError(
-          fmt::format("{}: expected a place within the indenter's radius ({:.3g} mm) of the surface of {}, found "
-                      "({:g}, {:g}, {:g}) mm, "
-                      "{:.3g} mm away; give places in the bundle's axes and check the unit",
-                      line, 1e3 * spot.radius, file_.string(), 1e3 * spot.at[0], 1e3 * spot.at[1], 1e3 * spot.at[2],
-                      1e3 * hit.distance));
+    const palpate_surface_hit hit = hit_of(scene.get(), spot, line);
     const Vector normal = normals.at(hit);
     const double depth = kShareOfRadius * spot.radius;
     Vector point;
@@ -275,7 +283,84 @@ int PressedBundle::plate_axis(double& sign) const {
   return static_cast<int>(largest - area.begin());
 }
 
-double PressedBundle::press_plate() {
+BundleBody PressedBundle::body() const {
+  const palpate_bundle* bundle = bundle_.get();
+  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  BundleBody body;
+  body.nodes = palpate_bundle_nodes(bundle), body.tetrahedra = palpate_bundle_tetrahedra(bundle);
+  body.region = region_of_.data(), body.fixed = palpate_bundle_fixed(bundle);
+  body.node_count = info.node_count, body.tetrahedron_count = info.tetrahedron_count;
+  body.surface_count = info.surface_node_count;
+  body.support_nodes = &support_nodes_, body.support_stiffness = &support_stiffness_, body.element = element_;
+  return body;
+}
+
+std::vector<std::int32_t> PressedBundle::touchable() const {
+  const std::int32_t* first = palpate_bundle_touchable(bundle_.get());
+  return {first, first + palpate_bundle_describe(bundle_.get()).touchable_count};
+}
+
+std::vector<HeldDisc> PressedBundle::hold_discs(const std::vector<Spot>& spots, const std::filesystem::path& source) {
+  SceneDef def = linear_press();
+  def.collision = PALPATE_COLLISION_OFF, def.shape = PALPATE_SHAPE_SURFACE;
+  def.queries.queries = PALPATE_QUERIES_ON;
+  def.max_points = 1, def.max_contact_nodes = kMostDiscNodes;
+  const Scene scene = make_scene(bundle_.get(), def, file_);
+  const Normals normals(scene.get(), bundle_.get());
+  Toucher toucher(scene.get());
+  const auto surface = std::size_t(palpate_bundle_describe(bundle_.get()).surface_node_count);
+  std::vector<HeldDisc> discs;
+  for (const Spot& spot : spots) {
+    const auto line = fmt::format("{}:{}", source.string(), spot.line);
+    const palpate_surface_hit hit = hit_of(scene.get(), spot, line);
+    HeldDisc disc;
+    std::copy_n(hit.point, 3, disc.at.begin());
+    disc.outward = normals.at(hit);
+    if (spot.ball_depth > 0) {
+      discs.push_back(std::move(disc));
+      continue;
+    }
+    palpate_grip grip = palpate_default_grip();
+    grip.kind = PALPATE_GRIP_SURFACE_POINT, grip.triangle = hit.triangle;
+    std::copy_n(hit.barycentric, 3, grip.barycentric);
+    palpate_tool tool = palpate_default_tool();
+    tool.grips = &grip, tool.grip_count = 1, tool.disc_radius = spot.radius;
+    const double depth = kShareOfRadius * spot.radius;
+    Eigen::Matrix3d force, missed;
+    for (int i = 0; i < 3; ++i) {
+      palpate_scene_reset(scene.get());
+      for (int k = 0; k < 3; ++k) grip.displacement[k] = i == k ? depth : 0;
+      const palpate_tool_state& state = toucher.touch(tool);
+      if (state.contact_count == 0 || (toucher.flags() & PALPATE_STEP_NOT_TOUCHABLE))
+        throw InputError(
+            fmt::format("{}: expected a place of {} that can be touched, found one where the disc meets held nodes or "
+                        "nodes that are not touchable{}; see \"palpate-bundle info\"",
+                        line, file_.string(), toucher.flags() ? " (" + flags_in_words(toucher.flags()) + ")" : ""));
+      const Eigen::Vector3d whole = -Eigen::Vector3d::Map(state.force_raw);
+      const palpate_contacts& contacts = toucher.contacts();
+      if (i == 0)
+        for (std::int32_t n = 0; n < contacts.node_count; ++n) {
+          // The rows along x, y and z share the weights: the force of a node is its weight of the whole.
+          const palpate_contact_node& node = *palpate_contacts_node(&contacts, n);
+          disc.nodes.push_back(node.node);
+          disc.weights.push_back(Eigen::Vector3d::Map(node.force).dot(whole) / whole.squaredNorm());
+        }
+      std::vector<float> u(3 * surface);
+      palpate_shape_out shape = palpate_default_shape_out();
+      shape.displacements = u.data(), shape.node_capacity = static_cast<std::int32_t>(surface);
+      palpate_scene_shape(scene.get(), &contacts, &shape);
+      force.col(i) = whole, missed.col(i) = depth * Eigen::Vector3d::Unit(i);
+      for (std::size_t n = 0; n < disc.nodes.size(); ++n)
+        missed.col(i) -= disc.weights[n] * Eigen::Vector3f::Map(&u[3 * std::size_t(disc.nodes[n])]).cast<double>();
+    }
+    const Eigen::Matrix3d compliance = missed * force.inverse();
+    Eigen::Matrix3d::Map(&disc.compliance[0][0]) = 0.5 * (compliance + compliance.transpose());
+    discs.push_back(std::move(disc));
+  }
+  return discs;
+}
+
+double PressedBundle::press_plate(Press press) {
   const palpate_bundle_info info = palpate_bundle_describe(bundle_.get());
   if (info.touchable_count > kMostContactNodes)
     throw InputError(fmt::format("{}: --plate: expected at most {} touchable nodes, found {}; take a coarser mesh",
@@ -297,7 +382,7 @@ double PressedBundle::press_plate() {
   std::vector<palpate_grip> grips(info.touchable_count, palpate_default_grip());
   for (int k = 0; k < info.touchable_count; ++k) {
     grips[k].kind = PALPATE_GRIP_NODE, grips[k].node = palpate_bundle_touchable(bundle_.get())[k];
-    grips[k].axes = 1u << axis, grips[k].displacement[axis] = -sign * depth;
+    grips[k].axes = press == Press::plate ? 1u << axis : 7u, grips[k].displacement[axis] = -sign * depth;
   }
   palpate_tool tool = palpate_default_tool();
   tool.grips = grips.data(), tool.grip_count = info.touchable_count;

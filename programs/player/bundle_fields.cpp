@@ -49,6 +49,8 @@ BundleFields read_bundle_fields(const std::filesystem::path& bundle) {
   read_section(stream, index, formats::SectionId::region_names, fields.region_names, bundle);
   read_section(stream, index, formats::SectionId::young, fields.young, bundle);
   read_section(stream, index, formats::SectionId::poisson, fields.poisson, bundle);
+  read_section(stream, index, formats::SectionId::large_support_nodes, fields.support_nodes, bundle);
+  read_section(stream, index, formats::SectionId::large_support_stiffness, fields.support_stiffness, bundle);
   return fields;
 }
 

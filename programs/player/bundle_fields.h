@@ -14,6 +14,9 @@ struct BundleFields {
   std::vector<std::uint8_t> fixed;     // [N][3]
   std::string region_names;            // each ended by a newline
   std::vector<double> young, poisson;  // [R] Pa, 1
+  // What foundations and springs add to the stiffness (formats/BUNDLE.md, large/support), of a bundle made for large deformation.
+  std::vector<std::int32_t> support_nodes;  // [*][2]
+  std::vector<double> support_stiffness;    // [*][9] N/m
   std::uint64_t
       identity;  // the index's checksum, which covers the checksum of every section: the same for the same bytes
 };

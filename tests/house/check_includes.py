@@ -85,7 +85,7 @@ runtime/include/: palpate: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate
 programs/player/tool_turn.cpp: programs/player/ runtime/base/sine.h formats/:
 programs/player/record.cpp: programs/player/ runtime/include/ formats/: plumbing toml++ palpate
-programs/fit/: programs/fit/ programs/player/ runtime/include/ formats/: plumbing palpate
+programs/fit/: programs/fit/ programs/player/ studies/hyperelastic/ runtime/large/ runtime/include/ formats/: plumbing Eigen palpate
 programs/link/: programs/link/ programs/player/ runtime/include/ formats/: plumbing palpate
 programs/organ/: programs/organ/ meshing/image/ meshing/surface/ formats/: plumbing
 bindings/python/: bindings/python/: pybind11 palpate

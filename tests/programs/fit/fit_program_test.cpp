@@ -9,6 +9,7 @@
 
 #include "formats/organ_config.h"
 #include "programs/fit/presses.h"
+#include "tests/programs/fit/made_curves.h"
 #include "tests/support/grid_body.h"
 #include "tests/support/program_run.h"
 
@@ -217,11 +218,11 @@ TEST_F(FitProgram, FindsTheRatioOfTwoRegionsModuli) {
 }
 
 // A prism of the cylinder's section and height: its force under a plate depends on its section's area alone, E A x / h.
-BundleParts prism() {
+BundleParts prism(double poisson = 0.45, int cells = 3) {
   const double side = std::sqrt(std::numbers::pi) * 0.015;
   GridBody grid;
-  grid.lines = {grid_lines(0, side, 3), grid_lines(0, side, 3), grid_lines(0, 0.013, 3)};
-  grid.young = 1000;
+  grid.lines = {grid_lines(0, side, cells), grid_lines(0, side, cells), grid_lines(0, 0.013, cells)};
+  grid.young = 1000, grid.poisson = poisson;
   DenseBody dense = dense_grid(grid);
   std::fill(dense.fixed.begin(), dense.fixed.end(), 0);
   const auto& nodes = dense.body.mesh.nodes;
@@ -270,6 +271,148 @@ TEST_F(FitProgram, FindsTheSmallStrainModulusOfThePublishedCurveOfBrain) {
   EXPECT_NEAR(whole["regions"][0]["young_Pa"]["value"].get<double>(), 9196.8, 0.1);
   EXPECT_THAT(errors_, HasSubstr("65 of 78 rows"));
   expect_refused("prism.h5 " + curve + " --plate --initial-slope", "forces that grow");
+}
+
+constexpr double kIncompressible = 0.4999, kPrismHeight = 0.013, kPrismArea = std::numbers::pi * 0.015 * 0.015;
+
+// Curves of a cylinder between sliding plates: each specimen has its factor.
+std::string plate_curves(const LawForm& law, double young, double most_strain, const std::vector<double>& factors) {
+  std::ostringstream text;
+  text.precision(12);
+  text << "specimen,depth_mm,force_N\n";
+  for (std::size_t s = 0; s < factors.size(); ++s)
+    for (int i = 1; i <= 10; ++i) {
+      const double strain = most_strain * i / 10;
+      text << 'S' << s + 1 << ',' << 1e3 * strain * kPrismHeight << ','
+           << factors[s] * young / (2 * (1 + kIncompressible)) * kPrismArea * plate_stress(law, strain) << '\n';
+    }
+  return text.str();
+}
+
+// Tissue of 6.2 kPa that stiffens: a straight line through its whole curve gives twice the modulus, the slope of a parabola a sixth of it.
+TEST_F(FitProgram, FindsModulusAndStiffeningOfACurveOnWhichLinearFitsAreFarOff) {
+  write_bundle(folder_ / "prism.h5", prism(kIncompressible, 1));
+  write_text("curves.csv", plate_curves(LawForm(5), 6200, 0.2, {0.96, 0.98, 1.0, 1.02, 1.04, 0.99, 1.01}));
+  const auto young = [](const Json& fit) { return fit["regions"][0]["young_Pa"]["value"].get<double>(); };
+  EXPECT_GT(young(fitted("prism.h5 curves.csv --plate")), 11800);
+  EXPECT_LT(young(fitted("prism.h5 curves.csv --plate --initial-slope")), 1300);
+  const Json fit = fitted("prism.h5 curves.csv --plate --large stiffening --organ lines.toml");
+  // Of 0.4999 for an incompressible body: 3e-4 of the force. The specimens' geometric mean is 0.9998.
+  EXPECT_NEAR(young(fit), 6200, 0.002 * 6200);
+  EXPECT_NEAR(fit["constants"][0]["fitted"]["value"].get<double>(), 5, 0.01 * 5);
+  EXPECT_LT(fit["regions"][0]["young_Pa"]["low"].get<double>(), 6200);
+  EXPECT_GT(fit["regions"][0]["young_Pa"]["high"].get<double>(), 6200);
+  EXPECT_EQ(fit["interval"], "bootstrap");
+  EXPECT_THAT(out_, HasSubstr("bootstrap over 7 specimens"));
+  EXPECT_EQ(errors_, "");
+  write_text("organ.toml", "name = \"prism\"\nmesh_unit = \"mm\"\nframe = \"none\"\nelement = \"p1\"\n\n" +
+                               file_bytes(folder_ / "lines.toml"));
+  const OrganConfig organ = read_organ_config(folder_ / "organ.toml");
+  EXPECT_NEAR(organ.regions[0].stiffening->value, 5, 0.01 * 5);
+  expect_plot(2);
+  // Where the plate sticks, the same curve is that of softer tissue.
+  write_bundle(folder_ / "wide.h5", prism(0.45, 1));
+  EXPECT_LT(young(fitted("wide.h5 curves.csv --plate --law sticking --large stiffening")), 0.95 * 6200);
+}
+
+TEST_F(FitProgram, PredictsSpecimensThatAreHeldOutUnderLargeStrain) {
+  write_bundle(folder_ / "prism.h5", prism(kIncompressible, 1));
+  write_text("curves.csv", plate_curves(LawForm::yeoh(0.2, 0.3), 9000, 0.5, {0.98, 1.0, 1.02, 1.1, 1.06}));
+  const Json fit = fitted("prism.h5 curves.csv --plate --large yeoh --holdout S4,S5");
+  // Of the three others, mean 1.
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 9000, 0.002 * 9000);
+  ASSERT_EQ(fit["held_out"].size(), 2u);
+  EXPECT_NEAR(fit["held_out"][0]["median"].get<double>(), 1 - 1 / 1.1, 0.002);
+  EXPECT_NEAR(fit["held_out"][1]["worst"].get<double>(), 1 / 1.06 - 1, 0.003);
+  EXPECT_THAT(out_, HasSubstr("S4: 7 rows, force off by 9.1 %"));
+  EXPECT_EQ(fit["interval"], "jackknife");
+  EXPECT_THAT(out_, HasSubstr("yeoh = { c2 = "));
+  // A law that cannot follow these curves says so by its residual and by the law's own error in the interval.
+  const Json stiff = fitted("prism.h5 curves.csv --plate --large neo-hookean");
+  EXPECT_GT(stiff["law_error"].get<double>(), 0.05);
+  EXPECT_GT(stiff["shear_Pa"]["high"].get<double>() / stiff["shear_Pa"]["low"].get<double>(), 1.1);
+  // The stiffening of a curve of small strains is not told.
+  write_text("noisy.csv", "depth_mm,force_N\n0.1,0.0345\n0.2,0.072\n0.3,0.103\n0.4,0.145\n0.5,0.178\n0.6,0.221\n");
+  fitted("prism.h5 noisy.csv --plate --large stiffening");
+  EXPECT_THAT(errors_, HasSubstr("cannot tell b"));
+  EXPECT_THAT(errors_, HasSubstr("that of one place"));
+}
+
+// A ball of a kilometre is a plate. It presses in the middle, where the interpolated normal is that of the face.
+TEST_F(FitProgram, ABallPressesAsAPlateWhereItIsFlat) {
+  write_bundle(folder_ / "prism.h5", prism(kIncompressible, 1));
+  std::ostringstream text;
+  text << "x_mm,y_mm,z_mm,ball_radius_mm,depth_mm,force_N\n";
+  std::istringstream rows(plate_curves(LawForm(2), 6200, 0.3, {1}));
+  std::string line;
+  for (std::getline(rows, line); std::getline(rows, line);)
+    text << "13.2934038818,13.2934038818,13,1e6," << line.substr(3) << '\n';
+  write_text("ball.csv", text.str());
+  const Json fit = fitted("prism.h5 ball.csv --law sliding --large stiffening");
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 6200, 0.003 * 6200);
+  EXPECT_NEAR(fit["constants"][0]["fitted"]["value"].get<double>(), 2, 0.02 * 2);
+  expect_refused("prism.h5 ball.csv --large stiffening", "without friction");
+}
+
+// The runtime plays the disc under large deformation; the fit solves the same body by Newton's method.
+TEST_F(FitProgram, FindsTheLawOfABundleFromForcesThatPalpateRunPlaysUnderLargeDeformation) {
+  BundleParts parts = dense_bundle(dense_grid(layer(5400, 0.45)));
+  add_large_deformation(parts, {3});
+  write_bundle(folder_ / "layer.h5", parts);
+  write_text("scene.toml",
+             "name = \"press\"\nunit = \"mm\"\n[effects]\ncontact = \"patch\"\ndeformation = \"large\"\n[[tool]]\nname "
+             "= \"finger\"\n"
+             "points = [[0, 0, 0]]\ndisc_radius = 8\npath = [[0, 31, 32, 16], [0.3, 31, 32, 10], [0.4, 31, 32, 10]]\n");
+  const ProgramRun played =
+      run_in(folder_, std::string("'") + PALPATE_RUN + "' scene.toml --bundle layer.h5 -o played");
+  ASSERT_EQ(played.code, 0) << played.errors;
+  std::ifstream rows(folder_ / "played/forces.csv");
+  std::ostringstream text;
+  text.precision(15);
+  text << "x_mm,y_mm,z_mm,radius_mm,depth_m,force_N\n";
+  std::string line;
+  std::getline(rows, line);
+  for (int row = 0; std::getline(rows, line); ++row) {
+    std::vector<double> cells;
+    std::stringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(std::atof(cell.c_str()));
+    if (cells.at(11) > 0 && row % 20 == 0 && row <= 300)
+      text << "31,32,15,8," << 0.015 - cells.at(4) << ',' << cells.at(10) << '\n';
+  }
+  write_text("forces.csv", text.str());
+  const Json fit = fitted("layer.h5 forces.csv --large stiffening");
+  // The runtime goes on with a state that is solved to a percent of its energy's root.
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 5400, 0.02 * 5400);
+  EXPECT_NEAR(fit["constants"][0]["fitted"]["value"].get<double>(), 3, 0.1 * 3);
+}
+
+TEST_F(FitProgram, RefusesWhatCannotBeFittedUnderLargeStrain) {
+  write_bundle(folder_ / "prism.h5", prism(kIncompressible, 1));
+  write_text("curves.csv", plate_curves(LawForm(2), 6200, 0.3, {1, 1.02}));
+  const std::string plate = "prism.h5 curves.csv --plate ", large = plate + "--large stiffening ";
+  expect_refused(plate + "--large rubber", "rubber");
+  expect_refused(plate + "--hold b=1", "--hold");
+  expect_refused(plate + "--holdout S1", "--holdout");
+  expect_refused(large + "--hold b", "NAME=VALUE");
+  expect_refused(large + "--hold exponent=3", "exponent");
+  expect_refused(large + "--holdout S3", "S3");
+  expect_refused(large + "--holdout S1,S2", "left to fit");
+  expect_refused(large + "--initial-slope", "--initial-slope");
+  expect_refused("prism.h5 prism.h5 curves.csv --plate --large stiffening", "one bundle");
+  expect_refused(large + "--most-depth 0.8", "3 depths");
+  write_text("deep.csv", "depth_mm,force_N\n1,0.1\n2,0.2\n13.5,1\n");
+  expect_refused("prism.h5 deep.csv --plate --large neo-hookean", "13.5 mm");
+  write_text("pulled.csv", "depth_mm,force_N\n1,-0.1\n2,-0.2\n");
+  expect_refused("prism.h5 pulled.csv --plate --large neo-hookean", "pulled.csv");
+  BundleParts parts = prism();
+  parts.provenance.replace(parts.provenance.find("\"p1\""), 4, "\"p2-p0\"");
+  write_bundle(folder_ / "quadratic.h5", parts);
+  expect_refused("quadratic.h5 curves.csv --plate --large stiffening", "p2-p0");
+  parts = prism();
+  parts.provenance.pop_back();
+  parts.provenance += ",\"foundation diaphragm\":\"normal 50 N/m^3\"}";
+  write_bundle(folder_ / "soft.h5", parts);
+  expect_refused("soft.h5 curves.csv --plate --large stiffening", "--large-deformation");
 }
 
 TEST_F(FitProgram, WarnsOfDeepRowsAndOfAPlaceThatDoesNotFit) {
