@@ -43,7 +43,8 @@ TEST_P(GraspedBlock, HasForceAndTorqueOfARigidDiscWhateverTheEdge) {
   RecordProperty("worst_torque", std::to_string(torque));
 }
 INSTANTIATE_TEST_SUITE_P(Elements, GraspedBlock,
-                         testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45}));
+                         testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45},
+                                         std::pair{Element::p1_ang, 0.45}));
 
 // A disc of more than 64 nodes acts on 64 of them, which are points where the disc is a surface. What it lacks then belongs to the method's
 // limits (docs/method.md, section 16), and is no more than stated there.

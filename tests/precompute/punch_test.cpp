@@ -27,7 +27,8 @@ TEST_P(FlatPunch, NeedsTheForceOfTheClosedFormWhateverTheEdge) {
   RecordProperty("worst", std::to_string(worst));
 }
 INSTANTIATE_TEST_SUITE_P(Elements, FlatPunch,
-                         testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45}));
+                         testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45},
+                                         std::pair{Element::p1_ang, 0.45}));
 
 // The same block with the subdivision of each cell mirrored to those of its neighbours: a node of the top belongs to four triangles or
 // to eight.
