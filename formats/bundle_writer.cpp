@@ -134,8 +134,9 @@ void write_json_attribute(hid_t object, const std::string& name, const nlohmann:
 }
 
 // These attributes are also on the group certificate, beside its datasets.
-constexpr const char* kCertificateKeys[] = {"solver",          "tolerance",         "element",   "worst_residual",
-                                            "most_iterations", "reciprocity_error", "cast_error"};
+constexpr const char* kCertificateKeys[] = {
+    "solver",     "tolerance",      "element",        "worst_residual",       "most_iterations", "reciprocity_error",
+    "cast_error", "element_probes", "element_excess", "element_excess_median"};
 
 Handle open_certificate(hid_t file) {
   return Handle(H5Gopen2(file, "certificate", H5P_DEFAULT), &H5Gclose, "group certificate");

@@ -92,7 +92,7 @@ const std::vector<ConfigKey>& config_keys() {
       {O, "", "name", "text", "-", "required", "not empty"},
       {O, "", "mesh_unit", "choice", "-", "required", "m, cm, mm, um"},
       {O, "", "frame", "choice", "-", "required", "LPS, RAS, none"},
-      {O, "", "element", "choice", "-", "required", "p1, p1-anp, p2-p0"},
+      {O, "", "element", "choice", "-", "required", "p1, p1-anp, p1-ang, p2-p0"},
       {O, "", "region", "tables", "-", "required", "one for each region of the mesh, names all different"},
       {O, "", "response", "table", "-", "-", ""},
       {O, "region", "name", "text", "-", "required", "not empty"},

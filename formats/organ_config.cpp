@@ -14,7 +14,7 @@ namespace {
 
 using Units = std::vector<std::pair<std::string, double>>;
 const std::vector<std::pair<std::string, Element>> kElements = {
-    {"p1", Element::p1}, {"p1-anp", Element::p1_anp}, {"p2-p0", Element::p2_p0}};
+    {"p1", Element::p1}, {"p1-anp", Element::p1_anp}, {"p1-ang", Element::p1_ang}, {"p2-p0", Element::p2_p0}};
 const Units kLengths = {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}};
 const Units kPressures = {{"Pa", 1}, {"kPa", 1e3}, {"MPa", 1e6}, {"GPa", 1e9}};
 const Units kDensities = {{"kg/m^3", 1}, {"g/cm^3", 1e3}};

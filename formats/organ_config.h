@@ -23,9 +23,9 @@ struct SourcedValue {
 };
 
 // The finite element. p1: linear, as in the paper. p1_anp: linear, with the volume change averaged at the nodes, for nearly
-// incompressible tissue. p2_p0: quadratic, with one mean volume change in each tetrahedron; the most accurate.
-enum class Element { p1, p1_anp, p2_p0 };
-const char* name_of(Element element);  // "p1", "p1-anp", "p2-p0"
+// incompressible tissue. p1_ang: in addition most of the shear follows a gradient averaged at the nodes, for bending. p2_p0: quadratic, with one mean volume change in each tetrahedron; the most accurate.
+enum class Element { p1, p1_anp, p1_ang, p2_p0 };
+const char* name_of(Element element);  // "p1", "p1-anp", "p1-ang", "p2-p0"
 
 struct LengthUnit {
   std::string name = "m";

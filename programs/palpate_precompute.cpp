@@ -60,8 +60,10 @@ void define_options(CLI::App& app, PrecomputeOptions& options) {
       ->option_text("E");
   app.add_flag("--interior", options.interior,
                "store the displacement of the nodes inside the organ too, which shape = \"volume\" of a scene needs");
+  app.add_flag("--element-stiffness", options.element_stiffness,
+               "measure how much too stiff the element is also where that takes over a tenth of the run");
   app.add_flag("--large-deformation", options.large_deformation,
-               "store what a scene with deformation = \"large\" needs; elements p1 and p1-anp");
+               "store what a scene with deformation = \"large\" needs; elements p1, p1-anp and p1-ang");
   app.add_flag("--plan", options.plan_only, "say what the run would take and why, and write nothing");
   app.add_option(
          "--ranks-per-operator", options.ranks_per_operator,

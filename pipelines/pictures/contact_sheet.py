@@ -76,8 +76,19 @@ def stated_error(said):
     if "accuracy_force_error" in said and "accuracy_field_error" in said:
         return ("measured on this organ, a disc of %.3g mm radius: the force %.2g %% off, the displaced surface %.2g %%"
                 % (said["accuracy_radius_mm"], 100 * said["accuracy_force_error"], 100 * said["accuracy_field_error"]))
-    return ("not measured on this organ, which make accuracy does. On the default liver the force is %.2g %% off, the displaced surface %.2g %%: "
-            "its right side held, 1,696 vertices, a disc of 10 mm radius pressed in by 5 mm" % ELEMENT_ERRORS[said["element"]])
+    said_so = "not measured on this organ, which make accuracy does."
+    if said["element"] not in ELEMENT_ERRORS:
+        return said_so
+    return said_so + (" On the default liver the force is %.2g %% off, the displaced surface %.2g %%: its right side held, 1,696 vertices, "
+                      "a disc of 10 mm radius pressed in by 5 mm" % ELEMENT_ERRORS[said["element"]])
+
+
+def own_stiffness(said):
+    """What palpate-precompute measured of the element (formats/BUNDLE.md)."""
+    if not said.get("element_probes", 0):
+        return "not measured"
+    return ("the element makes this mesh too stiff by about %.2g %%: an estimate, the median of %d loads; the largest %.2g %%"
+            % (100 * said["element_excess_median"], said["element_probes"], 100 * said["element_excess"]))
 
 
 def what_it_is(bundle):
@@ -94,6 +105,7 @@ def what_it_is(bundle):
             rows.append(("%s, %s" % (name, "stiffness" if kind == "young" else "volume"), "%s: %s" % (text, source), is_assumed(source)))
     rows += [(key, str(said[key]), is_assumed(str(said[key]))) for key in sorted(said) if key.startswith(("foundation ", "spring "))]
     rows.append(("element", said["element"] + ": " + stated_error(said), False))
+    rows.append(("own stiffness", own_stiffness(said), False))
     rows.append(("units", "Pictures and tables are in mm and N, files in m and N. Axes: %s." % said.get("frame", "none"), False))
     return rows
 

@@ -83,7 +83,8 @@ nlohmann::json certificate_json(const BundleFile& file) {
                          {"most_iterations", *std::max_element(iterations.begin(), iterations.end())}};
   const nlohmann::json provenance = file.provenance();
   for (const char* key : {"solver", "tolerance", "reciprocity_error", "reciprocity_pairs", "cast_error", "stored_error",
-                          "pack_error_worst", "pack_error_rms", "pack_error_entry", "reciprocal_condition", "plan"})
+                          "pack_error_worst", "pack_error_rms", "pack_error_entry", "reciprocal_condition", "plan",
+                          "element_probes", "element_excess", "element_excess_median"})
     if (provenance.contains(key)) json[key] = provenance[key];
   for (const auto& [key, value] : provenance.items())
     if (key.starts_with("accuracy_")) json[key] = value;
@@ -294,6 +295,12 @@ void print_certificate(const nlohmann::json& report) {
   const bool told = condition != 0, poor = told && !(condition >= kLeastReciprocalCondition);
   fmt::print("            reciprocal condition: {}{}\n", told ? measured(p, "reciprocal_condition") : "not measured",
              poor ? " (warning: residuals say little about columns; is the organ held, are its materials right?)" : "");
+  if (number_of(p, "element_probes").value_or(0) > 0)
+    fmt::print(
+        "            the element makes this mesh too stiff by about {:.2g} % (median of {} loads; the largest {:.2g} "
+        "%)\n",
+        100 * number_of(p, "element_excess_median").value_or(0), value_text(p, "element_probes"),
+        100 * number_of(p, "element_excess").value_or(0));
 }
 
 // The accuracy that palpate-accuracy measured for this setting.

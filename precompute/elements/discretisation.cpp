@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
+#include "formats/averaged_shear.h"
 #include "precompute/elements/linear_tetrahedra.h"
 #include "precompute/elements/quadratic_tetrahedra.h"
 
@@ -76,6 +77,10 @@ void discretise_quadratically(const ElasticBody& body, Discretisation& result) {
 
 }  // namespace
 
+double averaged_shear_of(Element element) {
+  return element == Element::p1_ang ? formats::kAveragedShear : 0;
+}
+
 Discretisation discretise_vertices(const ElasticBody& body) {
   Discretisation result;
   result.vertices = static_cast<std::int32_t>(body.nodes.size());
@@ -93,7 +98,8 @@ Discretisation discretise(const ElasticBody& body, Element element) {
     return result;
   }
   result = discretise_vertices(body);
-  result.stiffness = element == Element::p1 ? linear_stiffness(body) : nodal_dilatation_stiffness(body);
+  result.stiffness =
+      element == Element::p1 ? linear_stiffness(body) : nodal_dilatation_stiffness(body, averaged_shear_of(element));
   add_supports(body, result.stiffness);
   return result;
 }

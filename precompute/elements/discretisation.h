@@ -37,6 +37,9 @@ struct Discretisation {
                   0;  // edges of the surface that p2-p0 curves; of them, those it had to make straighter
 };
 
+// The share of the shear that follows a gradient averaged at the nodes: 0 but for p1-ang.
+double averaged_shear_of(Element element);
+
 // Everything but the stiffness, for elements that add no nodes.
 Discretisation discretise_vertices(const ElasticBody& body);
 

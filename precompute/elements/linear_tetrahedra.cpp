@@ -29,12 +29,12 @@ Lists tetrahedra_of(const ElasticBody& body) {
   return lists;
 }
 
-// Adds the blocks of every tetrahedron. bulk_share: 1, or 0 for the part without the bulk modulus.
-void add_tetrahedra(const ElasticBody& body, double bulk_share, BlockMatrix& matrix) {
+// Adds the blocks of every tetrahedron, with these shares of the moduli.
+void add_tetrahedra(const ElasticBody& body, double bulk_share, double shear_share, BlockMatrix& matrix) {
   for (std::size_t t = 0; t < body.tetrahedra.size(); ++t) {
     const auto& nodes = body.tetrahedra[t];
     Moduli moduli = moduli_of(body.materials[body.region[t]]);
-    moduli.bulk *= bulk_share;
+    moduli.bulk *= bulk_share, moduli.shear *= shear_share;
     const auto k = element_stiffness(corners(body, nodes), moduli);
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < 4; ++b) {
@@ -44,9 +44,18 @@ void add_tetrahedra(const ElasticBody& body, double bulk_share, BlockMatrix& mat
   }
 }
 
+// shear times the blocks (a, b) of an element whose shape functions have the gradients a and b, without bulk modulus.
+void add_shear(double shear, const std::array<double, 3>& a, const std::array<double, 3>& b,
+               std::array<double, 9>& block) {
+  const double both = shear * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      block[3 * i + j] += shear * (a[j] * b[i]) - 2 * shear / 3 * (a[i] * b[j]) + (i == j ? both : 0);
+}
+
 }  // namespace
 
-Dilatations nodal_dilatations(const ElasticBody& body) {
+Dilatations nodal_dilatations(const ElasticBody& body, double averaged_shear) {
   const auto count = static_cast<std::int32_t>(body.nodes.size());
   const Lists around = lists_around(tetrahedra_of(body), count);
   Dilatations result;
@@ -73,13 +82,15 @@ Dilatations nodal_dilatations(const ElasticBody& body) {
       }
       std::sort(star.begin(), star.end());
       star.erase(std::unique(star.begin(), star.end()), star.end());
-      const double root = std::sqrt(moduli_of(body.materials[region]).bulk / volume);
+      const Moduli moduli = moduli_of(body.materials[region]);
+      const double root = std::sqrt(moduli.bulk / volume);
       for (const auto node : star) {
         result.factor.push_back({root * sum[node][0], root * sum[node][1], root * sum[node][2]});
         sum[node] = {0, 0, 0};
       }
       result.nodes.append(star);
       result.centre.push_back(n);
+      if (averaged_shear > 0) result.shear.push_back(averaged_shear * moduli.shear / moduli.bulk);
     }
   }
   return result;
@@ -99,13 +110,14 @@ void add_dilatations(const Dilatations& terms, BlockMatrix& matrix) {
         auto& block = matrix.block[block_in_column[nodes[b]]];
         for (int i = 0; i < 3; ++i)
           for (int j = 0; j < 3; ++j) block[3 * i + j] += own[i] * factor[b][j];
+        if (!terms.shear.empty()) add_shear(terms.shear[term], own, factor[b], block);
       }
     }
   }
 }
 
-void add_deviatoric_stiffness(const ElasticBody& body, BlockMatrix& matrix) {
-  add_tetrahedra(body, 0, matrix);
+void add_deviatoric_stiffness(const ElasticBody& body, BlockMatrix& matrix, double share) {
+  add_tetrahedra(body, 0, share, matrix);
 }
 
 Moduli moduli_of(const Material& material) {
@@ -134,14 +146,14 @@ ElementStiffness element_stiffness(const std::array<std::array<double, 3>, 4>& p
 
 BlockMatrix linear_stiffness(const ElasticBody& body) {
   BlockMatrix matrix = coupled_blocks(tetrahedra_of(body), static_cast<std::int32_t>(body.nodes.size()));
-  add_tetrahedra(body, 1, matrix);
+  add_tetrahedra(body, 1, 1, matrix);
   return matrix;
 }
 
-BlockMatrix nodal_dilatation_stiffness(const ElasticBody& body) {
-  const Dilatations terms = nodal_dilatations(body);
+BlockMatrix nodal_dilatation_stiffness(const ElasticBody& body, double averaged_shear) {
+  const Dilatations terms = nodal_dilatations(body, averaged_shear);
   BlockMatrix matrix = coupled_blocks(terms.nodes, static_cast<std::int32_t>(body.nodes.size()));
-  add_deviatoric_stiffness(body, matrix);
+  add_deviatoric_stiffness(body, matrix, 1 - averaged_shear);
   add_dilatations(terms, matrix);
   return matrix;
 }

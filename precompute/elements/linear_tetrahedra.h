@@ -31,7 +31,11 @@ BlockMatrix linear_stiffness(const ElasticBody& body);
 // region m at n, and K_dev is the part of K without the bulk modulus. Each region is averaged on its own, because an
 // average over regions of different bulk moduli would be too soft. K couples nodes that have a neighbour in common and
 // so has about four times the blocks of p1. Symmetric to the last bit.
-BlockMatrix nodal_dilatation_stiffness(const ElasticBody& body);
+//
+// averaged_shear: the share of the shear that follows the gradient averaged at the nodes as well, 0 for p1-anp. For p1-ang, s:
+//     K = (1 - s) K_dev + sum over n and m of (kappa_m D D^T and 2 s mu_m times its deviatoric part) / V_nm
+// The deviatoric part has the blocks of a tetrahedron with gradients D / V_nm. It couples no other nodes.
+BlockMatrix nodal_dilatation_stiffness(const ElasticBody& body, double averaged_shear = 0);
 
 // The terms kappa / V D^T D of nodal_dilatation_stiffness(): one for each node and each region that meets there, in the order of
 // the nodes.
@@ -39,14 +43,15 @@ struct Dilatations {
   Lists nodes;                                // of each term: the nodes it couples, ascending
   std::vector<std::array<double, 3>> factor;  // sqrt(kappa / V) D at each of them, N^(1/2) m^(-1/2)
   std::vector<std::int32_t> centre;           // of each term: the node around which it averages
+  std::vector<double> shear;  // of each term: averaged shear modulus over kappa; empty where none is averaged
 };
-Dilatations nodal_dilatations(const ElasticBody& body);
+Dilatations nodal_dilatations(const ElasticBody& body, double averaged_shear = 0);
 
-// factor_a factor_b^T to block (a, b), for each term and each pair (a, b) of its nodes. The matrix must have these blocks.
+// factor_a factor_b^T to block (a, b), for each term and each pair (a, b) of its nodes, and its shear. The matrix must have these blocks.
 void add_dilatations(const Dilatations& terms, BlockMatrix& matrix);
 
-// K_dev, the part of K without the bulk modulus: its blocks are added to the matrix, which must have them.
-void add_deviatoric_stiffness(const ElasticBody& body, BlockMatrix& matrix);
+// share K_dev, the part of K without the bulk modulus: its blocks are added to the matrix, which must have them.
+void add_deviatoric_stiffness(const ElasticBody& body, BlockMatrix& matrix, double share = 1);
 
 // The mass of each node: a quarter of the mass of each tetrahedron around it; [N] kg.
 std::vector<double> linear_mass(const ElasticBody& body);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "precompute/journal/batch_record.h"
+#include "precompute/tensors/element_excess.h"
 
 namespace palpate {
 
@@ -19,9 +20,10 @@ struct Certificate {
   double cast_error = 0;  // largest ||T stored - T solved|| / ||T solved|| of a column
   double preload_residual = 0;
   double reciprocal_condition = 0;  // of the stiffness, about; 0 where the solver tells none
+  ElementExcess element;            // how much too stiff the element itself is
 };
 
-// records: one for each batch. Fills sample. The caller fills in the last three members.
+// records: one for each batch. Fills sample. The caller fills in the members from preload_residual on.
 Certificate certify(std::span<const ColumnBatch> batches, std::span<const BatchRecord> records,
                     ReciprocitySample& sample);
 

@@ -342,6 +342,9 @@ std::string provenance_text(nlohmann::json p, const Certificate& certificate) {
   p["reciprocity_pairs"] = certificate.reciprocity_pairs;
   p["cast_error"] = certificate.cast_error;
   p["reciprocal_condition"] = certificate.reciprocal_condition;
+  p["element_probes"] = certificate.element.probes;
+  p["element_excess"] = certificate.element.largest;
+  p["element_excess_median"] = certificate.element.median;
   if (p["preload"].get<bool>()) p["preload_residual"] = certificate.preload_residual;
   return p.dump();
 }

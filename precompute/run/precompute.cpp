@@ -21,11 +21,13 @@
 #include "precompute/run/run_report.h"
 #include "precompute/run/run_summary.h"
 #include "precompute/run/solve_columns.h"
+#include "precompute/run/stopwatch.h"
 #include "precompute/solver/batch_pc.h"
 #include "precompute/solver/machine_memory.h"
 #include "precompute/solver/petsc_session.h"
 #include "precompute/solver/solver_plan.h"
 #include "precompute/tensors/corridor_columns.h"
+#include "precompute/tensors/element_excess.h"
 #include "precompute/tensors/motions.h"
 #include "precompute/tensors/preload.h"
 
@@ -332,12 +334,40 @@ std::vector<BatchRecord> all_records(const ColumnJob& job) {
   return records;
 }
 
+// On the ranks of the first group. batches: of columns, that each of them is about to solve; spent: s, of the run so far.
+ElementExcess element_excess_of(const RunInputs& inputs, const Assembled& assembled, ColumnSolver& solver,
+                                std::size_t batches, double spent, const PrecomputeOptions& options) {
+  constexpr int kBatches = 2;         // that the measurement takes
+  constexpr double kMostShare = 0.1;  // of the run
+  double seconds = 0;
+  bool given_up = false;
+  std::optional<Stopwatch> watch(std::in_place, &seconds);
+  const auto stop = [&] {
+    watch.reset();
+    given_up = !options.element_stiffness &&
+               kBatches * seconds > kMostShare * (spent + static_cast<double>(batches) * seconds);
+    return given_up;
+  };
+  ElementExcess found;
+  try {
+    found = measure_element_excess(inputs.body, inputs.organ.element, assembled.discretisation, assembled.held, solver,
+                                   stop);
+  } catch (const NotConverged&) {
+    note("the element's own stiffness is not measured: its loads did not converge");
+  }
+  if (given_up)
+    note(
+        "the element's own stiffness is not measured, which would take over a tenth of this run; --element-stiffness "
+        "asks for it");
+  return found;
+}
+
 // Rank 0: the part is a whole bundle then.
 Certificate certify_and_seal(const ColumnJob& job, const BegunPart& begun, const Preload& preload,
-                             double corridor_floor, const ColumnSolver& solver) {
+                             const ElementExcess& element, double corridor_floor, const ColumnSolver& solver) {
   const std::vector<BatchRecord> records = all_records(job);
   Certificate certificate = certify(job.batches, records, job.sample);
-  certificate.preload_residual = preload.residual;
+  certificate.preload_residual = preload.residual, certificate.element = element;
   certificate.residual_floor = std::max(certificate.residual_floor, corridor_floor);
   certificate.reciprocal_condition = solver.reciprocal_condition();
   SectionWriter writer(job.part);
@@ -435,6 +465,21 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
         });
       return solved;
     });
+  ElementExcess element;
+  const bool compares = inputs.organ.element == Element::p1 || inputs.organ.element == Element::p1_anp;
+  if (group.size() == 1 && compares)
+    element = report.stage("element", [&] {
+      ElementExcess found;
+      if (group.index() == 0)
+        group.together([&] {
+          found =
+              element_excess_of(inputs, assembled, *solver, batches.size() / static_cast<std::size_t>(ranks.count()),
+                                report.seconds(), options);
+        });
+      return found;
+    });
+  else if (is_first && compares)
+    note("the element's own stiffness is not measured where ranks divide the mesh");
   SolvedMotions motions;
   if (!assembled.motions.empty())
     motions = report.stage("motions", [&] {
@@ -480,7 +525,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
   double solved_bytes = 0;  // of the bundle before it is packed
   const Certificate certificate = report.stage("seal", [&] {
     if (!is_first) return Certificate{};
-    const Certificate made = certify_and_seal(job, begun, preload, corridor_floor, *solver);
+    const Certificate made = certify_and_seal(job, begun, preload, element, corridor_floor, *solver);
     solved_bytes = static_cast<double>(std::filesystem::file_size(job.part));
     return made;
   });

@@ -24,6 +24,7 @@ struct PrecomputeOptions {
       low_rank;           // store the surface's compliance in blocks, with at most this relative error of a column
   bool interior = false;  // store the displacement of the nodes inside the organ
   bool large_deformation = false;  // store what large deformation needs (runtime/large)
+  bool element_stiffness = false;  // measure the element's own stiffness also where that takes over a tenth of the run
   bool plan_only = false;          // tell what the run would take, and write nothing; bundle may be empty
   std::string json;                // where the report goes as JSON; "-": standard output; empty: nowhere
 };

@@ -48,7 +48,7 @@ RunInputs read_run_inputs(const PrecomputeOptions& options) {
   inputs.large_deformation = options.large_deformation || inputs.boundary.store_large_deformation;
   if (inputs.large_deformation && inputs.organ.element == Element::p2_p0)
     throw InputError(fmt::format(
-        "{}: {}: expected the element p1 or p1-anp, found p2-p0; change it, or leave the {} out",
+        "{}: {}: expected the element p1, p1-anp or p1-ang, found p2-p0; change it, or leave the {} out",
         options.organ.string(), options.large_deformation ? "--large-deformation" : "large_deformation in [store]",
         options.large_deformation ? "option" : "key"));
   if (inputs.organ.response) inputs.fit = fit_responses(*inputs.organ.response);

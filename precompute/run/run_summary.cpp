@@ -33,6 +33,10 @@ void tell(const RunOutcome& outcome, const RunReport& report) {
                   "most {:.2g}",
                   outcome.solver, c.worst_node, "xyz"[c.worst_dof], c.worst_residual, outcome.options.tolerance,
                   c.most_iterations, c.reciprocity_error, c.reciprocity_pairs, c.cast_error));
+  if (const ElementExcess& own = c.element; own.probes > 0)
+    note(fmt::format(
+        "the element {} makes this mesh too stiff by about {:.2g} % (median of {} loads; the largest {:.2g} %)",
+        name_of(outcome.inputs.organ.element), 100 * own.median, own.probes, 100 * own.largest));
   if (c.worst_residual > outcome.options.tolerance)
     warn(fmt::format(
         "double precision cannot solve some columns to the tolerance of {:.2g}: it allows {:.2g} for the worst "
@@ -73,7 +77,10 @@ nlohmann::ordered_json json_of(const RunOutcome& outcome, const RunReport& repor
                          {"most_iterations", c.most_iterations},
                          {"reciprocity_error", c.reciprocity_error},
                          {"reciprocity_pairs", c.reciprocity_pairs},
-                         {"cast_error", c.cast_error}};
+                         {"cast_error", c.cast_error},
+                         {"element_probes", c.element.probes},
+                         {"element_excess", c.element.largest},
+                         {"element_excess_median", c.element.median}};
   json.update(report.json());
   return json;
 }

@@ -52,7 +52,7 @@ void evaluate_linearly(const TissueLaw& law, const double h[3][3], StrainAndStre
 }  // namespace
 
 bool InsideField::create(SceneMemory& memory, const HyperelasticBody& body, bool large, const double* preload) {
-  large_ = large, nodal_ = body.nodal_dilatation;
+  large_ = large, nodal_ = body.nodal_dilatation, averaged_ = body.averaged_shear;
   node_count_ = body.node_count, tetrahedron_count_ = body.tetrahedron_count;
   const auto nodes = static_cast<std::size_t>(node_count_), count = static_cast<std::size_t>(tetrahedron_count_);
   positions_ = memory.array<double>(3 * nodes);
@@ -215,6 +215,14 @@ StrainAndStress InsideField::in_tetrahedron(std::int32_t e) const {
   StrainAndStress own = {};
   bool turned = false;
   evaluate(e, &own, &turned);
+  if (averaged_ > 0) {
+    const std::int32_t* const site = site_of_ + 4 * static_cast<std::size_t>(e);
+    for (int i = 0; i < kTensorNumbers; ++i) {
+      double of_sites = 0;
+      for (int a = 0; a < 4; ++a) of_sites += 0.25 * at_site_[site[a]].stress[i];
+      own.stress[i] += averaged_ * (of_sites - own.stress[i]);
+    }
+  }
   if (nodal_) set_mean(own.stress, mean_of_sites(e));
   return own;
 }

@@ -6,7 +6,8 @@
 //
 // The part of the stress that is alike in all directions is averaged twice, tetrahedra -> sites -> tetrahedra -> sites, because
 // single tetrahedra of nearly incompressible tissue alternate between much pressure and none. The first mean is that of the element
-// p1-anp itself (docs/method.md, section 1): with it, the stress of a tetrahedron is the one that balances the forces K u.
+// p1-anp itself (docs/method.md, section 1): with it, the stress of a tetrahedron is the one that balances the forces K u. Of p1-ang the
+// same holds for a share of the whole stress.
 //
 // Small displacements: the strain is the symmetric part of the displacement gradient, and the stress that of linear elasticity. Under
 // large deformation: Green and Lagrange's strain (H + H^T + H^T H) / 2, and Cauchy's stress by the region's law.
@@ -76,6 +77,7 @@ class InsideField {
   TetrahedronTree tree_;
   std::int32_t node_count_ = 0, tetrahedron_count_ = 0, site_count_ = 0;
   bool large_ = false, nodal_ = false, computed_ = false;
+  double averaged_ = 0;                 // share of the shear that follows the mean gradient of the sites
   double* positions_ = nullptr;         // [nodes][3] m, as meshed
   std::int32_t* tetrahedra_ = nullptr;  // [E][4]
   Element* elements_ = nullptr;         // [E]

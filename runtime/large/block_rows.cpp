@@ -136,7 +136,8 @@ class Assembly {
       for (int a = 0; a < 3; ++a) g[a + 1][i] = inner[a][i];
     }
     const TissueLaw& law = body_.laws[body_.region[e]];
-    const double mu = volume * law.shear, lambda = (body_.nodal_dilatation ? 0 : volume * law.bulk) - 2 * mu / 3;
+    const double mu = volume * (1 - body_.averaged_shear) * law.shear,
+                 lambda = (body_.nodal_dilatation ? 0 : volume * law.bulk) - 2 * mu / 3;
     for (int a = 0; a < 4; ++a)
       for (int b = 0; b < 4; ++b) {
         const std::int32_t row = row_of_corner(4 * static_cast<std::int64_t>(e) + a),
@@ -150,7 +151,7 @@ class Assembly {
       }
   }
 
-  // kappa / V D^T D for each site, D = sum of V_e / 4 grad N over its tetrahedra.
+  // kappa / V D^T D for each site, D = sum of V_e / 4 grad N over its tetrahedra; and the shear of the gradient D / V.
   bool add_dilatations() {
     const auto rows = static_cast<std::size_t>(rows_);
     double* const d = scratch_.array<double>(3 * rows);
@@ -173,15 +174,25 @@ class Assembly {
           for (int i = 0; i < 3; ++i) d[3 * row + i] += quarter * (a ? g[a - 1][i] : -(g[0][i] + g[1][i] + g[2][i]));
         }
       }
-      const double factor = body_.laws[sites_.region[s]].bulk / sites_.volume[s];
+      const TissueLaw& law = body_.laws[sites_.region[s]];
+      const double mu = body_.averaged_shear * law.shear / sites_.volume[s];
+      const double factor = law.bulk / sites_.volume[s] - 2 * mu / 3;
       for (std::int32_t m = 0; m < count; ++m)
         for (std::int32_t n = 0; n < count; ++n) {
           double* const block = out_.block + 9 * out_.index_of(nodes[m], nodes[n]);
+          const double *const of_row = d + 3 * nodes[m], *const of_column = d + 3 * nodes[n];
           for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) block[3 * i + j] += factor * d[3 * nodes[m] + i] * d[3 * nodes[n] + j];
+            for (int j = 0; j < 3; ++j) block[3 * i + j] += factor * of_row[i] * of_column[j];
+          if (mu > 0) add_shear(mu, of_row, of_column, block);
         }
     }
     return true;
+  }
+
+  static void add_shear(double mu, const double* a, const double* b, double* block) {
+    const double both = mu * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) block[3 * i + j] += mu * (a[j] * b[i]) + (i == j ? both : 0);
   }
 
   void add_supports() {

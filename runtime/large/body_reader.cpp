@@ -1,5 +1,6 @@
 #include "runtime/large/body_reader.h"
 
+#include "formats/averaged_shear.h"
 #include "formats/tissue_laws.h"
 #include "runtime/surface/surface_tissue.h"
 
@@ -33,8 +34,10 @@ palpate_status read_body(const SectionReader& reader, const char* effect, Hypere
   if ((status = read_element(reader.bundle(), &element, reader.error())) != PALPATE_OK) return status;
   if (element == StoredElement::p2_p0)
     return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
-                "%s: expected a bundle of the elements p1 or p1-anp, found p2-p0; rebuild it with one of them", effect);
-  body->nodal_dilatation = element == StoredElement::p1_anp;
+                "%s: expected a bundle of the elements p1, p1-anp or p1-ang, found p2-p0; rebuild it with one of them",
+                effect);
+  body->nodal_dilatation = element != StoredElement::p1;
+  body->averaged_shear = element == StoredElement::p1_ang ? formats::kAveragedShear : 0;
   body->laws = laws;
   body->node_count = static_cast<std::int32_t>(reader.counts().nodes);
   body->tetrahedron_count = static_cast<std::int32_t>(reader.counts().tetrahedra);

@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 // Of an evaluation, for each tetrahedron; and of a solve, numbers of the factor for one operation.
-constexpr Operations kOfATetrahedron = 12, kFactorNumbers = 6;
+constexpr Operations kOfATetrahedron = 12, kOfAnAveragedTetrahedron = 17, kFactorNumbers = 6;
 // Of a row's own compliance, what others leave of it where they determine the row.
 constexpr double kShift = 1e-6;
 // Of what a contact's frame is off the surface's normal, the share that it follows in a step.
@@ -49,7 +49,8 @@ LargeSolver::Created DeformingBody::create(SceneMemory& memory, const Hyperelast
       !laws_.create(memory, &solver_.compliance(), {0, kUnlimitedOperations, false}))
     return LargeSolver::Created::no_memory;
   solve_operations_ = solver_.factor().numbers() / kFactorNumbers;
-  operations_ = kOfATetrahedron * body.tetrahedron_count + solve_operations_;
+  operations_ = (body.averaged_shear > 0 ? kOfAnAveragedTetrahedron : kOfATetrahedron) * body.tetrahedron_count +
+                solve_operations_;
   return created;
 }
 

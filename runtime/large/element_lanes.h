@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "runtime/large/averaged_gradient.h"
 #include "runtime/large/dilatation_sites.h"
 #include "runtime/large/tissue_law.h"
 
@@ -38,7 +39,8 @@ class ElementLanes {
     std::int32_t node[4][kLanes];
     std::int32_t site[4][kLanes];
     Real gradient[3][3];  // of corners 1, 2, 3
-    Real volume, shear, bulk;
+    Real volume;          // of p1-ang the share that has the tetrahedron's own gradient
+    Real shear, bulk;
     Law law;
   };
   struct Form {  // constants of a group whose law has more than the moduli
@@ -62,7 +64,8 @@ class ElementLanes {
   Group* groups_ = nullptr;
   Form* forms_ = nullptr;  // of the groups from first_form_ on
   std::int32_t group_count_ = 0, first_form_ = 0, rows_ = 0, site_count_ = 0;
-  bool nodal_ = false;
+  bool nodal_ = false, averaged_ = false;
+  Number quarter_ = Number(0.25);       // of a tetrahedron's volume, over the share in Group
   Real* forces_ = nullptr;              // [groups][4][3] of each corner
   std::int32_t* first_ = nullptr;       // [rows + 1] into slots_
   std::int32_t* slots_ = nullptr;       // where forces_ has a node's parts
@@ -73,6 +76,7 @@ class ElementLanes {
   Number* site_volume_ = nullptr;       // [sites]
   Number* site_bulk_ = nullptr;         // [sites]
   Number* pressures_ = nullptr;         // [sites]
+  AveragedGradient<Real> gradients_;    // where averaged_
 };
 
 template <class Real>
@@ -84,7 +88,7 @@ void ElementLanes<Real>::fill(const HyperelasticBody& body, const DilatationSite
     std::memcpy(reinterpret_cast<unsigned char*>(&lanes) + sizeof(Number) * static_cast<std::size_t>(lane), &number,
                 sizeof number);
   };
-  put(group.volume, shape_gradients(body, e, gradient));
+  put(group.volume, (1 - body.averaged_shear) * shape_gradients(body, e, gradient));
   for (int a = 0; a < 3; ++a)
     for (int i = 0; i < 3; ++i) put(group.gradient[a][i], gradient[a][i]);
   for (int a = 0; a < 4; ++a) {
@@ -154,7 +158,8 @@ void ElementLanes<Real>::fill_groups(const HyperelasticBody& body, const Dilatat
 template <class Real>
 bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place,
                                 std::int32_t rows) {
-  nodal_ = body.nodal_dilatation, rows_ = rows;
+  nodal_ = body.nodal_dilatation, rows_ = rows, averaged_ = body.averaged_shear > 0;
+  quarter_ = static_cast<Number>(0.25 / (1 - body.averaged_shear));
   SceneMemory scratch = memory.of_same_host();
   DilatationSites sites;
   const auto count = static_cast<std::size_t>(body.tetrahedron_count);
@@ -171,7 +176,7 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
     group_count_ += groups;
     if (!has_form(static_cast<Law>(l))) first_form_ += groups;
   }
-  const bool made = create_arrays(memory, count);
+  const bool made = create_arrays(memory, count) && (!averaged_ || gradients_.create(memory, body, sites, place, rows));
   if (made) {
     fill_groups(body, sites, place, lane_of);
     list_corners(
@@ -227,8 +232,8 @@ template <class Real>
 PALPATE_INLINE Real ElementLanes<Real>::mean_pressure(const Group& group) const {
   Number sum[kLanes];
   for (int k = 0; k < kLanes; ++k)
-    sum[k] = Number(0.25) * ((pressures_[group.site[0][k]] + pressures_[group.site[1][k]]) +
-                             (pressures_[group.site[2][k]] + pressures_[group.site[3][k]]));
+    sum[k] = quarter_ * ((pressures_[group.site[0][k]] + pressures_[group.site[1][k]]) +
+                         (pressures_[group.site[2][k]] + pressures_[group.site[3][k]]));
   Real mean;
   std::memcpy(&mean, sum, sizeof mean);
   return mean;
@@ -270,7 +275,7 @@ PALPATE_INLINE typename ElementLanes<Real>::Energy ElementLanes<Real>::evaluate(
       Deformation<Real>& d = kept_[b];
       displacement_gradient(groups_[b], u, d);
       complete(d);
-      changes_[b] = Number(0.25) * groups_[b].volume * d.j;
+      changes_[b] = quarter_ * groups_[b].volume * d.j;
     }
     average_dilatations(&sum);
   }
@@ -296,11 +301,12 @@ PALPATE_INLINE typename ElementLanes<Real>::Energy ElementLanes<Real>::evaluate(
     keep_forces(group, stress, forces_ + 12 * static_cast<std::size_t>(b));
   }
   for (int k = 0; k < kLanes; ++k) sum.energy += energy[k];
+  add_forces(f);
+  if (averaged_) sum.energy += gradients_.add(u, f, lowest, &least);
   Number lanes[kLanes];
   std::memcpy(lanes, &least, sizeof lanes);
   for (int k = 1; k < kLanes; ++k) lanes[0] = std::min(lanes[0], lanes[k]);
   sum.least_volume = 1 + static_cast<double>(lanes[0]);
-  add_forces(f);
   return sum;
 }
 

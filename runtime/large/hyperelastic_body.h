@@ -42,7 +42,9 @@ struct TissueLaw {
 // With nodal_dilatation (element p1-anp) the energy is that of isochoric laws, and the volume changes at the nodes:
 //     E = sum_e V_e W_e(F_e) + sum_(n,m) V_nm kappa_m / 2 (J_nm - 1)^2
 // J_nm is the mean of J over the tetrahedra of region m at node n, each with a quarter of its volume, and V_nm the sum of these
-// quarters. Without (element p1) a neo-Hookean region is compressible_neo_hookean and any other one adds
+// quarters. Of p1-ang the share s = averaged_shear of W moves to the nodes as well:
+//     E = sum_e (1 - s) V_e W_e(F_e) + sum_(n,m) V_nm (s W_m(F_nm) + kappa_m / 2 (J_nm - 1)^2)
+// F_nm is the mean of F, weighted in the same way. Without nodal_dilatation (element p1) a neo-Hookean region is compressible_neo_hookean and any other one adds
 // kappa / 2 (J_e - 1)^2 in each tetrahedron. Either way the stiffness at rest is that of docs/method.md, section 1.
 //
 // Foundations and springs add u^T S u / 2, as in linear elasticity: their directions do not turn.
@@ -54,6 +56,7 @@ struct HyperelasticBody {
   const TissueLaw* laws = nullptr;           // [region_count]
   std::int32_t node_count = 0, tetrahedron_count = 0, region_count = 0;
   bool nodal_dilatation = false;
+  double averaged_shear = 0;  // 0 for p1-anp
   // S: of pair p the block in the rows of support_nodes[2 p] and the columns of support_nodes[2 p + 1], which is not below it; the
   // mirrored block is its transpose.
   const std::int32_t* support_nodes = nullptr;  // [support_count][2]

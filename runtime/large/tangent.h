@@ -46,11 +46,15 @@ class Tangent {
       const std::int64_t own = site_entries_[at];
       const std::int32_t site = site_of_entry_[own];
       const double factor = site_bulk_[site] / site_volume_[site];
+      double change[3][3][3];  // [c] of the averaged stress
+      if (averaged_ > 0) site_stress_change(site, site_gradient_ + 3 * own, change);
       for (std::int64_t other = site_first_[site]; other < site_first_[site + 1]; ++other)
         if (const std::int32_t row = entry_row_[other]; row >= column)
           for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c)
-              add_free(row, r, c, factor * volume_change_[3 * other + r] * volume_change_[3 * own + c]);
+              add_free(row, r, c,
+                       factor * volume_change_[3 * other + r] * volume_change_[3 * own + c] +
+                           (averaged_ > 0 ? along(change[c][r], site_gradient_ + 3 * other) : 0));
     }
     for (std::int64_t at = supports_.first[column]; at < supports_.first[column + 1]; ++at)
       for (int r = 0; r < 3; ++r)
@@ -66,10 +70,14 @@ class Tangent {
   double gradients(std::int32_t e, double g[4][3]) const;
   void deform(std::int32_t e, const double g[4][3], Deformation<double>* d) const;
   void tetrahedron(std::int32_t e, int corner, double block[4][3][3]) const;
+  void add_to_site(std::int32_t site, double quarter, const double g[4][3], const Deformation<double>& d,
+                   const std::int32_t* entry);
+  void site_stress_change(std::int32_t site, const double* gradient, double change[3][3][3]) const;
+  static double along(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
   std::int32_t rows_ = 0, tetrahedra_ = 0, sites_ = 0;
   bool nodal_ = false;
-  double of_held_ = 0;
+  double of_held_ = 0, averaged_ = 0;  // averaged_: share of the shear
   const float* u_ = nullptr;
   double* position_ = nullptr;            // [nodes][3] m, of each place
   std::uint8_t* held_ = nullptr;          // [rows][3]
@@ -87,6 +95,10 @@ class Tangent {
   std::int32_t* entry_of_corner_ = nullptr;    // [tetrahedra][4 sites][4 nodes], -1: the node is held
   std::int64_t* site_first_of_row_ = nullptr;  // [rows + 1] into site_entries_
   std::int64_t* site_entries_ = nullptr;
+  // Where the shear is averaged too:
+  double* site_gradient_ = nullptr;               // [entries][3] 1/m, of the mean gradient by the node's displacement
+  std::int32_t* site_region_ = nullptr;           // [sites]
+  Deformation<double>* site_deformed_ = nullptr;  // [sites]
   struct Supports {
     std::int64_t* first = nullptr;  // [rows + 1]
     std::int32_t* row = nullptr;

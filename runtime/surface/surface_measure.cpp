@@ -32,6 +32,13 @@ LocalCompliance local_compliance(double young, double poisson, StoredElement ele
       local.tilt_blur = {0.25, 0.075};
       local.twist_blur = {0.29, 0.15};
       break;
+    case StoredElement::
+        p1_ang:  // measured: -0.03 and -0.02, turns 0.05 to 0.02 and 0.1 to 0; a disc is never narrower than itself
+      local.normal_blur = 0;
+      local.tangent_blur = 0;
+      local.tilt_blur = {0, 0.03};
+      local.twist_blur = {0, 0.07};
+      break;
     case StoredElement::p2_p0:
       local.normal_blur = 0.45;
       local.tangent_blur = 0.49;

@@ -9,7 +9,7 @@
 namespace palpate {
 
 // The finite element that the tensors were computed with.
-enum class StoredElement { p1, p1_anp, p2_p0 };
+enum class StoredElement { p1, p1_anp, p1_ang, p2_p0 };
 
 // The compliance of tissue under a rigid disc of a given radius.
 //

@@ -21,6 +21,7 @@ StoredElement element_of(const char* text, std::size_t bytes) {
     at += std::strlen("\"element\"");
     while (at < text + bytes && (*at == ' ' || *at == ':')) ++at;
     if (starts(at, "\"p2-p0\"")) return StoredElement::p2_p0;
+    if (starts(at, "\"p1-ang\"")) return StoredElement::p1_ang;
     return starts(at, "\"p1\"") ? StoredElement::p1 : StoredElement::p1_anp;
   }
   return StoredElement::p1;

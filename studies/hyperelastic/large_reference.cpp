@@ -92,12 +92,13 @@ LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
     complete(d[e]);
     for (int a = 0; a < 4; ++a) mean[site(e, a)] += volume[e] / 4 * d[e].j / sites_.volume[site(e, a)];
   }
+  const double own = 1 - body_.averaged_shear;
   terms.reserve(144 * count);
   for (std::size_t e = 0; e < count; ++e) {
     double pressure = 0;
     if (body_.nodal_dilatation)
       for (int a = 0; a < 4; ++a) pressure += body_.laws[sites_.region[site(e, a)]].bulk * mean[site(e, a)] / 4;
-    const LawTangent law(body_.laws[body_.region[e]], body_.nodal_dilatation, d[e], pressure);
+    const LawTangent law(body_.laws[body_.region[e]], body_.nodal_dilatation, d[e], pressure / own);
     for (int b = 0; b < 4; ++b)
       for (int j = 0; j < 3; ++j) {
         double moved[3][3] = {}, stress[3][3];
@@ -110,7 +111,7 @@ LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
           for (int i = 0; i < 3; ++i) {
             double sum = 0;
             for (int k = 0; k < 3; ++k) sum += stress[i][k] * gradient[e](a, k);
-            terms.emplace_back(static_cast<int>(3 * node(e, a) + i), column, volume[e] * sum);
+            terms.emplace_back(static_cast<int>(3 * node(e, a) + i), column, own * volume[e] * sum);
           }
           if (body_.nodal_dilatation)
             change.emplace_back(static_cast<int>(site(e, a)), column, volume[e] / 4 * volume_change);
@@ -127,7 +128,45 @@ LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
   for (std::size_t s = 0; s < sites; ++s)
     weight[static_cast<Index>(s)] = body_.laws[sites_.region[s]].bulk / sites_.volume[s];
   const Sparse scaled = weight.asDiagonal() * b;
-  return k + Sparse(b.transpose() * scaled);
+  k += Sparse(b.transpose() * scaled);
+  return body_.averaged_shear > 0 ? Sparse(k + averaged_tangent(d, volume, gradient)) : k;
+}
+
+// Of the shear that follows the mean gradients of the sites: G^T T G, where T has a block of 9 x 9 for each site.
+LargeReference::Sparse LargeReference::averaged_tangent(
+    const std::vector<Deformation<double>>& d, const std::vector<double>& volume,
+    const std::vector<Eigen::Matrix<double, 4, 3>>& gradient) const {
+  const auto sites = static_cast<std::size_t>(sites_.count);
+  std::vector<Deformation<double>> mean(sites);
+  std::vector<Eigen::Triplet<double>> by_node, of_law;
+  for (std::size_t e = 0; e < d.size(); ++e)
+    for (int at = 0; at < 4; ++at) {
+      const std::size_t s = site(e, at);
+      const double share = volume[e] / 4 / sites_.volume[s];
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) {
+          mean[s].h[i][k] += share * d[e].h[i][k];
+          for (int a = 0; a < 4; ++a)
+            by_node.emplace_back(static_cast<int>(9 * s) + 3 * i + k, static_cast<int>(3 * node(e, a) + i),
+                                 share * gradient[e](a, k));
+        }
+    }
+  for (std::size_t s = 0; s < sites; ++s) {
+    complete(mean[s]);
+    const LawTangent law(body_.laws[sites_.region[s]], true, mean[s], 0);
+    for (int column = 0; column < 9; ++column) {
+      double moved[3][3] = {}, stress[3][3];
+      moved[column / 3][column % 3] = body_.averaged_shear * sites_.volume[s];
+      law.change(moved, stress);
+      for (int row = 0; row < 9; ++row)
+        of_law.emplace_back(static_cast<int>(9 * s) + row, static_cast<int>(9 * s) + column, stress[row / 3][row % 3]);
+    }
+  }
+  Sparse g(static_cast<Index>(9 * sites), dofs()), t(g.rows(), g.rows());
+  g.setFromTriplets(by_node.begin(), by_node.end());
+  t.setFromTriplets(of_law.begin(), of_law.end());
+  const Sparse changed = t * g;
+  return Sparse(g.transpose() * changed);
 }
 
 // Adds a multiple of the tangent at rest until the sum is positive definite.

@@ -58,6 +58,8 @@ class LargeReference {
     return static_cast<std::size_t>(sites_.of_corner[4 * e + static_cast<std::size_t>(a)]);
   }
   Sparse support_matrix() const;
+  Sparse averaged_tangent(const std::vector<Deformation<double>>& d, const std::vector<double>& volume,
+                          const std::vector<Eigen::Matrix<double, 4, 3>>& gradient) const;
 
   HyperelasticBody body_;
   mutable SceneMemory memory_;

@@ -109,7 +109,7 @@ LoadedBeam find_young(const DiscreteBody& half, const BeamTest& test,
 
 LoadedBeam load_beam(const BeamTest& test, Element element) {
   const DiscreteBody half = half_beam(test, element);
-  const LargeBody body(half.body, element == Element::p1_anp);
+  const LargeBody body(half.body, element);
   const LargeReference reference(body.get());
   VectorXd u = VectorXd::Zero(reference.dofs()), now = u;
   return find_young(half, test, [&](const VectorXd& load) -> const VectorXd& {

@@ -30,7 +30,7 @@ struct LoadedBeam {
   std::vector<EndMotion> moved;  // under the own weight; then under it and each load
 };
 
-// By the converged solution of large deformation, p1 or p1-anp. Errors: std::runtime_error where a solve does not converge.
+// By the converged solution of large deformation, p1, p1-anp or p1-ang. Errors: std::runtime_error where a solve does not converge.
 LoadedBeam load_beam(const BeamTest& test, Element element);
 
 // By linear elasticity, any element. A PetscSession must be alive.

@@ -32,7 +32,7 @@ PressedCylinder press_cylinder(const CylinderTest& test, const std::vector<doubl
                                    return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? base : 0) |
                                           (pressed(p) ? top : 0);
                                  }),
-                       true);
+                       test.element);
   const auto& nodes = body.elastic().nodes;
   const LargeReference reference(body.get());
   VectorXd u = VectorXd::Zero(3 * static_cast<Index>(nodes.size()));

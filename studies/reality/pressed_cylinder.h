@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "formats/organ_config.h"
+
 namespace palpate::reality {
 
 enum class Press {
@@ -16,7 +18,8 @@ struct CylinderTest {
   double radius, height;  // m
   double poisson;
   Press press;
-  int cells;  // along the radius
+  int cells;                          // along the radius
+  Element element = Element::p1_anp;  // p1, p1-anp or p1-ang
 };
 
 // Over the shear modulus, so that a curve serves every stiffness: force = shear x these.

@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 const std::map<std::string, Press> kPresses = {
     {"sliding", Press::sliding}, {"sticking", Press::sticking}, {"disc", Press::disc}};
 const std::map<std::string, Element> kElements = {
-    {"p1", Element::p1}, {"p1-anp", Element::p1_anp}, {"p2-p0", Element::p2_p0}};
+    {"p1", Element::p1}, {"p1-anp", Element::p1_anp}, {"p1-ang", Element::p1_ang}, {"p2-p0", Element::p2_p0}};
 
 struct Options {
   CylinderTest cylinder = {};
@@ -50,6 +50,7 @@ void add_cylinder(CLI::App& command, Options& o) {
   command.add_option("--poisson", o.cylinder.poisson)->required();
   command.add_option("--cells", o.cylinder.cells, "along the radius; even for a disc")->required();
   command.add_option("--press", o.cylinder.press)->required()->transform(CLI::CheckedTransformer(kPresses));
+  command.add_option("--element", o.cylinder.element)->transform(CLI::CheckedTransformer(kElements));
   command.add_option("--strains", o.strains, "depth over height, growing")->required()->delimiter(',');
 }
 

@@ -147,7 +147,9 @@ def beam(page, study):
     page.words(f"{size} mm, {b['density']:g} kg/m3, nu {b['poisson']:g}, neo-Hookean. {FITTED_ON} Young's modulus, on the mean sag of the end's markers under the own "
                f"weight. {PREDICTED} the markers under loads of {' and '.join(f'{x:.2f} N' for x in b['loads_N'])} more. Markers move with the beam's end as one rigid "
                f"body. Markers at rest vary by {b['rest_mm']:.2g} mm; those beside the clamp move by up to {b['base_moved_mm']:.2g} mm, and the end moves by up to "
-               f"{b['sideways_mm']:.2g} mm to the side, which a symmetric model cannot.")
+               f"{b['sideways_mm']:.2g} mm to the side, which a symmetric model cannot. Any motion of the end in the plane of symmetry leaves the markers off by about "
+               + " and ".join(f"{c['symmetric_mm']:.2g} mm ({c['symmetric_mm'] / c['measured_mm']:.1%} of their way) at {c['load_N']:.2f} N" for c in judged["cases"][1:])
+               + ", whatever its size.")
     where = Plot("Markers at the end", "along the beam from its end, mm", "height, mm")
     for k, load in enumerate([0.0, *b["loads_N"]]):
         own = [m for m in judged["markers"] if m["load_N"] == load]

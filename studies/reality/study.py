@@ -31,8 +31,17 @@ GATES = {"cylinders": 0.05, "beam": 0.05, "cook": 0.01}
 CELLS = {"sliding": (4, 8), "sticking": (5, 8), "disc": (4, 8)}
 SHORT_CELLS = {"sliding": (2, 3), "sticking": (3, 5), "disc": (2, 4)}
 # (element, linear, cells through the height); the first one is judged.
-BEAMS = [("p1-anp", False, 12), ("p1-anp", False, 6), ("p1-anp", False, 3), ("p1", False, 6), ("p1-anp", True, 6), ("p2-p0", True, 6), ("p2-p0", True, 3)]
+BEAMS = [("p1-anp", False, 12), ("p1-anp", False, 6), ("p1-anp", False, 3), ("p1-ang", False, 6), ("p1-ang", False, 3), ("p1", False, 6), ("p1-anp", True, 6), ("p2-p0", True, 6), ("p2-p0", True, 3)]
 SHORT_BEAMS = [("p1-anp", False, 4), ("p2-p0", True, 2)]
+
+
+def symmetric_rest(markers):
+    """The mean distance, mm, that the nearest rigid motion in the upright plane of symmetry leaves: hardly less than any symmetric model."""
+    before, moved = (np.array([m[key] for m in markers]) for key in ("place_mm", "measured_mm"))
+    a, b = (x[:, ::2] - x[:, ::2].mean(axis=0) for x in (before, before + moved))
+    turn = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
+    turned = a @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    return float(np.mean(np.sqrt(((turned - b) ** 2).sum(axis=1) + moved[:, 1] ** 2)))
 
 
 def relative_fit(shape, force):
@@ -200,7 +209,7 @@ class Study:
             for load in [0.0, *loads]:
                 ours = [m for m in markers if m["load_N"] == load]
                 cases.append({"load_N": load, "measured_mm": float(np.mean([np.linalg.norm(m["measured_mm"]) for m in ours])),
-                              "off_mm": float(np.mean([m["off_mm"] for m in ours])),
+                              "off_mm": float(np.mean([m["off_mm"] for m in ours])), "symmetric_mm": symmetric_rest(ours),
                               "plane_off_mm": float(np.mean([math.dist(m["measured_mm"][::2], m["predicted_mm"][::2]) for m in ours])),
                               "down_off_mm": float(np.mean([m["predicted_mm"][2] - m["measured_mm"][2] for m in ours]))})
             result.append({"element": element, "linear": linear, "cells": cells, "nodes": found["nodes"], "young_Pa": found["young_Pa"],

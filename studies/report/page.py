@@ -31,7 +31,7 @@ matplotlib.rcParams.update({"svg.fonttype": "none", "figure.max_open_warning": 0
 COLOURS = ("#0b6fa4", "#c2410c", "#3f7d20", "#7c3aed", "#a16207", "#be185d", "#475569")
 MARKERS = "os^Dv*P"
 # An element has the same colour and marker on every page.
-ELEMENTS = {"p1": ("#c2410c", "s"), "p1-anp": ("#0b6fa4", "o"), "p2-p0": ("#3f7d20", "^")}
+ELEMENTS = {"p1": ("#c2410c", "s"), "p1-anp": ("#0b6fa4", "o"), "p1-ang": ("#7c3aed", "D"), "p2-p0": ("#3f7d20", "^")}
 
 STYLE = """
 :root { color-scheme: light; }

@@ -33,9 +33,10 @@ TEST_P(GraspedBlock, HasForceAndTorqueOfARigidDiscWhateverTheEdge) {
       const auto of = stiffness(block, poisson, {x * kEdge, y * kEdge, 0}, edges * kEdge, held);
       // Forces as those of a punch (FlatPunch). The constants of a turn are fitted on this block, and leave what a disc scatters by from
       // place to place, 4 %. The largest disc has 80 nodes and acts on 64 of them.
-      const double allowed = element == Element::p1 && edges == 4 ? 0.08 : 0.05;
+      const double turn = element == Element::p1_ang ? 0.1 : 0.05;
+      const double allowed = element == Element::p1 && edges == 4 ? 0.08 : turn;
       for (int i = 0; i < 2; ++i) EXPECT_NEAR(of[i], 1, allowed) << edges << " edges, at " << x << " " << y;
-      for (int i = 2; i < 5; ++i) EXPECT_NEAR(of[i], 1, 0.05) << edges << " edges, at " << x << " " << y << ": " << i;
+      for (int i = 2; i < 5; ++i) EXPECT_NEAR(of[i], 1, turn) << edges << " edges, at " << x << " " << y << ": " << i;
       for (int i = 0; i < 2; ++i) force = std::max(force, std::abs(of[i] - 1));
       for (int i = 2; i < 5; ++i) torque = std::max(torque, std::abs(of[i] - 1));
     }
@@ -43,7 +44,8 @@ TEST_P(GraspedBlock, HasForceAndTorqueOfARigidDiscWhateverTheEdge) {
   RecordProperty("worst_torque", std::to_string(torque));
 }
 INSTANTIATE_TEST_SUITE_P(Elements, GraspedBlock,
-                         testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45}));
+                         testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45},
+                                         std::pair{Element::p1_ang, 0.45}));
 
 // A disc of more than 64 nodes acts on 64 of them, which are points where the disc is a surface. What it lacks then belongs to the method's
 // limits (docs/method.md, section 16), and is no more than stated there.

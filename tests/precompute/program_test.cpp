@@ -61,9 +61,10 @@ std::size_t count_of(const std::string& text, const std::string& what) {
 
 // PETSc itself says what it did with each batch: 160 touchable nodes, 8 in a batch of 24 columns.
 TEST_F(Program, EveryBatchOfColumnsGoesThroughPetscsConjugateGradients) {
-  const std::string views = "--batch 24 -- -ksp_converged_reason -ksp_view";
+  const std::string views = "--element-stiffness --batch 24 -- -ksp_converged_reason -ksp_view";
   const std::string factor = made("factor.h5", views);
-  const std::size_t batches = (index_of(factor).counts.touchable + 7) / 8;
+  const std::size_t of_element = 2;
+  const std::size_t batches = (index_of(factor).counts.touchable + 7) / 8 + of_element;
   EXPECT_TRUE(said_.find("PETSc CG on 1 rank, preconditioner: ") != std::string::npos) << said_;
   EXPECT_EQ(count_of(said_, "Linear solve converged due to CONVERGED_RTOL iterations 0\n"), batches) << said_;
   EXPECT_EQ(count_of(said_, "PC Object: (column_) 1 MPI process\n  type: supernodal\n"), batches) << said_;
@@ -71,7 +72,7 @@ TEST_F(Program, EveryBatchOfColumnsGoesThroughPetscsConjugateGradients) {
   for (const auto n : section<std::int32_t>(factor, SectionId::iterations)) ASSERT_EQ(n, 0);
 
   // CG starts from zero with the same preconditioner: one iteration, then the test of the true residuals.
-  const std::string zero = made("zero.h5", "--batch 24 -- -ksp_converged_reason -ksp_knoll 0");
+  const std::string zero = made("zero.h5", "--element-stiffness --batch 24 -- -ksp_converged_reason -ksp_knoll 0");
   EXPECT_EQ(count_of(said_, "CONVERGED_RTOL iterations 1\n"), batches) << said_;
   EXPECT_EQ(count_of(said_, "CONVERGED_RTOL iterations 0\n"), batches) << said_;
   for (const auto n : section<std::int32_t>(zero, SectionId::iterations)) ASSERT_LE(n, 1);

@@ -20,14 +20,16 @@ TEST_P(FlatPunch, NeedsTheForceOfTheClosedFormWhateverTheEdge) {
       const double held = 2.5 * 2 * a / (std::numbers::pi * kReach * kEdge);
       const double error = force / (2e-3 * kYoung * a / (1 - poisson * poisson)) - 1 - held;
       // Linear tetrahedra lock a little at 0.45, and the largest disc reaches down to where the cells grow.
-      const double allowed = element == Element::p1 && edges == 4 ? 0.08 : 0.05;
+      // p1-ang scatters more from place to place, and is softer below a wide disc.
+      const double allowed = element == Element::p1_ang ? 0.1 : element == Element::p1 && edges == 4 ? 0.08 : 0.05;
       EXPECT_LT(std::abs(error), allowed) << "edge over radius " << 1 / edges << " at " << x << " " << y;
       worst = std::max(worst, std::abs(error));
     }
   RecordProperty("worst", std::to_string(worst));
 }
 INSTANTIATE_TEST_SUITE_P(Elements, FlatPunch,
-                         testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45}));
+                         testing::Values(std::pair{Element::p1, 0.45}, std::pair{Element::p1_anp, 0.45},
+                                         std::pair{Element::p1_ang, 0.45}));
 
 // The same block with the subdivision of each cell mirrored to those of its neighbours: a node of the top belongs to four triangles or
 // to eight.

@@ -31,7 +31,7 @@ BlockMatrix assemble_stiffness(const ElasticBody& body, Element element = Elemen
 Eigen::MatrixXd dense(const BlockMatrix& k);
 
 // The elements, and what the names of a suite's tests end with that run with each of them.
-inline constexpr Element kElements[] = {Element::p1, Element::p1_anp, Element::p2_p0};
+inline constexpr Element kElements[] = {Element::p1, Element::p1_anp, Element::p1_ang, Element::p2_p0};
 std::string name_of_instance(const ::testing::TestParamInfo<Element>& instance);
 
 Selector patch(const char* name);

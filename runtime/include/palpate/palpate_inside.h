@@ -27,7 +27,7 @@ extern "C" {
  * (palpate_scene_carry). */
 typedef enum palpate_inside_model {
   PALPATE_INSIDE_OFF, /* neither, and neither memory nor time for them                                           */
-  PALPATE_INSIDE_ON   /* both. Needs shape VOLUME and a bundle of the elements p1 or p1-anp                      */
+  PALPATE_INSIDE_ON   /* both. Needs shape VOLUME and a bundle of the elements p1, p1-anp or p1-ang              */
 } palpate_inside_model;
 typedef struct palpate_inside_def {
   palpate_part part;

@@ -43,6 +43,14 @@ const std::vector<LawForm> kForms[] = {{0, 0},
                                        {LawForm::yeoh(-300, 400), LawForm::yeoh(2000, 0)},
                                        {LawForm::ogden(4.5), LawForm::ogden(-5, 0.3, 12)}};
 
+constexpr Element kElements[] = {Element::p1, Element::p1_anp, Element::p1_ang};
+std::vector<std::pair<Element, bool>> every_element_and_support() {
+  std::vector<std::pair<Element, bool>> all;
+  for (const Element element : kElements)
+    for (const bool soft : {false, true}) all.emplace_back(element, soft);
+  return all;
+}
+
 VectorXd some_displacement(const LargeReference& reference, double size) {
   VectorXd u(reference.dofs());
   for (Eigen::Index i = 0; i < u.size(); ++i) u[i] = size * std::sin(12.9 * static_cast<double>(i) + 0.4);
@@ -50,9 +58,9 @@ VectorXd some_displacement(const LargeReference& reference, double size) {
 }
 
 TEST(LargeElements, ForcesAreTheDerivativeOfTheEnergyAndTheTangentThatOfTheForces) {
-  for (const bool nodal : {false, true})
+  for (const Element element : kElements)
     for (const std::vector<LawForm>& forms : kForms) {
-      const LargeBody body(nodal ? softly_supported(0.45) : two_materials(0.45), nodal, forms);
+      const LargeBody body(element == Element::p1 ? two_materials(0.45) : softly_supported(0.45), element, forms);
       const LargeReference reference(body.get());
       const VectorXd u = some_displacement(reference, 0.002), way = some_displacement(reference, 1).reverse();
       VectorXd force, ahead_force, behind_force;
@@ -71,25 +79,26 @@ TEST(LargeElements, ForcesAreTheDerivativeOfTheEnergyAndTheTangentThatOfTheForce
 
 TEST(LargeElements, AtRestTheTangentIsTheStiffnessOfThePrecomputation) {
   for (const double poisson : {0.3, 0.45, 0.49})
-    for (const auto& [nodal, soft] : {std::pair{false, false}, {true, false}, {false, true}, {true, true}}) {
+    for (const auto& [element, soft] : every_element_and_support()) {
       const ElasticBody elastic = soft ? softly_supported(poisson) : two_materials(poisson);
-      const LargeBody body(elastic, nodal, {0, 2.5});
+      const LargeBody body(elastic, element, {0, 2.5});
       const LargeReference reference(body.get());
-      const BlockMatrix k = discretise(elastic, nodal ? Element::p1_anp : Element::p1).stiffness;
+      const BlockMatrix k = discretise(elastic, element).stiffness;
       const Eigen::MatrixXd tangent = reference.tangent(VectorXd::Zero(reference.dofs()));
       Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(tangent.rows(), tangent.cols());
       for (std::int32_t row = 0; row < k.rows; ++row)
         for (auto at = k.first[row]; at < k.first[row + 1]; ++at)
           for (int i = 0; i < 9; ++i) expected(3 * row + i / 3, 3 * k.column[at] + i % 3) = k.block[at][i];
       // Rounding of a sum of some 50 terms.
-      EXPECT_LE((tangent - expected).cwiseAbs().maxCoeff(), 1e-13 * expected.cwiseAbs().maxCoeff()) << poisson << nodal;
+      EXPECT_LE((tangent - expected).cwiseAbs().maxCoeff(), 1e-13 * expected.cwiseAbs().maxCoeff())
+          << poisson << name_of(element);
     }
 }
 
 TEST(LargeElements, EightLanesOfSinglePrecisionGiveTheSameForces) {
-  for (const bool nodal : {false, true})
+  for (const Element element : kElements)
     for (const double size : {1e-6, 1e-4, 0.002}) {
-      const LargeBody body(two_materials(0.45), nodal, {0, 2.5});
+      const LargeBody body(two_materials(0.45), element, {0, 2.5});
       const LargeReference reference(body.get());
       SceneMemory memory{palpate_allocator{}};
       ElementLanes<EightFloats> lanes;

@@ -16,11 +16,11 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 TEST(Tangent, IsThatOfTheReferenceAtAnyState) {
-  for (const bool nodal : {false, true})
+  for (const Element element : {Element::p1, Element::p1_anp, Element::p1_ang})
     for (const LawForm& form : {LawForm(), LawForm(1.5), LawForm::yeoh(-200, 500), LawForm::ogden(-4, 0.3, 9)})
       for (const bool soft : {false, true}) {
         const ElasticBody elastic = beam_with_supports(soft);
-        const LargeBody large(elastic, nodal, {form});
+        const LargeBody large(elastic, element, {form});
         const HyperelasticBody& body = large.get();
         std::int32_t rows = 0;
         const auto place = places_of(body, &rows);
@@ -58,7 +58,8 @@ TEST(Tangent, IsThatOfTheReferenceAtAnyState) {
                   miss = std::max(miss, std::abs(found(3 * row + r, 3 * column + c) - value));
                 }
           // Sums of some 200 terms of double precision, in two orders.
-          EXPECT_LE(miss, 1e-12 * expected.cwiseAbs().maxCoeff()) << nodal << form.constant[0] << soft << size;
+          EXPECT_LE(miss, 1e-12 * expected.cwiseAbs().maxCoeff())
+              << name_of(element) << form.constant[0] << soft << size;
         }
         memory.release_all();
       }

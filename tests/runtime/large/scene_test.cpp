@@ -399,7 +399,7 @@ TEST(LargeScene, RefusesWhatItCannotDoInASentence) {
                                    parts.provenance.replace(parts.provenance.find("\"p1\""), 4, "\"p2-p0\"");
                                  }),
                       large_def(PALPATE_CONTACT_NODE)),
-              HasSubstr("p1 or p1-anp, found p2-p0"));
+              HasSubstr("p1, p1-anp or p1-ang, found p2-p0"));
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ import { brief, count, decimal, fixed, keepInAddress, word, type Key } from "./w
 const SERVED = servedFiles();
 const WANTED = new URLSearchParams(location.search);
 const STARTS_TASK = WANTED.get("task") === "nodule", STARTS_CASE = GUIDED_CASES.find(({ name }) => name === WANTED.get("case"));
-const ELEMENTS = ["p1", "p1-anp", "p2-p0"];
+const ELEMENTS = ["p1", "p1-anp", "p1-ang", "p2-p0"];
 const BRIDGE = Number(WANTED.get("device") ?? 18945); // the port on which the bridge of devices waits for this page
 const SHOWN_DEPTH = 0.012; // m, of the press that plays itself, where linear elasticity is good as deep
 const QUIET = 400; // ms without a touch before effects are timed
@@ -623,7 +623,11 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private showTrust(depth: number) {
     const { force, deformation } = this.effects, note = byId("trust"), { limit } = this;
     const linear = deformation === "linear" && force !== "response";
-    note.textContent = linear && limit ? word(limit.rule, { depth: brief(1000 * limit.depth) }) : force === "response" ? word("trust.response") : "";
+    const said: Record<string, unknown> = this.opening?.provenance ?? {};
+    note.textContent = [
+      linear && limit ? word(limit.rule, { depth: brief(1000 * limit.depth) }) : force === "response" ? word("trust.response") : "",
+      Number(said.element_probes) > 0 ? word("trust.element", { percent: brief(100 * Number(said.element_excess_median)) }) : "",
+    ].filter(Boolean).join(" ");
     note.classList.toggle("beyond", linear && !!limit && depth > limit.depth);
   }
 
