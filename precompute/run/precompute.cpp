@@ -334,32 +334,23 @@ std::vector<BatchRecord> all_records(const ColumnJob& job) {
   return records;
 }
 
-// On the ranks of the first group. batches: of columns, that each of them is about to solve; spent: s, of the run so far.
+// On the ranks of the first group. batches: of columns, in the whole run. What is measured depends on their number alone, not on a time, so that
+// the same input makes the same bundle.
 ElementExcess element_excess_of(const RunInputs& inputs, const Assembled& assembled, ColumnSolver& solver,
-                                std::size_t batches, double spent, const PrecomputeOptions& options) {
-  constexpr int kBatches = 2;         // that the measurement takes
-  constexpr double kMostShare = 0.1;  // of the run
-  double seconds = 0;
-  bool given_up = false;
-  std::optional<Stopwatch> watch(std::in_place, &seconds);
-  const auto stop = [&] {
-    watch.reset();
-    given_up = !options.element_stiffness &&
-               kBatches * seconds > kMostShare * (spent + static_cast<double>(batches) * seconds);
-    return given_up;
-  };
-  ElementExcess found;
-  try {
-    found = measure_element_excess(inputs.body, inputs.organ.element, assembled.discretisation, assembled.held, solver,
-                                   stop);
-  } catch (const NotConverged&) {
-    note("the element's own stiffness is not measured: its loads did not converge");
-  }
-  if (given_up)
+                                std::size_t batches, const PrecomputeOptions& options) {
+  constexpr double kMostShare = 0.1;  // of all batches
+  if (!options.element_stiffness && kBatchesOfElementExcess > kMostShare * static_cast<double>(batches)) {
     note(
         "the element's own stiffness is not measured, which would take over a tenth of this run; --element-stiffness "
         "asks for it");
-  return found;
+    return {};
+  }
+  try {
+    return measure_element_excess(inputs.body, inputs.organ.element, assembled.discretisation, assembled.held, solver);
+  } catch (const NotConverged&) {
+    note("the element's own stiffness is not measured: its loads did not converge");
+  }
+  return {};
 }
 
 // Rank 0: the part is a whole bundle then.
@@ -471,11 +462,7 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
     element = report.stage("element", [&] {
       ElementExcess found;
       if (group.index() == 0)
-        group.together([&] {
-          found =
-              element_excess_of(inputs, assembled, *solver, batches.size() / static_cast<std::size_t>(ranks.count()),
-                                report.seconds(), options);
-        });
+        group.together([&] { found = element_excess_of(inputs, assembled, *solver, batches.size(), options); });
       return found;
     });
   else if (is_first && compares)

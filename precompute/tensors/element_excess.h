@@ -1,7 +1,6 @@
 // How much too stiff the element itself makes a body on its mesh: an estimate from three loads, in the time of two batches of columns.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "precompute/elements/discretisation.h"
@@ -19,10 +18,9 @@ struct ElementExcess {
 std::vector<std::vector<double>> element_probes(const ElasticBody& body);
 
 // Compares p1 or p1-anp with p1-ang, which has the same unknowns and bends (precompute/ELEMENTS.md). The solver of K is the preconditioner of its
-// matrix: a step of conjugate gradients. K on one rank. stop_after_first: asked when the first of two batches is solved; true: the
-// measurement is given up.
+// matrix: a step of conjugate gradients. K on one rank. Cost: kBatchesOfElementExcess batches.
 ElementExcess measure_element_excess(const ElasticBody& body, Element element, const Discretisation& discretisation,
-                                     const HeldStiffness& held, ColumnSolver& solver,
-                                     const std::function<bool()>& stop_after_first);
+                                     const HeldStiffness& held, ColumnSolver& solver);
+inline constexpr int kBatchesOfElementExcess = 2;
 
 }  // namespace palpate

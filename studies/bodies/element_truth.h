@@ -52,7 +52,7 @@ inline ElementExcess estimated_excess(const ElasticBody& body, Element element) 
   ColumnSolverOptions options;
   options.width = 8;
   ColumnSolver solver(held.matrix, row_coordinates(d, held), options);
-  return measure_element_excess(body, element, d, held, solver, [] { return false; });
+  return measure_element_excess(body, element, d, held, solver);
 }
 
 }  // namespace palpate

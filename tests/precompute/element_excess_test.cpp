@@ -35,13 +35,5 @@ TEST(ElementExcess, TheAveragedGradientHasAFifthOfTheStiffnessOfItsOwn) {
               0.2 * element_truth(body, Element::p1_anp).largest);
 }
 
-TEST(ElementExcess, IsGivenUpWhereTheFirstBatchSaysSo) {
-  const ElasticBody body = cantilever(3);
-  const Discretisation d = discretise(body, Element::p1_anp);
-  const HeldStiffness held = remove_held_dofs(d.stiffness, d.fixed);
-  ColumnSolver solver(held.matrix, row_coordinates(d, held), {.width = 8});
-  EXPECT_EQ(measure_element_excess(body, Element::p1_anp, d, held, solver, [] { return true; }).probes, 0);
-}
-
 }  // namespace
 }  // namespace palpate::tests
