@@ -21,7 +21,7 @@ void end_lists(std::int64_t* first, std::int32_t count) {
 bool Tangent::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place, std::int32_t rows,
                      double of_held) {
   rows_ = rows, tetrahedra_ = body.tetrahedron_count, nodal_ = body.nodal_dilatation, of_held_ = of_held;
-  averaged_ = body.averaged_shear;
+  averaged_.share = body.averaged_shear;
   const auto nodes = static_cast<std::size_t>(body.node_count), count = static_cast<std::size_t>(tetrahedra_);
   position_ = memory.array<double>(3 * nodes), held_ = memory.array<std::uint8_t>(3 * static_cast<std::size_t>(rows));
   region_ = memory.array<std::int32_t>(count),
@@ -51,6 +51,13 @@ bool Tangent::list_corners(SceneMemory& memory, const HyperelasticBody& body, co
     if (corner_place_[c] < rows_) corners_[first_[corner_place_[c]]++] = static_cast<std::int32_t>(c);
   end_lists(first_, rows_);
   return true;
+}
+
+bool Tangent::Averaged::create(SceneMemory& memory, std::int32_t sites, std::size_t entries) {
+  gradient = memory.array<double>(3 * entries);
+  region = memory.array<std::int32_t>(static_cast<std::size_t>(sites));
+  deformed = memory.array<Deformation<double>>(static_cast<std::size_t>(sites));
+  return !memory.failed();
 }
 
 bool Tangent::list_sites(SceneMemory& memory, const HyperelasticBody& body) {
@@ -98,17 +105,13 @@ bool Tangent::list_sites(SceneMemory& memory, const HyperelasticBody& body) {
       entry_row_ = memory.array<std::int32_t>(length), site_of_entry_ = memory.array<std::int32_t>(length);
       volume_change_ = memory.array<double>(3 * length), site_entries_ = memory.array<std::int64_t>(length);
       made = !memory.failed();
-      if (averaged_ > 0) {
-        site_gradient_ = memory.array<double>(3 * length), site_region_ = memory.array<std::int32_t>(count);
-        site_deformed_ = memory.array<Deformation<double>>(count);
-        made = !memory.failed();
-      }
+      made = made && (averaged_.share == 0 || averaged_.create(memory, sites_, length));
     }
   }
   if (made) {
     for (std::int32_t s = 0; s < sites_; ++s)
       site_volume_[s] = sites.volume[s], site_bulk_[s] = laws_[sites.region[s]].bulk;
-    if (averaged_ > 0) std::copy(sites.region, sites.region + sites_, site_region_);
+    if (averaged_.share > 0) std::copy(sites.region, sites.region + sites_, averaged_.region);
     for (std::int64_t e = 0; e < site_first_[sites_]; ++e) ++site_first_of_row_[entry_row_[e] + 1];
     begin_lists(site_first_of_row_, rows_);
     for (std::int64_t e = 0; e < site_first_[sites_]; ++e) site_entries_[site_first_of_row_[entry_row_[e]]++] = e;
@@ -185,9 +188,9 @@ void Tangent::begin(const float* u) {
   if (!nodal_) return;
   std::fill(site_pressure_, site_pressure_ + sites_, 0.0);
   std::fill(volume_change_, volume_change_ + 3 * site_first_[sites_], 0.0);
-  if (averaged_ > 0) {
-    std::fill(site_gradient_, site_gradient_ + 3 * site_first_[sites_], 0.0);
-    std::fill(site_deformed_, site_deformed_ + sites_, Deformation<double>{});
+  if (averaged_.share > 0) {
+    std::fill(averaged_.gradient, averaged_.gradient + 3 * site_first_[sites_], 0.0);
+    std::fill(averaged_.deformed, averaged_.deformed + sites_, Deformation<double>{});
   }
   for (std::int32_t e = 0; e < tetrahedra_; ++e) {
     double g[4][3];
@@ -197,7 +200,7 @@ void Tangent::begin(const float* u) {
     for (int a = 0; a < 4; ++a) {
       const std::size_t corner = 4 * static_cast<std::size_t>(e) + static_cast<std::size_t>(a);
       site_pressure_[site_of_corner_[corner]] += quarter * d.j;
-      if (averaged_ > 0) add_to_site(site_of_corner_[corner], quarter, g, d, entry_of_corner_ + 4 * corner);
+      if (averaged_.share > 0) add_to_site(site_of_corner_[corner], quarter, g, d, entry_of_corner_ + 4 * corner);
       for (int b = 0; b < 4; ++b) {
         const std::int32_t entry = entry_of_corner_[4 * corner + static_cast<std::size_t>(b)];
         for (int i = 0; i < 3 && entry >= 0; ++i)
@@ -208,7 +211,7 @@ void Tangent::begin(const float* u) {
     }
   }
   for (std::int32_t s = 0; s < sites_; ++s) site_pressure_[s] *= site_bulk_[s] / site_volume_[s];
-  for (std::int32_t s = 0; s < sites_ && averaged_ > 0; ++s) complete(site_deformed_[s]);
+  for (std::int32_t s = 0; s < sites_ && averaged_.share > 0; ++s) complete(averaged_.deformed[s]);
 }
 
 // To the mean gradient of a site, and to its derivative by the displacement of each of the tetrahedron's nodes.
@@ -216,18 +219,18 @@ void Tangent::add_to_site(std::int32_t site, double quarter, const double g[4][3
                           const std::int32_t* entry) {
   const double share = quarter / site_volume_[site];
   for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) site_deformed_[site].h[i][k] += share * d.h[i][k];
+    for (int k = 0; k < 3; ++k) averaged_.deformed[site].h[i][k] += share * d.h[i][k];
   for (int b = 0; b < 4; ++b)
     for (int k = 0; k < 3 && entry[b] >= 0; ++k)
-      site_gradient_[3 * static_cast<std::size_t>(entry[b]) + static_cast<std::size_t>(k)] += share * g[b][k];
+      averaged_.gradient[3 * static_cast<std::size_t>(entry[b]) + static_cast<std::size_t>(k)] += share * g[b][k];
 }
 
 // Of the site's averaged stress times its volume, as the node with this gradient moves along c.
 void Tangent::site_stress_change(std::int32_t site, const double* gradient, double change[3][3][3]) const {
-  const LawTangent tangent(laws_[site_region_[site]], true, site_deformed_[site], 0);
+  const LawTangent tangent(laws_[averaged_.region[site]], true, averaged_.deformed[site], 0);
   for (int c = 0; c < 3; ++c) {
     double moved[3][3] = {};
-    for (int k = 0; k < 3; ++k) moved[c][k] = averaged_ * site_volume_[site] * gradient[k];
+    for (int k = 0; k < 3; ++k) moved[c][k] = averaged_.share * site_volume_[site] * gradient[k];
     tangent.change(moved, change[c]);
   }
 }
@@ -235,7 +238,7 @@ void Tangent::site_stress_change(std::int32_t site, const double* gradient, doub
 // dforce of each corner / d displacement of `corner`, without what is averaged at nodes.
 void Tangent::tetrahedron(std::int32_t e, int corner, double block[4][3][3]) const {
   double g[4][3], pressure = 0;
-  const double own = 1 - averaged_, volume = own * gradients(e, g);
+  const double own = 1 - averaged_.share, volume = own * gradients(e, g);
   Deformation<double> d;
   deform(e, g, &d);
   for (int a = 0; a < 4 && nodal_; ++a)

@@ -47,14 +47,14 @@ class Tangent {
       const std::int32_t site = site_of_entry_[own];
       const double factor = site_bulk_[site] / site_volume_[site];
       double change[3][3][3];  // [c] of the averaged stress
-      if (averaged_ > 0) site_stress_change(site, site_gradient_ + 3 * own, change);
+      if (averaged_.share > 0) site_stress_change(site, averaged_.gradient + 3 * own, change);
       for (std::int64_t other = site_first_[site]; other < site_first_[site + 1]; ++other)
         if (const std::int32_t row = entry_row_[other]; row >= column)
           for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c)
               add_free(row, r, c,
                        factor * volume_change_[3 * other + r] * volume_change_[3 * own + c] +
-                           (averaged_ > 0 ? along(change[c][r], site_gradient_ + 3 * other) : 0));
+                           (averaged_.share > 0 ? along(change[c][r], averaged_.gradient + 3 * other) : 0));
     }
     for (std::int64_t at = supports_.first[column]; at < supports_.first[column + 1]; ++at)
       for (int r = 0; r < 3; ++r)
@@ -77,7 +77,7 @@ class Tangent {
 
   std::int32_t rows_ = 0, tetrahedra_ = 0, sites_ = 0;
   bool nodal_ = false;
-  double of_held_ = 0, averaged_ = 0;  // averaged_: share of the shear
+  double of_held_ = 0;
   const float* u_ = nullptr;
   double* position_ = nullptr;            // [nodes][3] m, of each place
   std::uint8_t* held_ = nullptr;          // [rows][3]
@@ -96,9 +96,13 @@ class Tangent {
   std::int64_t* site_first_of_row_ = nullptr;  // [rows + 1] into site_entries_
   std::int64_t* site_entries_ = nullptr;
   // Where the shear is averaged too:
-  double* site_gradient_ = nullptr;               // [entries][3] 1/m, of the mean gradient by the node's displacement
-  std::int32_t* site_region_ = nullptr;           // [sites]
-  Deformation<double>* site_deformed_ = nullptr;  // [sites]
+  struct Averaged {
+    double share = 0;                         // of the shear
+    double* gradient = nullptr;               // [entries][3] 1/m, of the mean gradient by the node's displacement
+    std::int32_t* region = nullptr;           // [sites]
+    Deformation<double>* deformed = nullptr;  // [sites]
+    bool create(SceneMemory& memory, std::int32_t sites, std::size_t entries);
+  } averaged_;
   struct Supports {
     std::int64_t* first = nullptr;  // [rows + 1]
     std::int32_t* row = nullptr;
