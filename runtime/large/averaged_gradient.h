@@ -1,4 +1,5 @@
-// The part of p1-ang's shear that follows the gradient averaged at the nodes: its energy and forces, several sites side by side.
+// The part of p1-ang's shear that follows the gradient averaged at the nodes, several sites side by side. element_lanes.h asks the laws, for sites and
+// tetrahedra at one place, so that their loops are there once.
 //
 // The mean gradient of a site is a sum over the nodes of its tetrahedra: H_nm = sum_a u_a g_a, g_a = sum_e V_e / 4 grad N_a / V_nm.
 #pragma once
@@ -21,14 +22,21 @@ class AveragedGradient {
   bool create(SceneMemory& memory, const HyperelasticBody& body, const DilatationSites& sites,
               const std::int32_t* place, std::int32_t rows);
 
-  // The energy, J. f += its forces; least: the smallest J - 1 so far of each lane; lowest: below, the laws are not asked.
-  PALPATE_INLINE double add(const Number* u, Number* f, const Real& lowest, Real* least) const;
-
- private:
   struct Group {  // of kLanes sites with one law
     Real volume, shear, bulk, form[3];
     std::int32_t begin, end;  // terms
     Law law;
+  };
+  std::int32_t count() const { return group_count_; }
+  const Group& group(std::int32_t b) const { return groups_[b]; }
+  PALPATE_INLINE void gradient(std::int32_t b, const Number* u, Deformation<Real>& d) const;
+  // Of the last evaluation, Pa times the volume: [3][3] of each group. f += their forces.
+  Real (*stress(std::int32_t b) const)[3] { return stress_[b].of; }
+  PALPATE_INLINE void add_forces(Number* f) const;
+
+ private:
+  struct Stress {
+    Real of[3][3];
   };
   struct Term {  // a node of each site, whose gradient is zero where the site has no more
     std::int32_t node[kLanes];
@@ -45,6 +53,7 @@ class AveragedGradient {
 
   Group* groups_ = nullptr;
   Term* terms_ = nullptr;
+  Stress* stress_ = nullptr;  // [groups]
   std::int32_t group_count_ = 0, rows_ = 0;
 };
 
@@ -132,11 +141,12 @@ bool AveragedGradient<Real>::create(SceneMemory& memory, const HyperelasticBody&
   const auto size = [&](std::int32_t site) { return stars.first[site + 1] - stars.first[site]; };
   if (made) {
     // One law after the other, and sites of about as many nodes side by side.
-    for (std::int32_t s = 0; s < sites.count; ++s) order[s] = s;
-    std::sort(order, order + sites.count, [&](std::int32_t a, std::int32_t b) {
-      if (law_at(a) != law_at(b)) return law_at(a) < law_at(b);
-      return size(a) != size(b) ? size(a) > size(b) : a < b;
-    });
+    std::int32_t most = 0, placed = 0;
+    for (std::int32_t s = 0; s < sites.count; ++s) most = std::max(most, size(s));
+    for (int law = 0; law < kLaws; ++law)
+      for (std::int32_t nodes = most; nodes > 0; --nodes)
+        for (std::int32_t s = 0; s < sites.count; ++s)
+          if (law_at(s) == law && size(s) == nodes) order[placed++] = s;
     for (int pass = 0; pass < 2 && made; ++pass) {
       std::int32_t terms = 0;
       group_count_ = 0;
@@ -156,6 +166,7 @@ bool AveragedGradient<Real>::create(SceneMemory& memory, const HyperelasticBody&
       if (pass == 1) break;
       groups_ = memory.array<Group>(static_cast<std::size_t>(group_count_));
       terms_ = memory.array<Term>(static_cast<std::size_t>(terms));
+      stress_ = memory.array<Stress>(static_cast<std::size_t>(group_count_));
       made = !memory.failed();
     }
   }
@@ -164,36 +175,27 @@ bool AveragedGradient<Real>::create(SceneMemory& memory, const HyperelasticBody&
 }
 
 template <class Real>
-PALPATE_INLINE double AveragedGradient<Real>::add(const Number* u, Number* f, const Real& lowest, Real* least) const {
-  double energy[kLanes] = {};
-  for (std::int32_t b = 0; b < group_count_; ++b) {
-    const Group& group = groups_[b];
-    Deformation<Real> d;
-    for (auto& row : d.h)
-      for (Real& h : row) h = Real{};
-    for (std::int32_t t = group.begin; t < group.end; ++t) {
-      const Term& term = terms_[t];
-      Number at[3][kLanes];
-      for (int k = 0; k < kLanes; ++k)
-        for (int i = 0; i < 3; ++i)
-          at[i][k] = u[3 * static_cast<std::size_t>(term.node[k]) + static_cast<std::size_t>(i)];
-      Real x[3];
-      std::memcpy(x, at, sizeof x);
+PALPATE_INLINE void AveragedGradient<Real>::gradient(std::int32_t b, const Number* u, Deformation<Real>& d) const {
+  for (auto& row : d.h)
+    for (Real& h : row) h = Real{};
+  for (std::int32_t t = groups_[b].begin; t < groups_[b].end; ++t) {
+    const Term& term = terms_[t];
+    Number at[3][kLanes];
+    for (int k = 0; k < kLanes; ++k)
       for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) d.h[i][k] = d.h[i][k] + x[i] * term.gradient[k];
-    }
-    complete(d);
-    *least = smaller(*least, d.j);
-    d.j = larger(d.j, lowest);
-    Real stress[3][3];
-    const Real joules =
-        group.volume * evaluate_law<Real>(group.law, true, d, {group.shear, group.bulk, group.form}, Real{}, stress);
-    Number part[kLanes];
-    std::memcpy(part, &joules, sizeof part);
-    for (int k = 0; k < kLanes; ++k) energy[k] += static_cast<double>(part[k]);
-    for (auto& row : stress)
-      for (Real& s : row) s = group.volume * s;
-    for (std::int32_t t = group.begin; t < group.end; ++t) {
+        at[i][k] = u[3 * static_cast<std::size_t>(term.node[k]) + static_cast<std::size_t>(i)];
+    Real x[3];
+    std::memcpy(x, at, sizeof x);
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) d.h[i][k] = d.h[i][k] + x[i] * term.gradient[k];
+  }
+}
+
+template <class Real>
+PALPATE_INLINE void AveragedGradient<Real>::add_forces(Number* f) const {
+  for (std::int32_t b = 0; b < group_count_; ++b) {
+    const auto& stress = stress_[b].of;
+    for (std::int32_t t = groups_[b].begin; t < groups_[b].end; ++t) {
       const Term& term = terms_[t];
       Real force[3];
       for (int i = 0; i < 3; ++i)
@@ -205,9 +207,6 @@ PALPATE_INLINE double AveragedGradient<Real>::add(const Number* u, Number* f, co
           f[3 * static_cast<std::size_t>(term.node[k]) + static_cast<std::size_t>(i)] += on[i][k];
     }
   }
-  double sum = 0;
-  for (int k = 0; k < kLanes; ++k) sum += energy[k];
-  return sum;
 }
 
 }  // namespace palpate

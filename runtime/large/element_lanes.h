@@ -76,6 +76,7 @@ class ElementLanes {
   Number* site_volume_ = nullptr;       // [sites]
   Number* site_bulk_ = nullptr;         // [sites]
   Number* pressures_ = nullptr;         // [sites]
+  std::uint8_t* is_site_ = nullptr;     // [groups, and those of gradients_ behind them]
   AveragedGradient<Real> gradients_;    // where averaged_
 };
 
@@ -176,8 +177,11 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
     group_count_ += groups;
     if (!has_form(static_cast<Law>(l))) first_form_ += groups;
   }
-  const bool made = create_arrays(memory, count) && (!averaged_ || gradients_.create(memory, body, sites, place, rows));
+  bool made = create_arrays(memory, count) && (!averaged_ || gradients_.create(memory, body, sites, place, rows));
+  is_site_ = memory.array<std::uint8_t>(static_cast<std::size_t>(group_count_ + gradients_.count()));
+  made = made && is_site_;
   if (made) {
+    std::fill_n(is_site_ + group_count_, gradients_.count(), std::uint8_t{1});
     fill_groups(body, sites, place, lane_of);
     list_corners(
         count, first_, rows_, slots_, [&](std::size_t c) { return place[body.tetrahedra[c]]; },
@@ -280,29 +284,45 @@ PALPATE_INLINE typename ElementLanes<Real>::Energy ElementLanes<Real>::evaluate(
     average_dilatations(&sum);
   }
   double energy[kLanes] = {};
-  for (std::int32_t b = 0; b < group_count_; ++b) {
-    const Group& group = groups_[b];
+  // Groups of tetrahedra, and behind them those of sites whose gradient is averaged.
+  for (std::int32_t b = 0; b < group_count_ + gradients_.count(); ++b) {
+    const bool is_site = is_site_[b] != 0;  // read, so that compilers do not make a loop of each kind
+    const std::int32_t site = b - group_count_;
     Deformation<Real> d;
-    if (nodal_) {
+    if (is_site) {
+      gradients_.gradient(site, u, d);
+      complete(d);
+    } else if (nodal_) {
       d = kept_[b];
     } else {
-      displacement_gradient(group, u, d);
+      displacement_gradient(groups_[b], u, d);
       complete(d);
     }
     least = smaller(least, d.j);
     d.j = larger(d.j, lowest);
-    const Real* const form = has_form(group.law) ? forms_[b - first_form_].constant : nullptr;
+    const Law law = is_site ? gradients_.group(site).law : groups_[b].law;
+    const Real volume = is_site ? gradients_.group(site).volume : groups_[b].volume;
+    const LawConstants<Real> constants =
+        is_site
+            ? LawConstants<Real>{gradients_.group(site).shear, gradients_.group(site).bulk, gradients_.group(site).form}
+            : LawConstants<Real>{groups_[b].shear, groups_[b].bulk,
+                                 has_form(law) ? forms_[b - first_form_].constant : nullptr};
     Real stress[3][3];
-    const Real joules = group.volume * evaluate_law<Real>(group.law, nodal_, d, {group.shear, group.bulk, form},
-                                                          nodal_ ? mean_pressure(group) : Real{}, stress);
+    const Real joules = volume * evaluate_law<Real>(law, nodal_, d, constants,
+                                                    nodal_ && !is_site ? mean_pressure(groups_[b]) : Real{}, stress);
     Number part[kLanes];
     std::memcpy(part, &joules, sizeof part);
     for (int k = 0; k < kLanes; ++k) energy[k] += static_cast<double>(part[k]);
-    keep_forces(group, stress, forces_ + 12 * static_cast<std::size_t>(b));
+    if (is_site) {
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) gradients_.stress(site)[i][k] = volume * stress[i][k];
+    } else {
+      keep_forces(groups_[b], stress, forces_ + 12 * static_cast<std::size_t>(b));
+    }
   }
   for (int k = 0; k < kLanes; ++k) sum.energy += energy[k];
   add_forces(f);
-  if (averaged_) sum.energy += gradients_.add(u, f, lowest, &least);
+  if (averaged_) gradients_.add_forces(f);
   Number lanes[kLanes];
   std::memcpy(lanes, &least, sizeof lanes);
   for (int k = 1; k < kLanes; ++k) lanes[0] = std::min(lanes[0], lanes[k]);

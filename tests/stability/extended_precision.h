@@ -2,6 +2,7 @@
 // double precision has few digits left.
 #pragma once
 
+#include "formats/averaged_shear.h"
 #include "precompute/elements/quadratic_tetrahedra.h"
 #include "tests/stability/solid.h"
 
@@ -17,7 +18,7 @@ class ExtendedStiffness {
     if (element == Element::p2_p0)
       quadratic();
     else
-      linear(element == Element::p1_anp);
+      linear(element != Element::p1, element == Element::p1_ang ? formats::kAveragedShear : 0);
   }
   const Long& matrix() const { return k_; }
 
@@ -49,22 +50,23 @@ class ExtendedStiffness {
     return weight * (b.transpose() * a + a.dot(b) * Long3::Identity() - 2.0L / 3 * a.transpose() * b);
   }
 
-  void linear(bool averaged) {
+  // share: of the shear, that follows the gradient averaged at the nodes.
+  void linear(bool averaged, long double share) {
     k_ = Long::Zero(3 * static_cast<Eigen::Index>(body_.nodes.size()),
                     3 * static_cast<Eigen::Index>(body_.nodes.size()));
     // Per node: V and D of the tetrahedra around it; one material where averaged.
     Long dilatation = averaged ? Long::Zero(static_cast<Eigen::Index>(body_.nodes.size()), k_.rows()) : Long();
     std::vector<long double> volume(body_.nodes.size(), 0);
-    long double bulk = 0;
+    long double bulk = 0, shear = 0;
     for (std::size_t e = 0; e < body_.tetrahedra.size(); ++e) {
       const auto& t = body_.tetrahedra[e];
       const Straight s = straight(e);
-      bulk = s.bulk;
+      bulk = s.bulk, shear = s.shear;
       for (std::size_t a = 0; a < 4; ++a) {
         volume[t[a]] += s.volume / 4;
         for (std::size_t b = 0; b < 4; ++b) {
           const LongRow ga = s.gradient.row(static_cast<int>(a)), gb = s.gradient.row(static_cast<int>(b));
-          Long3 block = deviatoric(s.volume * s.shear, ga, gb);
+          Long3 block = deviatoric((1 - share) * s.volume * s.shear, ga, gb);
           if (!averaged) block += s.volume * s.bulk * ga.transpose() * gb;
           add(t[a], t[b], block);
           if (averaged) dilatation.block<1, 3>(t[a], 3 * t[b]) += s.volume / 4 * gb;
@@ -72,6 +74,14 @@ class ExtendedStiffness {
       }
     }
     if (!averaged) return;
+    for (Eigen::Index n = 0; n < dilatation.rows() && share > 0; ++n)
+      for (Eigen::Index a = 0; a < dilatation.rows(); ++a)
+        for (Eigen::Index b = 0; b < dilatation.rows(); ++b) {
+          const LongRow ga = dilatation.block<1, 3>(n, 3 * a), gb = dilatation.block<1, 3>(n, 3 * b);
+          if (!ga.isZero(0) && !gb.isZero(0))
+            add(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b),
+                deviatoric(share * shear / volume[static_cast<std::size_t>(n)], ga, gb));
+        }
     for (Eigen::Index n = 0; n < dilatation.rows(); ++n) dilatation.row(n) *= std::sqrt(bulk / volume[n]);
     k_ += dilatation.transpose() * dilatation;
   }
