@@ -41,9 +41,11 @@ class Offset {
   double* amounts() { return now_; }
   const double* amounts() const { return now_; }
 
-  // [count()] of pressures on a body that is not linear; nullptr: none of the rows is one. Kept as the amounts are.
-  // Where the touch goes on from such a body by the linear response: volume: [of][of] of the first rows, as for follow(); borrowed. follow_held(): those
-  // follow whose volumes are held. take_told(): what the body's newest solution tells; from then on those follow that it holds.
+  // [count()] what is asked and told of each pressure on a body that is not linear; nullptr: no row is such a pressure. A saved state has them.
+  // A body that is solved in a thread of its own holds volumes itself. Between its solutions the touch moves it by the linear response, in
+  // which the pressures follow the contacts' forces. take_volumes(): V of the first `of` rows, [of][of] m^3 per unit, as for follow(); borrowed.
+  // follow_held(): `followers` become the pressures whose volumes are held. take_told(): takes what the body's newest solution tells; from then on
+  // the pressures follow whose volumes that solution holds.
   void take_volumes(const double* volume, std::int32_t of) { volume_of_ = volume, volume_rows_ = of; }
   void follow_held(const RowVolume* volumes, OffsetFollowers* followers) const;
   void take_told(const RowVolume* told);

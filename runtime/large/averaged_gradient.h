@@ -43,11 +43,6 @@ class AveragedGradient {
     Real gradient[3];
   };
   struct Stars;  // the nodes of each site and their gradients
-  static void put(Real& lanes, int lane, double value) {
-    const Number number = static_cast<Number>(value);
-    std::memcpy(reinterpret_cast<unsigned char*>(&lanes) + sizeof(Number) * static_cast<std::size_t>(lane), &number,
-                sizeof number);
-  }
   void fill(const HyperelasticBody& body, const DilatationSites& sites, const Stars& stars, std::int32_t site,
             const std::int32_t* place, Group& group, int lane);
 
@@ -116,14 +111,14 @@ template <class Real>
 void AveragedGradient<Real>::fill(const HyperelasticBody& body, const DilatationSites& sites, const Stars& stars,
                                   std::int32_t site, const std::int32_t* place, Group& group, int lane) {
   const TissueLaw& law = body.laws[sites.region[site]];
-  put(group.volume, lane, body.averaged_shear * sites.volume[site]);
-  put(group.shear, lane, law.shear);
-  put(group.bulk, lane, bulk_of(law, group.law));
-  for (int i = 0; i < 3; ++i) put(group.form[i], lane, law.form.constant[i]);
+  put_lane(group.volume, lane, body.averaged_shear * sites.volume[site]);
+  put_lane(group.shear, lane, law.shear);
+  put_lane(group.bulk, lane, bulk_of(law, group.law));
+  for (int i = 0; i < 3; ++i) put_lane(group.form[i], lane, law.form.constant[i]);
   for (std::int32_t at = stars.first[site]; at < stars.first[site + 1]; ++at) {
     Term& term = terms_[group.begin + at - stars.first[site]];
     term.node[lane] = place[stars.node[at]];
-    for (int k = 0; k < 3; ++k) put(term.gradient[k], lane, stars.gradient[3 * at + k]);
+    for (int k = 0; k < 3; ++k) put_lane(term.gradient[k], lane, stars.gradient[3 * at + k]);
   }
 }
 

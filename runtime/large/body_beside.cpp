@@ -431,7 +431,7 @@ std::int32_t BodyBeside::deform() {
   return std::max(1, outcome.evaluations);
 }
 
-// What the followers of the volumes that are held add to the linear response is not beyond it.
+// Subtracts from `beyond` what the pressures that hold volumes do in the linear response to the contacts' forces: the touch adds that itself.
 void BodyBeside::leave_out_followers(const ContactConstraints& set, const RowVolume* volumes, float* beyond) {
   offset_->follow_held(volumes, &thread_.followers);
   if (thread_.followers.count() == 0) return;

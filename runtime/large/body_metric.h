@@ -25,7 +25,7 @@ class BodyMetric {
   void solve(float* const* x, int count) const;
   void solve(float* x) const { solve(&x, 1); }
   void solve_roughly(float* x) const;
-  // Whoever changes these, or the metric below them, brings the other one up to date.
+  // LargeSolver fills these in, and does so anew where the factor becomes another one.
   HeldVolumes& held() { return held_; }
   const HeldVolumes& held() const { return held_; }
   const BlockFactor& now() const { return state_.active ? renewed_ : rest_; }

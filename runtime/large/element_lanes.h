@@ -84,11 +84,7 @@ template <class Real>
 void ElementLanes<Real>::fill(const HyperelasticBody& body, const DilatationSites& sites, const std::int32_t* place,
                               std::int32_t e, Group& group, Form* form, int lane) const {
   double gradient[3][3];
-  const auto put = [&](Real& lanes, double value) {
-    const Number number = static_cast<Number>(value);
-    std::memcpy(reinterpret_cast<unsigned char*>(&lanes) + sizeof(Number) * static_cast<std::size_t>(lane), &number,
-                sizeof number);
-  };
+  const auto put = [&](Real& lanes, double value) { put_lane(lanes, lane, value); };
   put(group.volume, (1 - body.averaged_shear) * shape_gradients(body, e, gradient));
   for (int a = 0; a < 3; ++a)
     for (int i = 0; i < 3; ++i) put(group.gradient[a][i], gradient[a][i]);

@@ -15,14 +15,14 @@ class HeldVolumes {
  public:
   // most: volumes. length: of vectors. False where memory ends.
   bool create(SceneMemory& memory, std::int32_t most, std::size_t length);
-  // Kept: the gradients. Whoever restores them fills the rest in anew.
+  // A saved state has the gradients. After it is restored, the caller fills in Y and calls factor().
   void keep(SceneMemory& memory) {
     memory.keep(count_);
     memory.keep_array(gradient_, static_cast<std::size_t>(most_) * length_);
   }
   void clear() { count_ = 0; }
   std::int32_t count() const { return count_; }
-  // N m^-2 or m/Pa: of volume i, what the host fills in between add() and factor(). a: [length], and Y: [length].
+  // Of volume i: a, [length] m^2, and Y, [length] m/Pa. The caller fills both in between add() and factor().
   float* gradient(std::int32_t i) const { return gradient_ + static_cast<std::size_t>(i) * length_; }
   float* response(std::int32_t i) const { return response_ + static_cast<std::size_t>(i) * length_; }
   // One more volume.
@@ -32,7 +32,7 @@ class HeldVolumes {
   // stiffness: [count()] Pa/m^3. Volumes that follow from others are left out of S. After all have a and Y.
   void factor(const double* stiffness);
 
-  // amounts: [count()] S^-1 Y^T b. Then x -= Y amounts makes the metric's solution of what M^-1 gives of b.
+  // For the solution x of (metric) x = b: before() gives amounts, [count()] S^-1 Y^T b; after() takes x = M^-1 b and subtracts Y amounts from it.
   void before(const float* b, double* amounts) const;
   void after(const double* amounts, float* x) const;
   // amounts <- S^-1 amounts

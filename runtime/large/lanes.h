@@ -2,6 +2,9 @@
 // that tests compute in double precision what a step computes in single precision.
 #pragma once
 
+#include <cstddef>
+#include <cstring>
+
 #include "runtime/base/instructions.h"
 
 namespace palpate {
@@ -57,6 +60,14 @@ PALPATE_INLINE Real larger(const Real& a, const Real& b) {
 template <class Real>
 PALPATE_INLINE Real magnitude(const Real& a) {
   return larger<Real>(a, -a);
+}
+
+// Sets one lane.
+template <class Real>
+PALPATE_INLINE void put_lane(Real& lanes, int lane, double value) {
+  const auto number = static_cast<Scalar<Real>>(value);
+  std::memcpy(reinterpret_cast<unsigned char*>(&lanes) + sizeof number * static_cast<std::size_t>(lane), &number,
+              sizeof number);
 }
 
 }  // namespace palpate

@@ -313,9 +313,11 @@ void LargeSolver::correct_volumes() {
 double LargeSolver::worst_volume() const {
   const SurfacePressures& pressures = energy_.pressures();
   double worst = 0;
-  for (std::int32_t i = 0; i < pressures.count(); ++i)
-    if (const double gross = pressures.gross(i); pressures.held(i).stiffness > 0 && gross > 0)
+  for (std::int32_t i = 0; i < pressures.count(); ++i) {
+    if (!(pressures.held(i).stiffness > 0)) continue;
+    if (const double gross = pressures.gross(i); gross > 0)
       worst = std::max(worst, std::fabs(pressures.left(i)) / gross);
+  }
   return worst;
 }
 

@@ -36,7 +36,7 @@ class SurfacePressures {
     double stiffness = 0;   // Pa/m^3, k; 0 where no volume is held
     double swept = 0;       // m^3, V of the state
   };
-  // What it is short of, m^3.
+  // m^3, by which the volume of pressure i is short of the one at which it is held.
   double left(std::int32_t i) const { return held_[i].volume - held_[i].swept; }
   Held& held(std::int32_t i) { return held_[i]; }
   const Held& held(std::int32_t i) const { return held_[i]; }
@@ -48,8 +48,8 @@ class SurfacePressures {
   // Pa, P of the state. amounts: of the offset's rows.
   double pressure(std::int32_t i, const double* amounts) const { return pressure_at(i, amounts, held_[i].swept); }
 
-  // The amounts become others. from, to: each gives the displacement of a place, m: of the body at rest; by the offset, and at rest. The work of
-  // an amount counts from there, as the linear body's does.
+  // The amounts of the offset's rows become others. offset(p): m, the displacement of place p from the mesh by the offset alone. The work of each amount
+  // counts from there, as it does for the linear body.
   template <class Place>
   void count_from(Place offset) {
     for (std::int32_t n = 0; n < node_count_; ++n) trial_[n] = offset(node_[n]);

@@ -90,6 +90,25 @@ class FitProgram : public testing::Test {
       EXPECT_EQ(svg.find("id=\"axes_" + std::to_string(panel) + '"') != std::string::npos, panel <= panels) << panel;
   }
 
+  // The rows of played/forces.csv in which the tool touches, those whose number takes(row) wants, as a CSV of presses: at (31, 32, 15) mm, of a disc of
+  // 8 mm.
+  template <class Takes>
+  std::string curve_of_play(const Takes& takes) {
+    std::ifstream rows(folder_ / "played/forces.csv");
+    std::ostringstream text;
+    text.precision(15);
+    text << "x_mm,y_mm,z_mm,radius_mm,depth_m,force_N\n";
+    std::string line;
+    std::getline(rows, line);
+    for (int row = 0; std::getline(rows, line); ++row) {
+      std::vector<double> cells;
+      std::stringstream stream(line);
+      for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(std::atof(cell.c_str()));
+      if (cells.at(11) > 0 && takes(row)) text << "31,32,15,8," << 0.015 - cells.at(4) << ',' << cells.at(10) << '\n';
+    }
+    return text.str();
+  }
+
   // A CSV of presses on a bundle at nine places by discs of 4 and 12 mm in turn, three depths each; forces times the factor.
   void write_presses(const std::string& name, const std::string& bundle, double factor) {
     std::vector<Spot> spots;
@@ -144,19 +163,7 @@ TEST_F(FitProgram, FindsTheModulusOfTheBundleFromForcesThatPalpateRunPlays) {
              "name = \"press\"\nunit = \"mm\"\n[[tool]]\nname = \"finger\"\npoints = [[0, 0, 0]]\ndisc_radius = 8\n"
              "path = [[0, 31, 32, 16], [0.3, 31, 32, 13]]\n");
   ASSERT_EQ(run_in(folder_, std::string("'") + PALPATE_RUN + "' scene.toml --bundle layer.h5 -o played").code, 0);
-  std::ifstream rows(folder_ / "played/forces.csv");
-  std::ostringstream text;
-  text.precision(15);
-  text << "x_mm,y_mm,z_mm,radius_mm,depth_m,force_N\n";
-  std::string line;
-  std::getline(rows, line);
-  while (std::getline(rows, line)) {
-    std::vector<double> cells;
-    std::stringstream stream(line);
-    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(std::atof(cell.c_str()));
-    if (cells.at(11) > 0) text << "31,32,15,8," << 0.015 - cells.at(4) << ',' << cells.at(10) << '\n';
-  }
-  write_text("forces.csv", text.str());
+  write_text("forces.csv", curve_of_play([](int) { return true; }));
   const Json fit = fitted("layer.h5 forces.csv");
   // Both programs have the same columns in f32; a normal between vertices is rounded to 1e-7 in f32 by one of them.
   EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 5400, 1e-6 * 5400);
@@ -366,20 +373,7 @@ TEST_F(FitProgram, FindsTheLawOfABundleFromForcesThatPalpateRunPlaysUnderLargeDe
   const ProgramRun played =
       run_in(folder_, std::string("'") + PALPATE_RUN + "' scene.toml --bundle layer.h5 -o played");
   ASSERT_EQ(played.code, 0) << played.errors;
-  std::ifstream rows(folder_ / "played/forces.csv");
-  std::ostringstream text;
-  text.precision(15);
-  text << "x_mm,y_mm,z_mm,radius_mm,depth_m,force_N\n";
-  std::string line;
-  std::getline(rows, line);
-  for (int row = 0; std::getline(rows, line); ++row) {
-    std::vector<double> cells;
-    std::stringstream stream(line);
-    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(std::atof(cell.c_str()));
-    if (cells.at(11) > 0 && row % 20 == 0 && row <= 300)
-      text << "31,32,15,8," << 0.015 - cells.at(4) << ',' << cells.at(10) << '\n';
-  }
-  write_text("forces.csv", text.str());
+  write_text("forces.csv", curve_of_play([](int row) { return row % 20 == 0 && row <= 300; }));
   const Json fit = fitted("layer.h5 forces.csv --large stiffening");
   // The runtime goes on with a state that is solved to a percent of its energy's root.
   EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 5400, 0.02 * 5400);

@@ -26,6 +26,27 @@ struct Seen {
   HyperelasticBody body;
 };
 
+// A scene whose thread solves each step to its end before the next one. The shape has all nodes.
+struct SolvedScene : TouchedScene {
+  using TouchedScene::TouchedScene;
+  palpate_step_flags step(const std::vector<palpate_tool>& tools = {}) {
+    const palpate_step_flags raised = touch(tools);
+    for (int i = 0; i < 20 && palpate_scene_deform(get()) > 0;) ++i;
+    return raised;
+  }
+  Eigen::VectorXd field() {
+    const std::vector<float> u = shape();
+    return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
+  }
+};
+
+// The rows that hold a node along x, y and z, for Newton's method: [3][3N].
+inline Eigen::MatrixXd rows_of_node(const TouchedBody& on, std::int32_t node) {
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, on.dofs());
+  for (int i = 0; i < 3; ++i) rows(i, 3 * node + i) = 1;
+  return rows;
+}
+
 // The rows of the last step that hold, for Newton's method: with [3N] node weights each, what gives way beside the body (m/N), places (m)
 // and the forces that the scene has found (N).
 struct HeldRows {

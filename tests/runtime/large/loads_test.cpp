@@ -47,18 +47,11 @@ VectorXd on_far_face(const Vector3d& force) {
   return f;
 }
 
-// A scene whose thread solves each step to its end before the next one.
-struct Loaded : TouchedScene {
-  explicit Loaded(const SceneDef& def) : TouchedScene(box(), def) {}
+struct Loaded : SolvedScene {
+  explicit Loaded(const SceneDef& def) : SolvedScene(box(), def) {}
   palpate_step_flags step(const Vector3d& force, const std::vector<palpate_tool>& tools = {}) {
     EXPECT_EQ(palpate_scene_set_load(get(), 0, PALPATE_LOAD_FORCE, force.data(), nullptr), PALPATE_OK);
-    const palpate_step_flags raised = touch(tools);
-    for (int i = 0; i < 20 && palpate_scene_deform(get()) > 0;) ++i;
-    return raised;
-  }
-  VectorXd field() {
-    const std::vector<float> u = shape();
-    return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
+    return SolvedScene::step(tools);
   }
   const palpate_load_state& state() { return *palpate_scene_load_state(get(), 0); }
 };

@@ -77,27 +77,14 @@ SceneDef moved_large_def(palpate_deformation_model deformation) {
   return def;
 }
 
-// A scene whose thread solves each step to its end before the next one.
-struct Moved : TouchedScene {
-  Moved(const MovedLarge& on, const SceneDef& def) : TouchedScene(on, def), body(on) {}
+struct Moved : SolvedScene {
+  Moved(const MovedLarge& on, const SceneDef& def) : SolvedScene(on, def), body(on) {}
   palpate_step_flags step(const Vector4d& q, const std::vector<palpate_tool>& tools) {
     set_amounts(get(), q);
-    const palpate_step_flags raised = touch(tools);
-    for (int i = 0; i < 20 && palpate_scene_deform(get()) > 0;) ++i;
-    return raised;
-  }
-  VectorXd field() {
-    const std::vector<float> u = shape();
-    return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
+    return SolvedScene::step(tools);
   }
   const MovedLarge& body;
 };
-
-Eigen::MatrixXd rows_of_node(const MovedLarge& on, std::int32_t node) {
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, on.dofs());
-  for (int i = 0; i < 3; ++i) rows(i, 3 * node + i) = 1;
-  return rows;
-}
 
 TEST(MovedLargeBody, ABreathOf20MillimetresUnderAToolAtRestIsTheConvergedSolution) {
   for (const MovedLarge* const on : {&on_one(), &on_two()})

@@ -146,18 +146,12 @@ const Pressed& with_free_rim() {
 }
 constexpr double kCavity = 27e-6;  // m^3, at rest
 
-// A scene whose thread solves each step to its end before the next one.
-struct Played : TouchedScene {
-  Played(const Pressed& on, palpate_deformation_model deformation) : TouchedScene(on, def_of(deformation)), body(on) {}
+struct Played : SolvedScene {
+  Played(const Pressed& on, palpate_deformation_model deformation) : SolvedScene(on, def_of(deformation)), body(on) {}
   static SceneDef def_of(palpate_deformation_model deformation) {
     SceneDef def = large_def(PALPATE_CONTACT_NODE);
     def.large.deformation = deformation, def.motions.motions = 1, def.shape = PALPATE_SHAPE_VOLUME;
     return def;
-  }
-  palpate_step_flags step(const std::vector<palpate_tool>& tools = {}) {
-    const palpate_step_flags raised = touch(tools);
-    for (int i = 0; i < 20 && palpate_scene_deform(get()) > 0;) ++i;
-    return raised;
   }
   void set(double pressure) {
     palpate_error error = {};
@@ -166,10 +160,6 @@ struct Played : TouchedScene {
   void hold(double volume) {
     palpate_error error = {};
     EXPECT_EQ(palpate_scene_hold_volume(get(), 0, 1, volume, &error), PALPATE_OK) << error.text;
-  }
-  VectorXd field() {
-    const std::vector<float> u = shape();
-    return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
   }
   const palpate_motion_state& state() { return *palpate_scene_motion_state(get(), 0); }
   // Compared with the balance under the pressure that it tells.
@@ -187,11 +177,6 @@ struct Played : TouchedScene {
   const Pressed& body;
 };
 
-Eigen::MatrixXd rows_of_node(const Pressed& on, std::int32_t node) {
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, on.dofs());
-  for (int i = 0; i < 3; ++i) rows(i, 3 * node + i) = 1;
-  return rows;
-}
 const Eigen::MatrixXd none(const Pressed& on) {
   return Eigen::MatrixXd::Zero(0, on.dofs());
 }
