@@ -27,6 +27,10 @@ void define(CLI::App& app, LargeStudyOptions& options) {
                  "moves measured beside one another; more than one is sooner ready and shows longer times")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
+  app.add_option("--composed", options.composed,
+                 "places where jaws draw the organ and where a copy of it presses it; 0 for none of both")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
   app.footer(accuracy::kVariablesBehindDashes);
 }
 

@@ -128,6 +128,50 @@ def by_move(page, study):
     page.plots(plots)
 
 
+WITH = {"grasp": "jaws that draw and turn", "organs": "a copy of the organ that presses it"}
+MODELS = {"linear": KINDS["linear"], "large": KINDS["large"], "beside": "#7c3aed", "renewed": "#3f7d20"}
+
+
+def composed(page, study):
+    """Large deformation beside a grasp, and in a world of two organs."""
+    meshes = [m for m in study.meshes if m.get("composed")]
+    if not meshes:
+        return
+    page.heading("With jaws, and with two organs")
+    page.words("Jaws of the discs' radius draw a place outwards and turn by 0.01 rad a millimetre; a copy of the organ, which faces a place, comes nearer by the "
+               "depth after both touch first. Beside and renewed solve each body once in 10 touches. Lines: the median over the places; dashed: the worst. "
+               "Each state is compared with the converged solution of the coupled problem: Newton's method on all bodies, with the jaws' rows, or with the "
+               "places and normals at which the organs meet.")
+    rows = []
+    for mesh in meshes:
+        states = [s for s in mesh["composed"]["states"] if "unsolved" not in s]
+        plots = []
+        for with_, what_is in WITH.items():
+            some = [s for s in states if s["with"] == with_]
+            depths = sorted({s["depth_mm"] for s in some})
+            at = {d: [s for s in some if s["depth_mm"] == d] for d in depths}
+            for what, text in WHAT.items():
+                plot = Plot(f"{name_of(mesh)}: {what_is}, {what}", "depth, mm", f"error of the {text}, %", log_y=True)
+                for model, colour in MODELS.items():
+                    values = [median_and_worst(at[d], f"{model}_{what}") for d in depths]
+                    plot.points(depths, [100 * v[0] for v in values], [f"{model}, {number(d)} mm: median {percent(v[0])}" for d, v in zip(depths, values)],
+                                label=f"{model}, median", joined=True, color=colour)
+                    plot.line(depths, [100 * v[1] for v in values], f"{model}, worst", color=colour, linestyle="--", linewidth=1.2)
+                plot.axes.set_xticks(depths)
+                plots.append((plot, f"{with_}-{what}-{mesh['resolution']}-nu-{mesh['poisson']:g}", ""))
+            for d in depths:
+                rows.append((f"{mesh['vertices']:,}", mesh["poisson"], with_, d, len(at[d]),
+                             *("; ".join(percent(v) for v in median_and_worst(at[d], f"{model}_{what}")) for model in MODELS for what in WHAT)))
+        page.plots(plots)
+    page.words("Errors: median; worst of the places.")
+    page.table(("vertices", "nu", "with", "depth, mm", "places", *(f"{model}: {what}" for model in MODELS for what in WHAT)), rows, whole=True)
+    page.words("Processor time of a touch, us: median; 99.9 %. The last two columns: of one solution of one body beside the touch, median.")
+    page.table(("vertices", "nu", "with", *MODELS, "solution, beside", "renewed"),
+               [(f"{m['vertices']:,}", m["poisson"], with_, *("; ".join(number(t[model][k]) for k in ("median_us", "most_us")) for model in MODELS),
+                 *(number(m["composed"]["deform"][with_][model]["median_us"]) for model in ("beside", "renewed")))
+                for m in meshes for with_, t in m["composed"]["touch"].items()], whole=True)
+
+
 def times(page, study):
     page.heading("Time of a touch")
     page.words("By the clock, all touches of all moves but the first of each. Thread: processor time of the touching thread, which other programs on the "
@@ -180,4 +224,4 @@ def title_and_lead(study):
 
 
 if __name__ == "__main__":
-    report.write_report(__doc__, Study, title_and_lead, first_screen, errors, by_move, times, everything)
+    report.write_report(__doc__, Study, title_and_lead, first_screen, errors, by_move, composed, times, everything)

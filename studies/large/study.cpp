@@ -6,6 +6,7 @@
 
 #include "formats/errors.h"
 #include "formats/program.h"
+#include "studies/large/composed.h"
 #include "studies/large/measure.h"
 #include "studies/large/study_folder.h"
 #include "studies/timing/timing.h"
@@ -15,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kVersion = 1;  // of what a kept point holds
+constexpr int kVersion = 2;  // of what a kept point holds
 constexpr int kSamples = 1;  // the study compares all nodes of the surface
 
 class Study {
@@ -41,6 +42,7 @@ class Study {
     const Json settings = {{"version", kVersion},
                            {"depths", options_.depths_mm},
                            {"speed", options_.speed_mm_s},
+                           {"composed", options_.composed},
                            {"sites", accuracy::json_of(sites_)}};
     return folder_.kept_or_measured({mesh, organ_file}, settings, [&](const std::filesystem::path& parts) {
       say(fmt::format("measuring {}, nu {:g}", resolution, poisson));
@@ -52,6 +54,9 @@ class Study {
                        {"tetrahedra", body.elastic().tetrahedra.size()},
                        {"bundle_MB", 1e-6 * static_cast<double>(std::filesystem::file_size(bundle))}};
       measured.update(measure(bundle, body, moves_, {sites_.radius, pace_, options_.threads, parts}));
+      if (options_.composed > 0)
+        measured["composed"] =
+            measure_composed(bundle, body, sites_, static_cast<std::size_t>(options_.composed), pace_);
       measured["threads"] = options_.threads;
       return measured;
     });

@@ -12,7 +12,8 @@ struct LargeStudyOptions {
   std::vector<double> poisson = {0.45, 0.49};
   std::vector<double> depths_mm = {10, 20, 30};
   double speed_mm_s = 100;
-  int threads = 1;  // moves beside one another
+  int threads = 1;   // moves beside one another
+  int composed = 4;  // places of jaws and of two organs
 };
 
 // Following a converged solution, and times, of every mesh and Poisson's ratio: large-deformation.json, large-deformation.csv and

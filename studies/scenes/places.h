@@ -5,9 +5,12 @@
 #include <vector>
 
 #include "precompute/elements/elastic_body.h"
-#include "studies/scenes/played_world.h"
+#include "studies/coupled/played_world.h"
 
 namespace palpate::scenes {
+
+using studies::free_scene, studies::open_bundle, studies::OrganAt, studies::PlayedWorld, studies::pose_at,
+    studies::touching_scene;
 
 // A place on the surface, in the organ's frame.
 struct SurfacePlace {

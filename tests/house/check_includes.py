@@ -94,10 +94,12 @@ studies/bodies/: studies/bodies/ precompute/elements/ precompute/solver/ formats
 studies/bodies/element_truth.h: studies/bodies/ precompute/elements/ precompute/solver/ precompute/tensors/ formats/: Eigen
 studies/timing/: studies/timing/:
 studies/coupled/: studies/coupled/ runtime/grasps/ runtime/contact/ runtime/surface/: Eigen
+studies/coupled/played_world.h: studies/coupled/: Eigen palpate
+studies/coupled/played_world.cpp: studies/coupled/ formats/: plumbing Eigen palpate
 studies/scenes/: studies/scenes/ studies/coupled/ studies/peers/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
 studies/peers/: studies/peers/ studies/timing/ precompute/elements/ formats/: plumbing Eigen SuiteSparse palpate
 studies/hyperelastic/: studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/large/ runtime/base/: Eigen
-studies/large/: studies/large/ studies/hyperelastic/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
+studies/large/: studies/large/ studies/coupled/ studies/hyperelastic/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
 studies/reality/: studies/reality/ studies/validation/ studies/hyperelastic/ studies/bodies/ studies/timing/ precompute/elements/ precompute/solver/ formats/: plumbing CLI11 Eigen
 studies/paper/: studies/paper/ studies/peers/ studies/timing/ precompute/run/ precompute/solver/ runtime/tissue/ formats/: plumbing CLI11 PETSc palpate
 studies/accuracy/: studies/accuracy/ studies/timing/ precompute/elements/ precompute/bundle_tool/ runtime/surface/ runtime/base/ formats/: plumbing CLI11 toml++ Eigen palpate

@@ -45,6 +45,27 @@ class LargeDeformation(StudyTest):
             shallow, = self.points(move="push", depth_mm=10, place=p["place"], poisson=p["poisson"])
             self.assertLess(shallow["linear_force"], p["linear_force"])
 
+    def test_jaws_and_two_organs_are_near_the_converged_solution_at_every_depth(self):
+        for mesh in self.all["meshes"]:
+            states = mesh["composed"]["states"]
+            self.assertEqual([s["unsolved"] for s in states if "unsolved" in s], [])
+            for with_ in ("grasp", "organs"):
+                some = [s for s in states if s["with"] == with_]
+                self.assertEqual([(s["place"], s["depth_mm"]) for s in some], [(place, depth) for place in (0, 1) for depth in (10, 20, 30)])
+                for s in some:
+                    self.assertLess(s["large_field"], 0.01, s)
+                    self.assertLess(s["large_force"], 0.02, s)
+                    self.assertEqual(s["large_flags"] & ~64, 0, s)  # 64: jaws or organs that reach held nodes
+                    for model in ("beside", "renewed"):
+                        if s[f"{model}_flags"] & ~64 == 0:
+                            self.assertLess(s[f"{model}_field"], 0.02, s)
+                            self.assertLess(s[f"{model}_force"], 0.03, s)
+                deep = [s for s in some if s["depth_mm"] == 30]
+                self.assertGreater(max(s["linear_field"] for s in deep), 0.03)
+                for model in ("linear", "large", "beside", "renewed"):
+                    times = mesh["composed"]["touch"][with_][model]
+                    self.assertLessEqual(times["median_us"], times["most_us"])
+
     def test_times_are_those_of_touches_and_of_newtons_method(self):
         for mesh in self.all["meshes"]:
             linear, large, newton = mesh["touch"]["linear"], mesh["touch"]["large"], mesh["newton"]
@@ -57,7 +78,7 @@ class LargeDeformation(StudyTest):
 
     def test_the_report_is_one_file_with_its_data_beside_it(self):
         page = self.page()
-        for text in ("Error against depth", "Error by move", "Time of a touch", "Every state"):
+        for text in ("Error against depth", "Error by move", "With jaws, and with two organs", "Time of a touch", "Every state"):
             self.assertIn(text, page)
         self.assertEqual(len(self.rows("large-deformation.csv")), len(self.all["points"]))
         self.assert_pictures("field-200-nu-0.45", "force-200-nu-0.49", "every-force", "times")

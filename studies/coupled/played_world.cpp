@@ -1,4 +1,4 @@
-#include "studies/scenes/played_world.h"
+#include "studies/coupled/played_world.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "formats/errors.h"
 
-namespace palpate::scenes {
+namespace palpate::studies {
 
 Bundle open_bundle(const std::filesystem::path& file) {
   palpate_error error = {};
@@ -95,4 +95,4 @@ Eigen::VectorXd PlayedWorld::shape(int organ) const {
   return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
 }
 
-}  // namespace palpate::scenes
+}  // namespace palpate::studies

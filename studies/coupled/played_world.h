@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace palpate::scenes {
+namespace palpate::studies {
 
 // Errors: InputError.
 Bundle open_bundle(const std::filesystem::path& file);
@@ -49,4 +49,4 @@ class PlayedWorld {
   WorldContacts contacts_{0};
 };
 
-}  // namespace palpate::scenes
+}  // namespace palpate::studies
