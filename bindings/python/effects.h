@@ -182,7 +182,7 @@ inline constexpr const char* kAboutEffects =
     "dent discs: skin sinks the render mesh to the discs of the report\n"
     "deformation large: a hyperelastic body, solved in the touch; the bundle must have been made for it; "
     "large-beside,\n"
-    "large-renewed: the same, solved by deform\n"
+    "large-renewed: the same, solved by deform; large-auto: large or large-beside, by the number of nodes\n"
     "relaxation: None, or up to 8 pairs (share, seconds), the shares together below 1\n"
     "loads: None, or up to 4 patches of the surface that bear loads (set_load), each a pair of a place, m, and a\n"
     "radius, m (collision=\"deformed\" or \"off\")\n"

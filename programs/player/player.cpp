@@ -37,7 +37,7 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
                     const std::function<void(const ShapeRecord&)>& on_shape, const std::function<void()>& before,
                     const std::function<void()>& on_deform) {
   palpate_scene_reset(runtime_scene());
-  const bool solves_beside = scene().def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
+  const bool solves_beside = palpate_scene_deform(runtime_scene()) >= 0;
   const bool shaped = scene().def.shape != PALPATE_SHAPE_OFF;
   const int node_count = shape_node_count();
   std::vector<float> displacements(3 * static_cast<std::size_t>(node_count)), positions(displacements.size());

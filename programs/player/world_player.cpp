@@ -89,9 +89,8 @@ std::uint64_t WorldPlayer::shape_count() const {
 }
 
 bool WorldPlayer::solves_beside() const {
-  return std::any_of(organs_.begin(), organs_.end(), [](const auto& organ) {
-    return organ->scene().def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
-  });
+  return std::any_of(organs_.begin(), organs_.end(),
+                     [](const auto& organ) { return palpate_scene_deform(organ->runtime_scene()) >= 0; });
 }
 
 Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_touch,
@@ -123,9 +122,7 @@ Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_
       ++solve;
       if (before) before();
       timed(timing.deform_us, [&] {
-        for (const auto& organ : organs_)
-          if (organ->scene().def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE)
-            palpate_scene_deform(organ->runtime_scene());
+        for (const auto& organ : organs_) palpate_scene_deform(organ->runtime_scene());  // -1 where it has no such body
         return 0;
       });
       if (on_deform) on_deform();

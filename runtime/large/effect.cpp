@@ -18,9 +18,12 @@ using formats::SectionId;
 // Of a solve beside the touch, for its laws: some 10 ms. Where many rows of several organs hold the same few nodes, laws end only slowly.
 constexpr Operations kMostOfLawsBeside = 10'000'000;
 
+// Of LARGE_AUTO: a touch that follows a tool at 0.1 m/s takes as many for each node.
+constexpr Operations kOperationsOfNode = 500;
+
 constexpr EffectKey kKeys[] = {{PALPATE_EFFECT_KEY(large_effect, palpate_large_def, deformation), PALPATE_KEY_CHOICE,
-                                "", "linear, large, large-beside, large-renewed", 0,
-                                PALPATE_DEFORMATION_LARGE_RENEWED}};
+                                "", "linear, large, large-beside, large-renewed, large-auto", 0,
+                                PALPATE_DEFORMATION_LARGE_AUTO}};
 constexpr char kResponseIsLinear[] =
     "deformation LARGE is right at any depth without the measured response; leave force and radial at their defaults, "
     "or take deformation LINEAR";
@@ -170,8 +173,24 @@ palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, 
   return PALPATE_OK;
 }
 
+// LARGE_AUTO becomes the model that it stands for, in the scene's own copy of the definition.
+void choose_model(const SectionReader& reader, palpate_scene& scene) {
+  auto& own = const_cast<palpate_large_def&>(part_of<palpate_large_def>(scene.def, large_effect));
+  if (own.deformation != PALPATE_DEFORMATION_LARGE_AUTO) return;
+  const auto nodes = static_cast<Operations>(reader.counts().nodes);
+  const bool fits = nodes * kOperationsOfNode <= scene.def.max_operations;
+  own.deformation = fits ? PALPATE_DEFORMATION_LARGE : PALPATE_DEFORMATION_LARGE_BESIDE;
+  scene.context.bundle.log.say(
+      PALPATE_LOG_NOTE,
+      "scene: deformation LARGE_AUTO is %s here: %lld nodes, and max_operations is %lld, enough "
+      "to solve %lld nodes in the touch",
+      fits ? "LARGE" : "LARGE_BESIDE", static_cast<long long>(nodes), static_cast<long long>(scene.def.max_operations),
+      static_cast<long long>(scene.def.max_operations / kOperationsOfNode));
+}
+
 palpate_status prepare(EffectBuild& build) {
   palpate_scene& scene = build.scene;
+  choose_model(build.reader, scene);
   SceneMemory& memory = build.reader.memory();
   LargeBody* body = nullptr;
   if (is_in_touch(scene.def))

@@ -240,7 +240,7 @@ class _Effects(TypedDict, total=False):
     torque_slew: float
     max_tool_speed: float
     release_distance: float
-    deformation: Literal["linear", "large", "large-beside", "large-renewed"]
+    deformation: Literal["linear", "large", "large-beside", "large-renewed", "large-auto"]
     grasps: bool
     needles: bool
     needle_places: int

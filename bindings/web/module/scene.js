@@ -199,7 +199,7 @@ export class Scene extends ToolStates {
     return this.runtime.api.palpate_scene_touch(this.pointer, at, count, dt, this.#contacts.at, this.#contactsBytes) >>> 0;
   }
 
-  /** With deformation "large-beside" or "large-renewed": solves the body under the contacts of the last touch. A page without a second thread calls it
+  /** With deformation "large-beside", "large-renewed" or "large-auto": solves the body under the contacts of the last touch. A page without a second thread calls it
    *  between touches, as often as it has time. @returns {number} evaluations of the energy that it took; 0: nothing to do; -1: the
    *  scene has another deformation */
   deform() {

@@ -36,9 +36,11 @@ typedef enum palpate_deformation_model {
   PALPATE_DEFORMATION_LARGE_BESIDE, /* the same body, solved by palpate_scene_deform in a thread of its own. The touch step takes
                                  the newest solution and goes on from it by superposition, as fast as LINEAR: for bodies that
                                  are too large to be solved in each step                                                  */
-  PALPATE_DEFORMATION_LARGE_RENEWED /* LARGE_BESIDE for slender parts and nearly incompressible tissue (Poisson's ratio above 0.495): while
+  PALPATE_DEFORMATION_LARGE_RENEWED, /* LARGE_BESIDE for slender parts and nearly incompressible tissue (Poisson's ratio above 0.495): while
                                  it solves, palpate_scene_deform also makes a new metric of the solver from the body as it is, a 16th of it in
                                  each call. Takes five times the memory of the factor, and more time in the third thread */
+  PALPATE_DEFORMATION_LARGE_AUTO /* LARGE where max_operations has 500 for each node of the bundle (600 nodes at the default), else
+                                 LARGE_BESIDE; the scene's log says which. The host calls palpate_scene_deform in either case        */
 } palpate_deformation_model;
 typedef struct palpate_large_def {
   palpate_part part;
@@ -55,7 +57,8 @@ static inline palpate_large_def palpate_default_large_def(void) {
 /* LARGE_BESIDE, LARGE_RENEWED: solves the body under the contacts of the newest touch step, eight quasi-Newton steps at most, and hands the solution
  * to the touch steps that follow. Call it in a loop in a third thread, beside those of touch and shape; neither waits for the
  * other. A host without a third thread may call it between touch steps. Returns the evaluations of the energy that it took: 0 where
- * there was nothing to do, so that the thread may sleep for a millisecond; -1 for a scene of another deformation.
+ * there was nothing to do, so that the thread may sleep for a millisecond; -1 for a scene that solves no body beside the touch, so that the
+ * thread may end.
  * Never allocates or locks. Cost: docs/method.md, section 14. While it runs, palpate_scene_save and palpate_scene_restore must not be
  * called for the scene, nor palpate_scene_destroy. */
 PALPATE_API int32_t palpate_scene_deform(palpate_scene* scene);

@@ -271,6 +271,20 @@ TEST_F(PlayedScene, SolvesLargeDeformationBesideTheTouchAtItsRate) {
   expect_refused("scene.toml -o out", "1000 Hz");
 }
 
+TEST_F(PlayedScene, PlaysTheModelThatLargeAutoStandsFor) {
+  BundleParts parts = tiny_bundle();
+  add_large_deformation(parts, {0});
+  write_bundle(folder_ / "box.h5", parts);
+  const auto forces_of = [&](const std::string& deformation) {
+    write_scene(kProbe, "[effects]\ndeformation = \"" + deformation + "\"\n");
+    played("scene.toml -o out");
+    EXPECT_FALSE(summary_of()["timing_us"].contains("deform"));
+    return file_bytes(folder_ / "out/forces.csv");
+  };
+  EXPECT_EQ(forces_of("large-auto"), forces_of("large"));
+  EXPECT_THAT(run("scene.toml --explain").out, HasSubstr("deformation: large, "));
+}
+
 TEST_F(PlayedScene, WarnsOfTenMillimetresOnALargeOrganWithoutAFigureOfItsOwn) {
   write_bundle(folder_ / "box.h5", tiny_bundle({.size = {0.3, 0.25, 0.2}}));
   const auto pressed_to = [&](const std::string& z) {

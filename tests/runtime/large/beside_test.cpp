@@ -211,6 +211,33 @@ TEST(LargeBeside, TheOtherThreadHasNothingToDoWhereNothingMoves) {
   EXPECT_EQ(palpate_scene_deform(linear.scene.get()), -1);
 }
 
+TEST(LargeBeside, AutoIsSolvedInTheTouchWhereTheBodyIsSmallEnough) {
+  GridBody grid;
+  grid.lines = {grid_lines(0, 0.06, 5), grid_lines(0, 0.05, 4), grid_lines(0, 0.04, 4)};
+  const TouchedBody box(dense_grid(grid), with_large(true));
+  const auto forces = [&](palpate_deformation_model deformation, int max_operations, bool* beside) {
+    SceneDef def = pressed_def(PALPATE_LAW_STICKING);
+    def.large.deformation = deformation, def.max_operations = max_operations;
+    Play play(def, box);
+    *beside = palpate_scene_deform(play.scene.get()) >= 0;
+    std::vector<Vector3d> all;
+    for (int tick = -1; tick <= 100; ++tick) {
+      play.move({pressed(1e-4 * tick)});
+      all.push_back(play.force(0));
+    }
+    return all;
+  };
+  const int nodes = static_cast<int>(box.dofs() / 3);
+  bool beside = false;
+  for (const bool fits : {true, false}) {
+    // 500 operations for each node.
+    const int operations = 500 * nodes - !fits;
+    const auto chosen = forces(PALPATE_DEFORMATION_LARGE_AUTO, operations, &beside);
+    EXPECT_EQ(beside, !fits);
+    EXPECT_EQ(chosen, forces(fits ? PALPATE_DEFORMATION_LARGE : PALPATE_DEFORMATION_LARGE_BESIDE, operations, &beside));
+  }
+}
+
 TEST(LargeBeside, AResetForgetsAlsoTheSolutionOnItsWay) {
   Play play(pressed_def(PALPATE_LAW_STICKING));
   for (int tick = -1; tick <= 100; ++tick) play.move({pressed(1e-4 * tick)});

@@ -29,7 +29,7 @@ export interface EffectLine {
 // The measured curves correct a linear answer, so that one of the two is off where the other is on.
 const LINEAR: PageEffects = { deformation: "linear" };
 // What the page's address calls each model of deformation.
-const LARGE = { off: "linear", on: "large", beside: "large-beside", renewed: "large-renewed" } as const;
+const LARGE = { off: "linear", on: "large", beside: "large-beside", renewed: "large-renewed", auto: "large-auto" } as const;
 const wordOfLarge = ({ deformation = "linear" }: PageEffects) => Object.entries(LARGE).find(([, model]) => model === deformation)![0];
 
 const switched = (effect: Effect, isOn: (effects: PageEffects) => boolean, on: PageEffects, off: PageEffects): EffectLine =>
@@ -49,7 +49,7 @@ export const EFFECT_LINES: EffectLine[] = [
   switched("follow", (e) => e.collision === "deformed", { collision: "deformed" }, { collision: "rest" }),
   {
     effect: "large",
-    choices: [["off", "effect.large.off"], ["on", "effect.large.on"], ["beside", "effect.large.beside"], ["renewed", "effect.large.renewed"]],
+    choices: [["off", "effect.large.off"], ["on", "effect.large.on"], ["beside", "effect.large.beside"], ["renewed", "effect.large.renewed"], ["auto", "effect.large.auto"]],
     cheapest: "off", value: wordOfLarge,
     change: (v) => (v === "off" ? LINEAR : { deformation: LARGE[v as keyof typeof LARGE], force: "linear", radial: "off" }),
   },

@@ -10,7 +10,7 @@ const UNITS: Record<string, number> = { m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6 };
 const DISCS: [number, number] = [0.002, 0.012]; // m: those of the page's slider
 const CHOICES: Record<string, string[]> = {
   collision: ["rest", "deformed"], contact: ["node", "triangle", "point", "patch"], law: ["sticking", "sliding", "unilateral", "coulomb"],
-  force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large", "large-beside", "large-renewed"], dent: ["off", "discs"],
+  force: ["linear", "response"], shape: ["surface", "volume"], radial: ["off", "response"], deformation: ["linear", "large", "large-beside", "large-renewed", "large-auto"], dent: ["off", "discs"],
 };
 const LEAST_RATE = 1e-6, MOST_RATE = 1e6; // Hz, of scene files (docs/files.md)
 const TOP = ["name", "bundle", "unit", "csv_unit", "effects", "relaxation", "rate", "tool"];

@@ -35,7 +35,7 @@ export class PageTools {
 
 export const nodesFor = (effects: PageEffects, points: number) => (effects.contact === "patch" ? NODES_UNDER_DISC : 3) * points;
 
-// Under large-beside and large-renewed: solves the body after the touches after which palpate-run does, at the page's rates the first touch and
+// Under large-beside, large-renewed and large-auto: solves the body after the touches after which palpate-run does, at the page's rates the first touch and
 // each tenth one after it.
 export class BodySolves {
   private touches = 0; // since the scene was new
@@ -43,7 +43,7 @@ export class BodySolves {
   private isBeside: boolean;
 
   constructor({ deformation }: PageEffects, private rates = PAGE_RATES) {
-    this.isBeside = deformation === "large-beside" || deformation === "large-renewed";
+    this.isBeside = deformation !== undefined && ["large-beside", "large-renewed", "large-auto"].includes(deformation);
   }
 
   reset() {
