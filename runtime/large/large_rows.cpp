@@ -350,6 +350,20 @@ void LargeRows::find_responses(const Spot& spot) {
   solves_ += 3;
 }
 
+double LargeRows::most_softening() const {
+  double most = 1;
+  for (std::int32_t i = 0; rest_responses_ && i < state_.spot_count; ++i) {
+    double now = 0, at_rest = 0;
+    for (int d = 0; d < 3; ++d) {
+      double sum[3];
+      on_spot(now_.spots[i], response(now_.spots[i], d), sum), now += sum[d];
+      on_spot(now_.spots[i], rest_response(now_.spots[i], d), sum), at_rest += sum[d];
+    }
+    if (!(now <= most * at_rest)) most = at_rest > 0 ? now / at_rest : most;
+  }
+  return most;
+}
+
 // W Y between all spots, symmetric.
 void LargeRows::measure_spots() {
   for (std::int32_t i = 0; i < state_.spot_count; ++i)

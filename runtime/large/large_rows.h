@@ -95,6 +95,9 @@ class LargeRows {
   void compliance_times(const double* a, double* out) const;
   double times_compliance(const double* a, const double* b) const;
 
+  // Of the places of all rows, the most by which one is softer in the metric than in that of rest: the traces of W Y, one over the other.
+  double most_softening() const;
+
   // m, W field of a row. field += W^T force; field += factor Y force, the same with Y at rest. out: Y^T force.
   double on_row(std::int32_t r, const float* field) const;
   void add_rows(const double* force, float* field) const;

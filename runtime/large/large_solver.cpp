@@ -32,6 +32,10 @@ constexpr double kHeldStiffness = 30;
 // The metric takes the gradient of a held volume anew where its direction has turned by this cosine.
 constexpr double kTurnedCosine = 0.98;
 
+// The tangent K(u) knows no contact. Where jaws press a slender part flat, it is hardly definite without them, and moves along its softest mode
+// cancel in single precision. A metric in which the place of a contact is softer by more is left for that of rest.
+constexpr double kMostSoftening = 4;
+
 }  // namespace
 
 LargeSolver::Created LargeSolver::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
@@ -146,6 +150,15 @@ void LargeSolver::renew() {
   // Pairs are samples of the tangent, whatever the metric. Those from before the new metric's state go: the new metric is the tangent of a
   // later state. Their scale was that of the metric before.
   pairs_.take_metric();
+  soft_.forget();
+  take_volumes(false);
+  rows_.find_all_responses();
+  if (rows_.most_softening() > kMostSoftening) leave_metric();
+}
+
+void LargeSolver::leave_metric() {
+  metric_.forget();
+  pairs_.drop();
   soft_.forget();
   take_volumes(false);
   rows_.find_all_responses();
@@ -342,6 +355,7 @@ bool LargeSolver::take(const LargeContacts& contacts) {
     rows_.find_new_responses();
     pairs_.forget_local_moves();
     soft_.forget_local_moves();
+    if (metric_.is_renewed() && rows_.most_softening() > kMostSoftening) leave_metric();
   }
   return rows_.fill_compliance();
 }

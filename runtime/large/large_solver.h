@@ -200,6 +200,7 @@ class LargeSolver {
   bool search(double slope, LargeOutcome* outcome);
   void begin_step();
   void give_up();
+  void leave_metric();
   void come_to_rest();
   bool nothing_acts() const;
 

@@ -5,6 +5,7 @@
 #include "tests/runtime/large/large_scene.h"
 #include "tests/runtime/linked_scene.h"
 #include "tests/support/box_corridor.h"
+#include "tests/support/grid_body.h"
 
 namespace palpate::tests {
 namespace {
@@ -34,7 +35,8 @@ const LargeReference& newton() {
 
 // One tool without points. Beside the touch a step is solved to its end before the next one.
 struct Holding {
-  explicit Holding(const SceneDef& def) : scene(box().scene(def)), contacts(scene.get()) {}
+  explicit Holding(const SceneDef& def, const TouchedBody& of = box(), const LargeReference& by = newton())
+      : body(of), reference(by), scene(of.scene(def)), contacts(scene.get()) {}
   palpate_step_flags step(const palpate_part* part) {
     palpate_tool tool = palpate_default_tool();
     tool.parts = part;
@@ -49,20 +51,20 @@ struct Holding {
   Vector3d force() const { return Vector3d(palpate_contacts_tool(contacts, 0)->force_raw); }
   Vector3d torque() const { return Vector3d(palpate_contacts_tool(contacts, 0)->torque_raw); }
   VectorXd moved() {
-    const auto u = displacements(scene.get(), contacts, static_cast<std::int32_t>(box().dofs() / 3));
+    const auto u = displacements(scene.get(), contacts, static_cast<std::int32_t>(body.dofs() / 3));
     return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
   }
   // The rows are at their places in truth: 1 % of the field, 2 % of the forces on the nodes.
   void expect_newton(double least_moved = 0.005) {
-    const HeldRows rows = held_rows(deforming_body_of(*scene), static_cast<std::int32_t>(box().dofs() / 3));
+    const HeldRows rows = held_rows(deforming_body_of(*scene), static_cast<std::int32_t>(body.dofs() / 3));
     const VectorXd found = moved();
     VectorXd exact = found;
-    const VectorXd carried = newton().solve(rows.weights, rows.place, &exact, 1e-9, rows.compliance);
+    const VectorXd carried = reference.solve(rows.weights, rows.place, &exact, 1e-9, rows.compliance);
     EXPECT_GT(exact.cwiseAbs().maxCoeff(), least_moved) << "little is pulled";
     EXPECT_LE((found - exact).norm(), 0.01 * exact.norm());
     const VectorXd force = rows.weights.transpose() * carried;
     EXPECT_LE((rows.weights.transpose() * rows.carried - force).norm(), 0.02 * force.norm());
-    VectorXd told = VectorXd::Zero(box().dofs());
+    VectorXd told = VectorXd::Zero(body.dofs());
     for (std::int32_t e = 0; e < contacts->node_count; ++e) {
       const palpate_contact_node& node = *palpate_contacts_node(contacts, e);
       told.segment<3>(3 * node.node) += Vector3d(node.force);
@@ -77,6 +79,8 @@ struct Holding {
     EXPECT_EQ(force().norm(), 0);
   }
 
+  const TouchedBody& body;
+  const LargeReference& reference;
   ScenePointer scene;
   Contacts contacts;
 };
@@ -131,6 +135,69 @@ TEST(LargeHolds, JawsDrawALobeAsNewtonsMethodSaysAndLetItGo) {
       EXPECT_LE((place - kGrasped - kPull).norm(), 1e-3);
       holding.expect_rest();
     }
+}
+
+// Jaws on the free end of a slab of 120 x 30 x 12 mm, one disc above and one below.
+struct PinchedSlab {
+  DenseBody dense = [] {
+    GridBody grid;
+    grid.lines = {grid_lines(0, 0.12, 8), grid_lines(0, 0.03, 2), grid_lines(0, 0.012, 2)};
+    DenseBody body = dense_grid(grid);
+    body.interior = true;
+    return body;
+  }();
+  TouchedBody slab{dense, with_large(false)};
+  Seen seen{slab, false, 0};
+  LargeReference reference{seen.body};
+  Vector3d held{0.105, 0.015, 0.012};
+  palpate_grasp grasp = palpate_default_grasp();
+
+  PinchedSlab() {
+    const PlaceOnFace above = place_at(slab, {0, 0, 1}, held),
+                      below = place_at(slab, {0, 0, -1}, Vector3d(held.x(), held.y(), 0));
+    grasp.triangle = above.triangle, grasp.opposite_triangle = below.triangle, grasp.radius = 0.008, grasp.id = 1;
+    Eigen::Map<Vector3d>(grasp.barycentric) = above.weights;
+    Eigen::Map<Vector3d>(grasp.opposite_barycentric) = below.weights;
+    bend(0);
+  }
+  // As an arc of this angle, rad.
+  void bend(double angle) {
+    const double radius = angle > 0 ? held.x() / angle : 0;
+    const Quaterniond turn(AngleAxisd(-angle, Vector3d::UnitY()));
+    const Vector3d of_axis(angle > 0 ? radius * std::sin(angle) : held.x(), held.y(), radius * (1 - std::cos(angle)));
+    Eigen::Map<Vector3d>(grasp.position) = of_axis + turn * Vector3d(0, 0, held.z());
+    grasp.orientation[0] = turn.w();
+    Eigen::Map<Vector3d>(grasp.orientation + 1) = turn.vec();
+  }
+};
+
+// Jaws close by 3 mm, and bend the slab up by 60 mm. Then they open.
+TEST(LargeHolds, JawsCloseOnAFoldDrawItBySixtyMillimetresAndLetItGo) {
+  PinchedSlab body;
+  for (const auto form : kForms) {
+    Holding holding(grasping_def(form), body.slab, body.reference);
+    const auto flagged_on = [&](int steps, double closing, double from, double to) {
+      int flagged = 0;
+      for (int s = 1; s <= steps; ++s) {
+        const double share = from + (to - from) * s / steps;
+        body.grasp.closing = closing >= 0 ? closing : 0.003 * s / steps;
+        body.bend(1.3 * share);
+        flagged += holding.step(&body.grasp.part) != 0;
+      }
+      return flagged;
+    };
+    // Beside the touch nothing is known of the first contact, nor where a tool sets out.
+    EXPECT_LE(flagged_on(60, -1, 0, 0), form == PALPATE_DEFORMATION_LARGE ? 0 : 6) << form;
+    EXPECT_EQ(flagged_on(40, 0.003, 0, 0), 0) << form;
+    holding.expect_newton(0.0003);
+    // From two thirds of the way on the metric at rest knows a slender part that has turned so badly that all forms say so.
+    EXPECT_LE(flagged_on(200, 0.003, 0, 0.5), form == PALPATE_DEFORMATION_LARGE ? 0 : 40) << form;
+    holding.expect_newton(0.025);
+    flagged_on(200, 0.003, 0.5, 1);
+    flagged_on(40, 0.003, 1, 1);
+    holding.expect_newton(0.055);
+    holding.expect_rest();
+  }
 }
 
 // Out, turned, back another way: force times way and torque times turn.
