@@ -4,7 +4,7 @@
 set -euo pipefail
 source=$(realpath "$(dirname "$0")/../..")
 "$source/cmake/install-packages.sh" "$source/cmake/packages/organ.txt"
-build=$(mktemp -d)
+build=$source/build-container  # beside the sources, as in every clone, so that a compiler's cache answers
 cmake --preset release -S "$source" -B "$build" -DPALPATE_BUILD_TESTS=OFF -DPALPATE_BUILD_PYTHON=OFF -DPALPATE_BUILD_WEB=OFF \
   -DCMAKE_INSTALL_PREFIX=/usr/local
 cmake --build "$build"
