@@ -14,7 +14,7 @@ git -C "$source" archive HEAD | tar -x -C "$root/opt/palpate"
 # With /proc and the compiler's cache, mounted for that command alone.
 inside() {
   unshare --mount /bin/bash -euc 'mount -t proc proc "$0/proc"; [ -z "$2" ] || mount --bind "$2" "$0/ccache"
-    exec chroot "$0" env CCACHE_DIR=/ccache HWLOC_COMPONENTS=-gl /bin/bash -euo pipefail -c "$1"' "$root" "$1" "$cache"
+    exec chroot "$0" env CCACHE_DIR=/ccache CMAKE_FLAGS="${CMAKE_FLAGS-}" HWLOC_COMPONENTS=-gl /bin/bash -euo pipefail -c "$1"' "$root" "$1" "$cache"
 }
 inside '/opt/palpate/cmake/container/install.sh'
 as_user='setpriv --reuid 1000 --regid 1000 --clear-groups env HOME=/home/user CCACHE_READONLY=1 CCACHE_TEMPDIR=/tmp'
