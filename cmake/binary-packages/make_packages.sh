@@ -1,7 +1,7 @@
 #!/bin/bash
 # make_packages.sh SOURCE BUILD WEB OUT JOBS: Debian packages of the programs, of the runtime and of its headers, a Python wheel, an npm
-# package and a package for Unity, in OUT. BUILD: a folder of its own, for the shared library. WEB: the folder of {simd,baseline}/palpate.wasm. CMAKE_FLAGS in
-# the environment: more options for CMake, as of the Makefile.
+# package and a package for Unity, in OUT. BUILD: a folder of its own, for the shared library. WEB: the folder of {simd,baseline}/palpate.wasm.
+# CMAKE_FLAGS in the environment: more options for CMake, as of the Makefile.
 set -euo pipefail
 source=$1 build=$2 web=$3 out=$4 jobs=$5
 read -ra flags <<< "${CMAKE_FLAGS-}"
