@@ -23,7 +23,7 @@ table { border-collapse: collapse; } td, th { padding: .25em .9em .25em 0; text-
 
 
 # Of force and displaced surface: the default liver, its right side held, 1,696 vertices, nu 0.49, a disc of 10 mm radius pressed in by 5 mm;
-# against quadratic elements on 19,656 vertices (docs/accuracy.md).
+# against quadratic elements on 19,656 vertices: the figures of docs/accuracy.md, as a test of the pictures holds.
 ELEMENT_ERRORS = {"p1": (7.6, 12), "p1-anp": (3.2, 5.5), "p2-p0": (2.6, 8.5)}  # %
 CAPTIONS = {
     "mesh": "The mesh: the size of its tetrahedra, and how good they are.",

@@ -1112,6 +1112,7 @@ class ReadyCalls(unittest.TestCase):
             np.testing.assert_allclose(place.under(0.001), place.point - 0.001 * place.normal)
             self.assertTrue((nodes == place.point).all(axis=1).any(), word)
         self.assertRaisesRegex(ValueError, "did you mean 'foremost'", bundle.place, "formost")
+        self.assertRaisesRegex(ValueError, "expected one of foremost.*found \\[0.1, 0, 0.1\\]", bundle.place, [0.1, 0, 0.1])
 
     def test_a_bundle_that_does_not_say_where_the_front_is_refuses_words(self):
         bundle = palpate.Bundle(BUNDLE)

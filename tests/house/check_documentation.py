@@ -10,7 +10,7 @@
 - The organs in pipelines/README.md have the resolutions and boundary sets that it lists.
 - The smallest example programs of tests/embed stand whole on some page.
 - Every variable of organ.mk that pipelines/rules.mk uses is in docs/files.md, and the other way round.
-- docs/troubleshooting.md has each PALPATE_STEP_ flag and each PALPATE_ERROR_ status of palpate.h, and no others; and each
+- docs/troubleshooting.md has each PALPATE_STEP_ flag, with its number, and each PALPATE_ERROR_ status of palpate.h, and no others; and each
   sentence that it quotes from the sources is there (see quoted_sentences)."""
 import pathlib
 import re
@@ -232,6 +232,11 @@ def check_troubleshooting():
             fail(page, "no entry for the %s %s of palpate.h" % (kind, name))
         for name in sorted(listed - there):
             fail(page, "%s is no %s of palpate.h" % (name, kind))
+    numbers = {name: 1 << int(bit) for name, bit in re.findall(r"\b(PALPATE_STEP_[A-Z_]+)\s*=\s*1 << (\d+)", header)}
+    stated = {name: int(number) for name, number in re.findall(r"^\| `(PALPATE_STEP_[A-Z_]+)` \| (\d+) \|", pages[page], re.M)}
+    for name in sorted(numbers.keys() | stated.keys()):
+        if numbers.get(name) != stated.get(name):
+            fail(page, "%s: expected the number %s of palpate.h, found %s" % (name, numbers.get(name), stated.get(name)))
 
 
 def literals(name):

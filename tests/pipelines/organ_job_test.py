@@ -32,10 +32,10 @@ class OrganJob(unittest.TestCase):
             file.write(text)
         return file.name
 
-    def job(self, *words, task=None):
+    def job(self, *words, task=None, **more):
         """The exit code, what make was asked, line by line, and what the job said."""
         environment = dict(os.environ, SLURM_SUBMIT_DIR=ROOT, DATA=self.path("data"), MAKE_LOG=self.log,
-                           PATH=self.path("bin") + ":" + os.environ["PATH"])
+                           PATH=self.path("bin") + ":" + os.environ["PATH"], **more)
         environment.pop("SLURM_ARRAY_TASK_ID", None)
         if task is not None:
             environment["SLURM_ARRAY_TASK_ID"] = str(task)
@@ -52,6 +52,15 @@ class OrganJob(unittest.TestCase):
                                (2, "ORGAN=plate BC=corners RESOLUTION=5mm RANKS=2")):
                 code, asked, said = self.job(cases, task=task)
                 self.assertEqual((code, asked), (0, [case + " mesh", case + " MESH_IS_MADE=1 PICTURES="]), said)
+
+    def test_a_container_has_make_and_the_programs(self):
+        image = self.write("palpate.sif", "")
+        container = self.write("apptainer", '#!/bin/bash\necho "$@" >> "$MAKE_LOG"; shift 2; exec "$@"\n')
+        os.chmod(container, 0o755)
+        code, asked, said = self.job("liver", "right-side", "1700", CONTAINER="%s exec %s" % (container, image), LAUNCH="", RANKS="1")
+        case = "ORGAN=liver BC=right-side RESOLUTION=1700"
+        words = [case + " mesh", case + " MESH_IS_MADE=1 PICTURES="]
+        self.assertEqual((code, asked), (0, [line for asks in words for line in ("exec %s make -f pipelines/built.mk %s" % (image, asks), asks)]), said)
 
     def test_a_line_that_is_not_there_is_refused(self):
         cases = self.write("cases", "liver right-side 1700\n\nplate corners 5mm")

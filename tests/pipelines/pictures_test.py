@@ -6,8 +6,10 @@ import unittest
 
 import numpy as np
 
-sys.path.insert(0, os.path.join(os.path.dirname(__file__), "..", "..", "pipelines", "pictures"))
+ROOT = os.path.join(os.path.dirname(__file__), "..", "..")
+sys.path.insert(0, os.path.join(ROOT, "pipelines", "pictures"))
 import boundary  # noqa: E402
+import contact_sheet  # noqa: E402
 import offscreen  # noqa: E402
 import views  # noqa: E402
 
@@ -112,6 +114,20 @@ class Springs(unittest.TestCase):
         self.assertGreater(np.linalg.norm(away - nodes.mean(axis=0)), np.linalg.norm(own - nodes.mean(axis=0)))
         low, high = np.reshape(offscreen.coil(start, end, 4, (0, 0, 1)).GetBounds(), (3, 2)).T
         self.assertTrue((low < np.minimum(start, end) + 3).all() and (high > np.maximum(start, end) - 3).all())
+
+
+class ErrorsOfElements(unittest.TestCase):
+    def test_are_those_of_the_documentation(self):
+        with open(os.path.join(ROOT, "docs", "accuracy.md")) as page:
+            study = page.read().split("\n## Mesh size and element\n")[1].split("\n### ")[0]
+        rows = [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in study.splitlines() if line.startswith("|")]
+        column = rows[0].index("1,696")
+        table = {row[0].replace("`", ""): float(row[column]) for row in rows[2:]}  # "force: p1": 7.6
+        stated = {"%s: %s" % (what, element): error for element, errors in contact_sheet.ELEMENT_ERRORS.items()
+                  for what, error in zip(("force", "field"), errors)}
+        self.assertEqual(stated, table)
+        with open(os.path.join(ROOT, "README.md")) as page:
+            self.assertIn("against quadratic elements on 19,656 vertices | %.2g %% | %.2g %% |" % contact_sheet.ELEMENT_ERRORS["p1-anp"], page.read())
 
 
 if __name__ == "__main__":

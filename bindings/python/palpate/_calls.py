@@ -38,7 +38,7 @@ def place(self, at):
 
     The touchable point that lies farthest in that direction of the patient: "foremost", "hindmost", "leftmost", "rightmost",
     "uppermost" or "lowest", as in a scene file. The bundle's frame has to be LPS or RAS."""
-    if at not in _WAYS:
+    if not isinstance(at, str) or at not in _WAYS:
         near = difflib.get_close_matches(str(at), _WAYS, 1)
         raise ValueError("at: expected one of %s; found %r%s" % (", ".join(_WAYS), at, "; did you mean %r?" % near[0] if near else ""))
     if self.frame not in ("LPS", "RAS"):
