@@ -8,7 +8,8 @@ rm -rf "$root"
 trap 'rm -rf "$root"' EXIT
 # The machine's own lists of Debian packages.
 mapfile -t lists < <(find /etc/apt -name sources.list -o -path '*/sources.list.d/*.list' -o -path '*/sources.list.d/*.sources')
-mmdebstrap --quiet --variant=minbase --mode=root \
+# In mounts of its own: were it killed, the trap must not find the machine's /proc and /sys below ROOT.
+unshare --mount mmdebstrap --quiet --variant=minbase --mode=root \
   --include=gcc,libc6-dev,pkg-config,mono-mcs,mono-runtime,nodejs,python3-numpy,python3-venv,python3-pip bookworm "$root" "${lists[@]}"
 
 mkdir "$root/try"

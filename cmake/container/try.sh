@@ -7,7 +7,8 @@ source=$(realpath "$1") root=$(realpath -m "$2") cache=${3:+$(realpath "$3")}
 rm -rf "$root"
 trap 'rm -rf "$root"' EXIT
 mapfile -t lists < <(find /etc/apt -name sources.list -o -path '*/sources.list.d/*.list' -o -path '*/sources.list.d/*.sources')
-mmdebstrap --quiet --variant=minbase --mode=root --dpkgopt=force-unsafe-io --include=ca-certificates bookworm "$root" "${lists[@]}"
+# In mounts of its own: were it killed, the trap must not find the machine's /proc and /sys below ROOT.
+unshare --mount mmdebstrap --quiet --variant=minbase --mode=root --dpkgopt=force-unsafe-io --include=ca-certificates bookworm "$root" "${lists[@]}"
 cp /etc/resolv.conf "$root/etc/"
 mkdir -p "$root/opt/palpate" "$root/ccache"
 git -C "$source" archive HEAD | tar -x -C "$root/opt/palpate"
