@@ -505,6 +505,42 @@ TEST(LargeObstacles, AnOrganThatAWeightLaysOnATableIsNewtonsSolutionWithUnilater
   }
 }
 
+// Plates with friction that wander and turn at 0.05 to 0.2 m/s, and are taken away.
+TEST(LargeObstacles, PlatesThatWanderAtRandomLeaveTheBodyFiniteAndAtRest) {
+  static const TouchedBody box = large_body(false);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const auto vector = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+  for (const auto form : kForms) {
+    SceneDef def = plain_def();
+    def.large.deformation = form;
+    Obstructed scene(box, def, {plate({1, 0, 0}, {-1, 0, 0}, 0.5, 0.04), plate({1, 0, 0}, {0, 0, -1}, 0.1, 0.1)});
+    double most = 0;
+    Vector3d aside[2], spin[2];
+    for (int i = 0; i < 2; ++i) aside[i] = 0.004 * vector(), spin[i] = 0.15 * vector();
+    for (int s = 0; s <= 400; ++s) {
+      const double share = std::sin(std::numbers::pi * s / 400), swing = share * std::sin(0.04 * s);
+      const Vector3d at[2] = {kFarFace + Vector3d(0.012 - 0.024 * share, 0, 0) + swing * aside[0],
+                              Vector3d(0.04, 0.025, 0.05 - 0.02 * share) + swing * aside[1]};
+      for (int i = 0; i < 2; ++i) {
+        const palpate_pose pose = pose_of(at[i], i == 0 ? Vector3d(-1, 0, 0) : Vector3d(0, 0, -1));
+        const double* const q = pose.orientation;
+        const Vector3d turned = swing * spin[i];
+        scene.put(i, pose_at(at[i], Quaterniond(AngleAxisd(turned.norm(), turned.normalized())) *
+                                        Quaterniond(q[0], q[1], q[2], q[3])));
+      }
+      scene.step();
+      ASSERT_TRUE(scene.force(0).allFinite() && scene.force(1).allFinite()) << form << " " << s;
+      most = std::max(most, scene.force(0).norm() + scene.force(1).norm());
+    }
+    for (int s = 0; s < 200; ++s) scene.step();
+    EXPECT_LT(scene.field().cwiseAbs().maxCoeff(), 1e-5) << form;
+    EXPECT_EQ(scene.flags, 0u) << form;
+    EXPECT_GT(most, 1) << form;
+    EXPECT_LT(most, 50) << form;
+  }
+}
+
 // Two organs of a world lie on one table as each would alone.
 TEST(WorldObstacles, TwoOrgansLieOnTheSameTable) {
   static const MovedBox box(false);
