@@ -114,11 +114,11 @@ void add_contacts(py::module_& module) {
   type.def_property_readonly("tools", &tool_states,
                              "structured [tools]: force, force_raw, direction ([3] each), contact_count, slip_count,\n"
                              "release_count, flags, id");
-  type.def_property_readonly(
-      "nodes", &contact_nodes,
-      "structured [nodes under contact]: node, column, source (0 a tool, 1 a needle, 2 a link, 3 another organ, 4 a "
-      "link of the world), index, point, modified_displacement ([3], "
-      "m), force ([3], N, on the organ)");
+  type.def_property_readonly("nodes", &contact_nodes,
+                             "structured [nodes under contact]: node, column, source (0 a tool, 1 a needle, 2 a link, "
+                             "3 an obstacle, 4 another organ, 5 a "
+                             "link of the world), index, point, modified_displacement ([3], "
+                             "m), force ([3], N, on the organ)");
   const auto numbers = [&type](const char* name, auto member, std::size_t count, const char* doc) {
     type.def_property_readonly(
         name,

@@ -105,35 +105,76 @@ struct FineSurface {
   py::array_t<std::int32_t, py::array::c_style | py::array::forcecast> triangles;
   palpate_fine_surface surface = palpate_default_fine_surface();
 
-  explicit FineSurface(const py::object& from) {
-    if (!py::isinstance<py::tuple>(from) || from.cast<py::tuple>().size() != 2) refuse();
-    take(from.cast<py::tuple>()[0], positions), take(from.cast<py::tuple>()[1], triangles);
+  explicit FineSurface(const py::object& from, const char* name = "fine_surface") {
+    if (!py::isinstance<py::tuple>(from) || from.cast<py::tuple>().size() != 2) refuse(name);
+    take(from.cast<py::tuple>()[0], positions, name), take(from.cast<py::tuple>()[1], triangles, name);
     surface.positions = positions.data(), surface.triangles = triangles.data();
     surface.vertex_count = static_cast<std::int32_t>(positions.shape(0));
     surface.triangle_count = static_cast<std::int32_t>(triangles.shape(0));
   }
-  [[noreturn]] static void refuse() {
-    throw py::value_error(
-        "fine_surface: expected a tuple of positions [vertices, 3] and triangles [triangles, 3], whole numbers");
+  [[noreturn]] static void refuse(const std::string& name) {
+    throw py::value_error(name +
+                          ": expected a tuple of positions [vertices, 3] and triangles [triangles, 3], whole numbers");
   }
   template <class Array>
-  static void take(const py::handle& from, Array& array) {
+  static void take(const py::handle& from, Array& array, const char* name) {
     const py::array given = py::array::ensure(from);
-    if (!given || given.ndim() != 2 || given.shape(1) != 3 || given.shape(0) > INT32_MAX) refuse();
+    if (!given || given.ndim() != 2 || given.shape(1) != 3 || given.shape(0) > INT32_MAX) refuse(name);
     if (std::is_same_v<typename Array::value_type, std::int32_t> && given.dtype().kind() != 'i' &&
         given.dtype().kind() != 'u')
-      refuse();
+      refuse(name);
     array = Array::ensure(given);
-    if (!array) refuse();
+    if (!array) refuse(name);
   }
 };
+
+// An obstacle with its mesh, where it has one.
+struct HeldObstacle {
+  palpate_obstacle given = palpate_default_obstacle();
+  std::optional<FineSurface> mesh;
+};
+
+inline HeldObstacle make_obstacle(const std::string& kind, const py::object& size, const py::object& mesh,
+                                  double friction, double depth, const Numbers& position, const Numbers& orientation) {
+  HeldObstacle obstacle;
+  palpate_obstacle& given = obstacle.given;
+  const auto words = {"rectangle", "disc", "mesh"};
+  const auto at = std::find(words.begin(), words.end(), kind);
+  if (at == words.end()) throw py::value_error("kind: expected one of rectangle, disc, mesh; found \"" + kind + "\"");
+  given.kind = static_cast<palpate_obstacle_kind>(PALPATE_OBSTACLE_RECTANGLE + (at - words.begin()));
+  if (given.kind == PALPATE_OBSTACLE_RECTANGLE) {
+    const auto lengths = size.cast<std::array<double, 2>>();
+    std::copy(lengths.begin(), lengths.end(), given.size);
+  }
+  if (given.kind == PALPATE_OBSTACLE_DISC) given.size[0] = size.cast<double>();
+  if (given.kind == PALPATE_OBSTACLE_MESH) obstacle.mesh.emplace(mesh, "mesh");
+  given.friction = friction, given.depth = depth;
+  set_numbers(given.position, position, "position");
+  set_numbers(given.orientation, orientation, "orientation");
+  return obstacle;
+}
 
 // A scene's definition, and the caller's arrays that it names until the scene is created.
 struct Effects {
   SceneDef def;
   std::optional<RenderMesh> render_mesh;
   std::optional<FineSurface> fine_surface;
+  std::vector<HeldObstacle> held_obstacles;
+  std::vector<palpate_obstacle> obstacles;
 };
+
+inline void take_obstacles(const py::object& from, Effects& effects) {
+  for (const py::handle each : from) {
+    const HeldObstacle& held = effects.held_obstacles.emplace_back(each.cast<const HeldObstacle&>());
+    palpate_obstacle& obstacle = effects.obstacles.emplace_back(held.given);
+    if (!held.mesh) continue;
+    const palpate_fine_surface& mesh = held.mesh->surface;
+    obstacle.positions = mesh.positions, obstacle.triangles = mesh.triangles;
+    obstacle.vertex_count = mesh.vertex_count, obstacle.triangle_count = mesh.triangle_count;
+  }
+  effects.def.obstacles.count = static_cast<std::int32_t>(effects.obstacles.size());
+  effects.def.obstacles.list = effects.obstacles.data();
+}
 
 inline constexpr const char* kOtherArguments = "__init__(): incompatible constructor arguments";
 
@@ -148,6 +189,9 @@ inline Effects effects_of(const py::kwargs& named) {
       effects.def.render_mesh = effects.render_mesh.emplace(mesh).mesh;
     if (const py::object surface = take("fine_surface"); !surface.is_none())
       effects.def.fine_surface = effects.fine_surface.emplace(surface).surface;
+    if (const py::object obstacles = take("obstacles"); !obstacles.is_none()) take_obstacles(obstacles, effects);
+    if (const py::object nodes = take("obstacle_nodes"); !nodes.is_none())
+      effects.def.obstacles.max_nodes = nodes.cast<std::int32_t>();
     for_each_keyword([&](const palpate_key& key) {
       if (named.contains(key.name)) set_field(key, take(key.name), effects.def);
     });
@@ -201,6 +245,9 @@ inline constexpr const char* kAboutEffects =
     "needles: whether tools may have a Needle (a bundle with a corridor); needle_places: of\n"
     "the tissue that each of them holds at most\n"
     "force_control: whether tools may have a GivenForce in place of a position\n"
+    "obstacles: None, or up to 16 of Obstacle (set_obstacle_pose; collision=\"deformed\"); obstacle_nodes: nodes "
+    "that all\n"
+    "of them may hold\n"
     "\n";
 
 // Gives a class of Python its constructor Class(bundle, **effects).

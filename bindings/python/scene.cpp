@@ -39,6 +39,19 @@ void add_hit(py::module_& module) {
 void add_scene(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_motion_state, amount, volume);
   PYBIND11_NUMPY_DTYPE(palpate_load_state, force, place, displacement, area);
+  PYBIND11_NUMPY_DTYPE(palpate_obstacle_state, force, torque, position, orientation, deepest, nodes, slips);
+  py::class_<HeldObstacle>(module, "Obstacle",
+                           "A rigid surface that the organ does not enter: a table, a rib, a plate.")
+      .def(py::init(&make_obstacle), py::arg("kind"), py::arg("size") = py::none(), py::kw_only(),
+           py::arg("mesh") = py::none(), py::arg("friction") = 0.0, py::arg("depth") = palpate_default_obstacle().depth,
+           py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
+           py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
+           "kind: \"rectangle\", \"disc\" or \"mesh\". size: m, of a rectangle its lengths along x and y, of a disc "
+           "its radius;\n"
+           "the organ is on the side of z. mesh: a tuple of positions [vertices, 3], m, and triangles [triangles, 3],\n"
+           "counter-clockwise from outside. friction: the largest tangential force over the normal force. depth: m; a "
+           "node\n"
+           "that is farther inside is not held. position, orientation (w x y z): in the world, when the scene begins.");
   PYBIND11_NUMPY_DTYPE(palpate_inside_place, tetrahedron, reserved, weight, distance);
   add_plan_pass(module);
   add_hit(module);
@@ -48,7 +61,8 @@ void add_scene(py::module_& module) {
       "interpreter's lock, so one thread may touch while another draws. Each is for one thread at a time.");
   takes_effects(type, kAboutEffects + lines_of_keywords());
   py::list keywords;
-  for (const char* own : {"relaxation", "loads", "render_mesh", "fine_surface"}) keywords.append(own);
+  for (const char* own : {"relaxation", "loads", "obstacles", "obstacle_nodes", "render_mesh", "fine_surface"})
+    keywords.append(own);
   for_each_keyword([&](const palpate_key& key) { keywords.append(key.name); });
   module.attr("EFFECTS") = keywords;
   type.def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")
@@ -152,6 +166,16 @@ void add_scene(py::module_& module) {
       .def("link_states", &HeldScene::link_states,
            "After a touch: structured [links], a copy: id, condition (0 slack, 1 taut, 2 broken), broken (the touch),\n"
            "rest_length, length, tension (N), force ([3], N, on the first end), ends ([2, 3], m).")
+      .def("set_obstacle_pose", &HeldScene::set_obstacle_pose, py::arg("obstacle"),
+           py::arg("position") = py::make_tuple(0.0, 0.0, 0.0),
+           py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0), py::kw_only(),
+           py::arg("velocity") = py::make_tuple(0.0, 0.0, 0.0),
+           py::arg("angular_velocity") = py::make_tuple(0.0, 0.0, 0.0),
+           "Where an obstacle is in the world from the next touch on, as set_pose says it of the organ.")
+      .def("obstacle_states", &HeldScene::obstacle_states,
+           "After a touch: structured [obstacles], a copy, in the world: force (N) and torque (N m) on the obstacle, "
+           "position,\n"
+           "orientation, deepest (m, a pressing node inside), nodes that press, slips of these.")
       .def("grasp_state", &HeldScene::grasp_state, py::arg("id"),
            "After a touch, of the tool with that id: a record, a copy: condition (0 open, 1 holds, 2 slips, 3 let go), "
            "force (N)\n"

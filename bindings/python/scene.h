@@ -199,14 +199,19 @@ class HeldScene {
     const palpate_contact_report* report = reported();
     return py::bytes(reinterpret_cast<const char*>(report), report->used_bytes);
   }
-  void set_pose(const Numbers& position, const Numbers& orientation, const Numbers& velocity,
-                const Numbers& angular_velocity) {
-    const InUse use(touching_, kTouching);
+  static palpate_pose pose_of(const Numbers& position, const Numbers& orientation, const Numbers& velocity,
+                              const Numbers& angular_velocity) {
     palpate_pose pose = palpate_default_pose();
     set_numbers(pose.position, position, "position");
     set_numbers(pose.orientation, orientation, "orientation");
     set_numbers(pose.velocity, velocity, "velocity");
     set_numbers(pose.angular_velocity, angular_velocity, "angular_velocity");
+    return pose;
+  }
+  void set_pose(const Numbers& position, const Numbers& orientation, const Numbers& velocity,
+                const Numbers& angular_velocity) {
+    const InUse use(touching_, kTouching);
+    const palpate_pose pose = pose_of(position, orientation, velocity, angular_velocity);
     throw_unless_ok([&](palpate_error* error) { return palpate_scene_set_pose(scene_, &pose, error); });
   }
 
@@ -245,6 +250,17 @@ class HeldScene {
   py::array load_states() {
     const InUse use(touching_, kTouching);
     return states_of(palpate_scene_load_state, scene_);
+  }
+  void set_obstacle_pose(std::int32_t obstacle, const Numbers& position, const Numbers& orientation,
+                         const Numbers& velocity, const Numbers& angular_velocity) {
+    const InUse use(touching_, kTouching);
+    const palpate_pose pose = pose_of(position, orientation, velocity, angular_velocity);
+    throw_unless_ok(
+        [&](palpate_error* error) { return palpate_scene_set_obstacle_pose(scene_, obstacle, &pose, error); });
+  }
+  py::array obstacle_states() {
+    const InUse use(touching_, kTouching);
+    return states_of(palpate_scene_obstacle_state, scene_);
   }
   py::array link_states() {
     const InUse use(touching_, kTouching);

@@ -11,6 +11,8 @@
 #include "runtime/motions/effect.h"
 #include "runtime/needles/effect.h"
 #include "runtime/needles/needle.h"
+#include "runtime/obstacles/effect.h"
+#include "runtime/obstacles/obstacles.h"
 #include "runtime/query/effect.h"
 #include "runtime/relaxation/effect.h"
 #include "runtime/report/effect.h"
@@ -21,17 +23,17 @@ namespace palpate {
 
 // Each source has a number of its own, and they ascend in the order in which a step asks for rows.
 static_assert(ContactSource::tool < kNeedleSource && kNeedleSource == ContactSource{kLastSourceOfTools} &&
-              kNeedleSource < kLinkSource && kLinkSource < kPairSource && kPairSource < kWorldLinkSource &&
-              kWorldLinkSource == ContactSource{kLastSource});
+              kNeedleSource < kLinkSource && kLinkSource < kObstacleSource && kObstacleSource < kPairSource &&
+              kPairSource < kWorldLinkSource && kWorldLinkSource == ContactSource{kLastSource});
 
 EffectList all_effects() {
 #ifdef PALPATE_CORE_ALONE  // the module of the core for browsers (bindings/web)
   return {};
 #else
-  static constexpr const Effect* kAll[] = {&large_effect,   &fine_surface_effect, &grasps_effect,     &needles_effect,
-                                           &motions_effect, &links_effect,        &relaxation_effect, &report_effect,
-                                           &queries_effect, &skin_effect,         &dent_effect,       &inside_effect,
-                                           &loads_effect,   &force_control_effect};
+  static constexpr const Effect* kAll[] = {&large_effect,   &fine_surface_effect,  &grasps_effect,     &needles_effect,
+                                           &motions_effect, &links_effect,         &relaxation_effect, &report_effect,
+                                           &queries_effect, &skin_effect,          &dent_effect,       &inside_effect,
+                                           &loads_effect,   &force_control_effect, &obstacles_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 #endif

@@ -40,6 +40,17 @@ struct Pose {
   Vec3 to_body(Vec3 p) const { return turned_to_body(p - position); }
 };
 
+bool same_pose(const Pose& a, const Pose& b);
+// A box in the frame of a body.
+struct PosedBox {
+  const Pose& pose;
+  Vec3 low, high;
+};
+// m: the longest way, in the frame of b, of a point of the box `a` since both were at the poses `before`.
+double longest_way(const Pose& a_before, const Pose& b_before, const PosedBox& a, const Pose& b);
+// Whether the box around `a` in the frame of b is farther from the box of b than `room` (m) along an axis of that frame.
+bool are_apart(const PosedBox& a, const PosedBox& b, double room);
+
 // Whether the three numbers are a position that a host may state: finite and within 1e6 m.
 bool is_position(const double* p);
 // The pose of those numbers. False, with *pose unchanged, where the position is none or the orientation's length is not 1

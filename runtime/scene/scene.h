@@ -78,4 +78,7 @@ namespace palpate {
 // Fills in the plan's most_operations. Refuses fewer than a step can do with.
 palpate_status state_work_bounds(palpate_scene& scene, palpate_error* error);
 
+// Reads the host's pose, which is not NULL. Refused as palpate_scene_set_pose does; *of is then unchanged.
+palpate_status set_pose(const palpate_pose* pose, OrganPose* of, palpate_error* error);
+
 }  // namespace palpate

@@ -16,11 +16,8 @@ bool is_speed(const double* v) {
 }
 
 }  // namespace
-}  // namespace palpate
 
-palpate_status palpate_scene_set_pose(palpate_scene* scene, const palpate_pose* pose, palpate_error* error) {
-  using namespace palpate;
-  if (!scene || !pose) return fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene and pose must not be NULL");
+palpate_status set_pose(const palpate_pose* pose, OrganPose* of, palpate_error* error) {
   palpate_pose wanted = palpate_default_pose();
   if (const palpate_status status = read_host_struct("pose", pose, &wanted, error)) return status;
   if (!is_position(wanted.position))
@@ -34,6 +31,13 @@ palpate_status palpate_scene_set_pose(palpate_scene* scene, const palpate_pose* 
   if (!is_speed(wanted.velocity)) return refuse(error, "a finite velocity in m/s", wanted.velocity);
   if (!is_speed(wanted.angular_velocity))
     return refuse(error, "a finite angular velocity in rad/s", wanted.angular_velocity);
-  scene->touch.organ.set(read, load3(wanted.velocity), load3(wanted.angular_velocity));
+  of->set(read, load3(wanted.velocity), load3(wanted.angular_velocity));
   return succeed(error);
+}
+
+}  // namespace palpate
+
+palpate_status palpate_scene_set_pose(palpate_scene* scene, const palpate_pose* pose, palpate_error* error) {
+  if (!scene || !pose) return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "scene and pose must not be NULL");
+  return palpate::set_pose(pose, &scene->touch.organ, error);
 }

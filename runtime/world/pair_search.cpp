@@ -36,17 +36,6 @@ constexpr double kOverFace = 0.9063;
 // Where the surface has turned by more than 60 degrees since it was at rest (cosine), friction above 0.58 holds tissue without pressing it in.
 constexpr double kSteep = 0.5;
 
-// m: the longest way, in the frame of b, of a point of the box in the frame of a between two steps. A difference of rigid motions is
-// longest at a corner.
-double longest_way(const Pose& a_before, const Pose& b_before, const Pose& a, const Pose& b, Vec3 low, Vec3 high) {
-  double longest = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 p = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z};
-    longest = std::max(longest, length(b.to_body(a.to_world(p)) - b_before.to_body(a_before.to_world(p))));
-  }
-  return longest;
-}
-
 // m, of a place on an organ: the mean of what of_node says of its corners.
 template <typename OfNode>
 Vec3 mean_of_corners(const SurfaceTree& tree, const OrganPair& pair, const OfNode& of_node) {
@@ -94,13 +83,6 @@ bool turn(const OrganGroup& group, Vec3 before, OrganPair* pair) {
 
 bool has_stepped(const TouchState& organ) {
   return organ.field->has_offset() && organ.offset.stepped() > 0;
-}
-
-bool same_pose(const Pose& a, const Pose& b) {
-  bool same = length(a.position - b.position) == 0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) same = same && a.axes.m[i][j] == b.axes.m[i][j];
-  return same;
 }
 
 double signed_distance(const NearestPoint& nearest) {
@@ -193,7 +175,7 @@ void PairSearch::measure_motion(OrganGroup& group) const {
     const double far = of_a.deformed().farthest_from_rest();
     const Vec3 room = {far, far, far};
     motion.way +=
-        longest_way(motion.pose_a, motion.pose_b, now_a, now_b, of_a.tree().low() - room, of_a.tree().high() + room);
+        longest_way(motion.pose_a, motion.pose_b, {now_a, of_a.tree().low() - room, of_a.tree().high() + room}, now_b);
     motion.pose_a = now_a, motion.pose_b = now_b;
   }
   motion.path_a = path_a, motion.path_b = path_b;
@@ -216,17 +198,8 @@ bool PairSearch::is_apart(const OrganGroup& group) const {
   const OrganSurface &of_a = surface_[group.a], &of_b = surface_[group.b];
   const double room =
       of_a.deformed().farthest_from_rest() + of_b.deformed().farthest_from_rest() + kStays * group.margin;
-  const Vec3 half = 0.5 * (of_a.tree().high() - of_a.tree().low());
-  const Vec3 middle = to_second(group, 0.5 * (of_a.tree().low() + of_a.tree().high()));
-  Vec3 extent;
-  for (int j = 0; j < 3; ++j) {
-    const Vec3 axis = turned_to_second(group, {j == 0 ? 1.0 : 0, j == 1 ? 1.0 : 0, j == 2 ? 1.0 : 0});
-    for (int i = 0; i < 3; ++i) extent[i] += std::fabs(axis[i]) * half[j];
-  }
-  for (int i = 0; i < 3; ++i)
-    if (middle[i] - extent[i] - room > of_b.tree().high()[i] || middle[i] + extent[i] + room < of_b.tree().low()[i])
-      return true;
-  return false;
+  return are_apart({touch(group.a).organ.pose(), of_a.tree().low(), of_a.tree().high()},
+                   {touch(group.b).organ.pose(), of_b.tree().low(), of_b.tree().high()}, room);
 }
 
 // ---- one vertex ------------------------------------------------------------------------------------------------------

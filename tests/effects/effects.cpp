@@ -137,6 +137,7 @@ const std::vector<Effect>& effects() {
        needs_deformed},
       {"force control", Slot::own,
        [](S& s) { s.force_control = true, s.def.force_control.force_control = 1, s.def.max_tools = 5; }},
+      {"obstacles", Slot::own, [](S& s) { s.obstacles = true, s.def.obstacles.count = 1; }, needs_deformed},
       {"grasps", Slot::own, [](S& s) { s.grasps = true, s.def.grasps.grasps = 1; }, needs_patch},
       {"links", Slot::own, [](S& s) { s.links = true, s.def.links.max_links = 4; }},
       {"needles", Slot::own,

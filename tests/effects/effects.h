@@ -39,7 +39,7 @@ struct SceneOfEffects {
   SceneDef def = unlimited_def();
   Store store = Store::f32;
   bool grasps = false, links = false, needles = false, motions = false, holds_volume = false, loads = false,
-       force_control = false, skin = false, fine = false, touching = false, world_links = false;
+       force_control = false, obstacles = false, skin = false, fine = false, touching = false, world_links = false;
   bool is_world() const { return touching || world_links; }
 };
 

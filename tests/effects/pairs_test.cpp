@@ -46,5 +46,23 @@ TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
     }
 }
 
+// The same with a plate that presses the organ, with friction. Beside the touch, a tool that is given a force next to a needle and a plate stays
+// flagged, and so do jaws that slip next to a needle, a held volume, loads and a plate (docs/method.md, section 23).
+TEST(EffectCrowds, ActTogetherUnderAPlateAsAFullSolveSays) {
+  const std::vector<const char*> crowd = {
+      "collision deformed", "contact patch", "relaxation", "queries",   "report",  "inside",
+      "volumes held",       "loads",         "links",      "obstacles", "needles", "law coulomb"};
+  for (const char* tissue : {"force response (Q)", "large", "large beside", "large renewed"}) {
+    const bool beside = std::strncmp(tissue, "large ", 6) == 0;
+    std::vector<const char*> all = crowd;
+    all.push_back(tissue);
+    if (!beside) all.insert(all.end(), {"grasps", "force control"});
+    EXPECT_EQ(faults_of_crowd(all), "") << tissue;
+    if (beside) all.push_back("grasps");
+    all.insert(all.end(), {"organs that touch", "links between organs"});
+    EXPECT_EQ(faults_of_crowd(all), "") << tissue << ", two organs";
+  }
+}
+
 }  // namespace
 }  // namespace palpate::tests

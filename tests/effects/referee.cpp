@@ -259,6 +259,7 @@ void Referee::check(int s) {
   check_contacts(organs_[0]);
   if (of_.force_control) check_pusher(organs_[0]);
   check_grasp(organs_[0]), check_needle(organs_[0]), check_links(organs_[0]);
+  for (std::size_t k = 0; of_.obstacles && k < organs_.size(); ++k) check_plate(organs_[k], static_cast<int>(k));
   if (of_.touching) check_pairs();
   if (of_.world_links) check_world_links();
   for (std::size_t k = 0; large && k < organs_.size(); ++k) check_large(organs_[k], static_cast<int>(k));
@@ -582,6 +583,30 @@ void Referee::check_world_links() {
     }
     check_link(state, link.kind, link.stiffness, ends);
   }
+}
+
+// ---- a plate ------------------------------------------------------------------------------------------------------------
+
+void Referee::check_plate(const Organ& organ, int k) {
+  const auto above = [&](std::int32_t n) {
+    return kPlateNormal.dot(rest(n) + organ.u.segment<3>(3 * n) - stage_.plate());
+  };
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t i = 0; i < organ.of_node.size(); ++i) {
+    const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(i));
+    if (node.source != PALPATE_SOURCE_OBSTACLE) continue;
+    const Vector3d& force = organ.of_node[i];
+    const double pushed = force.dot(kPlateNormal);
+    sum += force;
+    miss("plates that pull", std::max(0.0, -pushed), largest_force_);
+    miss("friction of plates", std::max(0.0, (force - pushed * kPlateNormal).norm() - kPlateFriction * pushed),
+         largest_force_);
+    if (force.norm() > kNoForce) miss("plates that press apart", std::fabs(above(node.node)), kLength);
+  }
+  for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
+    if (!body_.touched.fixed[3 * n]) miss("nodes behind a plate", std::max(0.0, -above(n)), kLength);
+  const palpate_obstacle_state& state = *palpate_scene_obstacle_state(organ.scene, 0);
+  miss("forces of plates", (stage_.direction_in_world(k, sum) + vector(state.force)).norm(), largest_force_);
 }
 
 // ---- organs that touch -------------------------------------------------------------------------------------------------

@@ -46,6 +46,7 @@ class Referee {
   void miss(const char* kind, double error, double scale);
   void read(Organ& organ, int k);
   void check_loads(const Organ& organ, int k);
+  void check_plate(const Organ& organ, int k);
   Eigen::Vector4d amounts_of(const Organ& organ);
   void add_corrected_shape(Organ& organ);
   Held held_by(const Organ& organ, palpate_contact_source source, std::int32_t index, std::int32_t point) const;

@@ -58,6 +58,10 @@ Stage::Stage(const SceneOfEffects& of) : of_(of), body_(body_of(of.store).touche
   SceneDef def = of.def;
   if (of.skin) def.render_mesh = effect_skin();
   if (of.fine) def.fine_surface = fine;
+  palpate_obstacle plate = palpate_default_obstacle();
+  plate.kind = PALPATE_OBSTACLE_RECTANGLE, plate.size[0] = plate.size[1] = 0.1, plate.friction = kPlateFriction;
+  plate.position[0] = 10;  // set_plate() brings it
+  if (of.obstacles) def.obstacles.list = &plate;
   // The patch of the force is a point of the tissue, which rests elsewhere under a preload.
   if (of.loads && of.def.preload == PALPATE_PRELOAD_ON) {
     const PlaceOnFace point = place_at(body_, kUp, Vector3d(kPointOfForce));
@@ -249,6 +253,19 @@ void Stage::set_loads(int s) {
   }
 }
 
+void Stage::set_plate(int s) {
+  if (!of_.obstacles) return;
+  plate_ = Vector3d(0.06, 0.025, 0.04) - 1e-3 * at(s, {{10, 1}, {60, -1.5}, {100, -0.5}, {150, -1.2}}) * kPlateNormal +
+           1e-3 * at(s, {{60, 0}, {110, 1.2}, {150, 0.4}}) * kSide;
+  for (int k = 0; k < organs(); ++k) {
+    const Quaterniond organ(poses_[k].orientation[0], poses_[k].orientation[1], poses_[k].orientation[2],
+                            poses_[k].orientation[3]);
+    const palpate_pose pose =
+        pose_at(in_world(k, plate_), organ * Quaterniond::FromTwoVectors(Vector3d::UnitZ(), kPlateNormal));
+    palpate_scene_set_obstacle_pose(scene(k), 0, &pose, nullptr);
+  }
+}
+
 Eigen::VectorXd Stage::loads(int organ) const {
   Eigen::VectorXd f = Eigen::VectorXd::Zero(body_.dofs());
   Vector3d force;
@@ -320,6 +337,7 @@ void Stage::step(int s) {
   send_tools();
   move_organs(s);
   set_loads(s);
+  set_plate(s);
   set_links(s);
   const auto count = static_cast<std::int32_t>(tools_.size());
   flags = world_

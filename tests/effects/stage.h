@@ -2,7 +2,7 @@
 //
 // The box is 60 x 50 x 40 mm, held at x = 0. A finger comes down on its top, drags, leaves, comes again and drags; a grip draws on the face
 // y = 50 mm; jaws pull and turn the bottom; a needle goes in at y = 0; links hold the face y = 50 mm; a second box comes against x = 60 mm. In
-// the last 40 steps everything stands still. A pusher presses the bottom with a given force. The organ is somewhere in the world, turned.
+// the last 40 steps everything stands still. A pusher presses the bottom with a given force, and a plate the edge between the top and x = 60 mm. The organ is somewhere in the world, turned.
 #pragma once
 
 #include "tests/effects/effects.h"
@@ -14,7 +14,9 @@ inline constexpr int kSteps = 200, kStandsFrom = 160, kHoldsVolumeFrom = 80;
 inline constexpr int kFingerIsAway[] = {107, 113}, kJawsAreOpen[] = {92, 98};
 inline constexpr std::int32_t kIdOfFinger = 3, kIdOfGrip = 4, kIdOfJaws = 5, kIdOfNeedle = 6, kIdOfPusher = 7;
 inline constexpr double kStepTime = 1e-3;
-inline constexpr double kPairFriction = 0.3, kFingerFriction = 0.4, kFingerRadius = 0.004;
+inline constexpr double kPairFriction = 0.3, kFingerFriction = 0.4, kFingerRadius = 0.004, kPlateFriction = 0.3;
+// Unit, of the plate that presses the edge between the top and the face x = 60 mm.
+inline const Eigen::Vector3d kPlateNormal = Eigen::Vector3d(-1, 0, -1).normalized();
 
 class Stage {
  public:
@@ -41,6 +43,8 @@ class Stage {
   const Eigen::Vector3d& pushed() const { return pushed_; }
   const Eigen::Vector4d& amounts() const { return amounts_; }
   double held_volume(int k) const { return held_volume_[k]; }  // m^3; NaN: none is held
+  // m, in each organ's frame: where the plate is that presses the organ.
+  const Eigen::Vector3d& plate() const { return plate_; }
   // N on each dof, what the loads bear on an organ, in its frame.
   Eigen::VectorXd loads(int organ) const;
   const palpate_pose& pose(int organ) const { return poses_[organ]; }
@@ -59,6 +63,7 @@ class Stage {
   palpate_pose pose_of_second(double nearer, double aside) const;
   void move_organs(int s);
   void set_loads(int s);
+  void set_plate(int s);
   void set_links(int s);
   Eigen::Vector3d rest_of(const palpate_link_end& end) const;
 
@@ -79,6 +84,7 @@ class Stage {
   std::vector<palpate_link> links_;
   std::vector<palpate_world_link> world_links_;
   Eigen::Vector4d amounts_ = Eigen::Vector4d::Zero();
+  Eigen::Vector3d plate_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d force_ = Eigen::Vector3d::Zero(), traction_ = force_;  // N in the world; Pa in each organ's frame
   double apart_[2] = {};                                                 // m, of the ends of the world's links at first
   double held_volume_[2] = {NAN, NAN}, volume_before_[2] = {0, 0};

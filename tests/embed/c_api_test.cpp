@@ -490,6 +490,27 @@ TEST(CApi, BearsLoads) {
   EXPECT_EQ(palpate_scene_load_state(made.scene, 1), nullptr);
 }
 
+TEST(CApi, PressesTheOrganByAnObstacle) {
+  BundleOwner owner(bundle_path);
+  palpate::SceneDef def = full_def();
+  palpate_obstacle plate = palpate_default_obstacle();
+  plate.kind = PALPATE_OBSTACLE_DISC, plate.size[0] = 0.05;
+  plate.position[2] = 0.05, plate.orientation[0] = 0, plate.orientation[1] = 1;  // looks down
+  def.collision = PALPATE_COLLISION_DEFORMED, def.obstacles.count = 1, def.obstacles.list = &plate;
+  SceneOwner made(owner.bundle, def);
+  palpate_pose pose = palpate_default_pose();
+  pose.orientation[0] = 0, pose.orientation[1] = 1;
+  for (int step = 0; step < 30; ++step) {
+    pose.position[0] = 0.04, pose.position[1] = 0.02, pose.position[2] = 0.0405 - 5e-5 * step;
+    EXPECT_EQ(palpate_scene_set_obstacle_pose(made.scene, 0, &pose, nullptr), PALPATE_OK);
+    made.touch(nullptr, 0);
+  }
+  const palpate_obstacle_state& state = *palpate_scene_obstacle_state(made.scene, 0);
+  EXPECT_GT(state.nodes, 0);
+  EXPECT_GT(state.force[2], 0);
+  EXPECT_EQ(palpate_scene_obstacle_state(made.scene, 1), nullptr);
+}
+
 TEST(CApi, PressesWithAGivenForce) {
   BundleOwner owner(bundle_path);
   palpate::SceneDef def = full_def();
@@ -681,6 +702,8 @@ TEST(CApi, PartsHaveDefaults) {
   EXPECT_EQ(palpate_default_relaxation_def().terms, 0);
   EXPECT_EQ(palpate_default_loads_def().count, 0);
   EXPECT_EQ(palpate_default_force_control_def().force_control, 1);
+  EXPECT_EQ(palpate_default_obstacles_def().count, 0);
+  EXPECT_EQ(palpate_default_obstacles_def().max_nodes, 256);
   EXPECT_EQ(palpate_default_dent_def().dent, PALPATE_DENT_DISCS);
   EXPECT_EQ(palpate_default_inside_def().inside, PALPATE_INSIDE_ON);
   EXPECT_EQ(palpate_default_inside_def().part.struct_bytes, sizeof(palpate_inside_def));

@@ -796,6 +796,31 @@ class ForceControl(unittest.TestCase):
         self.assertRaisesRegex(ValueError, "force: expected 3 numbers", palpate.GivenForce, (1, 2))
 
 
+class Obstacles(unittest.TestCase):
+    def test_a_plate_presses_the_organ_and_feels_it(self):
+        plate = palpate.Obstacle("rectangle", (0.1, 0.1), friction=0.3, position=(0.03, 0.02, 0.0405), orientation=(0, 1, 0, 0))
+        far = palpate.Obstacle("mesh", mesh=(np.eye(3, dtype=np.float32), [[0, 1, 2]]), position=(5, 0, 0))
+        scene = palpate.Scene(palpate.Bundle(BUNDLE), collision="deformed", obstacles=[plate, far], obstacle_nodes=100)
+        contacts = scene.make_contacts()
+        for step in range(30):
+            scene.set_obstacle_pose(0, (0.03, 0.02, 0.0405 - 5e-5 * step), (0, 1, 0, 0))
+            self.assertEqual(scene.touch([], 0.001, contacts), 0)
+        states = scene.obstacle_states()
+        self.assertGreater(states["force"][0][2], 0)
+        self.assertGreater(states["nodes"][0], 0)
+        np.testing.assert_allclose(states["position"][0], (0.03, 0.02, 0.0405 - 5e-5 * 29))
+        np.testing.assert_array_equal(states["force"][1], 0)
+
+    def test_refusals(self):
+        bundle = palpate.Bundle(BUNDLE)
+        self.assertRaisesRegex(ValueError, "expected one of rectangle, disc, mesh", palpate.Obstacle, "cube")
+        self.assertRaisesRegex(ValueError, "mesh: expected a tuple", palpate.Obstacle, "mesh")
+        disc = palpate.Obstacle("disc", 0.1)
+        self.assertRaisesRegex(palpate.Error, "collision DEFORMED", palpate.Scene, bundle, collision="rest", obstacles=[disc])
+        scene = palpate.Scene(bundle, collision="deformed", obstacles=[disc])
+        self.assertRaisesRegex(palpate.Error, "found 1 of 1", scene.set_obstacle_pose, 1)
+
+
 class Links(unittest.TestCase):
     def setUp(self):
         self.bundle = palpate.Bundle(BUNDLE)
@@ -1039,7 +1064,7 @@ class Worlds(unittest.TestCase):
         self.assertEqual(states["tension"][1], 0)
         np.testing.assert_allclose(states["ends"][2][0], at + (0, 0, 0.02), atol=1e-12)
         for organ in contacts.organs:
-            self.assertTrue((organ.nodes["source"] == 4).all())
+            self.assertTrue((organ.nodes["source"] == 5).all())
         on_first = contacts.organs[0].nodes["force"].sum(axis=0)  # the first organ's frame is the world's
         np.testing.assert_allclose(on_first, states["force"][0], rtol=1e-9, atol=1e-12)
 

@@ -14,6 +14,7 @@ links: \b[Ll]inks?\b \bLink[A-Z] \w_links?\b LINK
 force control: [Ff]orce_control ForceControl [Gg]iven_force [Gg]iven\sforce
 loads: palpate_loads loads_effect SurfaceLoads LoadPatch runtime/loads
 motions: [Mm]otion MOTION
+obstacles: [Oo]bstacle OBSTACLE
 world: \w_world_ in_world\b \bWorld[A-Z] \b(of|in)\sa\sworld runtime/world organs\s(that\s)?touch pairs?\sof\s(places|organs)
 relaxation: [Rr]elaxation RELAXATION [Pp]rony
 large: [Ll]arge\sdeformation \b[Ll]arge[_/] \bLarge[A-Z] LARGE_ [Hh]yperelastic beside\sthe\stouch \bdeformation_
@@ -74,7 +75,7 @@ class CoreWords(unittest.TestCase):
 
     def test_words_are_found(self):
         for module, line in (("grasps", "if (tool.has_grasp)"), ("needles", "// as a needle's place"), ("links", "add_link(wish)"),
-                             ("motions", "MotionRows rows;"), ("loads", "palpate_loads_def def;"), ("force control", "const palpate_given_force& push"), ("world", "// of an organ of a world"), ("world", "most_world_links = 0"),
+                             ("motions", "MotionRows rows;"), ("loads", "palpate_loads_def def;"), ("force control", "const palpate_given_force& push"), ("world", "// of an organ of a world"), ("world", "most_world_links = 0"), ("obstacles", "if (obstacle)"),
                              ("large", "// under large deformation"), ("skin", "the dent of others"), ("relaxation", "def.relaxation")):
             self.assertIn(module, [found[1] for found in found_in(line)], line)
         for line in ("forces are in the world", "a query ends", "the largest move", "std::memory_order_relaxed", "two lines"):

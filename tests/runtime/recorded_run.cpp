@@ -171,6 +171,15 @@ std::vector<Combination> combinations() {
   return all;
 }
 
+// A plate with friction that stands against the face x = 60 mm.
+palpate_obstacle plate_beside() {
+  palpate_obstacle plate = palpate_default_obstacle();
+  plate.kind = PALPATE_OBSTACLE_DISC, plate.size[0] = 0.04, plate.friction = 0.3;
+  plate.position[0] = 0.0602, plate.position[1] = 0.02, plate.position[2] = 0.02;
+  plate.orientation[0] = 0.70710678118654752, plate.orientation[2] = -plate.orientation[0];  // looks along -x
+  return plate;
+}
+
 palpate::SceneDef scene_def(const Combination& c) {
   palpate::SceneDef def;
   def.collision = c.collision, def.contact = c.contact, def.law = c.law, def.shape = PALPATE_SHAPE_VOLUME;
@@ -181,6 +190,8 @@ palpate::SceneDef scene_def(const Combination& c) {
     def.loads.count = 1, def.loads.radius[0] = 0.012;
     std::copy_n(top, 3, def.loads.centre[0]);
     def.force_control.force_control = 1;
+    static const palpate_obstacle table = plate_beside();
+    def.obstacles.count = 1, def.obstacles.list = &table;
   }
   if (c.organ == Combination::hyperelastic) def.large.deformation = PALPATE_DEFORMATION_LARGE;
   if (!has_the_rest(c)) return def;

@@ -146,7 +146,7 @@ typedef enum palpate_preload_model {
 
 /* What an effect beside these adds to the definition of a scene, or to a tool: a struct of its header, which begins with a palpate_part. Headers of
  * effects: palpate_relaxation.h, palpate_large.h, palpate_fine_surface.h, palpate_grasps.h, palpate_needles.h, palpate_motions.h,
- * palpate_links.h, palpate_report.h, palpate_queries.h, palpate_skin.h, palpate_inside.h, palpate_loads.h, palpate_force_control.h. A scene has the effects whose structs are in the
+ * palpate_links.h, palpate_report.h, palpate_queries.h, palpate_skin.h, palpate_inside.h, palpate_loads.h, palpate_force_control.h, palpate_obstacles.h. A scene has the effects whose structs are in the
  * chain of its definition, in any order. A host that links the static library links their code and that of no other effect. */
 typedef struct palpate_part {
   uint32_t struct_bytes;           /* of the struct that begins with it                                           */
@@ -293,8 +293,9 @@ typedef enum palpate_contact_source {
   PALPATE_SOURCE_TOOL = 0, /* a tool point, a grip or a grasp                     */
   PALPATE_SOURCE_NEEDLE = 1,
   PALPATE_SOURCE_LINK = 2,      /* of the organ                                        */
-  PALPATE_SOURCE_ORGAN = 3,     /* another organ, which touches this one               */
-  PALPATE_SOURCE_WORLD_LINK = 4 /* to another organ or a place of the world            */
+  PALPATE_SOURCE_OBSTACLE = 3,  /* a rigid surface                                     */
+  PALPATE_SOURCE_ORGAN = 4,     /* another organ, which touches this one               */
+  PALPATE_SOURCE_WORLD_LINK = 5 /* to another organ or a place of the world            */
 } palpate_contact_source;
 
 /* One node under contact. */

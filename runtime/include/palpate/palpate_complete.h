@@ -15,6 +15,7 @@
 #include "palpate_mailbox.h"
 #include "palpate_motions.h"
 #include "palpate_needles.h"
+#include "palpate_obstacles.h"
 #include "palpate_passivity.h"
 #include "palpate_plan.h"
 #include "palpate_pose.h"

@@ -45,6 +45,7 @@ struct PartsOfScene {
   ChainedPart<palpate_inside_def> inside{palpate_default_inside_def()};
   ChainedPart<palpate_loads_def> loads{palpate_default_loads_def()};
   ChainedPart<palpate_force_control_def> force_control{palpate_default_force_control_def()};
+  ChainedPart<palpate_obstacles_def> obstacles{palpate_default_obstacles_def()};
 };
 
 // The fields of palpate_scene_def, and the structs of all effects.
@@ -67,9 +68,9 @@ struct SceneDef : palpate_scene_def, PartsOfScene {
  private:
   void chain() noexcept {
     parts = nullptr;
-    for (palpate_part* each :
-         {&force_control.part, &loads.part, &inside.part, &dent.part, &render_mesh.part, &queries.part, &report.part,
-          &links.part, &motions.part, &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
+    for (palpate_part* each : {&obstacles.part, &force_control.part, &loads.part, &inside.part, &dent.part,
+                               &render_mesh.part, &queries.part, &report.part, &links.part, &motions.part,
+                               &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
       palpate_add_part(&parts, each);
   }
 };
