@@ -13,7 +13,7 @@
 #include "studies/bodies/bodies.h"
 #include "studies/timing/timing.h"
 #include "studies/validation/baked_body.h"
-#include "studies/validation/pressed_pair.h"
+#include "studies/validation/pressed_bodies.h"
 
 namespace palpate::validation {
 namespace {
@@ -65,22 +65,21 @@ std::array<Block, 2> blocks_of(const Blocks& pair) {
 
 // ---- the runtime -------------------------------------------------------------------------------------------------------
 
-PairAnswer by_runtime(const Workshop& workshop, const std::array<Block, 2>& blocks, double pushed, bool large) {
-  PressedPair pair;
-  pair.large = large;
+PressedAnswer by_runtime(const Workshop& workshop, const std::array<Block, 2>& blocks, double pushed, bool large) {
+  Pressing pressing;
   for (std::size_t k = 0; k < 2; ++k) {
     BodyToBake body = {fmt::format("blocks-{}", k), blocks[k].mesh, kYoung[k], kPoisson, Element::p1, ""};
     body.boundary = fmt::format("[[fixed]]\ndofs = \"xyz\"\nselect = {{ patch = \"{}\" }}\n", blocks[k].held);
     body.large = large;
-    pair.bundles[k] = bake(workshop, body);
+    pressing.bodies.push_back({bake(workshop, body), large ? PALPATE_DEFORMATION_LARGE : PALPATE_DEFORMATION_LINEAR});
   }
   // The lower block comes up, from a tenth of a millimetre below.
-  pair.second = [pushed](double share) {
+  pressing.last = [pushed](double share) {
     palpate_pose pose = palpate_default_pose();
     pose.position[2] = share * pushed - 1e-4 * (1 - share);
     return pose;
   };
-  return press(pair);
+  return press(pressing);
 }
 
 // ---- CalculiX ----------------------------------------------------------------------------------------------------------
@@ -176,7 +175,7 @@ CalculixPair by_calculix(const std::filesystem::path& folder, const std::array<B
 
 Agreement compare(const Workshop& workshop, const Blocks& pair, const std::filesystem::path& scratch) {
   const std::array<Block, 2> blocks = blocks_of(pair);
-  const PairAnswer ours = by_runtime(workshop, blocks, pair.pushed, pair.large);
+  const PressedAnswer ours = by_runtime(workshop, blocks, pair.pushed, pair.large);
   const CalculixPair theirs = by_calculix(scratch, blocks, pair.pushed, pair.large);
   double largest = 0, worst = 0;
   std::size_t first = 0, cells = 0;
@@ -188,8 +187,8 @@ Agreement compare(const Workshop& workshop, const Blocks& pair, const std::files
     }
     first += blocks[k].body.nodes.size(), cells += blocks[k].body.tetrahedra.size();
   }
-  // What the top does to the upper block is the opposite of what the lower one does.
-  const double force_off = (ours.force + theirs.force).norm() / theirs.force.norm();
+  // What the top does to the upper block is what the upper block does to the lower one.
+  const double force_off = (ours.force - theirs.force).norm() / theirs.force.norm();
   return {first, first, cells, std::max(worst / largest, force_off), 0, ours.seconds, theirs.seconds};
 }
 

@@ -172,6 +172,27 @@ def plots_of(study, case, quantity):
             (against_time, f"{name}-time", "")]
 
 
+SHELLS = "two-shells"
+# Puso and Laursen 2004, Areias et al. 2015, Zimmerman and Ateshian 2018, Abaqus: depth, mm; least, median and most force on the quarter, N.
+FOUR_CODES = ((2, 0.66, 0.72, 0.80), (3, 1.07, 1.23, 1.27), (4, 1.64, 1.81, 1.82), (5, 2.24, 2.36, 2.44))
+SHELL_FORMS = {"linear": ("#c2410c", "s"), "large": ("#0b6fa4", "o"), "large beside": ("#7c3aed", "D")}
+
+
+def shells_plot(study, case):
+    """The force on the two shells against the depth: our finest mesh of the element that is judged, and the four codes."""
+    plot = Plot("Two shells under a plate", "the plate has gone down by, mm", "force on the quarter, N")
+    judged = next(s for s in case["series"] if s["judged"])
+    for form, (colour, marker) in SHELL_FORMS.items():
+        points = [finest for depth, *_ in FOUR_CODES for finest in [p for p in study.points if p["case"] == SHELLS and p["element"] == judged["element"]
+                                                                    and p["quantity"] == f"{form}: force at {depth} mm, N"][-1:]]
+        plot.curve(points, lambda p: float(p["quantity"].split()[-3]), "value", told, label=f"ours, {form}", color=colour, marker=marker)
+    depths, least, median, most = zip(*FOUR_CODES)
+    plot.axes.errorbar(depths, median, [[m - a for m, a in zip(median, least)], [b - m for m, b in zip(median, most)]], fmt="_", color="#1c2530",
+                       markersize=14, capsize=7, linewidth=1.6, label="four codes: least, median, most", zorder=5)
+    return plot, SHELLS, ("The bars are the spread of four published codes. Large deformation, in the touch and beside it, is the same body; linear "
+                          "organs are too stiff, by more the deeper the plate goes.")
+
+
 def series_rows(study, case):
     rows = []
     for s in case["series"]:
@@ -188,7 +209,7 @@ def case_by_case(page, study):
     for case in study.cases:
         page.heading(case["title"], anchor=case["id"])
         page.words(f"Known answer: {case['closed_form']}. <i>{case['source']}</i>. Expected order: {case['theory']}.")
-        plots = [plot for quantity in drawn(case) for plot in plots_of(study, case, quantity)]
+        plots = [shells_plot(study, case)] if case["id"] == SHELLS else [plot for quantity in drawn(case) for plot in plots_of(study, case, quantity)]
         if plots:
             page.plots(plots)
         page.table(("quantity", "element", "nu", "cells", "vertices", "unknowns", "assemble, s", "solve, s", "found", "exact", "error",

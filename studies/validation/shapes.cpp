@@ -30,7 +30,8 @@ void bend_to_circle(std::array<double, 3>& p, const Radius& radius, double z) {
 
 }  // namespace
 
-TetrahedralMesh shell_octant(double a, double b, int n) {
+TetrahedralMesh shell_octant(double a, double b, int n, int layers) {
+  if (layers == 0) layers = n;
   using Eigen::Vector3d;
   TetrahedralMesh mesh;
   std::vector<Vector3d> directions;
@@ -43,12 +44,12 @@ TetrahedralMesh shell_octant(double a, double b, int n) {
       if (i + j < n - 1) triangles.push_back({node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)});
     }
   const auto count = static_cast<std::int32_t>(directions.size());
-  for (int layer = 0; layer <= n; ++layer)
+  for (int layer = 0; layer <= layers; ++layer)
     for (const auto& direction : directions) {
-      const Vector3d p = a * std::pow(b / a, static_cast<double>(layer) / n) * direction;
+      const Vector3d p = a * std::pow(b / a, static_cast<double>(layer) / layers) * direction;
       mesh.nodes.push_back({p[0], p[1], p[2]});
     }
-  fill_layers(triangles, count, n, mesh);
+  fill_layers(triangles, count, layers, mesh);
   name_one_region(mesh, "shell");
   return mesh;
 }

@@ -5,9 +5,9 @@
 
 namespace palpate::validation {
 
-// One octant of the shell a <= r <= b: an n-fold triangulation of the octant, extruded in n layers of prisms whose
+// One octant of the shell a <= r <= b: an n-fold triangulation of the octant, extruded in layers of prisms (0: n) whose
 // thickness grows with the radius.
-TetrahedralMesh shell_octant(double a, double b, int n);
+TetrahedralMesh shell_octant(double a, double b, int n, int layers = 0);
 
 // A disc made of rings of triangles, extruded along z in layers of prisms; each prism is three tetrahedra.
 TetrahedralMesh cylinder_mesh(double radius, double height, int rings, int layers);

@@ -257,7 +257,10 @@ std::vector<Case> all_cases(const Workshop& workshop) {
           sheared_block(),
           twisted_cylinder(),
           elastica(),
-          cook_large()};
+          cook_large(),
+          sphere_on_block(workshop),
+          two_shells(workshop),
+          ironing(workshop)};
 }
 
 void run_study(StudyOptions options) {
