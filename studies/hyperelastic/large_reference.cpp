@@ -18,7 +18,8 @@ using Eigen::VectorXd;
 
 namespace {
 constexpr double kFast = 0.2;  // a step with a factor of another solution leaves so much of the residual force at most
-}
+constexpr int kMostRefused = 2;  // in a solution; then each step factors its own tangent
+}  // namespace
 
 struct LargeReference::Factor {
   Eigen::CholmodSupernodalLLT<Sparse> of;
@@ -233,6 +234,7 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
   };
   double least = potential(energy(*u, &force), *u, s), last_residual = infinite;
   bool own = !factor_->ready;  // the factor is that of the tangent at u
+  int refused = 0;             // steps with another factor that were too slow
   for (int step = 0; step < 100; ++step) {
     if (own) {
       const double begun = studies::processor_seconds();
@@ -258,7 +260,7 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
     const bool on_constraint = missed.norm() <= 1e-12 * (1 + p.target.norm());
     if (on_constraint && residual.norm() <= p.tolerance * (force.norm() + 1e-300)) return lambda;
     if (!own && residual.norm() > kFast * last_residual) {
-      own = true;
+      own = true, ++refused;
       continue;
     }
     if (on_constraint) last_residual = residual.norm();
@@ -280,7 +282,7 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
       throw std::runtime_error("the line search found no descent");
     }
     *u = trial, s = trial_s, force = trial_force, least = found;
-    own = !shares_;
+    own = !shares_ || refused >= kMostRefused;
   }
   throw std::runtime_error("100 steps did not converge");
 }
