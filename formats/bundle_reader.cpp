@@ -9,6 +9,7 @@
 
 #include "formats/checksum.h"
 #include "formats/compliance_blocks.h"
+#include "formats/element_layout.h"
 
 namespace palpate::formats {
 
@@ -100,10 +101,11 @@ BundleStatus check_magic(const unsigned char* head, std::uint64_t file_bytes, Bu
 BundleStatus check_header(const unsigned char* head, std::uint64_t file_bytes, BundleHeader* header,
                           BundleError* error) {
   std::memcpy(header, head, sizeof *header);
-  if (header->layout_version != kLayoutVersion)
+  if (!reader_knows_layout(header->layout_version))
     return refuse(error, BundleStatus::version, offsetof(BundleHeader, layout_version),
-                  "this reader knows bundle layout %" PRIu32 ", found %" PRIu32 "; use a matching version of Palpate",
-                  kLayoutVersion, header->layout_version);
+                  "this reader knows the bundle layouts %" PRIu32 " and %" PRIu32 ", found %" PRIu32
+                  "; use a matching version of Palpate",
+                  kLayoutVersion, kNewestLayout, header->layout_version);
   if (header->section_count > kMaxSections)
     return refuse(error, BundleStatus::section, offsetof(BundleHeader, section_count),
                   "expected at most %" PRIu32 " sections, found %" PRIu32 "; copy the bundle again or rebuild it",

@@ -14,6 +14,7 @@
 
 #include "formats/bundle_reader.h"
 #include "formats/checksum.h"
+#include "formats/element_layout.h"
 #include "formats/errors.h"
 
 namespace palpate {
@@ -393,6 +394,22 @@ void SectionWriter::sync() {
   file_.sync_data();
 }
 
+namespace {
+
+std::uint32_t layout_of(const PlainFile& file, const std::vector<SectionEntry>& entries) {
+  for (const SectionEntry& entry : entries)
+    if (entry.id == static_cast<std::uint32_t>(SectionId::provenance)) {
+      std::string text(entry.bytes, ' ');
+      file.read(entry.offset, text.data(), text.size());
+      const nlohmann::json provenance = nlohmann::json::parse(text, nullptr, false);
+      if (provenance.is_object() && provenance.contains("element") && provenance["element"].is_string())
+        return formats::layout_of_element(provenance["element"].get<std::string>());
+    }
+  return formats::kLayoutVersion;
+}
+
+}  // namespace
+
 void seal_bundle(const std::filesystem::path& path, std::vector<SectionEntry> entries, const SectionReader& also) {
   if (entries.size() > formats::kMaxSections) throw std::logic_error("more sections than a bundle can hold");
   const PlainFile file(path, O_RDWR);
@@ -401,7 +418,7 @@ void seal_bundle(const std::filesystem::path& path, std::vector<SectionEntry> en
 
   formats::BundleHeader header{};
   std::memcpy(header.magic, formats::kBundleMagic, sizeof header.magic);
-  header.layout_version = formats::kLayoutVersion;
+  header.layout_version = layout_of(file, entries);
   header.section_count = static_cast<std::uint32_t>(entries.size());
   header.file_bytes = file.size();
   header.user_block_bytes = formats::kUserBlockBytes;

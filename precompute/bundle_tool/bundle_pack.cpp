@@ -10,6 +10,7 @@
 
 #include "formats/atomic_file.h"
 #include "formats/bundle_writer.h"
+#include "formats/element_layout.h"
 #include "formats/half.h"
 #include "formats/organ_config.h"
 #include "formats/program.h"
@@ -458,7 +459,7 @@ class Packer {
     drop_stated_accuracy(p);
     if (accuracy_.is_object()) p.update(accuracy_);
     const std::string before = p.value("pack_history", "");
-    p["version"] = kLayoutVersion;
+    p["version"] = layout_of_element(p.value("element", ""));
     p["packed_from_sha256"] = source_sha256_;
     p["pack_history"] = fmt::format("{}{}palpate-bundle {} pack {} of sha256 {}", before, before.empty() ? "" : "; ",
                                     PALPATE_VERSION, done(), source_sha256_);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "formats/element_layout.h"
 #include "formats/program.h"
 
 namespace palpate {
@@ -293,7 +294,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
   const BoundaryConfig& boundary = inputs.boundary;
   nlohmann::json p;
   p["format"] = "palpate bundle";
-  p["version"] = formats::kLayoutVersion;
+  p["version"] = formats::layout_of_element(name_of(organ.element));
   p["program"] = "palpate-precompute";
   p["program_version"] = PALPATE_VERSION;
   p["element"] = name_of(organ.element);

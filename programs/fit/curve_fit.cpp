@@ -29,6 +29,7 @@ constexpr int kMostPlaces = 12;    // along the curves, at which the law's error
 constexpr int kFewestForBootstrap = 6;
 constexpr double kToldModulus = 0.4;  // half width of log mu: the interval spans a factor of 2.2
 constexpr double kToldShare = 1;      // half width over the constant
+constexpr double kAlike = 2;          // residual of an example over the fit's
 constexpr double kAlone =
     1.0 / 3;  // with the other constants held the interval is that much narrower: they are untold together
 
@@ -57,24 +58,18 @@ class Fitter {
 
   // log f, or nothing where the law cannot be solved.
   const VectorXd* log_of_model(const VectorXd& at) {
-    const std::vector<double> key(at.begin(), at.end());
-    const auto known = known_.find(key);
-    if (known != known_.end()) return known->second.size() > 0 ? &known->second : nullptr;
-    VectorXd found;
-    try {
-      found = model_(family_.form(at));
-      ++solutions_;
-      found = found.minCoeff() > 0 ? VectorXd(found.array().log()) : VectorXd();
-    } catch (const OperationError& error) {
-      failed_ = error.what();
-    }
-    const VectorXd& kept = known_[key] = found;
+    solve({at});
+    const VectorXd& kept = known_[key_of(at)];
     return kept.size() > 0 ? &kept : nullptr;
   }
 
-  Solution evaluate(const VectorXd& at) {
+  // With the points of the difference quotients, which cost little beside it.
+  Solution evaluate(const VectorXd& at, const std::vector<LawConstant::Range>& range) {
     Solution result;
     result.at = at;
+    std::vector<VectorXd> points = {at};
+    for (Index k = 0; k < at.size(); ++k) points.push_back(quotient_of(at, k, range, false).up);
+    solve(points);
     const VectorXd* model = log_of_model(at);
     if (!model) return result;
     result.residual = log_force_ - *model;
@@ -87,12 +82,16 @@ class Fitter {
   // d log F / d (log mu, coordinates). central: by differences to both sides, where the range allows.
   MatrixXd slopes(const VectorXd& at, const std::vector<LawConstant::Range>& range, bool central) {
     MatrixXd result = MatrixXd::Ones(log_force_.size(), 1 + at.size());
+    std::vector<Quotient> quotients;
+    std::vector<VectorXd> points = {at};
+    for (Index k = 0; k < at.size(); ++k) {
+      quotients.push_back(quotient_of(at, k, range, central));
+      points.push_back(quotients.back().up), points.push_back(quotients.back().down);
+    }
+    solve(points);
     const VectorXd middle = *log_of_model(at);
     for (Index k = 0; k < at.size(); ++k) {
-      const double step = kStep * std::max(1.0, std::abs(at[k]));
-      VectorXd up = at, down = at;
-      up[k] = std::min(at[k] + step, range[std::size_t(k)].high);
-      if (central || up[k] - at[k] < step / 2) down[k] = std::max(at[k] - step, range[std::size_t(k)].low);
+      auto& [up, down] = quotients[std::size_t(k)];
       const VectorXd *above = log_of_model(up), *below = log_of_model(down);
       if (!above) above = &middle, up = at;
       if (!below) below = &middle, down = at;
@@ -105,7 +104,7 @@ class Fitter {
   // Levenberg and Marquardt's method within the ranges; free: which coordinates move.
   Solution minimise(const VectorXd& start, const std::vector<LawConstant::Range>& range,
                     const std::vector<bool>& free) {
-    Solution best = evaluate(start);
+    Solution best = evaluate(start, range);
     if (!std::isfinite(best.square)) return best;
     double damping = 1e-3;
     for (int round = 0; round < kMostRounds; ++round) {
@@ -134,7 +133,7 @@ class Fitter {
           const auto& of = range[std::size_t(moved[i] - 1)];
           at[moved[i] - 1] = std::clamp(at[moved[i] - 1] + step[Index(i)], of.low, of.high);
         }
-        const Solution trial = evaluate(at);
+        const Solution trial = evaluate(at, range);
         if (trial.square < best.square) {
           gained = 1 - trial.square / best.square, best = trial, damping = std::max(damping / 10, 1e-9), better = true;
           break;
@@ -149,6 +148,37 @@ class Fitter {
   const std::string& failed() const { return failed_; }
 
  private:
+  struct Quotient {
+    VectorXd up, down;
+  };
+  static Quotient quotient_of(const VectorXd& at, Index k, const std::vector<LawConstant::Range>& range, bool central) {
+    const double step = kStep * std::max(1.0, std::abs(at[k]));
+    Quotient result{at, at};
+    result.up[k] = std::min(at[k] + step, range[std::size_t(k)].high);
+    if (central || result.up[k] - at[k] < step / 2) result.down[k] = std::max(at[k] - step, range[std::size_t(k)].low);
+    return result;
+  }
+  static std::vector<double> key_of(const VectorXd& at) { return {at.begin(), at.end()}; }
+  // Those that are not known yet; the others lie near the first one.
+  void solve(const std::vector<VectorXd>& points) {
+    std::vector<LawForm> forms;
+    std::vector<std::vector<double>> keys;
+    for (const VectorXd& at : points)
+      if (const auto key = key_of(at); !known_.count(key) && std::find(keys.begin(), keys.end(), key) == keys.end())
+        keys.push_back(key), forms.push_back(family_.form(at));
+    if (forms.empty()) return;
+    try {
+      const std::vector<VectorXd> found = model_(forms);
+      for (std::size_t i = 0; i < found.size(); ++i)
+        known_[keys[i]] =
+            found[i].size() > 0 && found[i].minCoeff() > 0 ? VectorXd(found[i].array().log()) : VectorXd();
+      solutions_ += static_cast<int>(found.size());
+    } catch (const OperationError& error) {
+      failed_ = error.what();
+      known_[keys.front()] = VectorXd();
+    }
+  }
+
   const LawFamily& family_;
   const ForceModel& model_;
   VectorXd log_force_, weight_;
@@ -390,18 +420,18 @@ CurveFit fit_curves(const CurveData& data, const LawFamily& family, const ForceM
     const auto at_end = [&](double to) {
       VectorXd start = best.at;
       const auto& of = range[std::size_t(k)];
-      // As far as the law can be solved.
+      // As far as the law can be solved and its forces are nearly the same.
       for (double way = to; std::abs(way) > 1e-3 * std::abs(to); way /= 2) {
         start[k] = std::clamp(best.at[k] + way, of.low, of.high);
         const Solution found = fitter.minimise(start, range, free);
-        if (std::isfinite(found.square))
+        if (found.square < kAlike * kAlike * best.square)
           return Untold::Fitted{std::exp(found.log_shear), std::sqrt(found.square / weight.sum()),
                                 family.constants(found.at)};
       }
       return Untold::Fitted{fit.shear.value, fit.residual, values};
     };
     const double reach = std::isfinite(width) ? width : range[std::size_t(k)].high - range[std::size_t(k)].low;
-    // Half way to the ends, where the residual has hardly grown.
+    // Half way to the ends, where the residual has grown little.
     untold.low = at_end(-reach / 2), untold.high = at_end(reach / 2);
     fit.untold.push_back(untold);
   }

@@ -5,8 +5,8 @@
 //
 // The error has two parts. That of a unit (a specimen, else a place) is what makes units differ, in whatever way it is correlated along
 // a curve. The law's own error is what all units have alike: a random function of the strain with a scale and a correlation length,
-// which are not known; their likelihood, from the mean residual of all units, weighs all of them (restricted likelihood, Patterson and
-// Thompson 1971, Biometrika 58). The half width of a 95 % interval is the root of the sum of the squares of the two parts' half widths.
+// which are not known. Their restricted likelihood (Patterson and Thompson 1971, Biometrika 58), from the mean residual of all units, weighs
+// the scales and says which lengths are possible; the widest interval of these lengths counts. The half width of a 95 % interval is the root of the sum of the squares of the two parts' half widths.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,8 +26,9 @@ struct CurveData {
   int units = 0;
 };
 
-// [row] the force over the shear modulus, m^2, of a law over a shear modulus of 1 Pa. Errors: OperationError where it is not found.
-using ForceModel = std::function<Eigen::VectorXd(const LawForm&)>;
+// [form][row] the force over the shear modulus, m^2, of laws over a shear modulus of 1 Pa, the others near the first one; empty where it is not
+// found. Errors: OperationError where that of the first one is not found.
+using ForceModel = std::function<std::vector<Eigen::VectorXd>(const std::vector<LawForm>&)>;
 
 struct CurveOptions {
   int repetitions = 2000;  // of the bootstrap

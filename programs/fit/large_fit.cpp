@@ -96,9 +96,14 @@ LargeFit fit_large(PressedBundle& bundle, const Measurements& measurements, Pres
     data.unit.push_back(place_of_unit[unit]);
     result.deepest = std::max(result.deepest, strain[r]);
   }
-  const ForceModel model = [&](const LawForm& form) -> Eigen::VectorXd { return of_all.forces(form)(fitted); };
+  const ForceModel model = [&](const std::vector<LawForm>& forms) {
+    std::vector<Eigen::VectorXd> forces = of_all.forces(forms);
+    for (Eigen::VectorXd& force : forces)
+      if (force.size() > 0) force = Eigen::VectorXd(force(fitted));
+    return forces;
+  };
   result.curve = fit_curves(data, family, model, options.curves, measurements.file.string());
-  const Eigen::VectorXd all = result.curve.shear.value * of_all.forces(result.curve.form);
+  const Eigen::VectorXd all = result.curve.shear.value * of_all.forces({result.curve.form}).front();
   result.force.assign(all.begin(), all.end());
   result.fewest_touched = of_all.fewest_touched();
   std::vector<int> all_held;

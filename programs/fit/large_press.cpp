@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "formats/averaged_shear.h"
 #include "formats/errors.h"
 #include "studies/hyperelastic/large_reference.h"
 
@@ -56,9 +57,9 @@ LargePress::LargePress(PressedBundle& bundle, const Measurements& measurements, 
       body_(bundle.body()),
       regions_(bundle.regions()),
       file_(bundle.file().string()) {
-  if (body_.element != "p1" && body_.element != "p1-anp")
-    throw InputError(
-        fmt::format("{}: --large: expected a bundle of the elements p1 or p1-anp, found {}", file_, body_.element));
+  if (body_.element == "p2-p0")
+    throw InputError(fmt::format("{}: --large: expected a bundle of the elements p1, p1-anp or p1-ang, found {}", file_,
+                                 body_.element));
   if (!bundle.soft_supports().empty() && body_.support_nodes->empty())
     throw InputError(
         fmt::format("{}: --large: it has foundations or springs, and what they add to the stiffness is not stored; "
@@ -108,6 +109,7 @@ LargePress::LargePress(PressedBundle& bundle, const Measurements& measurements, 
                       measurements.file.string(), curve.spot.line));
   }
   if (!is_plate(press)) discs_ = bundle.hold_discs(spots, measurements.file);
+  kept_.resize(curves_.size());
 }
 
 LargePress::Way LargePress::way_of(const PressedCurve& curve, const HeldDisc* disc) const {
@@ -147,8 +149,9 @@ namespace {
 // A rigid ball without friction: nodes that it touches stay on its surface, the others outside.
 class Ball {
  public:
-  Ball(const BundleBody& body, const LargeReference& reference, double radius, const std::vector<std::int32_t>& near)
-      : body_(body), reference_(reference), radius_(radius), near_(near) {}
+  Ball(const BundleBody& body, const LargeReference& reference, double radius, const std::vector<std::int32_t>& near,
+       std::vector<std::int32_t>* touched)
+      : body_(body), reference_(reference), radius_(radius), near_(near), touched_(*touched) {}
 
   // From u on. Returns the force along the axis. The centre stands on the axis.
   double press(const Vector3d& centre, const Vector3d& axis, double depth, VectorXd* u) {
@@ -176,7 +179,6 @@ class Ball {
     }
     throw std::runtime_error("the contact with the ball does not settle");
   }
-  int touched() const { return static_cast<int>(touched_.size()); }
 
  private:
   Vector3d rest(std::int32_t node) const { return Vector3d::Map(body_.nodes + 3 * std::size_t(node)); }
@@ -207,7 +209,7 @@ class Ball {
   const LargeReference& reference_;
   double radius_, near_enough_ = 0;  // m
   const std::vector<std::int32_t>& near_;
-  std::vector<std::int32_t> touched_;
+  std::vector<std::int32_t>& touched_;
   std::vector<Vector3d> normals_;
   bool lost_ = false;
 };
@@ -238,72 +240,114 @@ double force_at(double depth, const std::vector<double>& depths, const std::vect
 
 }  // namespace
 
-std::vector<double> LargePress::solve(const Way& way, const PressedCurve& curve, const LawForm& form,
-                                      int* touched) const {
-  use_one_thread();
+// The bundle's body over the first region's shear modulus.
+struct LargePress::Body {
   std::vector<TissueLaw> laws;
-  for (const Region& region : regions_) {
-    const double shear = region.young / (2 * (1 + region.poisson)) / shear_;
-    LawForm own = form;
-    if (own.kind == LawForm::Kind::yeoh) own = LawForm::yeoh(shear * form.constant[0], shear * form.constant[1]);
-    laws.push_back({shear, 2 * shear * (1 + region.poisson) / (3 * (1 - 2 * region.poisson)), own});
-  }
-  HyperelasticBody body;
-  body.nodes = body_.nodes, body.tetrahedra = body_.tetrahedra, body.region = body_.region;
-  body.fixed = way.fixed.data(), body.laws = laws.data();
-  body.node_count = body_.node_count, body.tetrahedron_count = body_.tetrahedron_count;
-  body.region_count = static_cast<std::int32_t>(laws.size());
-  body.nodal_dilatation = body_.element == "p1-anp";
-  body.support_nodes = body_.support_nodes->data(), body.support_stiffness = supports_.data();
-  body.support_count = static_cast<std::int32_t>(body_.support_nodes->size() / 2);
-  const LargeReference reference(body);
-  VectorXd u = VectorXd::Zero(reference.dofs());
-  std::optional<Ball> ball;
-  if (way.radius > 0) ball.emplace(body_, reference, way.radius, way.near);
+  std::unique_ptr<LargeReference> reference;
 
-  const auto press_to = [&](double depth, double from, VectorXd* at) {
-    if (ball) {
-      const Vector3d centre = way.place + (way.radius - depth) * way.outward;
-      return ball->press(centre, -way.outward, depth, at);
+  Body(const LargePress& press, const Way& way, const LawForm& form,
+       const std::shared_ptr<LargeReference::Factor>& factor) {
+    const BundleBody& of = press.body_;
+    for (const Region& region : press.regions_) {
+      const double shear = region.young / (2 * (1 + region.poisson)) / press.shear_;
+      LawForm own = form;
+      if (own.kind == LawForm::Kind::yeoh) own = LawForm::yeoh(shear * form.constant[0], shear * form.constant[1]);
+      laws.push_back({shear, 2 * shear * (1 + region.poisson) / (3 * (1 - 2 * region.poisson)), own});
     }
-    if (way.rows.rows() > 0)
-      return reference.solve(way.rows, depth * way.way, at, kTolerance, way.compliance).dot(way.way);
-    if (from > 0) *at *= depth / from;
-    for (const std::int32_t node : pressed_) (*at)[3 * Index(node) + axis_] = -sign_ * depth;
-    reference.balance(VectorXd::Zero(at->size()), at, kTolerance);
-    VectorXd force;
-    reference.energy(*at, &force);
-    double sum = 0;
-    for (const std::int32_t node : pressed_) sum -= sign_ * force[3 * Index(node) + axis_];
-    return sum;
-  };
+    HyperelasticBody body;
+    body.nodes = of.nodes, body.tetrahedra = of.tetrahedra, body.region = of.region;
+    body.fixed = way.fixed.data(), body.laws = laws.data();
+    body.node_count = of.node_count, body.tetrahedron_count = of.tetrahedron_count;
+    body.region_count = static_cast<std::int32_t>(laws.size());
+    body.nodal_dilatation = of.element != "p1";
+    body.averaged_shear = of.element == "p1-ang" ? formats::kAveragedShear : 0;
+    body.support_nodes = of.support_nodes->data(), body.support_stiffness = press.supports_.data();
+    body.support_count = static_cast<std::int32_t>(of.support_nodes->size() / 2);
+    reference = std::make_unique<LargeReference>(body, factor);
+  }
+};
 
-  std::vector<double> forces;
-  double now = 0;
-  for (const double depth : solved_depths(curve.depths)) {
-    double force = 0;
-    const double most = (is_plate(press_) ? kMostStrain : kMostShare) * curve.scale * (1 + kRounding);
-    for (double step = std::min(most, depth - now); now < depth;) {
-      const double next = std::min(now + step, depth);
-      VectorXd trial = u;
+// From a state at the depth `from` on. Returns the force.
+double LargePress::press(const Way& way, const Body& body, double depth, double from, State* state) const {
+  VectorXd& u = state->u;
+  if (way.radius > 0) {
+    const Vector3d centre = way.place + (way.radius - depth) * way.outward;
+    return Ball(body_, *body.reference, way.radius, way.near, &state->touched).press(centre, -way.outward, depth, &u);
+  }
+  if (way.rows.rows() > 0)
+    return body.reference->solve(way.rows, depth * way.way, &u, kTolerance, way.compliance).dot(way.way);
+  if (from > 0) u *= depth / from;
+  for (const std::int32_t node : pressed_) u[3 * Index(node) + axis_] = -sign_ * depth;
+  body.reference->balance(VectorXd::Zero(u.size()), &u, kTolerance);
+  VectorXd force;
+  body.reference->energy(u, &force);
+  double sum = 0;
+  for (const std::int32_t node : pressed_) sum -= sign_ * force[3 * Index(node) + axis_];
+  return sum;
+}
+
+// The same in steps, which are halved where Newton's method does not converge.
+double LargePress::press_on(const Way& way, const PressedCurve& curve, const Body& body, double depth, double from,
+                            State* state) const {
+  double force = 0;
+  const double most = (is_plate(press_) ? kMostStrain : kMostShare) * curve.scale * (1 + kRounding);
+  for (double step = std::min(most, depth - from); from < depth;) {
+    const double next = std::min(from + step, depth);
+    State trial = *state;
+    try {
+      force = press(way, body, next, from, &trial);
+    } catch (const std::runtime_error& error) {
+      if ((step /= 2) < kShortest * most)
+        throw OperationError(
+            fmt::format("{}: no solution at a depth of {:.3g} mm: {}", file_, 1e3 * next, error.what()));
+      continue;
+    }
+    *state = trial, from = next, step = std::min(2 * step, most);
+  }
+  return force;
+}
+
+std::vector<std::vector<double>> LargePress::solve(std::size_t c, const std::vector<LawForm>& forms,
+                                                   int* touched) const {
+  use_one_thread();
+  const PressedCurve& curve = curves_[c];
+  const Way way = way_of(curve, discs_.empty() ? nullptr : &discs_[c]);
+  const auto factor = LargeReference::shared_factor();
+  std::vector<Body> bodies;
+  for (const LawForm& form : forms) bodies.emplace_back(*this, way, form, factor);
+  const std::vector<double> depths = solved_depths(curve.depths);
+  std::vector<std::vector<double>> forces(forms.size());
+  std::vector<bool> failed(forms.size());
+  std::vector<State> states;
+  State state{VectorXd::Zero(bodies.front().reference->dofs()), {}};
+  for (std::size_t d = 0; d < depths.size(); ++d) {
+    const double depth = depths[d];
+    const auto begin_at = [&](std::size_t form, State start) {
       try {
-        force = press_to(next, now, &trial);
-      } catch (const std::runtime_error& error) {
-        if ((step /= 2) < kShortest * most)
-          throw OperationError(
-              fmt::format("{}: no solution at a depth of {:.3g} mm: {}", file_, 1e3 * next, error.what()));
-        continue;
+        forces[form].push_back(press(way, bodies[form], depth, depth, &start));
+        return std::optional<State>(start);
+      } catch (const std::runtime_error&) {
+        return std::optional<State>();
       }
-      u = trial, now = next, step = std::min(2 * step, most);
-    }
-    forces.push_back(force);
+    };
+    const auto found = kept_[c].empty() ? std::nullopt : begin_at(0, kept_[c][d]);
+    if (found)
+      state = *found;
+    else
+      forces[0].push_back(press_on(way, curve, bodies[0], depth, d > 0 ? depths[d - 1] : 0, &state));
+    states.push_back(state);
+    for (std::size_t form = 1; form < forms.size(); ++form)
+      if (!failed[form] && !begin_at(form, state)) failed[form] = true;
   }
-  *touched = ball ? ball->touched() : 0;
+  for (std::size_t form = 1; form < forms.size(); ++form)
+    if (failed[form]) forces[form].clear();
+  kept_[c] = std::move(states);
+  *touched = static_cast<int>(state.touched.size());
   return forces;
 }
 
-VectorXd LargePress::forces(const LawForm& form) const {
-  std::vector<std::vector<double>> found(curves_.size());
+std::vector<VectorXd> LargePress::forces(const std::vector<LawForm>& forms) const {
+  std::vector<std::vector<std::vector<double>>> found(curves_.size());
   std::atomic<std::size_t> next = 0;
   std::mutex mutex;
   std::string failed;
@@ -311,7 +355,7 @@ VectorXd LargePress::forces(const LawForm& form) const {
   const auto work = [&] {
     for (std::size_t c; (c = next++) < curves_.size();) try {
         int touched = 0;
-        found[c] = solve(way_of(curves_[c], discs_.empty() ? nullptr : &discs_[c]), curves_[c], form, &touched);
+        found[c] = solve(c, forms, &touched);
         const std::lock_guard lock(mutex);
         if (touched > 0) fewest = fewest > 0 ? std::min(fewest, touched) : touched;
       } catch (const std::exception& error) {
@@ -326,9 +370,18 @@ VectorXd LargePress::forces(const LawForm& form) const {
   for (std::thread& thread : pool) thread.join();
   if (!failed.empty()) throw OperationError(failed);
   fewest_touched_ = fewest;
+  std::vector<VectorXd> result;
+  for (std::size_t form = 0; form < forms.size(); ++form) result.push_back(at_rows(found, form));
+  return result;
+}
+
+// Empty where a curve has no solution of the form.
+VectorXd LargePress::at_rows(const std::vector<std::vector<std::vector<double>>>& found, std::size_t form) const {
   VectorXd result(static_cast<Index>(data_.rows.size()));
   for (std::size_t c = 0; c < curves_.size(); ++c) {
-    for (const double force : found[c])
+    const std::vector<double>& forces = found[c][form];
+    if (forces.empty()) return {};
+    for (const double force : forces)
       if (!(force > 0) && curves_[c].spot.ball_depth > 0)
         throw InputError(fmt::format(
             "{}:{}: the ball touches no node of the mesh at its shallowest rows, so that it has no force there; "
@@ -340,8 +393,8 @@ VectorXd LargePress::forces(const LawForm& form) const {
       // A depth that a unit has rounded is the one that was solved.
       const auto same = std::find_if(depths.begin(), depths.end(),
                                      [&](double d) { return std::abs(d - depth) <= kRounding * depth; });
-      result[r] = same != depths.end() ? found[c][static_cast<std::size_t>(same - depths.begin())]
-                                       : force_at(depth, depths, found[c]);
+      result[r] = same != depths.end() ? forces[static_cast<std::size_t>(same - depths.begin())]
+                                       : force_at(depth, depths, forces);
     }
   }
   return result;

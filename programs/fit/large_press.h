@@ -28,17 +28,28 @@ class LargePress {
 
   const std::vector<PressedCurve>& curves() const { return curves_; }
 
-  // [row] m^2, the force over the first region's shear modulus, where all regions have this law over their moduli. The moduli keep their
-  // ratios to one another and to the soft supports. Errors: OperationError where a solution is not found. The curves are solved on all cores.
-  Eigen::VectorXd forces(const LawForm& form) const;
+  // [form][row] m^2, the force over the first region's shear modulus, where all regions have this law over their moduli. The moduli keep their
+  // ratios to one another and to the soft supports. Solutions begin at those of the last call, and those of the other forms, which should lie near
+  // the first one, at those of the first one; a form without a solution has no rows. Errors: OperationError where the first form has none. The
+  // curves are solved on all cores.
+  std::vector<Eigen::VectorXd> forces(const std::vector<LawForm>& forms) const;
 
   // Nodes that the ball touched at its deepest row, the fewest of all curves; 0: no ball.
   int fewest_touched() const { return fewest_touched_; }
 
  private:
-  struct Way;  // what is held and which rows there are
+  struct Way;   // what is held and which rows there are
+  struct Body;  // with a law
+  struct State {
+    Eigen::VectorXd u;
+    std::vector<std::int32_t> touched;  // by a ball
+  };
   Way way_of(const PressedCurve& curve, const HeldDisc* disc) const;
-  std::vector<double> solve(const Way& way, const PressedCurve& curve, const LawForm& form, int* touched) const;
+  double press(const Way& way, const Body& body, double depth, double from, State* state) const;
+  double press_on(const Way& way, const PressedCurve& curve, const Body& body, double depth, double from,
+                  State* state) const;
+  std::vector<std::vector<double>> solve(std::size_t c, const std::vector<LawForm>& forms, int* touched) const;
+  Eigen::VectorXd at_rows(const std::vector<std::vector<std::vector<double>>>& found, std::size_t form) const;
 
   const Measurements& data_;
   Press press_;
@@ -50,8 +61,9 @@ class LargePress {
   int axis_ = 0;
   double sign_ = 1;
   std::vector<PressedCurve> curves_;
-  std::vector<HeldDisc> discs_;   // [curve]; none under a plate
-  std::vector<double> supports_;  // over the shear modulus, m
+  std::vector<HeldDisc> discs_;                   // [curve]; none under a plate
+  std::vector<double> supports_;                  // over the shear modulus, m
+  mutable std::vector<std::vector<State>> kept_;  // [curve][solved depth] of the last call
   mutable int fewest_touched_ = 0;
 };
 

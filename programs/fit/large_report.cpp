@@ -62,7 +62,7 @@ std::string interval_in_words(const LargeReport& report) {
           ? fmt::format("Student's t over {} {}, each left out once", units, unit_word(report, units))
           : fmt::format("residuals of one {} that are correlated along the curve", unit_word(report, 1));
   if (curve.unit_part == UnitPart::none) return drawn;
-  return fmt::format("{}; and the law's own error, {} of the force", drawn, percent(curve.law_error));
+  return fmt::format("{}; and the law's own error, whose residual is {} of the force", drawn, percent(curve.law_error));
 }
 
 std::string pair_text(const LargeReport& report, const Untold::Fitted& fitted) {

@@ -1,6 +1,7 @@
 #include "programs/fit/model_error.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,11 +14,13 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLengths[] = {0.1, 0.2, 0.35, 0.6, 1};      // of correlation, over the largest strain
+constexpr double kLengths[] = {0.1, 0.14, 0.2, 0.3, 0.45, 0.7, 1};  // of correlation, over the largest strain
 constexpr double kNoises[] = {1e-3, 1e-2, 0.1, 1, 10, 1e3};  // variance of what is not correlated over that of what is
 constexpr int kScales = 24;                                  // of the law's error, from kLeastScale to kMostScale
 constexpr double kLeastScale = 0.03, kMostScale = 30;        // over the residuals' own size
 constexpr double kJitter = 1e-8;
+constexpr double kUsual = 0.1;  // of the force: laws miss more seldom
+constexpr double kSet = 1.92;   // half of chi squared's 95 % quantile, one degree of freedom
 
 // P(|t| < x). Abramowitz and Stegun 26.7.3 and 26.7.4.
 double student_within(double x, int freedom) {
@@ -32,8 +35,17 @@ struct Term {
   double log_weight = 0;
   int freedom = 0;
   VectorXd scale;
-  double rms = 0;  // of the law's error
 };
+
+// A correlation that the error may have.
+using Candidate = std::vector<Term>;
+
+double log_likelihood(const Candidate& candidate) {
+  double most = -std::numeric_limits<double>::infinity(), whole = 0;
+  for (const Term& term : candidate) most = std::max(most, term.log_weight);
+  for (const Term& term : candidate) whole += std::exp(term.log_weight - most);
+  return most + std::log(whole);
+}
 
 // x with P(|X| < x) = 0.95 of each quantity.
 VectorXd quantiles(std::vector<Term>& terms) {
@@ -156,10 +168,11 @@ ModelError model_error(const VectorXd& strain, const MatrixXd& slope, const Matr
   mean = mean.cwiseQuotient(count);
   const double size = mean.norm() / std::sqrt(static_cast<double>(freedom));
   if (!(size > 1e-12)) return result;  // exact forces
+  result.rms = size;
 
   const MatrixXd moves = quantities * effect;
   const MatrixXd one = MatrixXd::Identity(places, places);
-  std::vector<Term> terms;
+  std::vector<Candidate> candidates;
   if (units.size() == 1) {
     for (const double length : kLengths)
       for (const double noise : kNoises) {
@@ -167,10 +180,10 @@ ModelError model_error(const VectorXd& strain, const MatrixXd& slope, const Matr
         const auto found = restricted(v, slope, mean);
         if (!found || !(found->square > 0)) continue;
         const double f = static_cast<double>(freedom), scale = found->square / f;
-        terms.push_back({-found->log_determinants / 2 - f / 2 * std::log(found->square), static_cast<int>(freedom),
-                         (scale * (moves * v * moves.transpose()).diagonal()).cwiseSqrt(), 0});
+        candidates.push_back(
+            {{-found->log_determinants / 2 - f / 2 * std::log(found->square), static_cast<int>(freedom),
+              (scale * (moves * v * moves.transpose()).diagonal()).cwiseSqrt()}});
       }
-    result.rms = size;
   } else {
     const auto of_units = covariance_of_units(strain, slope, mean, units);
     if (!of_units) return result;
@@ -180,25 +193,31 @@ ModelError model_error(const VectorXd& strain, const MatrixXd& slope, const Matr
       for (const int i : unit.place)
         for (const int j : unit.place) both(i, j) += 1;
     const MatrixXd of_mean = of_units->cwiseProduct(both.cwiseQuotient(count * count.transpose()));
+    const MatrixXd left = one - slope * slope.colPivHouseholderQr().solve(one);  // what a fit leaves
     for (const double length : kLengths) {
       const MatrixXd k = correlation(strain, length);
+      // The scale at which a fit would leave residuals of this size.
+      const double own = size * std::sqrt(static_cast<double>(freedom) / (left * k * left.transpose()).trace());
+      Candidate candidate;
       for (int i = 0; i < kScales; ++i) {
-        const double share = kLeastScale * std::pow(kMostScale / kLeastScale, i / (kScales - 1.0)), s = share * size;
+        const double step = kLeastScale * std::pow(kMostScale / kLeastScale, i / (kScales - 1.0));
+        const double s = step * std::min(own, kUsual);
         const auto found = restricted(s * s * k + of_mean, slope, mean);
         if (!found) continue;
-        // A scale is as likely as any other up to the residuals' size, less likely beyond it (a half-Cauchy density); the grid's steps grow with it.
-        const double prior = std::log(share / (1 + share * share));
-        terms.push_back({prior - found->log_determinants / 2 - found->square / 2, 0,
-                         s * (moves * k * moves.transpose()).diagonal().cwiseMax(0).cwiseSqrt(), s});
+        // All scales up to `own` are equally likely; beyond it the density falls as 1 / s, as for Student's t, and beyond kUsual faster.
+        const double prior = std::log(s / (1 + s / own) / (1 + s * s / (kUsual * kUsual)));
+        candidate.push_back({prior - found->log_determinants / 2 - found->square / 2, 0,
+                             s * (moves * k * moves.transpose()).diagonal().cwiseMax(0).cwiseSqrt()});
       }
+      if (!candidate.empty()) candidates.push_back(candidate);
     }
   }
-  if (terms.empty()) return result;
-  result.half_width = quantiles(terms);
-  if (units.size() == 1) return result;
-  double weights = 0, squares = 0;  // quantiles() has turned the weights' logarithms into weights
-  for (const Term& term : terms) weights += term.log_weight, squares += term.log_weight * term.rms * term.rms;
-  result.rms = std::sqrt(squares / weights);
+  if (candidates.empty()) return result;
+  std::vector<double> likelihood;
+  for (const Candidate& candidate : candidates) likelihood.push_back(log_likelihood(candidate));
+  const double best = *std::max_element(likelihood.begin(), likelihood.end());
+  for (std::size_t c = 0; c < candidates.size(); ++c)
+    if (likelihood[c] >= best - kSet) result.half_width = result.half_width.cwiseMax(quantiles(candidates[c]));
   return result;
 }
 

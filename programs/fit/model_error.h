@@ -17,7 +17,9 @@ double student_quantile(int freedom);
 
 // slope: [place][parameter] of the logarithm of the force; strain: [place]; effect: [parameter][place], by how much an error at a place moves
 // each parameter; quantities: [quantity][parameter]. Returns for each quantity the half width of the interval that holds 95 % of what the
-// law's error, and with one unit its whole error, moves it by. rms: of that error at the places.
+// law's error, and with one unit its whole error, moves it by. The widest one is taken of all correlations that the residuals allow at 95 %
+// (a likelihood ratio): an error with a long correlation leaves small residuals, so the residuals seldom exclude it. rms: of the units' mean
+// residual at the places.
 struct ModelError {
   Eigen::VectorXd half_width;
   double rms = 0;

@@ -1,10 +1,12 @@
 #include "studies/hyperelastic/large_reference.h"
 
 #include <Eigen/CholmodSupport>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "studies/timing/timing.h"
 
@@ -14,9 +16,20 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace {
+constexpr double kFast = 0.2;  // a step with a factor of another solution leaves so much of the residual force at most
+constexpr int kMostRefused = 2;  // in a solution; then each step factors its own tangent
+}  // namespace
+
 struct LargeReference::Factor {
   Eigen::CholmodSupernodalLLT<Sparse> of;
+  Sparse analysed;
+  bool ready = false;  // for another solution
 };
+
+std::shared_ptr<LargeReference::Factor> LargeReference::shared_factor() {
+  return std::make_shared<Factor>();
+}
 
 // rows u + compliance s = target; load on the dofs.
 struct LargeReference::Problem {
@@ -27,8 +40,11 @@ struct LargeReference::Problem {
   double tolerance;
 };
 
-LargeReference::LargeReference(const HyperelasticBody& body)
-    : body_(body), memory_(palpate_allocator{}), factor_(std::make_unique<Factor>()) {
+LargeReference::LargeReference(const HyperelasticBody& body, const std::shared_ptr<Factor>& shared)
+    : body_(body),
+      memory_(palpate_allocator{}),
+      factor_(shared ? shared : shared_factor()),
+      shares_(shared != nullptr) {
   place_.resize(static_cast<std::size_t>(body.node_count));
   std::iota(place_.begin(), place_.end(), 0);
   if (!elements_.create(memory_, body, place_.data(), body.node_count) ||
@@ -176,9 +192,21 @@ void LargeReference::factor_definite(const Sparse& k, NewtonWork* work) const {
     const double begun = studies::processor_seconds();
     factor_->of.factorize(shifted);
     work->factor_seconds += studies::processor_seconds() - begun;
+    factor_->ready = shares_ && factor_->of.info() == Eigen::Success;
     if (factor_->of.info() == Eigen::Success) return;
   }
   throw std::runtime_error("the tangent cannot be made definite");
+}
+
+// Before a factor: of the same pattern it is not repeated.
+void LargeReference::analyse(const Sparse& pattern) const {
+  const Sparse& known = factor_->analysed;
+  if (known.rows() == pattern.rows() && known.nonZeros() == pattern.nonZeros() &&
+      std::equal(pattern.outerIndexPtr(), pattern.outerIndexPtr() + pattern.outerSize() + 1, known.outerIndexPtr()) &&
+      std::equal(pattern.innerIndexPtr(), pattern.innerIndexPtr() + pattern.nonZeros(), known.innerIndexPtr()))
+    return;
+  factor_->of.analyzePattern(pattern);
+  factor_->analysed = pattern, factor_->ready = false;
 }
 
 // (L + c)^-1, where each c is below what the body gives way along the row: W^T (L + c)^-1 W makes a tangent definite that is so along all
@@ -199,17 +227,21 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
   const Sparse sparse_w = w.sparseView();
   const Sparse of_rows =
       has_rows ? Sparse(sparse_w * Sparse(r.sparseView()) * sparse_w.transpose()) : Sparse(w.rows(), w.rows());
-  factor_->of.analyzePattern(Sparse(rest_ + of_rows));
+  analyse(rest_ + of_rows);
   VectorXd force, trial_force, s = VectorXd::Zero(p.rows.rows());  // s: the rows' forces so far
   const auto potential = [&](double of_body, const VectorXd& at, const VectorXd& forces) {
     return of_body + 0.5 * forces.dot(p.compliance * forces) - p.load.dot(free_ * at);
   };
-  double least = potential(energy(*u, &force), *u, s);
+  double least = potential(energy(*u, &force), *u, s), last_residual = infinite;
+  bool own = !factor_->ready;  // the factor is that of the tangent at u
+  int refused = 0;             // steps with another factor that were too slow
   for (int step = 0; step < 100; ++step) {
-    const double begun = studies::processor_seconds();
-    const Sparse k = Sparse(Sparse(free_ * tangent(*u) * free_.transpose()) + of_rows);
-    work->assembly_seconds += studies::processor_seconds() - begun;
-    factor_definite(k, work);
+    if (own) {
+      const double begun = studies::processor_seconds();
+      const Sparse k = Sparse(Sparse(free_ * tangent(*u) * free_.transpose()) + of_rows);
+      work->assembly_seconds += studies::processor_seconds() - begun;
+      factor_definite(k, work);
+    }
     const double factored = studies::processor_seconds();
     const VectorXd gradient = free_ * force - p.load;
     const MatrixXd y = factor_->of.solve(w);
@@ -227,19 +259,30 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
     const VectorXd move = y * (left * lambda + r * way) - z, residual = gradient - w * lambda;
     const bool on_constraint = missed.norm() <= 1e-12 * (1 + p.target.norm());
     if (on_constraint && residual.norm() <= p.tolerance * (force.norm() + 1e-300)) return lambda;
+    if (!own && residual.norm() > kFast * last_residual) {
+      own = true, ++refused;
+      continue;
+    }
+    if (on_constraint) last_residual = residual.norm();
+    // What the rows' forces do on the last bits that their targets are missed by.
+    const double of_last_bits = lambda.size() > 0 ? std::abs(lambda.dot(missed)) : 0;
     double share = 1, found = infinite;
     VectorXd trial, trial_s;
     for (; share > 1e-6; share /= 2) {
       trial = *u + share * (free_.transpose() * move), trial_s = s + share * (lambda - s);
       found = potential(energy(trial, &trial_force), trial, trial_s);
       const double slope = share * (gradient.dot(move) + s.dot(p.compliance * (lambda - s)));
-      if (std::isfinite(found) && (!on_constraint || found <= least + 1e-4 * slope + 1e-13 * std::abs(least))) break;
+      if (std::isfinite(found) &&
+          (!on_constraint || found <= least + 1e-4 * slope + share * of_last_bits + 1e-13 * std::abs(least)))
+        break;
     }
     if (!(share > 1e-6)) {
+      if (std::exchange(own, true) == false) continue;
       if (on_constraint && residual.norm() <= 1e-6 * force.norm()) return lambda;
       throw std::runtime_error("the line search found no descent");
     }
     *u = trial, s = trial_s, force = trial_force, least = found;
+    own = !shares_ || refused >= kMostRefused;
   }
   throw std::runtime_error("100 steps did not converge");
 }

@@ -23,8 +23,13 @@ class LargeReference {
  public:
   using Sparse = Eigen::SparseMatrix<double>;
 
-  // body is kept. Errors: std::runtime_error where memory ends.
-  explicit LargeReference(const HyperelasticBody& body);
+  // A factor of a tangent that several references share, whose meshes and held dofs are the same. A solution goes on with the factor that the
+  // last one left, of any of them, and factors its own tangent only where a step divides the residual force by too little.
+  struct Factor;
+  static std::shared_ptr<Factor> shared_factor();
+
+  // body is kept. Without a shared factor each step of Newton's method factors its own tangent. Errors: std::runtime_error where memory ends.
+  explicit LargeReference(const HyperelasticBody& body, const std::shared_ptr<Factor>& shared = nullptr);
   ~LargeReference();
   LargeReference(const LargeReference&) = delete;
   LargeReference& operator=(const LargeReference&) = delete;
@@ -48,10 +53,10 @@ class LargeReference {
   void balance(const Eigen::VectorXd& load, Eigen::VectorXd* u, double tolerance = 1e-9) const;
 
  private:
-  struct Factor;
   struct Problem;
   Eigen::VectorXd newton(const Problem& problem, Eigen::VectorXd* u, NewtonWork* work) const;
   void factor_definite(const Sparse& k, NewtonWork* work) const;
+  void analyse(const Sparse& pattern) const;
   Eigen::MatrixXd stiffness_of_rows(const Eigen::MatrixXd& w, const Eigen::MatrixXd& compliance) const;
   Eigen::Index node(std::size_t e, int a) const { return body_.tetrahedra[4 * e + static_cast<std::size_t>(a)]; }
   std::size_t site(std::size_t e, int a) const {
@@ -69,7 +74,8 @@ class LargeReference {
   Sparse free_;      // [dofs that are not held][dofs]: takes them out of all, and its transpose puts them back
   Sparse supports_;  // the part of foundations and springs
   Sparse rest_;      // the tangent at rest: what an indefinite one is shifted by
-  std::unique_ptr<Factor> factor_;
+  std::shared_ptr<Factor> factor_;
+  bool shares_ = false;
 };
 
 }  // namespace palpate

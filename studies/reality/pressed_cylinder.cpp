@@ -1,6 +1,7 @@
 #include "studies/reality/pressed_cylinder.h"
 
 #include <cmath>
+#include <stdexcept>
 
 #include "studies/bodies/bodies.h"
 #include "studies/hyperelastic/large_body.h"
@@ -13,8 +14,9 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kLinear = 1e-5;    // strain of the slope near rest: the curvature adds as much
-constexpr double kMostStep = 0.05;  // strain between two solutions
+constexpr double kLinear = 1e-5;              // strain of the slope near rest: the curvature adds as much
+constexpr double kMostStep = 0.05;            // strain between two solutions
+constexpr double kShortest = kMostStep / 32;  // of that, where Newton's method does not converge
 
 }  // namespace
 
@@ -32,7 +34,7 @@ PressedCylinder press_cylinder(const CylinderTest& test, const std::vector<doubl
                                    return (p[0] == 0 ? 1 : 0) | (p[1] == 0 ? 2 : 0) | (p[2] == 0 ? base : 0) |
                                           (pressed(p) ? top : 0);
                                  }),
-                       test.element);
+                       test.element, {test.law});
   const auto& nodes = body.elastic().nodes;
   const LargeReference reference(body.get());
   VectorXd u = VectorXd::Zero(3 * static_cast<Index>(nodes.size()));
@@ -54,10 +56,18 @@ PressedCylinder press_cylinder(const CylinderTest& test, const std::vector<doubl
   result.nodes = nodes.size();
   result.slope = push_to(kLinear) / kLinear;
   for (const double strain : strains) {
-    const double from = now;
-    const int steps = std::max(1, static_cast<int>(std::ceil((strain - from) / kMostStep)));
-    double force = 0;
-    for (int i = 1; i <= steps; ++i) force = push_to(from + (strain - from) * i / steps);
+    const int steps = std::max(1, static_cast<int>(std::ceil((strain - now) / kMostStep)));
+    double step = (strain - now) / steps, force = 0;
+    while (now < strain) {
+      const VectorXd before = u;
+      const double from = now, to = from + 1.01 * step < strain ? from + step : strain;
+      try {
+        force = push_to(to);
+      } catch (const std::runtime_error&) {
+        u = before, now = from;
+        if ((step /= 2) < kShortest) throw;
+      }
+    }
     result.force.push_back(force);
   }
   return result;

@@ -1,10 +1,11 @@
-// The force on a neo-Hookean cylinder that is pressed, by the converged solution of large deformation.
+// The force on a cylinder that is pressed, by the converged solution of large deformation.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
 #include "formats/organ_config.h"
+#include "runtime/large/hyperelastic_body.h"
 
 namespace palpate::reality {
 
@@ -20,6 +21,7 @@ struct CylinderTest {
   Press press;
   int cells;                          // along the radius
   Element element = Element::p1_anp;  // p1, p1-anp or p1-ang
+  LawForm law = {};                   // over a shear modulus of 1 Pa
 };
 
 // Over the shear modulus, so that a curve serves every stiffness: force = shear x these.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "formats/command_line.h"
 #include "formats/program.h"
@@ -26,14 +27,18 @@ const std::map<std::string, Element> kElements = {
 
 struct Options {
   CylinderTest cylinder = {};
-  std::vector<double> strains;
+  std::vector<double> strains, yeoh;
+  std::optional<double> exponent;
   BeamTest beam = {};
   Element element = Element::p1_anp;
   bool linear = false;
 };
 
 Json cylinder(const Options& o) {
-  const PressedCylinder found = press_cylinder(o.cylinder, o.strains);
+  CylinderTest test = o.cylinder;
+  if (!o.yeoh.empty()) test.law = LawForm::yeoh(o.yeoh[0], o.yeoh[1]);
+  if (o.exponent) test.law = LawForm::ogden(*o.exponent);
+  const PressedCylinder found = press_cylinder(test, o.strains);
   return {{"nodes", found.nodes}, {"force_over_shear_m2", found.force}, {"slope_over_shear_m2", found.slope}};
 }
 
@@ -51,6 +56,9 @@ void add_cylinder(CLI::App& command, Options& o) {
   command.add_option("--cells", o.cylinder.cells, "along the radius; even for a disc")->required();
   command.add_option("--press", o.cylinder.press)->required()->transform(CLI::CheckedTransformer(kPresses));
   command.add_option("--element", o.cylinder.element)->transform(CLI::CheckedTransformer(kElements));
+  auto* yeoh = command.add_option("--yeoh", o.yeoh, "c2 and c3 over the shear modulus; default: neo-Hookean");
+  yeoh->delimiter(',')->expected(2);
+  command.add_option("--ogden", o.exponent, "the exponent of Ogden's law")->excludes(yeoh);
   command.add_option("--strains", o.strains, "depth over height, growing")->required()->delimiter(',');
 }
 

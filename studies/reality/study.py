@@ -15,6 +15,7 @@ import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
+import laws  # noqa: E402
 import measured  # noqa: E402
 from measured import FITTED  # noqa: E402
 
@@ -26,10 +27,12 @@ POISSON = 0.499  # silicone hardly changes its volume
 DIAMETER_MM = 50.0
 BEAM = {"size": (0.1, 0.03, 0.03), "density": 1070.0, "gravity": 9.80709, "poisson": 0.49}
 Q_TERMS = 6  # of y / x; the paper's Q is a polynomial of degree 4 to 10
-GATES = {"cylinders": 0.05, "beam": 0.05, "cook": 0.01}
+GATES = {"cylinders": 0.05, "laws": 0.05, "beam": 0.05, "cook": 0.01}
 # Cells along the radius: two meshes, from which the limit of fine meshes is estimated. The disc ends half way, so its cells are even.
 CELLS = {"sliding": (4, 8), "sticking": (5, 8), "disc": (4, 8)}
 SHORT_CELLS = {"sliding": (2, 3), "sticking": (3, 5), "disc": (2, 4)}
+# Laws of more constants where plates stick: their force over that of the neo-Hookean law, on one mesh of the element that bends best.
+LAW_STRAINS, LAW_CELLS, SHORT_LAW_CELLS, LAW_ELEMENT = CURVE[::2], 5, 3, "p1-ang"
 # (element, linear, cells through the height); the first one is judged.
 BEAMS = [("p1-anp", False, 12), ("p1-anp", False, 6), ("p1-anp", False, 3), ("p1-ang", False, 6), ("p1-ang", False, 3), ("p1", False, 6), ("p1-anp", True, 6), ("p2-p0", True, 6), ("p2-p0", True, 3)]
 SHORT_BEAMS = [("p1-anp", False, 4), ("p2-p0", True, 2)]
@@ -104,10 +107,10 @@ class Study:
 
     # ---- cylinders ----
 
-    def pressed(self, press, cells):
-        strains = DISC_CURVE if press == "disc" else CURVE
+    def pressed(self, press, cells, strains=None, *law):
+        strains = strains or (DISC_CURVE if press == "disc" else CURVE)
         return self.solved("cylinder", "--radius", DIAMETER_MM / 2000, "--height", self.height_mm / 1000, "--poisson", POISSON, "--press", press,
-                           "--cells", cells, "--strains", ",".join(map(str, strains)))
+                           "--cells", cells, "--strains", ",".join(map(str, strains)), *law)
 
     def curves(self):
         cells = SHORT_CELLS if self.arguments.short else CELLS
@@ -116,9 +119,27 @@ class Study:
         return {press: Curve(press, DISC_CURVE if press == "disc" else CURVE, *(runs[press, n].result() for n in both), both)
                 for press, both in cells.items()}
 
+    def law_branches(self):
+        """{(law, plates): [(rows, ratio(rows, strains))]}, and by how much the tables' polynomials miss their own bodies."""
+        cells, element = SHORT_LAW_CELLS if self.arguments.short else LAW_CELLS, ("--element", LAW_ELEMENT)
+        options = {law: [[(f"--{law}", ",".join(map(str, laws.constants(law, row)))) for row in rows] for rows in laws.branches(law)] for law in laws.LAWS}
+        with concurrent.futures.ThreadPoolExecutor(self.arguments.jobs) as pool:
+            def solve(*law):
+                return pool.submit(self.pressed, "sticking", cells, LAW_STRAINS, *element, *law)
+            runs, plain = {law: [[solve(*one) for one in branch] for branch in own] for law, own in options.items()}, solve()
+        plain, result, off = np.array(plain.result()["force_over_shear_m2"]), {}, 0.0
+        for law, own in runs.items():
+            result[law, "sliding"] = [(rows, lambda rows, strains, law=law: laws.sliding_ratio(law, rows, strains)) for rows in laws.branches(law)]
+            tables = [laws.Table(rows, LAW_STRAINS, np.array([run.result()["force_over_shear_m2"] for run in branch]) / plain)
+                      for rows, branch in zip(laws.branches(law), own)]
+            result[law, "sticking"] = [(rows, table.ratio) for rows, table in zip(laws.branches(law), tables)]
+            off = max([off] + [table.off for table in tables])
+        return result, off
+
     def cylinders(self, curves):
+        branches, table_off = self.law_branches()
         plates = {press: curves[press] for press in ("sliding", "sticking")}
-        silicones = [self.silicone(name, specimens, plates) for name, specimens in self.silicones.items()]
+        silicones = [self.silicone(name, specimens, plates, branches) for name, specimens in self.silicones.items()]
         models = {}
         for model in silicones[0]["errors"][0]["errors"]:
             errors = {s: [e["errors"][model] for one in silicones for e in one["errors"] if e["strain"] == s] for s in SHOWN}
@@ -127,7 +148,14 @@ class Study:
                              "worst": [float(np.max(np.abs(errors[s]))) if errors[s] else None for s in SHOWN]}
         fits = {press: float(np.median([one["residual"][press] for one in silicones])) for press in plates}
         nearer = min(fits, key=fits.get)
-        return {"diameter_mm": DIAMETER_MM, "height_mm": self.height_mm, "poisson": POISSON, "strains": SHOWN, "models": models, "fit_residual": fits,
+        def worst(one, model):  # of a silicone: over the judged strains, the median of its predicted specimens
+            return max(float(np.median([abs(e["errors"][model]) for e in one["errors"] if e["strain"] == s] or [0])) for s in JUDGED)
+        kinds = {press: {law: press if law == "neo-hookean" else f"{law}, {press}" for law in ("neo-hookean", *laws.LAWS)} for press in plates}
+        served = {press: {law: {"serves": sum(worst(one, model) <= GATES["laws"] for one in silicones),
+                                "nearest": sum(model == min(own.values(), key=lambda m: worst(one, m)) for one in silicones),
+                                "residual": float(np.median([one["residual"][model] for one in silicones]))} for law, model in own.items()}
+                  for press, own in kinds.items()}
+        return {"served": served, "table_off": table_off, "diameter_mm": DIAMETER_MM, "height_mm": self.height_mm, "poisson": POISSON, "strains": SHOWN, "models": models, "fit_residual": fits,
                 "nearer": nearer, "silicones": silicones,
                 "moduli_ratio": float(np.median([one["shear_Pa"]["sliding"] / one["shear_Pa"]["sticking"] for one in silicones])),
                 "sticking_fits_better": sum(one["residual"]["sticking"] < one["residual"]["sliding"] for one in silicones),
@@ -135,13 +163,15 @@ class Study:
                                     "slope_over_shear_m2": float(c.slope), "fine_mesh_off": float(np.max(np.abs(c.fine_off)))}
                            for c in curves.values()}}
 
-    def silicone(self, name, specimens, plates):
+    def silicone(self, name, specimens, plates, branches):
         names = sorted(specimens)
         fitted, predicted = names[:(len(names) + 1) // 2], names[(len(names) + 1) // 2:]
         rows = [(s, f) for specimen in fitted for s, f in specimens[specimen].items() if FITTED[0] <= s <= FITTED[1]]
         strains, forces = map(np.array, zip(*rows))
         shear = {press: relative_fit(c.at(strains), forces) for press, c in plates.items()}
         residual = {press: float(np.sqrt(np.mean((shear[press] * c.at(strains) / forces - 1) ** 2))) for press, c in plates.items()}
+        fits = {f"{law}, {press}": laws.fit(own, plates[press].at(strains), strains, forces) for (law, press), own in branches.items()}
+        residual.update({model: found[3] for model, found in fits.items()})
         slope = plates["sliding"].slope
         linear_own = relative_fit(slope * strains, forces)
         response = Response(shear["sliding"] * slope * strains, forces)
@@ -157,8 +187,11 @@ class Study:
                 found = {"scatter": among, "sliding": shear["sliding"] * plates["sliding"].at(s), "sticking": shear["sticking"] * plates["sticking"].at(s),
                          "linear": shear["sliding"] * slope * s, "linear, own constant": linear_own * slope * s,
                          "Q": response(shear["sliding"] * slope * s)}
+                for model, (modulus, row, ratio, _) in fits.items():
+                    found[model] = modulus * plates[model.split(", ")[1]].at(s) * ratio(row[None, :], [s])[0, 0]
                 errors.append({"specimen": specimen, "strain": s, "force_N": force, "errors": {k: float(v / force - 1) for k, v in found.items()}})
         return {"silicone": name, "fitted": fitted, "predicted": predicted, "shear_Pa": shear, "residual": residual, "errors": errors,
+                "laws": {model: {"shear_Pa": found[0], "constants": laws.constants(model.split(", ")[0], found[1])} for model, found in fits.items()},
                 "measured": {n: [list(specimens[n]), list(specimens[n].values())] for n in names}}
 
     # ---- Q on a support that it was not measured on ----
@@ -251,6 +284,9 @@ class Study:
             medians = [c["models"][c["nearer"]]["median"][SHOWN.index(s)] for s in JUDGED]
             yield gate("cylinders", f"cylinders: the largest median error of the predicted force from {JUDGED[0]:.0%} to {JUDGED[-1]:.0%} of strain, "
                        f"{c['nearer']} platens, which fit better", max(m for m in medians if m is not None))
+            medians = [m for press in ("sliding", "sticking") for s in JUDGED if (m := c["models"][f"yeoh, {press}"]["median"][SHOWN.index(s)]) is not None]
+            yield gate("laws", f"cylinders with Yeoh's law: the largest median error of the predicted force from {JUDGED[0]:.0%} to {JUDGED[-1]:.0%} of strain, "
+                       "platens that slide and platens that stick", max(medians))
         if "beam" in result:
             judged = result["beam"]["models"][0]
             yield gate("beam", f"beam: the mean distance of the predicted markers over their measured way, the worst load, {judged['element']}, "

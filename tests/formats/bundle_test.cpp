@@ -50,6 +50,20 @@ TEST(Bundle, IsTheSameBytesWhenWrittenTwice) {
   EXPECT_EQ(file_bytes(first), file_bytes(second));
 }
 
+// An element that readers of layout 2 would take for p1-anp has a layout that they refuse.
+TEST(Bundle, HasTheLayoutOfItsElement) {
+  const auto folder = tests::fresh_folder();
+  for (const auto& [element, layout] : {std::pair{"p1", 2u}, {"p1-anp", 2u}, {"p1-ang", 3u}, {"p2-p0", 2u}}) {
+    BundleParts parts = box();
+    parts.provenance = std::string(R"({"element": ")") + element + "\"}";
+    write_bundle(folder / "bundle.h5", parts);
+    BundleHeader header;
+    std::ifstream(folder / "bundle.h5").read(reinterpret_cast<char*>(&header), sizeof header);
+    EXPECT_EQ(header.layout_version, layout) << element;
+  }
+  std::filesystem::remove_all(folder);
+}
+
 TEST(Bundle, ReadsTheSameNumbersThroughHdf5) {
   const auto path = scratch("h5");
   write_bundle(path, box());

@@ -12,6 +12,7 @@
 
 #include "formats/bundle_reader.h"
 #include "formats/checksum.h"
+#include "formats/element_layout.h"
 #include "tests/support/box_corridor.h"
 
 namespace palpate {
@@ -112,7 +113,9 @@ TEST(HostileBundle, SaysWhatWasFound) {
   EXPECT_EQ(status_of("\x89HDF\r\n\x1a\n" + std::string(kUserBlockBytes, '\0'), 10000, &error), BundleStatus::magic);
   EXPECT_NE(std::string(error.text).find("HDF5"), std::string::npos) << error.text;
   Forgery newer;
-  newer.header.layout_version = kLayoutVersion + 1;
+  newer.header.layout_version = kNewestLayout + 1;
+  EXPECT_EQ(newer.status(), BundleStatus::version);
+  newer.header.layout_version = kLayoutVersion - 1;
   EXPECT_EQ(newer.status(), BundleStatus::version);
 }
 

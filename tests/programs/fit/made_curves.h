@@ -81,11 +81,14 @@ class MadeCurves {
 
   const CurveData& data() const { return data_; }
   ForceModel model() const {
-    return [this](const LawForm& law) {
-      Eigen::VectorXd force(static_cast<Eigen::Index>(data_.strain.size()));
-      for (std::size_t r = 0; r < data_.strain.size(); ++r)
-        force[static_cast<Eigen::Index>(r)] = area * plate_stress(law, data_.strain[r]);
-      return force;
+    return [this](const std::vector<LawForm>& laws) {
+      std::vector<Eigen::VectorXd> forces;
+      for (const LawForm& law : laws) {
+        auto& force = forces.emplace_back(static_cast<Eigen::Index>(data_.strain.size()));
+        for (std::size_t r = 0; r < data_.strain.size(); ++r)
+          force[static_cast<Eigen::Index>(r)] = area * plate_stress(law, data_.strain[r]);
+      }
+      return forces;
     };
   }
 

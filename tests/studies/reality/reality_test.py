@@ -10,7 +10,11 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import numpy as np  # noqa: E402
 from study_test import BIN, ROOT, StudyTest, run_program  # noqa: E402
+
+sys.path.insert(0, os.path.join(ROOT, "studies", "reality"))
+import laws  # noqa: E402
 
 SHEAR_PA = {"soft": 2000, "stiff": 40000}
 STRAINS = (0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
@@ -99,6 +103,31 @@ class Reality(StudyTest):
         self.assertAlmostEqual(cylinders["models"]["linear"]["signed"][-1], 1.5 / 3.5 - 1, delta=0.02)
         self.assertGreater(cylinders["moduli_ratio"], 1.2)
 
+    def test_laws_of_more_constants_follow_the_curves_too(self):
+        cylinders = self.all["cylinders"]
+        for law in ("yeoh", "ogden"):
+            # The curves are neo-Hookean, which both laws come near: Yeoh's with c2 = c3 = 0, Ogden's with the exponent 2
+            for error in cylinders["models"][f"{law}, sliding"]["median"]:
+                self.assertLess(error, 0.02)
+            self.assertEqual(cylinders["served"]["sliding"][law]["serves"], len(SHEAR_PA))
+        self.assertLess(cylinders["table_off"], 0.1)
+
+    def test_the_constants_of_made_curves_are_found_again(self):
+        strains = np.arange(0.05, 0.51, 0.05)
+        plain = np.array([compressed(1.0, s) for s in strains])
+        for law, row in (("yeoh", (-0.083, 0.03)), ("ogden", (-4.7,)), ("ogden", (3.8,))):
+            branches = [(rows, lambda rows, s, law=law: laws.sliding_ratio(law, rows, s)) for rows in laws.branches(law)]
+            shear, found, _, residual = laws.fit(branches, plain, strains, 3e4 * plain * laws.sliding_ratio(law, np.array([row]), strains)[0])
+            self.assertLess(residual, 1e-3, law)
+            self.assertAlmostEqual(shear, 3e4, delta=100)
+            for a, b in zip(found, row):
+                self.assertAlmostEqual(a, b, delta=0.005 * max(1, abs(b)))
+        # A table whose ratios are those of the closed form gives them between its rows.
+        for rows in laws.branches("yeoh"):
+            table = laws.Table(rows, strains, laws.sliding_ratio("yeoh", rows, strains))
+            between = np.array([[-0.05, 0.04]])
+            np.testing.assert_allclose(table.ratio(between, strains), laws.sliding_ratio("yeoh", between, strains), rtol=0.05)
+
     def test_q_is_right_on_its_own_support_alone(self):
         for press, rows in self.all["supports"]["errors"].items():
             self.assertTrue(rows, press)
@@ -109,7 +138,7 @@ class Reality(StudyTest):
         for marker in judged["markers"]:
             self.assertLess(marker["off_mm"], 0.01)  # the sag is met to 1e-4, of 27 mm
         self.assertGreater(quadratic["young_Pa"], 1.1 * judged["young_Pa"])  # four cells of linear elements are too stiff in bending
-        self.assertEqual([g["gate"] for g in self.all["gates"]], ["cylinders", "beam"])
+        self.assertEqual([g["gate"] for g in self.all["gates"]], ["cylinders", "laws", "beam"])
 
     def test_the_report_is_one_file_with_five_figures_that_say_what_was_fitted(self):
         page = self.page()
