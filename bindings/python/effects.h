@@ -201,6 +201,9 @@ inline constexpr const char* kAboutEffects =
     "needles: whether tools may have a Needle (a bundle with a corridor); needle_places: of\n"
     "the tissue that each of them holds at most\n"
     "force_control: whether tools may have a GivenForce in place of a position\n"
+    "crossings: whether crossings tells where the surface passes through itself; crossings_calls: calls from the begin "
+    "of one\n"
+    "check to the next; crossings_operations: counted operations of a call\n"
     "\n";
 
 // Gives a class of Python its constructor Class(bundle, **effects).
