@@ -29,7 +29,7 @@ palpate: palpate/
 LAYOUT = ("formats/bundle_layout.h formats/bundle_reader.h formats/bundle_sections.def formats/checksum.h formats/half.h "
           "formats/compliance_blocks.h formats/response_check.h formats/tissue_laws.h formats/averaged_shear.h")
 # Where (the longest beginning that fits decides): which of our headers: which libraries. Data flows one way; the runtime needs a compiler
-# and the bundle layout alone; studies use nothing of bench/, tests/ and programs/.
+# and the bundle layout alone; studies use nothing of bench/, tests/ and programs/, but for the one that plays scenes.
 RULES = """
 formats/: formats/: plumbing
 formats/scene_: formats/: plumbing palpate
@@ -99,6 +99,7 @@ studies/scenes/: studies/scenes/ studies/coupled/ studies/peers/ studies/accurac
 studies/peers/: studies/peers/ studies/timing/ precompute/elements/ formats/: plumbing Eigen SuiteSparse palpate
 studies/hyperelastic/: studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/large/ runtime/base/: Eigen
 studies/large/: studies/large/ studies/hyperelastic/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
+studies/played/: studies/played/ studies/hyperelastic/ studies/accuracy/ studies/timing/ programs/player/ runtime/large/ formats/: plumbing CLI11 Eigen
 studies/reality/: studies/reality/ studies/validation/ studies/hyperelastic/ studies/bodies/ studies/timing/ precompute/elements/ precompute/solver/ formats/: plumbing CLI11 Eigen
 studies/paper/: studies/paper/ studies/peers/ studies/timing/ precompute/run/ precompute/solver/ runtime/tissue/ formats/: plumbing CLI11 PETSc palpate
 studies/accuracy/: studies/accuracy/ studies/timing/ precompute/elements/ precompute/bundle_tool/ runtime/surface/ runtime/base/ formats/: plumbing CLI11 toml++ Eigen palpate
