@@ -373,6 +373,44 @@ void shape_against_read(benchmark::State& state) {
 
 BENCHMARK(shape_against_read)->Apply(spread)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
+// A call of palpate_scene_crossings, over the time of the shape that it checks. A check of the whole surface takes calls_a_check such calls.
+void crossings_against_shape(benchmark::State& state) {
+  palpate::SceneDef def;
+  def.crossings.crossings = PALPATE_CROSSINGS_ON, def.crossings.crossings_calls = 1;
+  palpate::Scene scene = make_scene(def);
+  const palpate_bundle_info info = bundle.describe();
+  palpate::Contacts contacts = scene.make_contacts();
+  palpate_grip grip = palpate_default_grip();
+  grip.kind = PALPATE_GRIP_NODE, grip.node = bundle.touchable()[info.touchable_count / 3];
+  grip.displacement[2] = 0.003;
+  palpate_tool tool = palpate_default_tool();
+  tool.grips = &grip, tool.grip_count = 1;
+  scene.touch(&tool, 1, 1e-3, contacts);
+  std::vector<float> positions(3 * static_cast<std::size_t>(info.surface_node_count));
+  palpate_shape_out shape = palpate_default_shape_out();
+  shape.positions = positions.data(), shape.node_capacity = info.surface_node_count;
+  palpate_crossings_out found = palpate_default_crossings_out();
+  std::vector<double> call_seconds, shape_seconds;
+  std::int64_t calls = 0;
+  for (auto _ : state) {
+    auto start = Clock::now();
+    scene.shape(contacts, shape);
+    shape_seconds.push_back(seconds_since(start));
+    start = Clock::now();
+    scene.crossings(shape, &found);
+    call_seconds.push_back(seconds_since(start)), ++calls;
+    state.SetIterationTime(call_seconds.back());
+  }
+  state.counters["median_us"] = median(call_seconds) * 1e6;
+  state.counters["worst_us"] = *std::max_element(call_seconds.begin(), call_seconds.end()) * 1e6;
+  state.counters["time_over_shape"] = median(call_seconds) / median(shape_seconds);
+  state.counters["calls_a_check"] =
+      static_cast<double>(calls) / static_cast<double>(std::max<std::uint64_t>(1, found.checks));
+  state.counters["pairs"] = found.pairs;
+}
+
+BENCHMARK(crossings_against_shape)->UseManualTime()->Unit(benchmark::kMicrosecond);
+
 // Rays, nearest points and signed distances at random places around the organ, half of them inside its box: at rest (0); under two
 // pressed discs (1); under contacts that differ in every query (2).
 enum class Query { ray, closest, distance };

@@ -82,7 +82,8 @@ void add_step_flags(py::module_& module) {
                 {"DEFORMATION_BEHIND", PALPATE_STEP_DEFORMATION_BEHIND},
                 {"LINK_BROKE", PALPATE_STEP_LINK_BROKE},
                 {"MOTION_LIMITED", PALPATE_STEP_MOTION_LIMITED},
-                {"FRICTION_JAMS", PALPATE_STEP_FRICTION_JAMS}});
+                {"FRICTION_JAMS", PALPATE_STEP_FRICTION_JAMS},
+                {"SURFACE_CROSSES", PALPATE_STEP_SURFACE_CROSSES}});
 }
 
 void add_device_flags(py::module_& module) {

@@ -39,6 +39,7 @@ void add_hit(py::module_& module) {
 void add_scene(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_motion_state, amount, volume);
   PYBIND11_NUMPY_DTYPE(palpate_load_state, force, place, displacement, area);
+  PYBIND11_NUMPY_DTYPE(palpate_crossing, triangle, place, rest);
   PYBIND11_NUMPY_DTYPE(palpate_obstacle_state, force, torque, position, orientation, deepest, nodes, slips);
   py::class_<HeldObstacle>(module, "Obstacle",
                            "A rigid surface that the organ does not enter: a table, a rib, a plate.")
@@ -121,6 +122,12 @@ void add_scene(py::module_& module) {
       .def("carry", &HeldScene::carry, py::arg("positions"), py::arg("places"), py::arg("moved"),
            "Where the places of locate are in a shape: positions of all nodes as shape wrote them. Fills moved,\n"
            "float32 [places, 3], m. Returns StepFlags.")
+      .def("crossings", &HeldScene::crossings, py::arg("positions"),
+           "With crossings=True: goes on with the check whether the surface crosses itself; positions as shape wrote\n"
+           "them. Returns StepFlags (SURFACE_CROSSES), how many checks have ended, how many pairs of triangles cross "
+           "in\n"
+           "the last of these, and the first 64 of them: a structured array of triangle [2], place [3] (m) and rest\n"
+           "[2, 3] (m, the place of each triangle at rest).")
       .def("cast_ray", &HeldScene::cast_ray, py::arg("origin"), py::arg("direction"), py::arg("contacts") = py::none(),
            py::arg("longest") = INFINITY,
            "The first Hit of a ray with the surface as the contacts deform it, from outside or inside, or None.\n"

@@ -166,6 +166,19 @@ class HeldScene {
     return step_flags(without_lock([&] { return palpate_scene_carry(scene_, &shape, places.data(), count, out); }));
   }
 
+  py::tuple crossings(const py::object& positions) {
+    const InUse use(shaping_, kShaping);
+    palpate_shape_out shape = palpate_default_shape_out();
+    shape.node_count = shape_node_count();
+    shape.positions = writable(positions, "positions", shape.node_count);
+    constexpr std::int32_t most = 64;
+    palpate_crossing found[most];
+    palpate_crossings_out out = palpate_default_crossings_out();
+    out.capacity = most, out.crossings = found;
+    const palpate_step_flags flags = without_lock([&] { return palpate_scene_crossings(scene_, &shape, &out); });
+    return py::make_tuple(step_flags(flags), out.checks, out.pairs, py::array_t<palpate_crossing>(out.count, found));
+  }
+
   py::object cast_ray(const Numbers& origin, const Numbers& direction, HeldContacts* contacts, double longest) {
     double from[3], along[3];
     set_numbers(from, origin, "origin"), set_numbers(along, direction, "direction");

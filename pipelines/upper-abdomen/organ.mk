@@ -1,6 +1,7 @@
 # The liver, the right kidney and the gallbladder of the default organ's image, welded: one mesh, whose organs share their triangles
 # where they touch, so that they cannot slide or part. `make -f Makefile.data separate ORGAN=upper-abdomen` makes a bundle of each
-# organ, from the folders in this one. RESOLUTIONS and boundary sets have the same names in all four folders.
+# organ, from the folders in this one. RESOLUTIONS and boundary sets have the same names in all four
+# folders, but for held-breathing, which is of the welded mesh alone.
 RESOLUTIONS := coarse medium
 RESOLUTION ?= medium
 

@@ -198,7 +198,9 @@ Steps play_steps(Scene& scene, std::size_t passes) {
     for (std::size_t i = first_touch; i < steps.touch.size(); ++i) steps.touch[i].us = timing.touch_us[i - first_touch];
     for (std::size_t i = first_shape; i < steps.shape.size(); ++i) {
       const std::size_t of_play = i - first_shape;
-      steps.shape[i].us = timing.shape_us[of_play] + (timing.inside_us.empty() ? 0 : timing.inside_us[of_play]);
+      steps.shape[i].us = timing.shape_us[of_play];
+      for (const auto* more : {&timing.inside_us, &timing.crossings_us})
+        if (!more->empty()) steps.shape[i].us += (*more)[of_play];
     }
     for (std::size_t i = first_deform; i < steps.deform.size(); ++i)
       steps.deform[i].us = timing.deform_us[i - first_deform];

@@ -65,7 +65,7 @@ SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& h
 
 // The limits are those of the whole scene, so that the contacts of one half fit the other half.
 SceneDef half_of(SceneDef def, Half half) {
-  if (half == Half::touch) def.inside.inside = PALPATE_INSIDE_OFF;
+  if (half == Half::touch) def.inside.inside = PALPATE_INSIDE_OFF, def.crossings.crossings = PALPATE_CROSSINGS_OFF;
   // Under large deformation the touch half solves for the nodes of the shape.
   if (half == Half::touch && def.large.deformation == PALPATE_DEFORMATION_LINEAR)
     def.shape = PALPATE_SHAPE_OFF, def.radial = PALPATE_RADIAL_OFF;
@@ -154,6 +154,7 @@ int PlayedOrgan::points_and_grips() const {
 SceneDef PlayedOrgan::definition(int max_points) {
   SceneDef def = half_of(scene_def(scene_, max_points, *held_, *needles_), half_);
   scene_.def.shape = def.shape, scene_.def.inside.inside = def.inside.inside;
+  scene_.def.crossings.crossings = def.crossings.crossings;
   contact_node_limit_ = def.max_contact_nodes;
   if (render_mesh_) {
     skin_.positions = render_mesh_->positions.data(), skin_.normals = render_mesh_->normals.data();
@@ -181,6 +182,7 @@ SceneDef PlayedOrgan::definition(int max_points) {
 void PlayedOrgan::play_on(palpate_scene* scene) {
   runtime_scene_ = scene;
   if (holds_) held_->hold_links(scene, 0);
+  if (scene_.def.crossings.crossings == PALPATE_CROSSINGS_ON) crossings_ = std::make_unique<OrganCrossings>(scene);
   if (scene_.def.inside.inside == PALPATE_INSIDE_ON)
     inside_ = std::make_unique<OrganInside>(scene_, scene, shape_node_count());
 }

@@ -9,6 +9,7 @@
 #include <palpate/palpate_scene_def.hpp>
 #include "formats/scene_config.h"
 #include "programs/player/held_tissue.h"
+#include "programs/player/organ_crossings.h"
 #include "programs/player/organ_inside.h"
 #include "programs/player/organ_loads.h"
 #include "programs/player/organ_motions.h"
@@ -54,7 +55,8 @@ class PlayedOrgan {
   PlayedNeedles& needles() { return *needles_; }
   const OrganMotions& motions() const { return *motions_; }
   const OrganLoads& loads() const { return *loads_; }
-  OrganInside* inside() const { return inside_.get(); }  // nullptr: the scene does not look inside
+  OrganCrossings* crossings() const { return crossings_.get(); }  // nullptr: the scene does not look for them
+  OrganInside* inside() const { return inside_.get(); }           // nullptr: the scene does not look inside
 
   // Points of all tools and grips of this organ together.
   int points_and_grips() const;
@@ -101,6 +103,7 @@ class PlayedOrgan {
   std::unique_ptr<PlayedNeedles> needles_;
   std::unique_ptr<OrganMotions> motions_;
   std::unique_ptr<OrganLoads> loads_;
+  std::unique_ptr<OrganCrossings> crossings_;
   std::unique_ptr<OrganInside> inside_;
   palpate_scene* runtime_scene_ = nullptr;
   int contact_node_limit_ = 0;

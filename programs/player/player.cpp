@@ -76,11 +76,12 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
       skin.report = palpate_scene_report(runtime_scene());  // NULL where no dent is drawn
       shape_flags |= timed(timing.skin_us, [&] { return palpate_scene_skin(runtime_scene(), &out, &skin); });
     }
+    if (organ_.crossings()) shape_flags |= timed(timing.crossings_us, [&] { return organ_.crossings()->follow(out); });
     if (organ_.inside()) shape_flags |= timed(timing.inside_us, [&] { return organ_.inside()->follow(out); });
     if (on_shape)
       on_shape({time, shape_flags, points(), *contacts, out.node_count, displacements.data(), positions.data(),
                 render_mesh() ? skin_positions.data() : nullptr, render_mesh() ? skin_normals.data() : nullptr,
-                organ_.inside()});
+                organ_.crossings(), organ_.inside()});
   }
   return timing;
 }

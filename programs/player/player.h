@@ -33,12 +33,13 @@ struct ShapeRecord {
   const float* positions;
   const float* skin_positions;  // of the render mesh, [vertex][3] m, and its normals; nullptr without one
   const float* skin_normals;
-  const OrganInside* inside = nullptr;  // strain, stress and carried surfaces in this shape; nullptr: none
+  const OrganCrossings* crossings = nullptr;  // nullptr: the scene does not look for them
+  const OrganInside* inside = nullptr;        // strain, stress and carried surfaces in this shape; nullptr: none
 };
 
 struct Timing {
-  // One per step, in order; none where nothing is skinned, no scene looks inside, or the body is not solved beside the touch.
-  std::vector<double> touch_us, shape_us, skin_us, inside_us, deform_us;
+  // One per step, in order; none where nothing is skinned, no scene looks inside or for crossings, or the body is not solved beside the touch.
+  std::vector<double> touch_us, shape_us, skin_us, inside_us, crossings_us, deform_us;
 };
 
 class Player {

@@ -51,12 +51,13 @@ toml::table fields_of(const std::string& name, const SceneDef& def) {
 // Without what changes no number of a record.
 toml::table effects_of(const SceneConfig& scene) {
   toml::table table = fields_of("effects", scene.def);
-  table.erase("dent"), table.erase("inside");
+  table.erase("dent"), table.erase("inside"), table.erase("crossings");
   return table;
 }
 
 toml::table limits_of(const SceneConfig& scene) {
   toml::table table = fields_of("limits", scene.def);
+  table.erase("crossings_calls"), table.erase("crossings_operations");
   if (scene.displacement) table.insert("displacement", *scene.displacement);
   return table;
 }

@@ -345,7 +345,7 @@ void write_loads(const PlayedOrgan& organ, const std::filesystem::path& file) {
 
 struct ShapeFiles::Organ : MovedGrid {
   vtkNew<vtkDoubleArray> contact_force;
-  vtkNew<vtkUnsignedCharArray> fixed;
+  vtkNew<vtkUnsignedCharArray> fixed, crosses;
   vtkNew<vtkIntArray> region;
 
   const PlayedOrgan& of;
@@ -374,6 +374,7 @@ struct ShapeFiles::Organ : MovedGrid {
       fixed->SetValue(n, dof[0] && dof[1] && dof[2] ? 1 : 0);
     }
     if (volume) add_region(fields);
+    if (of.crossings()) add_point_data(grid, crosses, "crosses", 1, rows);
     if (!of.inside()) return;
     inside = std::make_unique<InsideData>(grid, rows);
     for (const OrganInside::Carried& surface : of.inside()->carried())
@@ -384,6 +385,15 @@ struct ShapeFiles::Organ : MovedGrid {
     region->SetName("region");
     for (const std::int32_t r : fields.region) region->InsertNextValue(r);
     grid->GetCellData()->AddArray(region);
+  }
+
+  // The corners of the triangles that cross.
+  void mark(const palpate_crossings_out& found) {
+    crosses->Fill(0);
+    for (std::int32_t i = 0; i < found.count; ++i)
+      for (const std::int32_t triangle : found.crossings[i].triangle)
+        for (int v = 0; v < 3; ++v) crosses->SetValue(palpate_bundle_triangles(of.bundle())[3 * triangle + v], 1);
+    crosses->Modified();
   }
 
   void move_to(const ShapeRecord& shape) {
@@ -399,6 +409,7 @@ struct ShapeFiles::Organ : MovedGrid {
     const auto rows = static_cast<std::size_t>(shape.node_count);
     frame.put_points(positions->GetPointer(0), rows), frame.put_vectors(displacement->GetPointer(0), rows);
     frame.put_vectors(contact_force->GetPointer(0), rows);
+    if (shape.crossings) mark(shape.crossings->found());
     if (shape.inside) {
       inside->take(shape.inside->field(), frame);
       for (const auto& surface : carried) surface->move_in(frame);

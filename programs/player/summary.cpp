@@ -16,8 +16,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFlagNames[] = {
     "BAD_INPUT",     "CONTACTS_DROPPED",   "REGULARISED",  "RESPONSE_RANGE", "FORCE_LIMITED", "BUNDLE_LOST",
     "NOT_TOUCHABLE", "UNSOLVED",           "OTHER_BUNDLE", "TRACKING_LOST",  "WORK_DEFERRED", "SOLVE_INEXACT",
-    "DISCS_THINNED", "DEFORMATION_BEHIND", "LINK_BROKE",   "MOTION_LIMITED", "FRICTION_JAMS"};
-static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_FRICTION_JAMS);
+    "DISCS_THINNED", "DEFORMATION_BEHIND", "LINK_BROKE",   "MOTION_LIMITED", "FRICTION_JAMS", "SURFACE_CROSSES"};
+static_assert(1 << (std::size(kFlagNames) - 1) == PALPATE_STEP_SURFACE_CROSSES);
 
 Json percentiles(const std::vector<double>& values) {
   Json out;
@@ -30,6 +30,15 @@ Json counts_by_name(const FlagCounts& flags) {
   Json out = Json::object();
   for (std::size_t bit = 0; bit < std::size(kFlagNames); ++bit)
     if (flags.steps_with()[bit] > 0) out[kFlagNames[bit]] = flags.steps_with()[bit];
+  return out;
+}
+
+Json json_of(const CrossingsSummary& crossings) {
+  Json out = {{"checks", crossings.checks}, {"most_pairs", crossings.most_pairs}, {"first_s", nullptr}};
+  if (!crossings.first) return out;
+  out["first_s"] = crossings.first_time;
+  out["triangles"] = crossings.first->triangle;
+  out["place_m"] = crossings.first->place, out["rest_m"] = crossings.first->rest;
   return out;
 }
 
@@ -126,6 +135,7 @@ void Summary::add(const WorldTouchRecord& touch) {
 void Summary::add(const ShapeRecord& shape, std::size_t organ) {
   if (organ == 0) ++shapes_;
   shape_flags_.add(shape.flags);
+  if (shape.crossings) organs_[organ].crossings.add(shape.time, shape.crossings->found());
   LargestDisplacement& largest = organs_[organ].largest;
   for (int n = 0; n < shape.node_count; ++n) {
     const float* u = shape.displacements + 3 * static_cast<std::ptrdiff_t>(n);
@@ -145,6 +155,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
   const auto add_moved = [&](Json& to, const Organ& organ) {
     to["most_contact_nodes"] = organ.most_contact_nodes;
     to["largest_displacement_m"] = organ.largest.length;
+    if (organ.of.organ->crossings()) to["crossings"] = json_of(organ.crossings);
   };
   const bool one_organ = scene_.organs.empty();
   if (one_organ) add_bundle(out, 0);
@@ -202,6 +213,7 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
   }
   if (!timing.skin_us.empty()) out["timing_us"]["skin"] = percentiles(timing.skin_us);
   if (!timing.inside_us.empty()) out["timing_us"]["inside"] = percentiles(timing.inside_us);
+  if (!timing.crossings_us.empty()) out["timing_us"]["crossings"] = percentiles(timing.crossings_us);
   out = rounded(out, digits);
   for (std::size_t k = 0; k < organs_.size(); ++k)
     (one_organ ? out : out["organs"][k])["provenance"] = Json::parse(fields[k].provenance, nullptr, false);
@@ -245,6 +257,13 @@ std::vector<std::string> Summary::warnings(const std::vector<BundleFields>& fiel
   append(lost_.warnings());
   append(touch_flags_.warnings("touches"));
   append(shape_flags_.warnings("shapes"));
+  for (const Organ& organ : organs_)
+    if (const auto& first = organ.crossings.first)
+      sentences.push_back(fmt::format(
+          "{}the surface passes through itself from {:.4g} s on: triangles {} and {} at {:.1f} {:.1f} {:.1f} mm; "
+          "nothing in the library keeps an organ's surface apart from itself",
+          organ.of.name.empty() ? "" : fmt::format("organ \"{}\": ", organ.of.name), organ.crossings.first_time,
+          first->triangle[0], first->triangle[1], 1e3 * first->place[0], 1e3 * first->place[1], 1e3 * first->place[2]));
   return sentences;
 }
 

@@ -51,6 +51,7 @@ class Summary {
     HeldSummary held;
     int most_contact_nodes = 0;
     LargestDisplacement largest{};
+    CrossingsSummary crossings{};
     double peak_pressed = 0, peak_pressed_time = 0;  // N, by other organs; s
   };
   Summary(const SceneConfig& scene, const std::vector<std::vector<SceneConfig::Vector>>& points,

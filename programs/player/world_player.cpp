@@ -145,12 +145,18 @@ Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_
           if (organs_[k]->inside()) shape_flags[k] |= organs_[k]->inside()->follow(buffers[k].out);
         return 0;
       });
+    if (std::any_of(organs_.begin(), organs_.end(), [](const auto& organ) { return organ->crossings() != nullptr; }))
+      timed(timing.crossings_us, [&] {
+        for (std::size_t k = 0; k < organs_.size(); ++k)
+          if (organs_[k]->crossings()) shape_flags[k] |= organs_[k]->crossings()->follow(buffers[k].out);
+        return 0;
+      });
     std::vector<ShapeRecord> shapes;
     for (std::size_t k = 0; k < organs_.size(); ++k)
       shapes.push_back({time, shape_flags[k], tools_->points(),
                         *palpate_world_contacts_organ(contacts, static_cast<std::int32_t>(k)),
                         buffers[k].out.node_count, buffers[k].displacements.data(), buffers[k].positions.data(),
-                        nullptr, nullptr, organs_[k]->inside()});
+                        nullptr, nullptr, organs_[k]->crossings(), organs_[k]->inside()});
     on_shape({*contacts, shapes});
   }
   return timing;

@@ -1,5 +1,6 @@
 #include "runtime/complete/effects.h"
 
+#include "runtime/crossings/effect.h"
 #include "runtime/fine_surface/effect.h"
 #include "runtime/force_control/effect.h"
 #include "runtime/grasps/effect.h"
@@ -30,10 +31,10 @@ EffectList all_effects() {
 #ifdef PALPATE_CORE_ALONE  // the module of the core for browsers (bindings/web)
   return {};
 #else
-  static constexpr const Effect* kAll[] = {&large_effect,   &fine_surface_effect,  &grasps_effect,     &needles_effect,
-                                           &motions_effect, &links_effect,         &relaxation_effect, &report_effect,
-                                           &queries_effect, &skin_effect,          &dent_effect,       &inside_effect,
-                                           &loads_effect,   &force_control_effect, &obstacles_effect};
+  static constexpr const Effect* kAll[] = {
+      &large_effect,      &fine_surface_effect,  &grasps_effect,    &needles_effect,  &motions_effect, &links_effect,
+      &relaxation_effect, &report_effect,        &queries_effect,   &skin_effect,     &dent_effect,    &inside_effect,
+      &loads_effect,      &force_control_effect, &obstacles_effect, &crossings_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 #endif

@@ -15,7 +15,7 @@ AXES = {"organs": ("Organs", "organs in the world"), "pairs": ("Places where two
 # As palpate.h has them, from bit 0 on.
 FLAGS = ("BAD_INPUT", "CONTACTS_DROPPED", "REGULARISED", "RESPONSE_RANGE", "FORCE_LIMITED", "BUNDLE_LOST", "NOT_TOUCHABLE", "UNSOLVED", "OTHER_BUNDLE",
          "TRACKING_LOST", "WORK_DEFERRED", "SOLVE_INEXACT", "DISCS_THINNED", "DEFORMATION_BEHIND", "LINK_BROKE", "MOTION_LIMITED",
-         "FRICTION_JAMS")
+         "FRICTION_JAMS", "SURFACE_CROSSES")
 
 
 def flags_of(row):

@@ -120,6 +120,11 @@ const std::vector<Effect>& effects() {
       {"queries", Slot::own, [](S& s) { s.def.queries.queries = PALPATE_QUERIES_ON; }},
       {"report", Slot::own, [](S& s) { s.def.report.report = PALPATE_REPORT_CONTACTS; }},
       {"inside", Slot::own, [](S& s) { s.def.inside.inside = PALPATE_INSIDE_ON, s.def.shape = PALPATE_SHAPE_VOLUME; }},
+      {"crossings", Slot::own,
+       [](S& s) {
+         s.def.crossings.crossings = PALPATE_CROSSINGS_ON;
+         s.def.crossings.crossings_calls = 1, s.def.crossings.crossings_operations = 1'000'000'000;
+       }},
       {"fine surface", Slot::own, [](S& s) { s.fine = true; }},
       {"skin", Slot::own, [](S& s) { s.skin = true; }},
       {"dent", Slot::own,

@@ -27,7 +27,7 @@ TEST(EffectPairs, ActTogetherAsAFullSolveSaysOrAreRefusedAsThePageTells) {
 // that it is sewn to.
 TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
   const std::vector<const char*> crowd = {
-      "collision deformed", "contact patch", "relaxation", "queries", "report", "inside", "skin", "dent",
+      "collision deformed", "contact patch", "relaxation", "queries", "report", "inside", "crossings", "skin", "dent",
       "volumes held",       "loads",         "grasps",     "links",   "needles"};
   const std::vector<std::vector<const char*>> tissues = {
       {"force response (Q)", "radial response (P)"}, {"large"}, {"large beside"}, {"large renewed"}};

@@ -4,6 +4,7 @@
 #include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/large/large_scene.h"
 #include "tests/support/box_motions.h"
+#include "tests/support/crossed_triangles.h"
 #include "tests/support/deformed_truth.h"
 #include "tests/support/tool_parts.h"
 
@@ -129,6 +130,7 @@ void Referee::read(Organ& organ, int k) {
     if (large && step_ == 0) rest_[dof] = static_cast<double>(at[i]) - static_cast<double>(organ.told[i]);
     miss("positions", std::fabs(at[i] - organ.told[i] - rest_[dof]), kLength);
   }
+  if (step_ % 20 == 0) check_crossings(organ, at);
   organ.f = VectorXd::Zero(body.dofs()), organ.of_node.clear();
   for (std::int32_t e = 0; e < organ.contacts->node_count; ++e) {
     const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, e);
@@ -680,6 +682,18 @@ void Referee::check_skin(Organ& organ) {
     else
       miss("skin", (found - expected).norm(), kLength);
   }
+}
+
+// A whole check in each call.
+void Referee::check_crossings(const Organ& organ, std::vector<float>& positions) {
+  if (of_.def.crossings.crossings == PALPATE_CROSSINGS_OFF) return;
+  const auto truth = crossed_triangles(positions, body_.touched.body.triangles);
+  palpate_shape_out shape = shape_out(nullptr, positions.data(), static_cast<std::int32_t>(positions.size() / 3));
+  shape.node_count = shape.node_capacity;
+  palpate_crossings_out found = palpate_default_crossings_out();
+  const palpate_step_flags expected = truth.empty() ? 0 : palpate_step_flags{PALPATE_STEP_SURFACE_CROSSES};
+  miss("crossings flags", palpate_scene_crossings(organ.scene, &shape, &found) ^ expected, 1);
+  miss("crossings", std::fabs(found.pairs - static_cast<double>(truth.size())), 1);
 }
 
 // Strain, and the part of the stress that changes the form.

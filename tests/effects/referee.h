@@ -3,7 +3,7 @@
 // With the forces f that a step tells, the dense body is at u = C f + B q. These u and f are the full solution where, in each step,
 // - every place that is held stands where its holder has it, or its law says so: tool points, grips, jaws, needles, links, pairs of organs;
 // - the forces that tools, links, jaws, needles and pairs tell are those on the nodes; Q, P and relaxation act on them as their equations say;
-// - shape, report, queries, skin and inside tell this u.
+// - shape, report, queries, skin, inside and crossings tell this u.
 // A hyperelastic body is at rest under f by Newton's method (studies/hyperelastic).
 #pragma once
 
@@ -76,6 +76,7 @@ class Referee {
   void check_surface(const Organ& organ);
   void check_skin(Organ& organ);
   void check_inside(Organ& organ);
+  void check_crossings(const Organ& organ, std::vector<float>& positions);
   Eigen::VectorXd on_pressed_face(const Eigen::VectorXd& displacement) const;
   void check_large(Organ& organ, int k);
 

@@ -479,6 +479,26 @@ class RenderMesh(unittest.TestCase):
             palpate.Scene(bundle).locate(points)
         self.assertRaisesRegex(palpate.Error, "shape VOLUME", palpate.Scene, bundle, inside=True)
 
+    def test_where_the_surface_passes_through_itself(self):
+        bundle = palpate.Bundle(BUNDLE)
+        scene = palpate.Scene(bundle, crossings=True, crossings_calls=1, crossings_operations=10**6)
+        positions = np.empty((bundle.info.surface_node_count, 3), np.float32)
+        scene.shape(scene.make_contacts(), positions)
+        flags, checks, pairs, places = scene.crossings(positions)
+        self.assertEqual((int(flags), checks, pairs, len(places)), (0, 1, 0, 0))
+        # The box is folded over, so that its far half lies in its near half.
+        middle = positions[:, 0].mean() - 0.003
+        folded = positions.copy()
+        folded[:, 0] = np.where(folded[:, 0] > middle, 2 * middle - folded[:, 0], folded[:, 0])
+        folded[:, 2] += 0.1 * positions[:, 0]
+        flags, checks, pairs, places = scene.crossings(folded)
+        self.assertEqual(flags, palpate.StepFlags.SURFACE_CROSSES)
+        self.assertEqual((checks, len(places)), (2, min(pairs, 64)))
+        self.assertGreater(pairs, 0)
+        self.assertEqual(places["rest"].shape[1:], (2, 3))
+        self.assertTrue((places["triangle"][:, 0] < places["triangle"][:, 1]).all())
+        self.assertEqual(palpate.Scene(bundle).crossings(positions)[0], palpate.StepFlags.BAD_INPUT)
+
     def test_a_render_mesh_goes_where_the_surface_does(self):
         bundle = palpate.Bundle(BUNDLE)
         rest = bundle.nodes[: bundle.surface_node_count]

@@ -244,6 +244,7 @@ unit = "mm"
 @effects.dent@
 @effects.preload@
 @effects.inside@
+@effects.crossings@
 [surface]
 file = "fine.ply"
 @surface.unit@
@@ -257,6 +258,8 @@ file = "fine.ply"
 @limits.force_slew@
 @limits.tool_speed@
 @limits.operations@
+@limits.crossings_calls@
+@limits.crossings_operations@
 [[tool]]
 name = "probe"
 capsule = { radius = 4, length = 60, @capsule.axis,@ samples = 4 }

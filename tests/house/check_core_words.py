@@ -22,6 +22,7 @@ fine surface: [Ff]ine\ssurface fine_surface FineSurface
 skin: \b[Ss]kin render\smesh render_mesh \b[Dd]ents?\b
 query: \b[Qq]ueries_ QueriedField runtime/query palpate_query QUERIES
 report: ContactReport runtime/report
+crossings: palpate_crossings CrossingCheck runtime/crossings
 inside: palpate_inside InsideField \bstress
 device: [Pp]assivity [Ww]atchdog
 tool shape: tool_shape \bhull\b

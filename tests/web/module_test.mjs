@@ -7,7 +7,7 @@ import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 const [modulePath, writeTinyBundle, folder, ...wasms] = process.argv.slice(2);
-const { loadRuntime, PalpateError, STEP_BAD_INPUT } = await import(pathToFileURL(modulePath));
+const { loadRuntime, PalpateError, STEP_BAD_INPUT, STEP_SURFACE_CROSSES } = await import(pathToFileURL(modulePath));
 mkdirSync(folder, { recursive: true });
 const file = `${folder}/module.h5`;
 execFileSync(writeTinyBundle, [file]);
@@ -198,6 +198,30 @@ for (const wasm of wasms) {
     scene.destroy(), bundle.close();
     const without = runtime.openBundle(bytes);
     refused(() => without.createScene(effects), /add a \[\[corridor\]\] to the boundary file/);
+    without.close();
+  });
+
+  test(`${wasm}: a surface that passes through itself is told, and where`, () => {
+    const { scene, bundle, close } = open({ collision: "off", crossings: true, crossingsCalls: 1, crossingsOperations: 1e6 });
+    scene.shape();
+    assert.equal(scene.crossings(), 0);
+    assert.deepEqual(scene.crossed, { checks: 1, pairs: 0, places: [] });
+    // A node of the top and one of the bottom, 40 mm below it, are pushed past one another.
+    const { nodes, touchable } = bundle, near40 = (z) => touchable.reduce((best, n) => {
+      const away = (m) => Math.hypot(nodes[3 * m] - 0.04, nodes[3 * m + 1] - 0.032, nodes[3 * m + 2] - z);
+      return away(n) < away(best) ? n : best;
+    });
+    scene.setTools([{ grips: [{ node: near40(0.04), displacement: [0, 0, -0.03] }, { node: near40(0), displacement: [0, 0, 0.03] }] }]);
+    scene.touch(1e-3);
+    scene.shape();
+    assert.equal(scene.crossings(), STEP_SURFACE_CROSSES);
+    const { pairs, places } = scene.crossed;
+    assert.ok(pairs > 0 && places.length === Math.min(pairs, 16));
+    assert.ok(places.every(({ place, rest, triangle }) => place[2] > 0 && place[2] < 0.04 && rest.length === 2 && rest[0].length === 3 && triangle[0] < triangle[1]));
+    close();
+    const without = open({});
+    assert.ok(!without.scene.hasCrossings);
+    refused(() => without.scene.crossings(), /crossings: true/);
     without.close();
   });
 

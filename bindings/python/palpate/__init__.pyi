@@ -60,6 +60,7 @@ class StepFlags(enum.IntFlag):
     LINK_BROKE = 16384
     MOTION_LIMITED = 32768
     FRICTION_JAMS = 65536
+    SURFACE_CROSSES = 131072
 
 class Bundle:
     def __init__(self, path: Union[str, bytes, os.PathLike[Any]], *, access: str = ...) -> None: ...
@@ -258,6 +259,9 @@ class _Effects(TypedDict, total=False):
     dent: Literal["off", "discs"]
     inside: Union[bool, Literal["off", "on"]]
     force_control: bool
+    crossings: Union[bool, Literal["off", "on"]]
+    crossings_calls: int
+    crossings_operations: int
     # (end of what is printed)
     relaxation: Optional[Sequence[tuple[float, float]]]
     loads: Optional[Sequence[tuple[Sequence[float], float]]]
@@ -295,6 +299,7 @@ class Scene:
         von_mises: _Out = ..., principal: _Out = ...
     ) -> StepFlags: ...
     def carry(self, positions: _Filled, places: _Records, moved: _Filled) -> StepFlags: ...
+    def crossings(self, positions: _Filled) -> tuple[StepFlags, int, int, _Records]: ...
     def cast_ray(
         self, origin: ArrayLike, direction: ArrayLike, contacts: Optional[Contacts] = ..., longest: float = ...
     ) -> Optional[Hit]: ...

@@ -36,3 +36,5 @@ export const STEP_LINK_BROKE = 1 << 14;
 export const STEP_MOTION_LIMITED = 1 << 15;
 /** Two organs press one another with friction where a surface has turned by more than 60 degrees: tissue is carried along, beyond linear elasticity. */
 export const STEP_FRICTION_JAMS = 1 << 16;
+/** Of crossings() alone: the surface passes through itself. */
+export const STEP_SURFACE_CROSSES = 1 << 17;

@@ -28,7 +28,8 @@ export { PalpateError, Scene, World };
  *   maxOperations?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number,
  *   releaseDistance?: number, deformation?: "linear" | "large" | "large-beside" | "large-renewed" | "large-auto", grasps?: boolean, needles?: boolean,
  *   needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts", queries?: boolean | "off" | "on",
- *   dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean,
+ *   dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean, crossings?: boolean | "off" | "on",
+ *   crossingsCalls?: number, crossingsOperations?: number,
  * }} SceneKeys */
 // (end of what is printed)
 /** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
@@ -56,6 +57,7 @@ export { PalpateError, Scene, World };
 /** @typedef {import("./scene.js").MotionState} MotionState */
 /** @typedef {import("./scene.js").LoadState} LoadState */
 /** @typedef {import("./inside.js").Measures} Measures */
+/** @typedef {import("./crossings.js").Crossing} Crossing */
 /** @typedef {import("./inside.js").Places} Places */
 /** @typedef {import("./inside.js").Place} Place */
 /** @typedef {import("./world.js").Organ} Organ */

@@ -2,6 +2,7 @@
 import { readHit, readReport } from "./contact_report.js";
 import { STEP_BAD_INPUT, STEP_OTHER_BUNDLE } from "./flags.js";
 import { ARGUMENT, PalpateError } from "./heap.js";
+import { Crossings } from "./crossings.js";
 import { Measures, Places } from "./inside.js";
 import { readGivenForceState } from "./given_force.js";
 import { fillLink, readGraspState, readLinkState } from "./links.js";
@@ -42,6 +43,8 @@ export class Scene extends ToolStates {
   #amountsAt = 0; // of the motions
   /** @type {Measures | undefined} of all nodes */
   #field;
+  /** @type {Crossings | undefined} */
+  #crossings;
 
   /** Bundle.createScene and World make scenes.
    *  @param {Bundle} bundle @param {SceneDef} def @param {number} pointer of the palpate_scene that was made by it
@@ -64,6 +67,7 @@ export class Scene extends ToolStates {
     this.#contacts = ofWorld ?? { at: 0, touched: false };
     this.#takeMemory(!ofWorld);
     if (def.integer("inside")) this.#field = new Measures(runtime, this.nodeCount, ["strains", "stresses", "pressures", "von_mises", "principal"]);
+    if (def.integer("crossings")) this.#crossings = new Crossings(runtime);
   }
 
   // Allocates all memory of the steps at once: tools and contacts, where the scene has its own; the shape's arrays.
@@ -263,6 +267,20 @@ export class Scene extends ToolStates {
     if (!this.#field) throw new PalpateError(ARGUMENT, "the scene tells nothing of its inside; make it with inside: true");
     return this.#field;
   }
+  /** Goes on with the check whether the last shape() crosses itself. Needs crossings: true. @returns {number} flag bits: STEP_SURFACE_CROSSES
+   *  where the last finished check found a crossing; `crossed` tells which */
+  crossings() {
+    if (!this.#crossings) throw new PalpateError(ARGUMENT, "the scene checks no crossings; make it with crossings: true");
+    return this.runtime.api.palpate_scene_crossings(this.pointer, this.#shapeAt, this.#crossings.at) >>> 0;
+  }
+  /** whether the scene has crossings: true */
+  get hasCrossings() {
+    return this.#crossings !== undefined;
+  }
+  /** What the last finished check of crossings() found; of a scene without them nothing. */
+  get crossed() {
+    return this.#crossings?.found ?? { checks: 0, pairs: 0, places: [] };
+  }
   /** The places of points of the organ as it was meshed: of each the tetrahedron that it lies in, or the nearest one within `farthest`
    *  metres. Needs inside: true. It takes memory, until the places' release(). @param {ArrayLike<number>} points [count][3] m
    *  @param {{farthest?: number}} [options] @returns {Places} */
@@ -406,6 +424,7 @@ export class Scene extends ToolStates {
   /** Of an organ of a world: when the world is destroyed. */
   releaseMemory() {
     this.#field?.release();
+    this.#crossings?.release();
     this.runtime.heap.release(this.#memory);
   }
 }

@@ -57,6 +57,8 @@ static const palpate_web_field fields[] = {
     STRUCT(palpate_skin_out, positions, normals, vertex_capacity, report, disc_normals, disc_capacity, disc_count),
     STRUCT(palpate_inside_place, tetrahedron, weight, distance),
     STRUCT(palpate_inside_out, capacity, displacements, strains, stresses, pressures, von_mises, principal),
+    STRUCT(palpate_crossing, triangle, place, rest),
+    STRUCT(palpate_crossings_out, capacity, count, pairs, checks, crossings),
     STRUCT(palpate_surface_hit, hit, triangle, barycentric, point, normal, distance),
     STRUCT(palpate_pose, position, orientation, velocity, angular_velocity),
     STRUCT(palpate_contact_report, struct_bytes, step, contact_count, event_count, contact_bytes, events_offset,

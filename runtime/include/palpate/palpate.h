@@ -58,7 +58,7 @@
  * Memory   palpate_bundle_open* and palpate_scene_create take all memory. A step (palpate_scene_touch, palpate_scene_shape,
  *          palpate_scene_skin) never allocates, locks, prints, throws or makes a system call.
  * Threads  A bundle is constant and threads may share it. In one scene, palpate_scene_touch belongs to one thread,
- *          palpate_scene_shape with skin, inside and carry to one thread, and palpate_scene_deform (LARGE_BESIDE) to one
+ *          palpate_scene_shape with skin, inside, carry and crossings to one thread, and palpate_scene_deform (LARGE_BESIDE) to one
  *          thread. They may be different threads and run at the same time. The palpate_contacts alone pass from touch to shape; touch and deform hand over
  *          inside the scene, without waiting.
  * Errors   Opening and creating return a status and fill the caller's palpate_error. A step always fills its output and
@@ -144,10 +144,9 @@ typedef enum palpate_preload_model {
   PALPATE_PRELOAD_ON   /* rest is the shape under the stored body force, such as gravity                           */
 } palpate_preload_model;
 
-/* What an effect beside these adds to the definition of a scene, or to a tool: a struct of its header, which begins with a palpate_part. Headers of
- * effects: palpate_relaxation.h, palpate_large.h, palpate_fine_surface.h, palpate_grasps.h, palpate_needles.h, palpate_motions.h,
- * palpate_links.h, palpate_report.h, palpate_queries.h, palpate_skin.h, palpate_inside.h, palpate_loads.h, palpate_force_control.h, palpate_obstacles.h. A scene has the effects whose structs are in the
- * chain of its definition, in any order. A host that links the static library links their code and that of no other effect. */
+/* What an effect beside these adds to the definition of a scene, or to a tool: a struct of its header (palpate_complete.h includes them all), which
+ * begins with a palpate_part. A scene has the effects whose structs are in the chain of its definition, in any order. A host that links the static
+ * library links their code alone. */
 typedef struct palpate_part {
   uint32_t struct_bytes;           /* of the struct that begins with it                                           */
   uint32_t reserved;               /* 0                                                                           */
@@ -436,9 +435,10 @@ enum {
   PALPATE_STEP_LINK_BROKE       = 1 << 14, /* a link came beyond its breaking_force: it acted in this step for the last time     */
   PALPATE_STEP_MOTION_LIMITED   = 1 << 15, /* the amounts of the motions would have moved a node faster than max_tool_speed: they came
                                              so far only, and the next steps go on                                               */
-  PALPATE_STEP_FRICTION_JAMS    = 1 << 16 /* two organs of a world press one another with friction where a surface has turned by
+  PALPATE_STEP_FRICTION_JAMS    = 1 << 16, /* two organs of a world press one another with friction where a surface has turned by
                                              more than 60 degrees: tissue is carried along instead of passing beneath, and the
                                              force across grows with the way. Linear elasticity does not hold there              */
+  PALPATE_STEP_SURFACE_CROSSES  = 1 << 17 /* of palpate_scene_crossings alone: the surface passes through itself               */
 };
 /* clang-format on */
 typedef uint32_t palpate_step_flags;

@@ -293,6 +293,11 @@ class Scene {
     return palpate_scene_carry(get(), &shape, places, count, positions);
   }
 
+  // For scenes with crossings ON. shape: with positions. out: where they are, or nullptr.
+  palpate_step_flags crossings(const palpate_shape_out& shape, palpate_crossings_out* out) noexcept {
+    return palpate_scene_crossings(get(), &shape, out);
+  }
+
   // The queries, for scenes with queries ON. They belong to one thread at a time, whichever touch and shape run in.
   // contacts: nullptr for the surface at rest. Without a hit, hit is 0.
   palpate_surface_hit cast_ray(const palpate_contacts* contacts, const double (&origin)[3],

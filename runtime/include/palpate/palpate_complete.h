@@ -3,6 +3,7 @@
 #define PALPATE_COMPLETE_H
 
 #include "palpate.h"
+#include "palpate_crossings.h"
 #include "palpate_device.h"
 #include "palpate_fine_surface.h"
 #include "palpate_force_control.h"

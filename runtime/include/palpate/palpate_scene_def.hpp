@@ -45,6 +45,7 @@ struct PartsOfScene {
   ChainedPart<palpate_inside_def> inside{palpate_default_inside_def()};
   ChainedPart<palpate_loads_def> loads{palpate_default_loads_def()};
   ChainedPart<palpate_force_control_def> force_control{palpate_default_force_control_def()};
+  ChainedPart<palpate_crossings_def> crossings{palpate_default_crossings_def()};
   ChainedPart<palpate_obstacles_def> obstacles{palpate_default_obstacles_def()};
 };
 
@@ -54,7 +55,7 @@ struct SceneDef : palpate_scene_def, PartsOfScene {
     large.deformation = PALPATE_DEFORMATION_LINEAR;
     grasps.grasps = needles.needles = motions.motions = force_control.force_control = 0;
     report.report = PALPATE_REPORT_OFF, queries.queries = PALPATE_QUERIES_OFF;
-    dent.dent = PALPATE_DENT_OFF, inside.inside = PALPATE_INSIDE_OFF;
+    dent.dent = PALPATE_DENT_OFF, inside.inside = PALPATE_INSIDE_OFF, crossings.crossings = PALPATE_CROSSINGS_OFF;
     chain();
   }
   SceneDef(const SceneDef& from) noexcept : palpate_scene_def(from), PartsOfScene(from) { chain(); }
@@ -68,8 +69,8 @@ struct SceneDef : palpate_scene_def, PartsOfScene {
  private:
   void chain() noexcept {
     parts = nullptr;
-    for (palpate_part* each : {&obstacles.part, &force_control.part, &loads.part, &inside.part, &dent.part,
-                               &render_mesh.part, &queries.part, &report.part, &links.part, &motions.part,
+    for (palpate_part* each : {&crossings.part, &obstacles.part, &force_control.part, &loads.part, &inside.part,
+                               &dent.part, &render_mesh.part, &queries.part, &report.part, &links.part, &motions.part,
                                &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
       palpate_add_part(&parts, each);
   }

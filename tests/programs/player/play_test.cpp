@@ -515,6 +515,48 @@ TEST_F(PlayedScene, MovesGripsOnlyAlongTheirAxes) {
                 2e-8);  // tensors in f32: 1e-5 of 2 mm
 }
 
+TEST_F(PlayedScene, TellsWhereTheSurfacePassesThroughItself) {
+  // A node of the top and the one below it, 40 mm apart, are pushed past one another.
+  const auto pushed = [](const char* name, const char* node, const char* to) {
+    return fmt::format(
+        "[[tool]]\nname = \"{}\"\npath = [[0, 0, 0, 0], [0.06, 0, 0, {}], [0.1, 0, 0, {}]]\n[[tool.grip]]\nnearest = "
+        "{}\n",
+        name, to, to, node);
+  };
+  const std::string push = pushed("down", "[40, 33, 40]", "-30") + pushed("up", "[40, 33, 0]", "30");
+  const std::string effects = "[effects]\ncollision = \"off\"\ncrossings = true\n[rate]\ntouch = 1000\nshape = 100\n";
+  write_scene(push, effects + "[limits]\ncrossings_calls = 1\ncrossings_operations = 1000000\n");
+  const ProgramRun ended = played("scene.toml -o out");
+  EXPECT_THAT(ended.errors, HasSubstr("the surface passes through itself from"));
+  const auto summary = summary_of();
+  EXPECT_GT(summary["shapes_with_flag"]["SURFACE_CROSSES"], 3);
+  EXPECT_EQ(summary["crossings"]["checks"], summary["shapes"]);
+  EXPECT_GT(summary["crossings"]["most_pairs"], 0);
+  const double first = summary["crossings"]["first_s"];
+  EXPECT_GT(first, 0.03) << "10 mm are left between the two";
+  EXPECT_LE(first, 0.06);
+  EXPECT_NEAR(summary["crossings"]["place_m"][2].get<double>(), 0.02, 0.01) << "in the middle";
+  EXPECT_GT(summary["timing_us"]["crossings"]["p50"], 0);
+  const auto marked = [&](const char* file) {
+    double sum = 0;
+    const auto organ = read_grid(folder_ / "out/shapes" / file);
+    for (vtkIdType n = 0; n < organ->GetNumberOfPoints(); ++n)
+      sum += organ->GetPointData()->GetArray("crosses")->GetTuple1(n);
+    return sum;
+  };
+  EXPECT_EQ(marked("organ_000000.vtu"), 0);
+  EXPECT_GT(marked("organ_000010.vtu"), 3);
+  EXPECT_THAT(run("scene.toml --explain").out, HasSubstr("crossings: surface against itself"));
+
+  write_scene(push, "[effects]\ncollision = \"off\"\n");
+  played("scene.toml -o out");
+  EXPECT_FALSE(summary_of().contains("crossings"));
+  EXPECT_EQ(read_grid(folder_ / "out/shapes/organ_000000.vtu")->GetPointData()->GetArray("crosses"), nullptr);
+  write_scene(push, "[effects]\ncollision = \"off\"\nshape = \"off\"\ncrossings = true\n");
+  fs::remove_all(folder_ / "out");
+  expect_refused("scene.toml -o out", "shape SURFACE or VOLUME");
+}
+
 TEST_F(PlayedScene, WritesStrainAndStressOfTheVolumeAndCarriesSurfaces) {
   const BundleParts parts = tiny_bundle();
   std::ofstream(folder_ / "tumour.ply") << ply_of(parts);

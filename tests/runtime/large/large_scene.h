@@ -3,7 +3,7 @@
 
 #include <palpate/palpate_scene_def.hpp>
 
-#include "runtime/large/deforming_body.h"
+#include "studies/hyperelastic/held_rows.h"
 #include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/touched_box.h"
 
@@ -46,14 +46,6 @@ inline Eigen::MatrixXd rows_of_node(const TouchedBody& on, std::int32_t node) {
   for (int i = 0; i < 3; ++i) rows(i, 3 * node + i) = 1;
   return rows;
 }
-
-// The rows of the last step that hold, for Newton's method: with [3N] node weights each, what gives way beside the body (m/N), places (m)
-// and the forces that the scene has found (N).
-struct HeldRows {
-  Eigen::MatrixXd weights, compliance;
-  Eigen::VectorXd place, carried;
-};
-HeldRows held_rows(const DeformingBody& body, std::int32_t node_count);
 
 // The box of TouchedBox, or another one, whose tensors are those of the tangent at rest.
 inline TouchedBody large_body(bool nodal, const std::function<void(BundleParts&)>& change = {},

@@ -2,7 +2,7 @@
 // effect.NAME, .term in small print, and .about.
 import {
   STEP_CONTACTS_DROPPED, STEP_DEFORMATION_BEHIND, STEP_DISCS_THINNED, STEP_FORCE_LIMITED, STEP_NOT_TOUCHABLE, STEP_REGULARISED, STEP_RESPONSE_RANGE,
-  STEP_SOLVE_INEXACT, STEP_TRACKING_LOST, STEP_UNSOLVED, STEP_WORK_DEFERRED, type BundleInfo,
+  STEP_SOLVE_INEXACT, STEP_SURFACE_CROSSES, STEP_TRACKING_LOST, STEP_UNSOLVED, STEP_WORK_DEFERRED, type BundleInfo,
 } from "../../module/palpate.js";
 import type { PageEffects, ToolShape } from "./messages";
 import { word, type Key } from "./words";
@@ -85,5 +85,6 @@ const FLAG_WORDS: [bit: number, key: Key][] = [
   [STEP_SOLVE_INEXACT, "flag.nearly"],
   [STEP_DISCS_THINNED, "flag.few-nodes"],
   [STEP_DEFORMATION_BEHIND, "flag.not-yet"],
+  [STEP_SURFACE_CROSSES, "flag.crosses"],
 ];
 export const flagWords = (flags: number) => FLAG_WORDS.filter(([bit]) => flags & bit).map(([, key]) => word(key));

@@ -85,7 +85,7 @@ export function parsed(text: string): Table {
 // more: choices that the page's own tools do not have.
 export function readEffects(given: Table, relaxation: Table, hasDisc: boolean, more: Record<string, string[]> = {}): PageEffects {
   const effects: Table = { ...DEFAULT_EFFECTS, collision: "rest", contact: hasDisc ? "patch" : "point", preload: false, relaxation: [] };
-  refuseOthers("[effects]", given, [...Object.keys(CHOICES), "preload"]);
+  refuseOthers("[effects]", given, [...Object.keys(CHOICES), "preload", "crossings"]);
   for (const [effect, value] of Object.entries(given)) {
     const choices = CHOICES[effect] && [...CHOICES[effect], ...(more[effect] ?? [])];
     if (choices ? !choices.includes(String(value)) : typeof value !== "boolean")

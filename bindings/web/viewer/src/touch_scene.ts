@@ -57,6 +57,9 @@ export class BodySolves {
   }
 }
 
+// The surface's nodes, the finer mesh where one is bound, and whether the surface crosses itself. Returns flags.
+export const shapeOf = (scene: Scene) => scene.shape() | (scene.vertexCount ? scene.skin() : 0) | (scene.hasCrossings ? scene.crossings() : 0);
+
 export class TouchScene {
   readonly scene: Scene;
   touchMs = 0; // ms of all touches; the caller resets it
@@ -69,7 +72,7 @@ export class TouchScene {
     // A dent is that of a disc, in a finer mesh.
     const dents = dent === "discs" && fine && mesh && effects.contact === "patch";
     this.scene = bundle.createScene({
-      ...effects, inside: inside && effects.shape === "volume", renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
+      ...effects, crossings: effects.shape !== "off", inside: inside && effects.shape === "volume", renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
       maxContactNodes: nodesFor(effects, SCENE_TOOLS),
     });
     this.solves = new BodySolves(effects);
@@ -84,9 +87,8 @@ export class TouchScene {
     this.solves.reset();
   }
 
-  // The surface's nodes, and the finer mesh where one is bound.
   shape(): number {
-    return this.scene.shape() | (this.scene.vertexCount ? this.scene.skin() : 0);
+    return shapeOf(this.scene);
   }
 
   touch(tools: RecordedTool[]): number {

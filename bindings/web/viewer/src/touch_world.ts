@@ -2,7 +2,7 @@
 import type { Bundle, Pose, RenderMesh, Runtime, Tool, World, WorldOptions } from "../../module/palpate.js";
 import type { PageEffects, Vector } from "./messages";
 import { PAGE_RATES } from "./scene_reader";
-import { BodySolves } from "./touch_scene";
+import { BodySolves, shapeOf } from "./touch_scene";
 
 export interface WorldPart {
   bundle: Bundle;
@@ -18,7 +18,7 @@ export class TouchWorld {
   private frames: OrganFrame[];
 
   constructor(runtime: Runtime, parts: WorldPart[], options: WorldOptions, private rates = PAGE_RATES) {
-    this.world = runtime.createWorld(parts.map(({ bundle, pose, mesh, effects: { fine, dent, inside, ...effects } }) => ({ bundle, pose, effects: { ...effects, renderMesh: mesh } })), options);
+    this.world = runtime.createWorld(parts.map(({ bundle, pose, mesh, effects: { fine, dent, inside, ...effects } }) => ({ bundle, pose, effects: { crossings: effects.shape !== "off", ...effects, renderMesh: mesh } })), options);
     this.solves = parts.map(({ effects }) => new BodySolves(effects, rates));
     this.frames = parts.map(({ pose }) => new OrganFrame(pose));
   }
@@ -39,7 +39,7 @@ export class TouchWorld {
   }
 
   shape(): number {
-    return this.world.organs.reduce((flags, organ) => flags | organ.shape() | (organ.vertexCount ? organ.skin() : 0), 0);
+    return this.world.organs.reduce((flags, organ) => flags | shapeOf(organ), 0);
   }
 
   // The surface of an organ in the last shape, in the world.

@@ -1,0 +1,117 @@
+#include "studies/played/compared.h"
+
+#include <fmt/format.h>
+
+#include <set>
+
+#include "formats/errors.h"
+#include "programs/player/bundle_fields.h"
+#include "runtime/large/body_reader.h"
+#include "studies/hyperelastic/held_rows.h"
+
+namespace palpate::played {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// Far below the errors that are measured.
+constexpr double kConverged = 1e-6;
+
+// Whether all held nodes move alike, and by how much, m.
+bool move_alike(const HyperelasticBody& body, const VectorXd& u, Vector3d* way) {
+  bool any = false, alike = true;
+  for (Index n = 0; n < body.node_count; ++n) {
+    if (!body.fixed[3 * n] || !body.fixed[3 * n + 1] || !body.fixed[3 * n + 2]) continue;
+    if (!any) *way = u.segment<3>(3 * n);
+    any = true, alike = alike && (u.segment<3>(3 * n) - *way).norm() < 1e-7;
+  }
+  if (!any) way->setZero();
+  return any && alike;
+}
+
+}  // namespace
+
+// The bundle's mesh and laws, as the runtime reads them.
+struct Comparison::Body {
+  explicit Body(palpate_bundle& bundle, const std::filesystem::path& file)
+      : memory(palpate_allocator{}), fields(read_bundle_fields(file)) {
+    palpate_error error = {};
+    const SectionReader reader(bundle, memory, &error);
+    auto* const laws = memory.array<TissueLaw>(reader.counts().regions);
+    if (!laws || read_body(reader, "the study", &body, laws) || read_laws(reader, "the study", laws) ||
+        read_tetrahedra(reader, &body))
+      throw OperationError(fmt::format("{}: {}", file.string(), error.text));
+    body.fixed = fields.fixed.data();
+    body.support_nodes = fields.support_nodes.data(), body.support_stiffness = fields.support_stiffness.data();
+    body.support_count = static_cast<std::int32_t>(fields.support_nodes.size() / 2);
+  }
+  ~Body() { memory.release_all(); }
+  SceneMemory memory;
+  BundleFields fields;
+  HyperelasticBody body;
+};
+
+Comparison::Comparison(const Player& player, const std::filesystem::path& bundle) : player_(player) {
+  if (player.scene().def.large.deformation == PALPATE_DEFORMATION_LINEAR ||
+      player.scene().def.shape != PALPATE_SHAPE_VOLUME)
+    throw InputError(fmt::format("{}: expected deformation = \"large\" and shape = \"volume\" in [effects]",
+                                 player.scene().file.string()));
+  body_ = std::make_unique<Body>(*player.bundle(), bundle);
+  reference_ = std::make_unique<LargeReference>(body_->body);
+}
+
+Comparison::~Comparison() = default;
+
+Compared Comparison::compare(const ShapeRecord& shape) const {
+  Compared compared;
+  compared.time = shape.time, compared.flags = shape.flags | shape.contacts.flags;
+  compared.residual = shape.contacts.body_residual, compared.least_volume = shape.contacts.least_volume;
+  compared.forces.resize(static_cast<std::size_t>(shape.contacts.tool_count));
+  const HeldRows rows = held_rows(*player_.runtime_scene(), shape.node_count);
+  const VectorXd u = Eigen::Map<const Eigen::VectorXf>(shape.displacements, 3 * Index(shape.node_count)).cast<double>();
+  VectorXd exact = u, carried;
+  Vector3d supports;
+  if (!move_alike(body_->body, u, &supports)) {
+    compared.unsolved = "the supports do not move alike";
+    return compared;
+  }
+  const VectorXd carried_along = supports.replicate(shape.node_count, 1);
+  try {
+    // The places of the rows are those beyond what the motions do alone. A body at rest has no inner force to compare a residual with.
+    constexpr double at_rest = 1e-6;  // m
+    if (rows.place.size() > 0 && (u - carried_along).cwiseAbs().maxCoeff() > at_rest)
+      carried = reference_->solve(rows.weights, rows.place + rows.weights * carried_along, &exact, kConverged,
+                                  rows.compliance);
+    else
+      exact = carried_along;
+  } catch (const std::runtime_error& error) {
+    compared.unsolved = error.what();
+    return compared;
+  }
+  const Index surface = palpate_bundle_describe(player_.bundle()).surface_node_count;
+  double missed = 0, moved = 0;
+  for (Index n = 0; n < surface; ++n) {
+    const double off = (u - exact).segment<3>(3 * n).norm(), way = (exact.segment<3>(3 * n) - supports).norm();
+    missed += off * off, moved += way * way;
+    compared.worst = std::max(compared.worst, off), compared.moved = std::max(compared.moved, way);
+  }
+  compared.field = moved > 0 ? std::sqrt(missed / moved) : 0;
+  // A node that two tools hold counts for both.
+  const VectorXd force = carried.size() > 0 ? VectorXd(rows.weights.transpose() * carried) : VectorXd::Zero(u.size());
+  for (std::size_t t = 0; t < compared.forces.size(); ++t) {
+    Vector3d told = Vector3d::Zero(), truth = told;
+    std::set<std::int32_t> nodes;  // a disc with several rows names a node several times
+    for (std::int32_t e = 0; e < shape.contacts.node_count; ++e) {
+      const palpate_contact_node& node = *palpate_contacts_node(&shape.contacts, e);
+      if (node.source != PALPATE_SOURCE_TOOL || node.index != static_cast<std::int32_t>(t)) continue;
+      told += Vector3d(node.force);
+      if (nodes.insert(node.node).second) truth += force.segment<3>(3 * node.node);
+    }
+    compared.forces[t] = {told.norm(), (told - truth).norm()};
+  }
+  return compared;
+}
+
+}  // namespace palpate::played

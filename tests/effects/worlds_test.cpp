@@ -1,0 +1,19 @@
+// Random worlds with all effects: random_worlds.h says what is looked at. world_fuzz plays as many as it is asked for.
+#include <gtest/gtest.h>
+
+#include "tests/effects/random_worlds.h"
+
+namespace palpate::tests {
+namespace {
+
+TEST(EffectWorlds, AtRandomAreFiniteAndBoundedAndComeBackToRestWhenLetGo) {
+  WorldCounts counts;
+  for (std::uint64_t seed = 0; seed < 8; ++seed)
+    RandomWorld(seed, &counts, [](const std::string& found) { ADD_FAILURE() << found; }).play(200);
+  EXPECT_GT(counts.large, counts.steps / 4);
+  EXPECT_GT(counts.touching, 0);
+  EXPECT_GT(counts.displacement, 0.005);
+}
+
+}  // namespace
+}  // namespace palpate::tests
