@@ -117,7 +117,8 @@ class Validation(StudyTest):
 
         def rows():
             with open(page) as file:
-                table = [line.split(" | ") for line in file if line.startswith("| `") and line.count(" | ") == 6]
+                lines = file.read().partition("<!-- published numbers")[2].partition("<!-- end of the published numbers")[0].splitlines()
+            table = [line.split(" | ") for line in lines if line.startswith("| `")]
             return {tuple(row[:2]): row[2:] for row in table}
         documented = rows()
         subprocess.run([sys.executable, os.path.join(ROOT, "studies", "validation", "published.py"), os.path.join(self.folder, "validation.json"), page],
@@ -126,7 +127,8 @@ class Validation(StudyTest):
         self.assertEqual({case for case, _ in written}, {f"| `{case}`" for case in ("pressed-cylinder", "thick-sphere", "cantilever", "cook", "large-cook", "two-shells")})
         for what, row in written.items():
             self.assertEqual(row[:2], documented[what][:2])
-            self.assertNotEqual(row[2:], documented[what][2:])  # another mesh, another figure
+            if "two-shells" not in what[0]:  # its meshes are the same in a short run
+                self.assertNotEqual(row[2:], documented[what][2:])  # another mesh, another figure
 
     def test_an_unknown_case_or_mesh_is_refused_with_a_sentence(self):
         self.assertIn("--only spleen: ", validation("--only", "spleen", "-o", self.folder, code=2))
