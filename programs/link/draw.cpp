@@ -125,6 +125,8 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
     palpate_step_flags flags = palpate_scene_shape(player.runtime_scene(), contacts, &out);
     OrganInside* const inside = player.organ().inside();
     if (inside) flags |= inside->follow(out);
+    OrganCrossings* const crossings = player.organ().crossings();
+    if (crossings) flags |= crossings->follow(out);
     const Nanoseconds end = now();
     run.flags.add(flags);
     run.age_us.push_back(microseconds(wall_clock() - note.sent));
@@ -132,7 +134,7 @@ DrawRun draw(Player& player, std::uint64_t bundle, int listening, const DrawOpti
     for (std::int32_t t = 0; t < contacts->tool_count; ++t)
       player.place_tool(static_cast<std::size_t>(t), note.positions[static_cast<std::size_t>(t)]);
     on_shape({note.time, flags, player.points(), *contacts, out.node_count, displacements.data(), positions.data(),
-              nullptr, nullptr, inside});
+              nullptr, nullptr, crossings, inside});
     return end - begin;
   };
   try {
