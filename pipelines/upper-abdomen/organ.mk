@@ -4,6 +4,7 @@
 # folders, but for held-breathing, which is of the welded mesh alone.
 RESOLUTIONS := coarse medium
 RESOLUTION ?= medium
+BC ?= held
 
 include $(PIPELINES)/liver/image.mk
 IMAGE ?= $(LIVER_IMAGE)

@@ -511,6 +511,32 @@ TEST(CApi, PressesTheOrganByAnObstacle) {
   EXPECT_EQ(palpate_scene_obstacle_state(made.scene, 1), nullptr);
 }
 
+TEST(CApi, TellsThatAFoldedSurfaceCrossesItself) {
+  BundleOwner owner(bundle_path);
+  palpate::SceneDef def = full_def();
+  def.crossings.crossings = PALPATE_CROSSINGS_ON, def.crossings.crossings_calls = 1;
+  def.crossings.crossings_operations = 100'000'000;
+  SceneOwner made(owner.bundle, def);
+  const palpate_bundle_info info = palpate_bundle_describe(owner.bundle);
+  std::vector<float> positions(3 * static_cast<std::size_t>(info.surface_node_count));
+  const double* const nodes = palpate_bundle_nodes(owner.bundle);
+  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] = static_cast<float>(nodes[i]);
+  palpate_shape_out shape = palpate_default_shape_out();
+  shape.positions = positions.data(), shape.node_capacity = shape.node_count = info.surface_node_count;
+  palpate_crossing place = {};
+  palpate_crossings_out found = palpate_default_crossings_out();
+  found.crossings = &place, found.capacity = 1;
+  EXPECT_EQ(palpate_scene_crossings(made.scene, &shape, &found), 0u);
+  EXPECT_EQ(found.pairs, 0);
+  for (std::size_t i = 0; i < positions.size(); i += 3)  // the far half lies in the near half
+    positions[i + 2] += 0.1f * positions[i],
+        positions[i] = positions[i] > 0.027f ? 0.054f - positions[i] : positions[i];
+  EXPECT_EQ(palpate_scene_crossings(made.scene, &shape, &found), unsigned{PALPATE_STEP_SURFACE_CROSSES});
+  EXPECT_GT(found.pairs, 0);
+  EXPECT_EQ(found.count, 1);
+  EXPECT_LT(place.triangle[0], place.triangle[1]);
+}
+
 TEST(CApi, PressesWithAGivenForce) {
   BundleOwner owner(bundle_path);
   palpate::SceneDef def = full_def();
@@ -702,6 +728,8 @@ TEST(CApi, PartsHaveDefaults) {
   EXPECT_EQ(palpate_default_relaxation_def().terms, 0);
   EXPECT_EQ(palpate_default_loads_def().count, 0);
   EXPECT_EQ(palpate_default_force_control_def().force_control, 1);
+  EXPECT_EQ(palpate_default_crossings_def().crossings, PALPATE_CROSSINGS_ON);
+  EXPECT_EQ(palpate_default_crossings_out().struct_bytes, sizeof(palpate_crossings_out));
   EXPECT_EQ(palpate_default_obstacles_def().count, 0);
   EXPECT_EQ(palpate_default_obstacles_def().max_nodes, 256);
   EXPECT_EQ(palpate_default_dent_def().dent, PALPATE_DENT_DISCS);

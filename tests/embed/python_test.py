@@ -482,7 +482,7 @@ class RenderMesh(unittest.TestCase):
     def test_where_the_surface_passes_through_itself(self):
         bundle = palpate.Bundle(BUNDLE)
         scene = palpate.Scene(bundle, crossings=True, crossings_calls=1, crossings_operations=10**6)
-        positions = np.empty((bundle.info.surface_node_count, 3), np.float32)
+        positions = np.empty((bundle.surface_node_count, 3), np.float32)
         scene.shape(scene.make_contacts(), positions)
         flags, checks, pairs, places = scene.crossings(positions)
         self.assertEqual((int(flags), checks, pairs, len(places)), (0, 1, 0, 0))

@@ -26,10 +26,10 @@ export { PalpateError, Scene, World };
  *   law?: "sticking" | "sliding" | "unilateral" | "coulomb", force?: "off" | "linear" | "response", shape?: "off" | "surface" | "volume",
  *   radial?: "off" | "response", preload?: boolean | "off" | "on", maxTools?: number, maxPoints?: number, maxContactNodes?: number,
  *   maxOperations?: number, forceLimit?: number, forceSlew?: number, torqueLimit?: number, torqueSlew?: number, maxToolSpeed?: number,
- *   releaseDistance?: number, deformation?: "linear" | "large" | "large-beside" | "large-renewed" | "large-auto", grasps?: boolean, needles?: boolean,
- *   needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts", queries?: boolean | "off" | "on",
- *   dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean, crossings?: boolean | "off" | "on",
- *   crossingsCalls?: number, crossingsOperations?: number,
+ *   releaseDistance?: number, deformation?: "linear" | "large" | "large-beside" | "large-renewed" | "large-auto", grasps?: boolean,
+ *   needles?: boolean, needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts",
+ *   queries?: boolean | "off" | "on", dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean,
+ *   crossings?: boolean | "off" | "on", crossingsCalls?: number, crossingsOperations?: number,
  * }} SceneKeys */
 // (end of what is printed)
 /** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects

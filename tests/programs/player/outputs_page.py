@@ -43,6 +43,7 @@ unit = "mm"
 [effects]
 shape = "volume"
 inside = true
+crossings = true
 [[tool]]
 name = "needle"
 """ + NEEDLE + """[[tool]]
@@ -83,6 +84,8 @@ bundle = "box.h5"
 name = "above"
 bundle = "box.h5"
 position = [0, 0, 40.1]
+[organ.effects]
+crossings = true
 [[organ]]
 name = "pierced"
 bundle = "corridor.h5"
@@ -189,8 +192,11 @@ def written_arrays(kind):
     return arrays
 
 
+SAME_AS_OF_THE_SCENE = ("organs[].links", "organs[].loads", "organs[].crossings")
+
+
 def keys(value, path=""):
-    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links and loads of an organ are as those of the scene, and names of flags and of
+    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links, loads and crossings of an organ are as those of the scene, and names of flags and of
     percentiles stand alone, as on the page."""
     if isinstance(value, list):
         for each in value:
@@ -199,7 +205,7 @@ def keys(value, path=""):
         for key, each in value.items():
             below = key if "p50" in value else f"{path}.{key}".lstrip(".")
             yield below
-            yield from keys(each, below.removeprefix("organs[].") if below in ("organs[].links", "organs[].loads") else below)
+            yield from keys(each, below.removeprefix("organs[].") if below in SAME_AS_OF_THE_SCENE else below)
 
 
 class OutputsPage(unittest.TestCase):
