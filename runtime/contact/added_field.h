@@ -45,6 +45,14 @@ class AddedField {
     longest_ = length_above(most), change_ = length_above(moved);
   }
 
+  // Makes the field of this step smaller, so that no node of the surface is farther than `most` metres. Cost: a pass over the nodes.
+  void bound(double most) {
+    if (longest_ <= most) return;
+    const auto part = static_cast<float>(most / longest_);
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) field_[now_][i] *= part;
+    change_ += longest_ - most, longest_ = most;
+  }
+
   Vec3 now(std::int32_t node) const { return read(now_, node); }
   Vec3 before(std::int32_t node) const { return read(before_, node); }
   const float* all() const { return field_[now_]; }

@@ -345,6 +345,10 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
     added_.set(beyond_[newest_], beyond_[newest_], 0);
   else
     added_.keep();
+  // o is what the forces of the newest solution do less than the linear organ: without them it would throw the surface. A body that nothing holds is
+  // where its supports have moved it.
+  if (newest && set.constraint_count == 0 && solved_count_[newest_] > 0)
+    added_.bound(offset_->exists() ? offset_->longest() : 0);
   if (*fresh) measure_moved();
   ContactConstraint* const constraints = acting_.constraints;
   Vec3* const targets = acting_.target;

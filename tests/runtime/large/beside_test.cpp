@@ -238,6 +238,19 @@ TEST(LargeBeside, AutoIsSolvedInTheTouchWhereTheBodyIsSmallEnough) {
   }
 }
 
+// The tool leaves a tissue that has stiffened many times; no solution has come since.
+TEST(LargeBeside, ATouchThatEndsLeavesTheSurfaceAtRest) {
+  const TouchedBody box(dense_box({}), with_large(false, LawForm(32)));
+  SceneDef def = pressed_def(PALPATE_LAW_STICKING);
+  Play play(def, box);
+  for (int tick = -1; tick <= 80; ++tick) play.move({pressed(1e-4 * tick)});
+  EXPECT_EQ(play.touching(0), 1);
+  play.most_solves = 0;
+  EXPECT_NE(play.move({}), 0u);
+  for (std::int32_t n = 0; n < box.body.surface_nodes; ++n)
+    EXPECT_LE((play.places()[static_cast<std::size_t>(n)] - box.node(n)).norm(), 1e-9) << n;
+}
+
 TEST(LargeBeside, AResetForgetsAlsoTheSolutionOnItsWay) {
   Play play(pressed_def(PALPATE_LAW_STICKING));
   for (int tick = -1; tick <= 100; ++tick) play.move({pressed(1e-4 * tick)});
