@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 
 #include "formats/errors.h"
@@ -93,6 +95,23 @@ Eigen::VectorXd PlayedWorld::shape(int organ) const {
   out.displacements = u.data(), out.node_capacity = nodes;
   palpate_scene_shape(scene(organ), &contacts_.organ(organ), &out);
   return Eigen::Map<const Eigen::VectorXf>(u.data(), static_cast<Eigen::Index>(u.size())).cast<double>();
+}
+
+Eigen::Matrix3d turn_of(const palpate_pose& pose) {
+  return Eigen::Quaterniond(pose.orientation[0], pose.orientation[1], pose.orientation[2], pose.orientation[3])
+      .toRotationMatrix();
+}
+
+Row row_of_pair(const palpate_world_pair& pair, const std::array<std::int32_t, 3>& corners,
+                const std::vector<palpate_pose>& poses, const std::vector<Eigen::VectorXd>& shapes) {
+  const auto own = static_cast<std::size_t>(pair.organ[0]), other = static_cast<std::size_t>(pair.organ[1]);
+  const Eigen::Vector3d normal(pair.normal), along = -turn_of(poses[other]).transpose() * normal;
+  Row row;
+  row.add(own, pair.node, turn_of(poses[own]).transpose() * normal);
+  for (std::size_t v = 0; v < 3; ++v) row.add(other, corners[v], pair.barycentric[v] * along);
+  row.target = -pair.gap, row.only_pushes = true;
+  for (const Row::Term& term : row.terms) row.target += term.weight * shapes[term.body][term.dof];
+  return row;
 }
 
 }  // namespace palpate::studies

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "studies/coupled/coupled_rows.h"
+
 namespace palpate::studies {
 
 // Errors: InputError.
@@ -18,6 +20,7 @@ SceneDef free_scene();
 SceneDef touching_scene();
 
 palpate_pose pose_at(const Eigen::Vector3d& position);
+Eigen::Matrix3d turn_of(const palpate_pose& pose);
 
 struct OrganAt {
   palpate_bundle* bundle;
@@ -48,5 +51,10 @@ class PlayedWorld {
   std::vector<int> surface_nodes_;
   WorldContacts contacts_{0};
 };
+
+// The row of two organs that press: the vertex of the pair against its place on the other organ, whose triangle has these corners. poses: of the organs;
+// shapes: [3 surface nodes] m of each, as the world tells them with the pair. Its target is what they have come apart by less the gap that is told.
+Row row_of_pair(const palpate_world_pair& pair, const std::array<std::int32_t, 3>& corners,
+                const std::vector<palpate_pose>& poses, const std::vector<Eigen::VectorXd>& shapes);
 
 }  // namespace palpate::studies

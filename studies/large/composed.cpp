@@ -23,7 +23,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Map;
-using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
@@ -52,11 +51,6 @@ constexpr std::array<Model, 4> kModels = {{{"linear", PALPATE_DEFORMATION_LINEAR
 Vector3d eigen(Vec3 v) {
   return {v.x, v.y, v.z};
 }
-Matrix3d turn_of(const palpate_pose& pose) {
-  return Quaterniond(pose.orientation[0], pose.orientation[1], pose.orientation[2], pose.orientation[3])
-      .toRotationMatrix();
-}
-
 // What a state is compared by: the surfaces of all organs, one after the other, and the force.
 struct Seen {
   VectorXd u;      // m
@@ -244,21 +238,12 @@ class Organs final : public Situation {
   }
 
   std::vector<Row> rows_of(const PlayedWorld& world, const palpate_pose& second) const {
-    const palpate_pose poses[] = {studies::pose_at({0, 0, 0}), second};
-    const VectorXd u[] = {world.shape(0), world.shape(1)};
+    const std::vector<palpate_pose> poses = {studies::pose_at({0, 0, 0}), second};
+    const std::vector<VectorXd> shapes = {world.shape(0), world.shape(1)};
     std::vector<Row> rows;
-    for (const palpate_world_pair* pair : world.pairs()) {
-      const Vector3d normal(pair->normal);
-      Row& row = rows.emplace_back();
-      row.add(static_cast<std::size_t>(pair->organ[0]), pair->node,
-              turn_of(poses[pair->organ[0]]).transpose() * normal);
-      for (int v = 0; v < 3; ++v)
-        row.add(static_cast<std::size_t>(pair->organ[1]),
-                body_.triangles[static_cast<std::size_t>(pair->triangle)][static_cast<std::size_t>(v)],
-                -pair->barycentric[v] * (turn_of(poses[pair->organ[1]]).transpose() * normal));
-      row.target = -pair->gap;
-      for (const Row::Term& term : row.terms) row.target += term.weight * u[term.body][term.dof];
-    }
+    for (const palpate_world_pair* pair : world.pairs())
+      rows.push_back(
+          studies::row_of_pair(*pair, body_.triangles[static_cast<std::size_t>(pair->triangle)], poses, shapes));
     return rows;
   }
 

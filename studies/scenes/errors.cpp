@@ -13,18 +13,12 @@ namespace palpate::scenes {
 namespace {
 
 using Eigen::Index;
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using studies::CoupledAnswer;
 using studies::CoupledBody;
 using studies::Row;
 using Json = nlohmann::ordered_json;
-
-Matrix3d turn_of(const palpate_pose& pose) {
-  return Eigen::Quaterniond(pose.orientation[0], pose.orientation[1], pose.orientation[2], pose.orientation[3])
-      .toRotationMatrix();
-}
 
 class Errors {
  public:
@@ -245,13 +239,6 @@ class Errors {
         -full.force[0] * along, world, full.u, 1);
   }
 
-  // m: how far a vertex and its place on the other organ have come apart along the normal, under displacements of both.
-  double came_apart(const Row& row, const std::vector<VectorXd>& u) const {
-    double sum = 0;
-    for (const Row::Term& term : row.terms) sum += term.weight * u[term.body][term.dof];
-    return sum;
-  }
-
   // Organs that press: the vertices, places and normals are those that the step tells; whether each presses and how much, is solved.
   void pressed() {
     PlayedWorld world({alone(), {bundle_.get(), over(box_, first_touch_ + 0.005 * box_.size())}}, touching_scene(),
@@ -261,21 +248,18 @@ class Errors {
     while (gap > first_touch_ - way()) world.place(1, pose = over(box_, gap -= 2e-4 * box_.size())), world.touch();
     for (int s = 0; s < 50; ++s) world.touch();
     if (world.pressing() == 0) return;
-    const palpate_pose poses[] = {pose_at({0, 0, 0}), pose};
+    const std::vector<palpate_pose> poses = {pose_at({0, 0, 0}), pose};
     const std::vector<VectorXd> shapes = {world.shape(0), world.shape(1)};
     std::vector<Row> smooth, flat;
     Vector3d force = Vector3d::Zero();
     for (const palpate_world_pair* pair : world.pairs()) {
       const Vector3d normal(pair->normal);
-      const palpate_pose& own = poses[pair->organ[0]];
+      const palpate_pose& own = poses[static_cast<std::size_t>(pair->organ[0])];
       const Vector3d vertex = turn_of(own) * full_.vertex(pair->node) + Vector3d(own.position);
-      Row& row = flat.emplace_back();
-      row.add(static_cast<std::size_t>(pair->organ[0]), pair->node, turn_of(own).transpose() * normal);
-      put(row, static_cast<std::size_t>(pair->organ[1]), pair->triangle, pair->barycentric,
-          -turn_of(poses[pair->organ[1]]).transpose() * normal);
-      row.target = -normal.dot(vertex - Vector3d(pair->place)) - pair->overlap, row.only_pushes = true;
-      smooth.push_back(row);
-      smooth.back().target = came_apart(row, shapes) - pair->gap;
+      smooth.push_back(studies::row_of_pair(*pair, baked_.body().triangles[static_cast<std::size_t>(pair->triangle)],
+                                            poses, shapes));
+      Row& row = flat.emplace_back(smooth.back());
+      row.target = -normal.dot(vertex - Vector3d(pair->place)) - pair->overlap;
       force += (pair->organ[0] == 0 ? 1 : -1) * Vector3d(pair->force);
     }
     for (const auto& [rows, name] : {std::pair(&smooth, ""), std::pair(&flat, ", against flat triangles")}) {

@@ -10,7 +10,7 @@
 namespace palpate::scenes {
 
 using studies::free_scene, studies::open_bundle, studies::OrganAt, studies::PlayedWorld, studies::pose_at,
-    studies::touching_scene;
+    studies::touching_scene, studies::turn_of;
 
 // A place on the surface, in the organ's frame.
 struct SurfacePlace {
