@@ -45,7 +45,7 @@ class AddedField {
     longest_ = length_above(most), change_ = length_above(moved);
   }
 
-  // Makes the field of this step smaller, so that no node of the surface is farther than `most` metres. Cost: a pass over the nodes.
+  // Scales the field of this step so that it moves no node of the surface by more than `most` metres. Cost: a pass over the nodes.
   void bound(double most) {
     if (longest_ <= most) return;
     const auto part = static_cast<float>(most / longest_);

@@ -345,8 +345,8 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
     added_.set(beyond_[newest_], beyond_[newest_], 0);
   else
     added_.keep();
-  // o is what the forces of the newest solution do less than the linear organ: without them it would throw the surface. A body that nothing holds is
-  // where its supports have moved it.
+  // o cancels a part of what the forces of the newest solution do in the linear organ. Where no contact is left, no force acts, and o alone would throw
+  // the surface: the body is then where motions and loads have moved it.
   if (newest && set.constraint_count == 0 && solved_count_[newest_] > 0)
     added_.bound(offset_->exists() ? offset_->longest() : 0);
   if (*fresh) measure_moved();

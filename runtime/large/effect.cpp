@@ -18,7 +18,7 @@ using formats::SectionId;
 // Of a solve beside the touch, for its laws: some 10 ms. Where many rows of several organs hold the same few nodes, laws end only slowly.
 constexpr Operations kMostOfLawsBeside = 10'000'000;
 
-// Of LARGE_AUTO: a touch that follows a tool at 0.1 m/s takes as many for each node.
+// Counted operations for each node that a touch takes to follow a tool at 0.1 m/s: LARGE_AUTO compares them with max_operations.
 constexpr Operations kOperationsOfNode = 500;
 
 constexpr EffectKey kKeys[] = {{PALPATE_EFFECT_KEY(large_effect, palpate_large_def, deformation), PALPATE_KEY_CHOICE,

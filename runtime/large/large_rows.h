@@ -95,7 +95,7 @@ class LargeRows {
   void compliance_times(const double* a, double* out) const;
   double times_compliance(const double* a, const double* b) const;
 
-  // Of the places of all rows, the most by which one is softer in the metric than in that of rest: the traces of W Y, one over the other.
+  // The largest ratio, over the places of all rows, of the compliance of a place in the metric to that at rest; both are traces of W Y, m/N. At least 1.
   double most_softening() const;
 
   // m, W field of a row. field += W^T force; field += factor Y force, the same with Y at rest. out: Y^T force.

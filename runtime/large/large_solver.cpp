@@ -33,7 +33,7 @@ constexpr double kHeldStiffness = 30;
 constexpr double kTurnedCosine = 0.98;
 
 // The tangent K(u) knows no contact. Where jaws press a slender part flat, it is hardly definite without them, and moves along its softest mode
-// cancel in single precision. A metric in which the place of a contact is softer by more is left for that of rest.
+// cancel in single precision. A metric in which the place of a contact is softer than at rest by more than this factor is replaced by that of rest.
 constexpr double kMostSoftening = 4;
 
 }  // namespace
