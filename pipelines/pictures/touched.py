@@ -19,6 +19,7 @@ COLOURS = plt.get_cmap("viridis")
 STEEL, FORCE, EDGE, PATH, HATCH = (0.55, 0.58, 0.62), (0.85, 0.10, 0.10), (0.15, 0.15, 0.15), (0.95, 0.55, 0.1), (0.9, 0.9, 0.95)
 LONGEST = 0.25  # of the organ's size: the arrow of the largest force; all others in proportion
 OUTLINE = (0.25, 0.25, 0.25)
+ONE_ROW = 5  # entries of the legend in a row
 FORCE_HEX, BORDER = "#d91a1a", (0.0, 0.0, 0.0)
 THREAD, THREAD_HEX, SLACK, DISC = (0.10, 0.25, 0.85), "#1a40d9", (0.65, 0.70, 0.85), (0.55, 0.15, 0.65)
 LINE, TAUT, BROKEN = 3, 1, 2  # a VTK cell; conditions of a link
@@ -274,7 +275,7 @@ def main():
     actors, tensions = actors + more, tensions + labels
 
     figure, panels = plt.subplots(1, 2, figsize=(16, 7.2))
-    figure.subplots_adjust(left=0.003, right=0.928, bottom=0.065, top=0.95, wspace=0.01)
+    figure.subplots_adjust(left=0.003, right=0.928, top=0.95, wspace=0.01)
     for panel, look_from in zip(panels, views.two_views(np.array(normals))):
         arrows, labels = force_arrows(forces, look_from, size)
         image, pixel = offscreen.render(actors + arrows, look_from, size=(1000, 860), zoom=None)
@@ -300,7 +301,9 @@ def main():
     legend += [(Patch(facecolor=STEEL), "needle")] if needles else []
     legend += [(Patch(facecolor=DISC), "disc of a grasp")] if any(tool.get("grasp") for tool in summary["tools"]) else []
     handles, names = zip(*legend)
-    figure.legend(handles, names, loc="lower center", ncols=len(legend), fontsize=14, frameon=False, bbox_to_anchor=(0.47, 0.0))
+    rows = 1 if len(legend) <= ONE_ROW else 2
+    figure.subplots_adjust(bottom=0.065 if rows == 1 else 0.1)
+    figure.legend(handles, names, loc="lower center", ncols=-(-len(legend) // rows), fontsize=14, frameon=False, bbox_to_anchor=(0.47, 0.0))
     picture_file.save(figure, arguments.output, [arguments.scene])
 
 

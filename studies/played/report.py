@@ -62,10 +62,15 @@ def in_time(page, study):
                  label="largest error of a node", joined=True)
     page.plot(moved, "moved")
     force = Plot("Forces", "time, s", "N", size=(11, 4))
+    missed = Plot("Error of the forces", "time, s", "error of the force, %", log_y=True, size=(11, 4))
     for tool in study.all["tools"]:
-        for key, label in ((f"{tool}_N", tool), (f"{tool}_missed_N", f"{tool}: missed")):
-            force.points(times, [p[key] for p in study.solved], [f"{number(p['time_s'])} s: {number(p[key])} N" for p in study.solved], label=label, joined=True)
-    page.plot(force, "forces", "The length of each tool's force, and of its difference from the converged one.")
+        force.points(times, [p[f"{tool}_N"] for p in study.solved], [f"{number(p['time_s'])} s: {number(p[f'{tool}_N'])} N" for p in study.solved],
+                     label=tool, joined=True)
+        some = study.forces(tool)
+        missed.points([p["time_s"] for p, _ in some], [100 * max(e, 1e-6) for _, e in some],
+                      [f"{number(p['time_s'])} s: {percent(e)} {p['flags']}" for p, e in some], label=tool, joined=True)
+    page.plot(force, "forces", "The length of each tool's force.")
+    page.plot(missed, "force-errors", f"The length of its difference from the converged one, over it, from {LEAST_FORCE} N on.")
 
 
 def everything(page, study):

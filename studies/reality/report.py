@@ -101,7 +101,8 @@ def cylinders(page, study):
                  f"{v['nearest']} of {len(c['silicones'])}") for press, own in c["served"].items() for law, v in own.items()])
     page.words(f"{FITTED_ON} the same specimens, all constants of Yeoh's law (shear modulus, c2, c3) and of Ogden's (shear modulus, exponent). {PREDICTED} the other "
                "specimens. Between sliding plates the ratio to the neo-Hookean force is a closed form. Where plates stick, bodies are solved for a table of constants, and "
-               f"polynomials go between them, which miss their own bodies by {percent(c['table_off'])} at most.")
+               f"polynomials go between them, which miss their own bodies by {percent(c['table_off'])} at most. "
+               f"{c['unsolved']} of these bodies are left out, because Newton's method finds no balance there: with such constants a law hardly stiffens.")
     page.words("The fitted specimens' mean force is the best that any law could predict: what it is off, specimens differ by. Q has six constants for each silicone "
                "and follows the curve on the support that it was measured on; the next section plays it on others. With one constant, linear elasticity is right at "
                "one strain alone.")

@@ -105,11 +105,15 @@ class Study:
     def solved(self, *arguments):
         return json.loads(self.program("reality_solves", *arguments))
 
+    def solved_if_possible(self, *arguments):
+        """None where Newton's method finds no balance."""
+        return json.loads(self.program("reality_solves", *arguments, codes=(0, 1)) or "null")
+
     # ---- cylinders ----
 
-    def pressed(self, press, cells, strains=None, *law):
+    def pressed(self, press, cells, strains=None, *law, solve=None):
         strains = strains or (DISC_CURVE if press == "disc" else CURVE)
-        return self.solved("cylinder", "--radius", DIAMETER_MM / 2000, "--height", self.height_mm / 1000, "--poisson", POISSON, "--press", press,
+        return (solve or self.solved)("cylinder", "--radius", DIAMETER_MM / 2000, "--height", self.height_mm / 1000, "--poisson", POISSON, "--press", press,
                            "--cells", cells, "--strains", ",".join(map(str, strains)), *law)
 
     def curves(self):
@@ -120,24 +124,31 @@ class Study:
                 for press, both in cells.items()}
 
     def law_branches(self):
-        """{(law, plates): [(rows, ratio(rows, strains))]}, and by how much the tables' polynomials miss their own bodies."""
+        """{(law, plates): [(rows, ratio(rows, strains))]}, and by how much the tables' polynomials miss their own bodies;
+        and how many bodies of the tables have no balance: these are left out."""
         cells, element = SHORT_LAW_CELLS if self.arguments.short else LAW_CELLS, ("--element", LAW_ELEMENT)
         options = {law: [[(f"--{law}", ",".join(map(str, laws.constants(law, row)))) for row in rows] for rows in laws.branches(law)] for law in laws.LAWS}
         with concurrent.futures.ThreadPoolExecutor(self.arguments.jobs) as pool:
-            def solve(*law):
-                return pool.submit(self.pressed, "sticking", cells, LAW_STRAINS, *element, *law)
-            runs, plain = {law: [[solve(*one) for one in branch] for branch in own] for law, own in options.items()}, solve()
-        plain, result, off = np.array(plain.result()["force_over_shear_m2"]), {}, 0.0
+            def start(*law, solve):
+                return pool.submit(self.pressed, "sticking", cells, LAW_STRAINS, *element, *law, solve=solve)
+            runs = {law: [[start(*one, solve=self.solved_if_possible) for one in branch] for branch in own] for law, own in options.items()}
+            plain = start(solve=self.solved)
+        plain, result, off, unsolved = np.array(plain.result()["force_over_shear_m2"]), {}, 0.0, 0
         for law, own in runs.items():
             result[law, "sliding"] = [(rows, lambda rows, strains, law=law: laws.sliding_ratio(law, rows, strains)) for rows in laws.branches(law)]
-            tables = [laws.Table(rows, LAW_STRAINS, np.array([run.result()["force_over_shear_m2"] for run in branch]) / plain)
-                      for rows, branch in zip(laws.branches(law), own)]
+            tables = []
+            for rows, branch in zip(laws.branches(law), own):
+                # Constants at the edge of what a law takes: it hardly stiffens, the strain gathers in a few cells, and there is no balance.
+                solved = [(row, run.result()) for row, run in zip(rows, branch) if run.result()]
+                unsolved += len(rows) - len(solved)
+                tables.append(laws.Table(np.array([row for row, _ in solved]), LAW_STRAINS,
+                                         np.array([one["force_over_shear_m2"] for _, one in solved]) / plain))
             result[law, "sticking"] = [(rows, table.ratio) for rows, table in zip(laws.branches(law), tables)]
             off = max([off] + [table.off for table in tables])
-        return result, off
+        return result, off, unsolved
 
     def cylinders(self, curves):
-        branches, table_off = self.law_branches()
+        branches, table_off, unsolved = self.law_branches()
         plates = {press: curves[press] for press in ("sliding", "sticking")}
         silicones = [self.silicone(name, specimens, plates, branches) for name, specimens in self.silicones.items()]
         models = {}
@@ -155,7 +166,7 @@ class Study:
                                 "nearest": sum(model == min(own.values(), key=lambda m: worst(one, m)) for one in silicones),
                                 "residual": float(np.median([one["residual"][model] for one in silicones]))} for law, model in own.items()}
                   for press, own in kinds.items()}
-        return {"served": served, "table_off": table_off, "diameter_mm": DIAMETER_MM, "height_mm": self.height_mm, "poisson": POISSON, "strains": SHOWN, "models": models, "fit_residual": fits,
+        return {"served": served, "table_off": table_off, "unsolved": unsolved, "diameter_mm": DIAMETER_MM, "height_mm": self.height_mm, "poisson": POISSON, "strains": SHOWN, "models": models, "fit_residual": fits,
                 "nearer": nearer, "silicones": silicones,
                 "moduli_ratio": float(np.median([one["shear_Pa"]["sliding"] / one["shear_Pa"]["sticking"] for one in silicones])),
                 "sticking_fits_better": sum(one["residual"]["sticking"] < one["residual"]["sliding"] for one in silicones),
