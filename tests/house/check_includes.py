@@ -85,6 +85,7 @@ runtime/query/: LAYOUT runtime/include/ runtime/query/ runtime/scene/ runtime/sh
 runtime/skin/: LAYOUT runtime/include/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/relaxation/: LAYOUT runtime/include/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/links/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/cut/: runtime/include/ runtime/cut/ runtime/surface/ runtime/base/:
 runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/world/ runtime/crossings/ runtime/fine_surface/ runtime/force_control/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/loads/ runtime/motions/ runtime/needles/ runtime/obstacles/ runtime/query/ runtime/relaxation/ runtime/report/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/include/: palpate: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate
