@@ -50,6 +50,7 @@ formats/element_layout.h: LAYOUT:
 meshing/image/: meshing/image/ formats/: plumbing zlib
 meshing/image/thickness.cpp: meshing/image/: ITK
 meshing/surface/: meshing/surface/ meshing/image/ formats/: plumbing Eigen CGAL
+meshing/cut/: meshing/cut/ meshing/tetrahedra/mesh_quality.h runtime/cut/ runtime/surface/ runtime/base/ formats/: plumbing
 meshing/tetrahedra/: meshing/tetrahedra/ meshing/surface/ meshing/image/ formats/: plumbing Eigen CGAL gmsh
 precompute/elements/: precompute/elements/ meshing/image/ formats/: plumbing Eigen
 precompute/solver/: precompute/solver/ precompute/elements/ formats/: plumbing PETSc MPI SuiteSparse Eigen
@@ -70,6 +71,7 @@ runtime/shape/: LAYOUT runtime/include/ runtime/shape/ runtime/surface/ runtime/
 runtime/device/: LAYOUT runtime/include/ runtime/device/ runtime/base/:
 runtime/scene/: LAYOUT runtime/include/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/large/: LAYOUT runtime/include/ runtime/large/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/cut/: LAYOUT runtime/include/ runtime/cut/ runtime/surface/ runtime/base/:
 runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/crossings/: LAYOUT runtime/include/ runtime/crossings/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/force_control/: LAYOUT runtime/include/ runtime/force_control/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:

@@ -1,7 +1,7 @@
 """run_page.py PAGE FOLDER PROGRAMS: does what a page tells the reader to do, word by word, in an empty folder, FOLDER/work.
 
 The page's code blocks, in order:
-  ```toml, ```make  the first line, "# NAME", names the file that the reader writes
+  ```toml, ```make, ```csv  the first line, "# NAME", names the file that the reader writes
   ```sh             commands of one bash, which stops where one fails
   ```text           what the reader sees: shown, not run
 A comment line in front of a block, which the reader does not see, says more about it:
@@ -40,8 +40,8 @@ def follow(page, folder, environment):
     for remark, language, content in blocks(page.read_text()):
         if remark.startswith("not run:"):
             continue
-        if language in ("toml", "make"):
-            name = re.match(r"# (\S+)\n", content)
+        if language in ("toml", "make", "csv"):
+            name = re.match(r"# (\S+?):?(?: .*)?\n", content)
             if not name:
                 sys.exit("%s: the first line of a %s block names its file; found\n%s" % (page, language, content))
             file = folder / name[1]
