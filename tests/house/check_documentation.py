@@ -171,7 +171,7 @@ def check_block(page, remark, language, content):
     if language in LANGUAGES:
         if not any(dedented(content) in dedented(source) for source in tested_sources(language)):
             fail(page, "%s is no part of a file that the tests compile or run (%s)" % (shown, ", ".join(TESTED_CODE)))
-    elif language in ("sh", "toml", "make"):
+    elif language in ("sh", "toml", "make", "csv"):
         if page not in FOLLOWED:
             fail(page, "%s: no test follows this page; put <!-- not run: WHY --> in front" % shown)
     else:
