@@ -116,18 +116,53 @@ class Springs(unittest.TestCase):
         self.assertTrue((low < np.minimum(start, end) + 3).all() and (high > np.maximum(start, end) - 3).all())
 
 
+def table_below(text):
+    """[[cell]] of the first table of a page's part."""
+    rows = [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
+    return rows[:1] + rows[2:]
+
+
 class ErrorsOfElements(unittest.TestCase):
-    def test_are_those_of_the_documentation(self):
+    def setUp(self):
         with open(os.path.join(ROOT, "docs", "accuracy.md")) as page:
-            study = page.read().split("\n## Mesh size and element\n")[1].split("\n### ")[0]
-        rows = [[cell.strip(" `") for cell in line.strip("|").split("|")] for line in study.splitlines() if line.startswith("|")]
+            self.page = page.read()
+
+    def test_with_the_right_side_held_are_those_of_the_documentation(self):
+        rows = table_below(self.page.split("\n## Mesh size and element\n")[1].split("\n### ")[0])
         column = rows[0].index("1,696")
-        table = {row[0].replace("`", ""): float(row[column]) for row in rows[2:]}  # "force: p1": 7.6
-        stated = {"%s: %s" % (what, element): error for element, errors in contact_sheet.ELEMENT_ERRORS.items()
+        table = {row[0].replace("`", ""): float(row[column]) for row in rows[1:]}  # "force: p1": 7.6
+        stated = {"%s: %s" % (what, element): error for element, errors in contact_sheet.ELEMENT_ERRORS["right-side"].items()
                   for what, error in zip(("force", "field"), errors)}
         self.assertEqual(stated, table)
+
+    def test_with_the_default_boundary_set_are_those_of_the_documentation(self):
+        text = self.page.split("\n### The default boundary set\n")[1].split("\n## ")[0]
+        table = {row[0].split(": `")[1]: float(row[-1]) for row in table_below(text)[1:] if row[0].startswith("1,696")}
+        stated = contact_sheet.ELEMENT_ERRORS["abdomen"]
+        self.assertEqual({element: force for element, (force, _) in stated.items()}, table)
+        self.assertEqual([element for element, (_, field) in stated.items() if field], ["p1-anp"])
+        self.assertIn("The field is %.2g %% off with `p1-anp` on 1,696 vertices" % stated["p1-anp"][1], text)
+
+    def test_are_in_the_readme_with_the_set_that_they_are_of(self):
         with open(os.path.join(ROOT, "README.md")) as page:
-            self.assertIn("against quadratic elements on 19,656 vertices | %.2g %% | %.2g %% |" % contact_sheet.ELEMENT_ERRORS["p1-anp"], page.read())
+            readme = page.read()
+        of = {boundary: errors["p1-anp"] for boundary, errors in contact_sheet.ELEMENT_ERRORS.items()}
+        self.assertIn("against quadratic elements on 19,656 vertices | %.2g %% | %.2g %% |" % of["right-side"], readme)
+        self.assertRegex(readme, r"supports of `abdomen`.*\| %.2g %% .*\| %.2g %% \|" % of["abdomen"])
+
+    def test_are_stated_for_the_own_boundary_set_or_with_the_name_of_each(self):
+        own, other = "the force is 9 % off, the displaced surface 22 %", "the force is 3.2 % off, the displaced surface 5.5 %"
+        said = contact_sheet.stated_error({"boundary": "abdomen", "element": "p1-anp"})
+        self.assertIn("boundary set abdomen " + own, said)
+        self.assertNotIn("3.2", said)
+        said = contact_sheet.stated_error({"boundary": "right-side", "element": "p1-anp"})
+        self.assertIn("boundary set right-side " + other, said)
+        self.assertNotIn("abdomen", said)
+        said = contact_sheet.stated_error({"boundary": "held", "element": "p1-anp"})
+        self.assertIn("boundary set right-side %s; with the boundary set abdomen %s" % (other, own), said)
+        self.assertNotIn("%", contact_sheet.stated_error({"boundary": "held", "element": "p1-ang"}))
+        measured = {"boundary": "held", "element": "p1-anp", "accuracy_radius_mm": 5, "accuracy_force_error": 0.02, "accuracy_field_error": 0.04}
+        self.assertIn("the force 2 % off, the displaced surface 4 %", contact_sheet.stated_error(measured))
 
 
 if __name__ == "__main__":
