@@ -450,24 +450,63 @@ CutCompliance::Unit CutCompliance::split(const CutChange& change, const CutChang
   return unit;
 }
 
-bool CutCompliance::find_response(std::int32_t node, double* response) {
+// Z of a node, three rows. field: [3][slots' stride], scratch.
+bool CutCompliance::find_patterns(std::int32_t node, double* field, double* z) const {
   const std::int32_t count = slots_.count(), rank = basis_.count();
   const std::size_t stride = slots_.stride();
-  double* const field = scratch_.field;
   if (!slots_.source().read(tissue_.origin(node), slots_.nodes(), count, field, stride)) return false;
-  std::fill_n(response, response_numbers(), 0.0);
-  for (int i = 0; i < 3; ++i) basis_.weigh(field + static_cast<std::size_t>(i) * stride, row(response, i));
-  const auto is_below = [&](std::int32_t new_node) {
-    bool below = false;
-    for_each_jump(node, [&](std::int32_t n) { below = below || n == new_node; });
-    return below;
+  std::fill_n(z, 3 * stride_, 0.0);
+  for (int i = 0; i < 3; ++i) basis_.weigh(field + static_cast<std::size_t>(i) * stride, row(z, i));
+  const auto came_from = [&](std::int32_t new_node) {
+    bool found = false;
+    for_each_jump(node, [&](std::int32_t n) { found = found || n == new_node; });
+    return found;
   };
   for (std::int32_t p = 0; p < rank && tissue_.is_new(node); ++p)
-    if (const std::int32_t jump = basis_.jump(p); jump >= 0 && is_below(jump / 3)) row(response, jump % 3)[p] += 1;
+    if (const std::int32_t jump = basis_.jump(p); jump >= 0 && came_from(jump / 3)) row(z, jump % 3)[p] += 1;
+  return true;
+}
+
+bool CutCompliance::find_response(std::int32_t node, double* response) {
+  const std::int32_t rank = basis_.count();
+  if (!find_patterns(node, scratch_.field, response)) return false;
+  std::fill_n(row(response, 3), 3 * stride_, 0.0);
   row_products(matrix_, rank, response, 3, stride_, padded_row(rank), scratch_.product, kMostColumns);
   for (int i = 0; i < 3; ++i)
     for (std::int32_t p = 0; p < rank; ++p) row(response, 3 + i)[p] = scratch_.product[p * kMostColumns + i];
   return true;
+}
+
+bool CutCompliance::fill(SceneMemory& memory, const std::int32_t* nodes, std::int32_t count, double* c) const {
+  const auto rows = 3 * static_cast<std::size_t>(count);
+  const std::int32_t rank = basis_.count(), padded = padded_row(rank);
+  SceneMemory scratch = memory.of_same_host();
+  double* const z = scratch.array<double>(rows * stride_);
+  double* const mz = scratch.array<double>(rows * stride_);
+  double* const field = scratch.array<double>(3 * slots_.stride());
+  std::int32_t* const origins = scratch.array<std::int32_t>(static_cast<std::size_t>(count));
+  bool known = !scratch.failed();
+  for (std::int32_t a = 0; a < count && known; ++a) {
+    origins[a] = tissue_.origin(nodes[a]);
+    known = find_patterns(nodes[a], field, z + 3 * static_cast<std::size_t>(a) * stride_);
+  }
+  if (known) row_products(z, 3 * count, matrix_, rank, stride_, padded, mz, stride_);
+  for (std::int32_t a = 0; a < count && known; ++a) {
+    // What the cut adds in the rows of a node, from its own columns on; then the uncut body's part.
+    const std::size_t own = 3 * static_cast<std::size_t>(a);
+    double* const to = c + own * rows + own;
+    row_products(mz + own * stride_, 3, z + own * stride_, 3 * (count - a), stride_, padded, to, rows);
+    for (int i = 0; i < 3 && known; ++i)
+      for (std::size_t k = own; k < rows; ++k)
+        c[k * rows + own + static_cast<std::size_t>(i)] = c[(own + static_cast<std::size_t>(i)) * rows + k];
+  }
+  double* const uncut = z;  // three rows of it, where the patterns stood
+  for (std::int32_t a = 0; a < count && known; ++a) {
+    known = slots_.source().read(origins[a], origins, count, uncut, rows);
+    for (std::size_t k = 0; k < 3 * rows && known; ++k) c[3 * static_cast<std::size_t>(a) * rows + k] += uncut[k];
+  }
+  scratch.release_all();
+  return known;
 }
 
 Mat3 CutCompliance::added(const double* response_a, const double* response_b) const {

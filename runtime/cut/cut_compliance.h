@@ -73,6 +73,12 @@ class CutCompliance {
   // All of it: C_ab of the uncut body, and what the cut adds. False where the pair is not known.
   bool between(std::int32_t a, const double* response_a, std::int32_t b, const double* response_b, Mat3* c) const;
 
+  // C' between some nodes, new ones as well: c, [3 count][3 count] m/N, symmetric. With it, the cut mesh and its nodes a new CutCompliance
+  // begins at rank 0. A thread beside the touch has a CutCompliance of its own for it, to which it applies the same changes; the touch applies those
+  // that came meanwhile to the new one. Takes memory for 6 count rows of the rank. False where memory ends or a pair is not known. Cost: 3 count
+  // rank^2 + 5 count^2 rank multiply-adds, and reads of all pairs.
+  bool fill(SceneMemory& memory, const std::int32_t* nodes, std::int32_t count, double* c) const;
+
   // The cut's part under forces: begin, add_force for each, end. Then the field of the cut body is that of the uncut one under the same forces,
   // each at its node's origin, and pseudo-forces at the slots' nodes; a new node is displaced by its jump besides.
   void begin_forces();
@@ -101,6 +107,7 @@ class CutCompliance {
   void begin_coordinates(int columns);
   void measure(SmallMatrix* t);
   void add_to_matrix(const SmallMatrix& x, int columns, double sign);
+  bool find_patterns(std::int32_t node, double* field, double* z) const;
   template <class Visit>
   void for_each_jump(std::int32_t node, Visit visit) const;
   double* row(double* of, int j) const { return of + static_cast<std::size_t>(j) * stride_; }

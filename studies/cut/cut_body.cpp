@@ -109,31 +109,37 @@ Eigen::VectorXd FactoredBody::solve(const Eigen::VectorXd& force) const {
   return result;
 }
 
-StoredPairs::StoredPairs(const FactoredBody& body, std::vector<std::int32_t> nodes, std::int32_t all_nodes, bool single)
-    : index_(static_cast<std::size_t>(all_nodes), -1), single_(single) {
-  for (std::size_t k = 0; k < nodes.size(); ++k) index_[static_cast<std::size_t>(nodes[k])] = static_cast<int>(k);
+namespace {
+
+Eigen::MatrixXd stored_matrix(const FactoredBody& body, const std::vector<std::int32_t>& nodes) {
   const Eigen::MatrixXd all = body.columns(nodes);
-  matrix_.resize(all.cols(), all.cols());
+  Eigen::MatrixXd matrix(all.cols(), all.cols());
   for (std::size_t k = 0; k < nodes.size(); ++k)
-    for (Eigen::Index i = 0; i < 3; ++i)
-      matrix_.row(3 * static_cast<Eigen::Index>(k) + i) = all.row(3 * static_cast<Eigen::Index>(nodes[k]) + i);
-  matrix_ = (0.5 * (matrix_ + matrix_.transpose())).eval();
-  if (single_) matrix_ = matrix_.cast<float>().cast<double>().eval();
+    matrix.middleRows(3 * static_cast<Eigen::Index>(k), 3) = all.middleRows(3 * nodes[k], 3);
+  return 0.5 * (matrix + matrix.transpose());
 }
 
-bool StoredPairs::read(std::int32_t node, const std::int32_t* others, std::int32_t count, double* rows,
-                       std::size_t stride) const {
-  const int own = index_[static_cast<std::size_t>(node)];
-  if (own < 0) return false;
-  for (std::int32_t k = 0; k < count; ++k) {
-    const int other = index_[static_cast<std::size_t>(others[k])];
-    if (other < 0) return false;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(3 * k + j)] =
-            matrix_(3 * other + j, 3 * own + i);  // column-major: one node's columns lie together
-  }
-  return true;
+Eigen::MatrixXd rounded(Eigen::MatrixXd matrix, bool single) {
+  return single ? Eigen::MatrixXd(matrix.cast<float>().cast<double>()) : matrix;
 }
+
+std::vector<std::int32_t> index_of(const std::vector<std::int32_t>& nodes, std::int32_t all_nodes) {
+  std::vector<std::int32_t> index(static_cast<std::size_t>(all_nodes), -1);
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    index[static_cast<std::size_t>(nodes[k])] = static_cast<std::int32_t>(k);
+  return index;
+}
+
+}  // namespace
+
+StoredPairs::StoredPairs(const FactoredBody& body, const std::vector<std::int32_t>& nodes, std::int32_t all_nodes,
+                         bool single)
+    : StoredPairs(stored_matrix(body, nodes), nodes, all_nodes, single) {}
+
+StoredPairs::StoredPairs(Eigen::MatrixXd matrix, const std::vector<std::int32_t>& nodes, std::int32_t all_nodes,
+                         bool single)
+    : matrix_(rounded(std::move(matrix), single)),
+      index_(index_of(nodes, all_nodes)),
+      pairs_(matrix_.data(), static_cast<std::int32_t>(nodes.size()), index_.data()) {}
 
 }  // namespace palpate

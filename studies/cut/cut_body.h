@@ -77,15 +77,19 @@ class FactoredBody {
 // The stored compliance of some nodes: in double precision, or each number rounded to single.
 class StoredPairs final : public PairCompliance {
  public:
-  StoredPairs(const FactoredBody& body, std::vector<std::int32_t> nodes, std::int32_t all_nodes, bool single = false);
+  StoredPairs(const FactoredBody& body, const std::vector<std::int32_t>& nodes, std::int32_t all_nodes,
+              bool single = false);
+  // matrix: [3 listed][3 listed].
+  StoredPairs(Eigen::MatrixXd matrix, const std::vector<std::int32_t>& nodes, std::int32_t all_nodes, bool single);
   bool read(std::int32_t node, const std::int32_t* others, std::int32_t count, double* rows,
-            std::size_t stride) const override;
-  std::size_t bytes() const { return static_cast<std::size_t>(matrix_.size()) * (single_ ? 4 : 8); }
+            std::size_t stride) const override {
+    return pairs_.read(node, others, count, rows, stride);
+  }
 
  private:
+  Eigen::MatrixXd matrix_;
   std::vector<std::int32_t> index_;  // of each node; -1: none
-  Eigen::MatrixXd matrix_;           // [3 listed][3 listed]
-  bool single_;
+  ListedPairs pairs_;
 };
 
 }  // namespace palpate

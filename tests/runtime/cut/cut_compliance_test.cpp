@@ -425,6 +425,33 @@ TEST(CutCompliance, ChangesThatDoNotFitAreNotMade) {
   EXPECT_EQ(partly.apply(split_along(partly.body, plane[0], 2)).outcome, CutOutcome::no_column);
 }
 
+// What a thread beside the touch does: its compliance fills a matrix of all nodes, from which another one of the cut body begins at rank 0.
+TEST(CutCompliance, GoesOnFromARebasedCompliance) {
+  for (const Element element : kElements) {
+    Cut cut(two_tissues({5, 4, 4}, 0.4, 0), element, {150, 30, 700});
+    const auto plane = nodes_of_plane(cut.body.rest(), 2, 0.02);
+    const std::size_t half = plane.size() / 2;
+    for (std::size_t k = 0; k < half; ++k)
+      ASSERT_EQ(cut.apply(split_along(cut.body, plane[k], 2)).outcome, CutOutcome::made);
+    const std::vector<std::int32_t> nodes = all_of(cut.body.nodes());
+    Eigen::MatrixXd c(3 * cut.body.nodes(), 3 * cut.body.nodes());
+    ASSERT_TRUE(cut.compliance.fill(cut.memory, nodes.data(), cut.body.nodes(), c.data()));
+    EXPECT_LT((c - cut.truth(nodes)).norm(), 1e-9 * c.norm());
+    EXPECT_LT((c - c.transpose()).norm(), 1e-15 * c.norm());
+    const StoredPairs pairs(c, nodes, cut.body.nodes(), false);
+    const LargeBody now(cut.body.now(), element);
+    cut.compliance = {};
+    ASSERT_TRUE(cut.compliance.create(cut.memory, now.get(), pairs, {150, 30, 700}));
+    EXPECT_EQ(cut.compliance.rank(), 0);
+
+    for (std::size_t k = half; k < plane.size(); ++k) {
+      const OwnedChange change = split_along(cut.body, plane[k], 2);
+      ASSERT_EQ(cut.apply(change).outcome, CutOutcome::made);
+    }
+    EXPECT_LT(cut.errors(some_nodes(cut.body, 11)).first, 1e-9);
+  }
+}
+
 // Rows of a bundle for some nodes: fields of unit displacements of surface nodes, fields of unit forces of nodes inside.
 TEST(CutCompliance, ReadsTheTensorsOfABundle) {
   const ElasticBody body = two_tissues({4, 4, 4}, 0.4);
