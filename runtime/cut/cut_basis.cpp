@@ -31,7 +31,7 @@ bool CutBasis::create(SceneMemory& memory, std::int32_t most, std::int32_t slots
   most_ = most, most_entries_ = most_entries;
   first_ = memory.array<std::int32_t>(static_cast<std::size_t>(most) + 1);
   slot_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_entries));
-  force_ = memory.array<Vec3>(static_cast<std::size_t>(most_entries));
+  force_ = memory.array<double>(3 * static_cast<std::size_t>(most_entries));
   jump_ = memory.array<std::int32_t>(static_cast<std::size_t>(most));
   nodal_ = memory.array<std::int32_t>(static_cast<std::size_t>(slots));
   return !memory.failed();
@@ -46,7 +46,8 @@ std::int32_t CutBasis::begin(std::int32_t jump) {
 bool CutBasis::add(std::int32_t slot, Vec3 force) {
   const std::int32_t at = first_[count_];
   if (at == most_entries_) return false;
-  slot_[at] = slot, force_[at] = force;
+  slot_[at] = slot;
+  store3(force, force_ + 3 * static_cast<std::size_t>(at));
   ++first_[count_];
   return true;
 }
@@ -68,12 +69,26 @@ std::int32_t CutBasis::nodal(std::int32_t slot) {
   return count_ - 3;
 }
 
-void CutBasis::weigh(const double* field, double* of) const {
-  for (std::int32_t i = 0; i < count_; ++i) {
-    double sum = 0;
-    for (std::int32_t at = first_[i]; at < first_[i + 1]; ++at)
-      sum += dot(force_[at], load3(field + 3 * static_cast<std::size_t>(slot_[at])));
-    of[i] = sum;
+std::size_t CutBasis::scratch_of_weigh(std::int32_t slots, std::int32_t patterns) {
+  return kRowStep * (3 * static_cast<std::size_t>(slots) + static_cast<std::size_t>(patterns));
+}
+
+void CutBasis::weigh(const double* fields, std::size_t field_stride, int count, std::int32_t slots, double* of,
+                     std::size_t stride, double* scratch) const {
+  double* const side_by_side = scratch;
+  double* const weighed = scratch + 3 * kRowStep * static_cast<std::size_t>(slots);
+  for (int first = 0; first < count; first += kRowStep) {
+    const int lanes = count - first < kRowStep ? count - first : kRowStep;
+    const double* const from = fields + static_cast<std::size_t>(first) * field_stride;
+    for (std::int32_t d = 0; d < 3 * slots; ++d)
+      for (int lane = 0; lane < kRowStep; ++lane)
+        side_by_side[kRowStep * d + lane] =
+            lane < lanes ? from[static_cast<std::size_t>(lane) * field_stride + static_cast<std::size_t>(d)] : 0;
+    weigh_fields({first_, slot_, force_}, count_, side_by_side, weighed);
+    for (int lane = 0; lane < lanes; ++lane)
+      for (std::int32_t i = 0; i < count_; ++i)
+        of[static_cast<std::size_t>(first + lane) * stride + static_cast<std::size_t>(i)] =
+            weighed[kRowStep * i + lane];
   }
 }
 

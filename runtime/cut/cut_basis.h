@@ -51,16 +51,20 @@ class CutBasis {
   // Calls visit(slot, force) for a pattern's forces.
   template <class Visit>
   void for_each_force(std::int32_t pattern, Visit visit) const {
-    for (std::int32_t at = first_[pattern]; at < first_[pattern + 1]; ++at) visit(slot_[at], force_[at]);
+    for (std::int32_t at = first_[pattern]; at < first_[pattern + 1]; ++at)
+      visit(slot_[at], load3(force_ + 3 * static_cast<std::size_t>(at)));
   }
   std::int32_t jump(std::int32_t pattern) const { return jump_[pattern]; }
-  // of[i]: what pattern i makes of a field, sum of its forces . field at their slots. field: [3 slots].
-  void weigh(const double* field, double* of) const;
+  // of[j][i]: what pattern i makes of field j, the sum of its forces . the field at their slots. fields: [count][field_stride]; of:
+  // [count][stride]; scratch: scratch_of_weigh() numbers.
+  void weigh(const double* fields, std::size_t field_stride, int count, std::int32_t slots, double* of,
+             std::size_t stride, double* scratch) const;
+  static std::size_t scratch_of_weigh(std::int32_t slots, std::int32_t patterns);
 
  private:
   std::int32_t* first_ = nullptr;  // [most + 1] into slot_ and force_
   std::int32_t* slot_ = nullptr;
-  Vec3* force_ = nullptr;
+  double* force_ = nullptr;        // [3] of each
   std::int32_t* jump_ = nullptr;   // [most]
   std::int32_t* nodal_ = nullptr;  // [slots] first pattern, plus 1
   std::int32_t count_ = 0, most_ = 0, most_entries_ = 0;

@@ -34,6 +34,7 @@ bool CutCompliance::create(SceneMemory& memory, const HyperelasticBody& body, co
   weight_ = memory.array<double>(stride_);
   scratch_.field = memory.array<double>(kMostColumns * slots_.stride());
   scratch_.x = memory.array<double>(kMostColumns * stride_), scratch_.y = memory.array<double>(kMostColumns * stride_);
+  scratch_.weighed = memory.array<double>(CutBasis::scratch_of_weigh(capacity.nodes, capacity.patterns));
   scratch_.product = memory.array<double>(kMostColumns * stride_);
   scratch_.coefficient = memory.array<double>(kMostColumns * std::max<std::size_t>(3 * kMostPatch, stride_));
   scratch_.source = memory.array<const double*>(3 * kMostPatch);
@@ -158,9 +159,9 @@ void CutCompliance::measure(SmallMatrix* t) {
       for (int j = 0; j < columns; ++j) scratch_.jump_weight[n * kMostColumns + j] += columns_.force(a, j);
     });
   const std::int32_t rank = basis_.count(), padded = padded_row(rank);
+  basis_.weigh(scratch_.field, slots_.stride(), columns, slots_.count(), scratch_.x, stride_, scratch_.weighed);
   for (int j = 0; j < columns; ++j) {
     double* const x = row(scratch_.x, j);
-    basis_.weigh(scratch_.field + static_cast<std::size_t>(j) * slots_.stride(), x);
     for (std::int32_t i = 0; i < rank; ++i)
       if (const std::int32_t jump = basis_.jump(i); jump >= 0)
         x[i] += scratch_.jump_weight[jump / 3 * kMostColumns + j][jump % 3];
@@ -450,13 +451,13 @@ CutCompliance::Unit CutCompliance::split(const CutChange& change, const CutChang
   return unit;
 }
 
-// Z of a node, three rows. field: [3][slots' stride], scratch.
-bool CutCompliance::find_patterns(std::int32_t node, double* field, double* z) const {
+// Z of a node, three rows. field: [3][slots' stride], scratch, and that of CutBasis::weigh().
+bool CutCompliance::find_patterns(std::int32_t node, double* field, double* weighed, double* z) const {
   const std::int32_t count = slots_.count(), rank = basis_.count();
   const std::size_t stride = slots_.stride();
   if (!slots_.source().read(tissue_.origin(node), slots_.nodes(), count, field, stride)) return false;
   std::fill_n(z, 3 * stride_, 0.0);
-  for (int i = 0; i < 3; ++i) basis_.weigh(field + static_cast<std::size_t>(i) * stride, row(z, i));
+  basis_.weigh(field, stride, 3, count, z, stride_, weighed);
   const auto came_from = [&](std::int32_t new_node) {
     bool found = false;
     for_each_jump(node, [&](std::int32_t n) { found = found || n == new_node; });
@@ -469,7 +470,7 @@ bool CutCompliance::find_patterns(std::int32_t node, double* field, double* z) c
 
 bool CutCompliance::find_response(std::int32_t node, double* response) {
   const std::int32_t rank = basis_.count();
-  if (!find_patterns(node, scratch_.field, response)) return false;
+  if (!find_patterns(node, scratch_.field, scratch_.weighed, response)) return false;
   std::fill_n(row(response, 3), 3 * stride_, 0.0);
   row_products(matrix_, rank, response, 3, stride_, padded_row(rank), scratch_.product, kMostColumns);
   for (int i = 0; i < 3; ++i)
@@ -484,11 +485,12 @@ bool CutCompliance::fill(SceneMemory& memory, const std::int32_t* nodes, std::in
   double* const z = scratch.array<double>(rows * stride_);
   double* const mz = scratch.array<double>(rows * stride_);
   double* const field = scratch.array<double>(3 * slots_.stride());
+  double* const weighed = scratch.array<double>(CutBasis::scratch_of_weigh(slots_.count(), rank));
   std::int32_t* const origins = scratch.array<std::int32_t>(static_cast<std::size_t>(count));
   bool known = !scratch.failed();
   for (std::int32_t a = 0; a < count && known; ++a) {
     origins[a] = tissue_.origin(nodes[a]);
-    known = find_patterns(nodes[a], field, z + 3 * static_cast<std::size_t>(a) * stride_);
+    known = find_patterns(nodes[a], field, weighed, z + 3 * static_cast<std::size_t>(a) * stride_);
   }
   if (known) row_products(z, 3 * count, matrix_, rank, stride_, padded, mz, stride_);
   for (std::int32_t a = 0; a < count && known; ++a) {

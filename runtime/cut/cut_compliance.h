@@ -107,7 +107,7 @@ class CutCompliance {
   void begin_coordinates(int columns);
   void measure(SmallMatrix* t);
   void add_to_matrix(const SmallMatrix& x, int columns, double sign);
-  bool find_patterns(std::int32_t node, double* field, double* z) const;
+  bool find_patterns(std::int32_t node, double* field, double* weighed, double* z) const;
   template <class Visit>
   void for_each_jump(std::int32_t node, Visit visit) const;
   double* row(double* of, int j) const { return of + static_cast<std::size_t>(j) * stride_; }
@@ -126,7 +126,7 @@ class CutCompliance {
   Vec3* jump_ = nullptr;          // [new nodes] against the node that each comes from
   double* weight_ = nullptr;      // [stride] M Z^T f of the forces
   struct Scratch {
-    double *field = nullptr, *x = nullptr, *y = nullptr, *product = nullptr, *coefficient = nullptr;
+    double *field = nullptr, *x = nullptr, *y = nullptr, *product = nullptr, *coefficient = nullptr, *weighed = nullptr;
     const double** source = nullptr;
     Vec3* jump_weight = nullptr;    // [new nodes][kMostColumns]
     Vec3* slot_gradient = nullptr;  // [slots]

@@ -64,6 +64,31 @@ PALPATE_INLINE void all_products(const Products& p) {
   for (; r < p.rows; ++r) product_columns<1, Columns>(p, r);
 }
 
+// Ten columns, of a tetrahedron of p1-anp, are two tiles of five.
+template <int Rows, int Columns, int FewerRows, int MoreColumns>
+PALPATE_INLINE void products_in_tiles(const Products& p) {
+  if (p.columns % MoreColumns == 0)
+    all_products<FewerRows, MoreColumns>(p);
+  else
+    all_products<Rows, Columns>(p);
+}
+
+PALPATE_INLINE void weigh_each(const PatternForces& patterns, std::int32_t count, const double* field, double* out) {
+  constexpr std::int32_t kParts = kRowStep / kLanes;
+  for (std::int32_t i = 0; i < count; ++i) {
+    Lanes sum[kParts] = {}, x;
+    for (std::int32_t at = patterns.first[i]; at < patterns.first[i + 1]; ++at) {
+      const double* const from = field + 3 * kRowStep * static_cast<std::size_t>(patterns.slot[at]);
+      for (int c = 0; c < 3; ++c)
+        for (int part = 0; part < kParts; ++part) {
+          std::memcpy(&x, from + c * kRowStep + part * kLanes, sizeof x);
+          sum[part] += patterns.force[3 * static_cast<std::size_t>(at) + static_cast<std::size_t>(c)] * x;
+        }
+    }
+    std::memcpy(out + kRowStep * static_cast<std::size_t>(i), sum, sizeof sum);
+  }
+}
+
 struct Sums {
   double* to;
   std::int32_t rows, count, sources;
@@ -90,20 +115,28 @@ PALPATE_INLINE void sum_tile(const Sums& s, std::int32_t row, std::int32_t begin
       std::memcpy(to + static_cast<std::size_t>(r) * s.stride + w * kLanes, &sum[r][w], sizeof(Lanes));
 }
 template <int Rows>
-PALPATE_INLINE void sum_rows(const Sums& s, std::int32_t row) {
-  std::int32_t i = 0;
-  for (; i + 2 * kLanes <= s.count; i += 2 * kLanes) sum_tile<Rows, 2>(s, row, i);
-  for (; i < s.count; i += kLanes) sum_tile<Rows, 1>(s, row, i);
+PALPATE_INLINE void sum_rows(const Sums& s, std::int32_t row, std::int32_t begin, std::int32_t end) {
+  std::int32_t i = begin;
+  for (; i + 2 * kLanes <= end; i += 2 * kLanes) sum_tile<Rows, 2>(s, row, i);
+  for (; i < end; i += kLanes) sum_tile<Rows, 1>(s, row, i);
 }
+// Piece by piece of the rows, so that the sources' pieces stay in the first-level cache.
 template <int Rows>
 PALPATE_INLINE void all_sums(const Sums& s) {
-  std::int32_t r = 0;
-  for (; r + Rows <= s.rows; r += Rows) sum_rows<Rows>(s, r);
-  for (; r < s.rows; ++r) sum_rows<1>(s, r);
+  constexpr std::int32_t kPiece = 128;
+  for (std::int32_t begin = 0; begin < s.count; begin += kPiece) {
+    const std::int32_t end = begin + kPiece < s.count ? begin + kPiece : s.count;
+    std::int32_t r = 0;
+    for (; r + Rows <= s.rows; r += Rows) sum_rows<Rows>(s, r, begin, end);
+    for (; r < s.rows; ++r) sum_rows<1>(s, r, begin, end);
+  }
 }
 
 void products_baseline(const Products& p) {
   all_products<2, 3>(p);
+}
+void weigh_baseline(const PatternForces& patterns, std::int32_t count, const double* field, double* out) {
+  weigh_each(patterns, count, field, out);
 }
 void sums_baseline(const Sums& s) {
   all_sums<2>(s);
@@ -113,7 +146,15 @@ __attribute__((target(PALPATE_AVX2))) void products_avx2(const Products& p) {
   all_products<2, 3>(p);
 }
 __attribute__((target(PALPATE_AVX512))) void products_avx512(const Products& p) {
-  all_products<4, 3>(p);
+  products_in_tiles<8, 3, 4, 5>(p);
+}
+__attribute__((target(PALPATE_AVX2))) void weigh_avx2(const PatternForces& patterns, std::int32_t count,
+                                                      const double* field, double* out) {
+  weigh_each(patterns, count, field, out);
+}
+__attribute__((target(PALPATE_AVX512))) void weigh_avx512(const PatternForces& patterns, std::int32_t count,
+                                                          const double* field, double* out) {
+  weigh_each(patterns, count, field, out);
 }
 __attribute__((target(PALPATE_AVX2))) void sums_avx2(const Sums& s) {
   all_sums<2>(s);
@@ -145,6 +186,15 @@ void add_row_sums(double* to, std::int32_t rows, std::size_t stride, std::int32_
   if (best == Instructions::avx2) return sums_avx2(s);
 #endif
   sums_baseline(s);
+}
+
+void weigh_fields(const PatternForces& patterns, std::int32_t count, const double* field, double* out) {
+#ifdef PALPATE_DISPATCHES
+  const Instructions best = best_instructions();
+  if (best == Instructions::avx512) return weigh_avx512(patterns, count, field, out);
+  if (best == Instructions::avx2) return weigh_avx2(patterns, count, field, out);
+#endif
+  weigh_baseline(patterns, count, field, out);
 }
 
 }  // namespace palpate

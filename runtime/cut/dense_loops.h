@@ -1,4 +1,4 @@
-// The two inner loops of a cut organ's compliance, over rows of doubles. Same bits with any instructions.
+// The inner loops of a cut organ's compliance, over rows of doubles. Same bits with any instructions.
 #pragma once
 
 #include <cstddef>
@@ -20,5 +20,13 @@ void row_products(const double* left, std::int32_t rows, const double* right, st
 // after the other. to: `stride` numbers from one row to the next.
 void add_row_sums(double* to, std::int32_t rows, std::size_t stride, std::int32_t count, const double* const* source,
                   std::int32_t sources, const double* coefficient);
+
+// Patterns of forces at slots, as cut_basis.h has them: pattern i has the forces first[i] .. first[i + 1] - 1.
+struct PatternForces {
+  const std::int32_t *first, *slot;
+  const double* force;  // [3] of each
+};
+// out[i][lane] = sum of pattern i's forces . field[3 slot ..][lane], for kRowStep fields side by side.
+void weigh_fields(const PatternForces& patterns, std::int32_t count, const double* field, double* out);
 
 }  // namespace palpate
