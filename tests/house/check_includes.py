@@ -74,6 +74,7 @@ runtime/large/: LAYOUT runtime/include/ runtime/large/ runtime/scene/ runtime/sh
 runtime/cut/: LAYOUT runtime/include/ runtime/cut/ runtime/surface/ runtime/base/:
 runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/crossings/: LAYOUT runtime/include/ runtime/crossings/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/cut/: LAYOUT runtime/include/ runtime/cut/ runtime/contact/ runtime/large/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/force_control/: LAYOUT runtime/include/ runtime/force_control/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/grasps/: LAYOUT runtime/include/ runtime/grasps/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/fine_surface/: LAYOUT runtime/include/ runtime/fine_surface/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
@@ -105,6 +106,7 @@ studies/coupled/played_world.h: studies/coupled/: Eigen palpate
 studies/coupled/played_world.cpp: studies/coupled/ formats/: plumbing Eigen palpate
 studies/scenes/: studies/scenes/ studies/coupled/ studies/peers/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
 studies/peers/: studies/peers/ studies/timing/ precompute/elements/ formats/: plumbing Eigen SuiteSparse palpate
+studies/cut/: studies/cut/ studies/bodies/ studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/cut/ runtime/large/ runtime/base/ formats/: plumbing Eigen CLI11
 studies/hyperelastic/: studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/large/ runtime/base/: Eigen
 studies/large/: studies/large/ studies/coupled/ studies/hyperelastic/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
 studies/played/: studies/played/ studies/hyperelastic/ studies/accuracy/ studies/timing/ programs/player/ runtime/large/ formats/: plumbing CLI11 Eigen

@@ -1,0 +1,145 @@
+#include "studies/cut/cut_body.h"
+
+#include <Eigen/CholmodSupport>
+#include <algorithm>
+
+namespace palpate {
+
+CutChange OwnedChange::get() const {
+  return {new_nodes.data(),
+          moved.data(),
+          removed.data(),
+          static_cast<std::int32_t>(new_nodes.size()),
+          static_cast<std::int32_t>(moved.size()),
+          static_cast<std::int32_t>(removed.size())};
+}
+
+void CutBody::apply(const OwnedChange& change) {
+  for (const auto& made : change.new_nodes) {
+    const auto from = static_cast<std::size_t>(made.from);
+    body_.nodes.push_back(body_.nodes[from]);
+    body_.fixed.push_back(body_.fixed[from]);
+  }
+  for (const auto& moved : change.moved)
+    std::copy(moved.corners, moved.corners + 4, body_.tetrahedra[static_cast<std::size_t>(moved.tetrahedron)].begin());
+  for (const auto e : change.removed) left_[static_cast<std::size_t>(e)] = 0;
+}
+
+std::array<double, 3> CutBody::centre(std::size_t e) const {
+  std::array<double, 3> sum{};
+  for (const auto n : body_.tetrahedra[e])
+    for (std::size_t i = 0; i < 3; ++i) sum[i] += body_.nodes[static_cast<std::size_t>(n)][i] / 4;
+  return sum;
+}
+
+ElasticBody CutBody::now() const {
+  ElasticBody result = body_;
+  result.tetrahedra.clear(), result.region.clear();
+  for (std::size_t e = 0; e < body_.tetrahedra.size(); ++e)
+    if (left_[e]) result.tetrahedra.push_back(body_.tetrahedra[e]), result.region.push_back(body_.region[e]);
+  return result;
+}
+
+struct FactoredBody::Factor {
+  Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> of;
+};
+
+FactoredBody::FactoredBody(const ElasticBody& body, Element element) : factor_(std::make_unique<Factor>()) {
+  const Discretisation discretisation = discretise(body, element);
+  const BlockMatrix& k = discretisation.stiffness;
+  const std::size_t dofs = 3 * body.nodes.size();
+  row_.assign(dofs, -1);
+  int rows = 0;
+  for (std::size_t d = 0; d < dofs; ++d)
+    if (!body.fixed[d / 3][d % 3]) row_[d] = rows++;
+  std::vector<char> used(body.nodes.size(), 0);
+  for (const auto& t : body.tetrahedra)
+    for (const auto n : t) used[static_cast<std::size_t>(n)] = 1;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t r = 0; r < static_cast<std::size_t>(k.rows); ++r)
+    for (auto at = k.first[r]; at < k.first[r + 1]; ++at)
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) {
+          const int row = row_[3 * r + i],
+                    column = row_[3 * static_cast<std::size_t>(k.column[static_cast<std::size_t>(at)]) + j];
+          if (row >= 0 && column >= 0)
+            entries.emplace_back(row, column, k.block[static_cast<std::size_t>(at)][3 * i + j]);
+        }
+  for (std::size_t d = 0; d < dofs; ++d)
+    if (!used[d / 3] && row_[d] >= 0) entries.emplace_back(row_[d], row_[d], 1);
+  Eigen::SparseMatrix<double> matrix(rows, rows);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  factor_->of.compute(matrix);
+}
+
+FactoredBody::~FactoredBody() = default;
+
+bool FactoredBody::is_definite() const {
+  return factor_->of.info() == Eigen::Success;
+}
+
+Eigen::MatrixXd FactoredBody::columns(const std::vector<std::int32_t>& nodes) const {
+  const auto width = static_cast<Eigen::Index>(3 * nodes.size());
+  const auto rows = static_cast<Eigen::Index>(std::count_if(row_.begin(), row_.end(), [](int r) { return r >= 0; }));
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(row_.size()), width);
+  constexpr Eigen::Index batch = 96;
+  for (Eigen::Index first = 0; first < width; first += batch) {
+    const Eigen::Index count = std::min(batch, width - first);
+    Eigen::MatrixXd force = Eigen::MatrixXd::Zero(rows, count);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const auto column = static_cast<std::size_t>(first + c);
+      const int row = row_[3 * static_cast<std::size_t>(nodes[column / 3]) + column % 3];
+      if (row >= 0) force(row, c) = 1;
+    }
+    const Eigen::MatrixXd solved = factor_->of.solve(force);
+    for (std::size_t d = 0; d < row_.size(); ++d)
+      if (row_[d] >= 0) result.block(static_cast<Eigen::Index>(d), first, 1, count) = solved.row(row_[d]);
+  }
+  return result;
+}
+
+Eigen::VectorXd FactoredBody::solve(const Eigen::VectorXd& force) const {
+  Eigen::VectorXd free(std::count_if(row_.begin(), row_.end(), [](int r) { return r >= 0; }));
+  for (std::size_t d = 0; d < row_.size(); ++d)
+    if (row_[d] >= 0) free[row_[d]] = force[static_cast<Eigen::Index>(d)];
+  const Eigen::VectorXd solved = factor_->of.solve(free);
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(row_.size()));
+  for (std::size_t d = 0; d < row_.size(); ++d)
+    if (row_[d] >= 0) result[static_cast<Eigen::Index>(d)] = solved[row_[d]];
+  return result;
+}
+
+namespace {
+
+Eigen::MatrixXd stored_matrix(const FactoredBody& body, const std::vector<std::int32_t>& nodes) {
+  const Eigen::MatrixXd all = body.columns(nodes);
+  Eigen::MatrixXd matrix(all.cols(), all.cols());
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    matrix.middleRows(3 * static_cast<Eigen::Index>(k), 3) = all.middleRows(3 * nodes[k], 3);
+  return 0.5 * (matrix + matrix.transpose());
+}
+
+Eigen::MatrixXd rounded(Eigen::MatrixXd matrix, bool single) {
+  return single ? Eigen::MatrixXd(matrix.cast<float>().cast<double>()) : matrix;
+}
+
+std::vector<std::int32_t> index_of(const std::vector<std::int32_t>& nodes, std::int32_t all_nodes) {
+  std::vector<std::int32_t> index(static_cast<std::size_t>(all_nodes), -1);
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    index[static_cast<std::size_t>(nodes[k])] = static_cast<std::int32_t>(k);
+  return index;
+}
+
+}  // namespace
+
+StoredPairs::StoredPairs(const FactoredBody& body, const std::vector<std::int32_t>& nodes, std::int32_t all_nodes,
+                         bool single)
+    : StoredPairs(stored_matrix(body, nodes), nodes, all_nodes, single) {}
+
+StoredPairs::StoredPairs(Eigen::MatrixXd matrix, const std::vector<std::int32_t>& nodes, std::int32_t all_nodes,
+                         bool single)
+    : matrix_(rounded(std::move(matrix), single)),
+      index_(index_of(nodes, all_nodes)),
+      pairs_(matrix_.data(), static_cast<std::int32_t>(nodes.size()), index_.data()) {}
+
+}  // namespace palpate
