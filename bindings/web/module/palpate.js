@@ -29,7 +29,7 @@ export { PalpateError, Scene, World };
  *   releaseDistance?: number, deformation?: "linear" | "large" | "large-beside" | "large-renewed" | "large-auto", grasps?: boolean,
  *   needles?: boolean, needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts",
  *   queries?: boolean | "off" | "on", dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean,
- *   crossings?: boolean | "off" | "on", crossingsCalls?: number, crossingsOperations?: number,
+ *   obstacleNodes?: number, crossings?: boolean | "off" | "on", crossingsCalls?: number, crossingsOperations?: number,
  * }} SceneKeys */
 // (end of what is printed)
 /** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
