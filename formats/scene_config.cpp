@@ -28,18 +28,6 @@ SceneConfig::Place read_place(TomlTable& tool, double scale) {
   return place;
 }
 
-std::vector<SceneConfig::KeyFrame> read_path(TomlTable& tool, double scale) {
-  const bool csv = tool.has("path_csv"), inline_rows = tool.has("path");
-  if (csv == inline_rows)
-    tool.wrong("path",
-               "either path = [[t, x, y, z], ...] or path_csv = \"FILE.csv\", not both; or a place on the organ: at = "
-               "\"foremost\" or near = [x, y, z], with depth = [[t, depth], ...]");
-  return key_frames(inline_rows ? timed_rows<4>(tool, "path", "[t, x, y, z]")
-                                : timed_csv_rows<4>(tool.path("path_csv", "\"path.csv\""), "a tool's path",
-                                                    "four numbers", "time,x,y,z"),
-                    scale);
-}
-
 // ---- tools ---------------------------------------------------------------------------------------------------------
 
 SceneConfig::Capsule read_capsule(TomlTable table, double scale) {
@@ -108,7 +96,9 @@ SceneConfig::Tool read_tool(TomlTable& table, const SceneConfig& scene) {
     tool.place = read_place(table, scale);
     for (const auto& row : tool.place->depth) tool.path.push_back({row[0], {}});
   } else {
-    tool.path = read_path(table, scale);
+    tool.path = read_path(table, scale, "a tool's path",
+                          "; or a place on the organ: at = \"foremost\" or near = [x, y, z], with depth = [[t, depth], "
+                          "...]");
   }
   if (table.has("away")) tool.away = read_spans(table, "away");
   for (TomlTable& grip : table.tables("grip")) tool.grips.push_back(read_grip(grip, scale));
@@ -177,6 +167,7 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& link : root.tables("link")) scene.links.push_back(read_link(link, scene));
   for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion, scene));
   for (TomlTable& load : root.tables("load")) scene.loads.push_back(read_load(load, scene));
+  for (TomlTable& obstacle : root.tables("obstacle")) scene.obstacles.push_back(read_obstacle(obstacle, scene));
   for (TomlTable& carried : root.tables("carried")) scene.carried.push_back(read_carried(carried, scene));
   if (scene.tools.size() > kMaxTools)
     root.contradicts("tool", 0, fmt::format("at most {} tools", kMaxTools), std::to_string(scene.tools.size()));

@@ -102,6 +102,22 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Load&) const = default;
   };
+  // A rigid surface that organs do not enter (palpate_obstacle of palpate_obstacles.h). In the world.
+  struct Obstacle {
+    enum class Kind { rectangle, disc, mesh };
+    std::string name;
+    Kind kind = Kind::rectangle;
+    std::array<double, 2> size{};    // m: of a rectangle its lengths, of a disc its radius
+    std::optional<Surface> surface;  // of a mesh
+    Vector normal{0, 0, 1};          // of any length, not zero: of a rectangle and a disc, to the side of the organ
+    std::vector<KeyFrame> path;      // at least one, times ascending
+    std::vector<KeyFrame> turn;      // as of a tool; turns the normal too
+    double friction = 0;
+    std::optional<double> depth;      // m
+    std::vector<std::size_t> organs;  // that it holds off, of a scene of several organs
+    int line = 0;
+    bool operator==(const Obstacle&) const = default;
+  };
   // A surface that the tissue carries along (palpate_scene_carry of palpate.h).
   struct Carried {
     std::string name;            // letters, digits, - and _
@@ -181,6 +197,7 @@ struct SceneConfig : SceneEffects {
   std::vector<Link> links;
   std::vector<Motion> motions;
   std::vector<Load> loads;
+  std::vector<Obstacle> obstacles;
   std::vector<Carried> carried;
   double metres_per_unit = 1;      // of the file's lengths, for amounts of pistons
   double csv_metres_per_unit = 1;  // of lengths in the CSV files of the results
@@ -193,7 +210,8 @@ struct SceneConfig : SceneEffects {
 // Errors: InputError with file, line, key, expected and found.
 SceneConfig read_scene_config(const std::filesystem::path& file);
 
-// The scene of one organ of several: with its bundle, effects, links and motions, and with all tools, which hold this organ alone.
+// The scene of one organ of several: with its bundle, effects, links and motions, the obstacles that hold it off, and
+// with all tools, which hold this organ alone.
 SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ);
 
 }  // namespace palpate

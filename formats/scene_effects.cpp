@@ -63,6 +63,22 @@ void check_loads(const SceneConfig& scene, const TomlTable& root) {
                      std::to_string(scene.loads.size()));
 }
 
+// Obstacles meet an organ where forces have moved it.
+void check_obstacles(SceneConfig& scene, const TomlTable& root, bool names_collision) {
+  if (scene.obstacles.empty()) return;
+  if (!names_collision) scene.def.collision = PALPATE_COLLISION_DEFORMED;
+  const SceneConfig::Obstacle& first = scene.obstacles[0];
+  if (scene.def.collision != PALPATE_COLLISION_DEFORMED)
+    root.contradicts(
+        "obstacle", first.line,
+        fmt::format("collision = \"deformed\" in [effects], since \"{}\" meets a surface that has moved", first.name),
+        in_words("collision", scene.def));
+  if (scene.obstacles.size() > PALPATE_MAX_OBSTACLES)
+    root.contradicts("obstacle", scene.obstacles[PALPATE_MAX_OBSTACLES].line,
+                     fmt::format("at most {} obstacles of an organ", PALPATE_MAX_OBSTACLES),
+                     std::to_string(scene.obstacles.size()));
+}
+
 void check_inside(const SceneConfig& scene, const TomlTable& root) {
   if (scene.def.inside.inside == PALPATE_INSIDE_ON && scene.def.shape != PALPATE_SHAPE_VOLUME)
     root.contradicts("effects", 0, "shape = \"volume\" beside inside = true, which needs the displacement of all nodes",
@@ -138,6 +154,7 @@ void settle_effects(SceneConfig& scene, const TomlTable& root, NamedEffects name
   check_moves(scene.motions, "motion", scene, root, named.collision);
   check_moves(scene.loads, "load", scene, root, named.collision);
   check_loads(scene, root);
+  check_obstacles(scene, root, named.collision);
   check_links(scene, root);
   check_dent_and_friction(scene, root);
   check_inside(scene, root);

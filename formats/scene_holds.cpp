@@ -153,6 +153,66 @@ SceneConfig::Load read_load(TomlTable table, const SceneConfig& scene) {
   return load;
 }
 
+namespace {
+
+// What the obstacle's surface is, by its kind.
+void read_kind(TomlTable& table, double scale, SceneConfig::Obstacle& obstacle) {
+  using Kind = SceneConfig::Obstacle::Kind;
+  obstacle.kind =
+      table.choice<Kind>("kind", {{"rectangle", Kind::rectangle}, {"disc", Kind::disc}, {"mesh", Kind::mesh}});
+  constexpr std::pair<const char*, Kind> keys[] = {
+      {"size", Kind::rectangle}, {"radius", Kind::disc}, {"file", Kind::mesh}, {"unit", Kind::mesh}};
+  for (const auto& [key, kind] : keys)
+    if (table.has(key) && kind != obstacle.kind)
+      table.wrong(
+          key,
+          "none, since it belongs to another kind: size to a rectangle, radius to a disc, file and unit to a mesh");
+  if (obstacle.kind == Kind::rectangle) {
+    const std::vector<double> size = table.numbers("size");
+    if (size.size() != 2 || !(size[0] > 0 && size[1] > 0)) table.wrong("size", "two lengths above 0");
+    obstacle.size = {scale * size[0], scale * size[1]};
+  }
+  if (obstacle.kind == Kind::disc) obstacle.size[0] = radius_of(table, scale);
+  if (obstacle.kind == Kind::mesh) {
+    obstacle.surface = {table.path("file", "\"rib.stl\""), scale};
+    if (table.has("unit")) obstacle.surface->metres_per_unit = table.choice("unit", scene_lengths());
+  }
+  if (table.has("normal")) {
+    if (obstacle.kind == Kind::mesh) table.wrong("normal", "none of a mesh, whose triangles say which side is outside");
+    obstacle.normal = table.vector("normal");
+  }
+  const auto& [x, y, z] = obstacle.normal;
+  if (!(std::hypot(x, y, z) > 0)) table.wrong("normal", "a direction that is not zero");
+}
+
+}  // namespace
+
+SceneConfig::Obstacle read_obstacle(TomlTable table, const SceneConfig& scene) {
+  const double scale = scene.metres_per_unit;
+  SceneConfig::Obstacle obstacle;
+  obstacle.line = table.line();
+  obstacle.name = table.text("name", "\"table\"");
+  for (const SceneConfig::Obstacle& other : scene.obstacles)
+    if (other.name == obstacle.name) table.wrong("name", "a name that no other [[obstacle]] has");
+  read_kind(table, scale, obstacle);
+  if (table.has("position")) {
+    for (const char* key : {"path", "path_csv"})
+      if (table.has(key)) table.wrong(key, "no path beside position, where the obstacle stays");
+    obstacle.path = {{0, scaled(table.vector("position"), scale)}};
+  } else if (table.has("path") || table.has("path_csv")) {
+    obstacle.path = read_path(table, scale, "an obstacle's path", "");
+    if (obstacle.path.empty()) table.wrong("path", "one row [t, x, y, z] or more");
+  } else {
+    obstacle.path = {{0, {}}};
+  }
+  if (table.has("turn")) obstacle.turn = read_turn(table);
+  if (table.has("friction")) obstacle.friction = friction(table);
+  if (table.has("depth")) obstacle.depth = positive(table, "depth", "a length above 0") * scale;
+  obstacle.organs = read_held_off(table, scene);
+  table.finish();
+  return obstacle;
+}
+
 double amount_at(const SceneConfig::Motion& motion, double time) {
   if (!motion.sine) return value_at(motion.amounts, time);
   const auto& [mean, amplitude, period] = *motion.sine;
@@ -243,6 +303,17 @@ std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<doubl
   std::vector<SceneConfig::KeyFrame> frames;
   for (const auto& [time, x, y, z] : rows) frames.push_back({time, scaled({x, y, z}, scale)});
   return frames;
+}
+
+std::vector<SceneConfig::KeyFrame> read_path(TomlTable& table, double scale, const char* what, const char* otherwise) {
+  const bool csv = table.has("path_csv"), inline_rows = table.has("path");
+  if (csv == inline_rows)
+    table.wrong("path",
+                fmt::format("either path = [[t, x, y, z], ...] or path_csv = \"FILE.csv\", not both{}", otherwise));
+  return key_frames(inline_rows
+                        ? timed_rows<4>(table, "path", "[t, x, y, z]")
+                        : timed_csv_rows<4>(table.path("path_csv", "\"path.csv\""), what, "four numbers", "time,x,y,z"),
+                    scale);
 }
 
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool) {

@@ -104,6 +104,10 @@ std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<doubl
 
 SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene);
 SceneConfig::Load read_load(TomlTable table, const SceneConfig& scene);
+SceneConfig::Obstacle read_obstacle(TomlTable table, const SceneConfig& scene);
+// The rows of the key `path`, or of the file of `path_csv`, of which there must be exactly one. what: "a tool's path"; otherwise: the end of the
+// sentence that refuses both and neither.
+std::vector<SceneConfig::KeyFrame> read_path(TomlTable& table, double scale, const char* what, const char* otherwise);
 // Of a table with the key `at`.
 SceneConfig::Place::At read_at(TomlTable& table);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "formats/scene_holds.h"
 
@@ -91,6 +92,17 @@ std::vector<std::size_t> read_organs_of(TomlTable& table, const SceneConfig& sce
   return organs;
 }
 
+std::vector<std::size_t> read_held_off(TomlTable& table, const SceneConfig& scene) {
+  std::vector<std::size_t> organs(scene.organs.size());
+  std::iota(organs.begin(), organs.end(), std::size_t{0});
+  if (!table.has("organs")) return organs;
+  if (scene.organs.empty()) table.wrong("organs", "no organs, since the scene has no [[organ]] tables");
+  organs.clear();
+  for (const std::string& name : table.texts("organs")) organs.push_back(find_organ(table, "organs", name, scene));
+  if (organs.empty()) table.wrong("organs", "the name of one [[organ]] or more");
+  return organs;
+}
+
 void check_links_between_organs(const SceneConfig& scene, const TomlTable& root) {
   int stretches = 0;
   for (const SceneConfig::Link& link : scene.links) {
@@ -130,6 +142,10 @@ SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {
   std::erase_if(one.motions, of_another);
   std::erase_if(one.loads, of_another);
   std::erase_if(one.carried, of_another);
+  std::erase_if(one.obstacles, [&](const SceneConfig::Obstacle& obstacle) {
+    return std::ranges::find(obstacle.organs, organ) == obstacle.organs.end();
+  });
+  for (SceneConfig::Obstacle& obstacle : one.obstacles) obstacle.organs.clear();
   one.organs.clear();
   return one;
 }

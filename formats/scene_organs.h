@@ -13,6 +13,9 @@ namespace palpate {
 // which ones each organ names. Errors: InputError with file, line, key, expected and found.
 std::vector<NamedEffects> read_organs(TomlTable& root, SceneConfig& scene, NamedEffects named);
 
+// The indices of the organs that an obstacle names by its key `organs`; all of them without the key; none in a scene of one organ.
+std::vector<std::size_t> read_held_off(TomlTable& table, const SceneConfig& scene);
+
 // The index of the organ that a tool, link or motion names by its key `organ`; 0 without the key. on_one: the table is about one organ, so
 // that a scene of several organs needs the key.
 std::size_t read_organ_of(TomlTable& table, const SceneConfig& scene, bool on_one);

@@ -190,8 +190,6 @@ inline Effects effects_of(const py::kwargs& named) {
     if (const py::object surface = take("fine_surface"); !surface.is_none())
       effects.def.fine_surface = effects.fine_surface.emplace(surface).surface;
     if (const py::object obstacles = take("obstacles"); !obstacles.is_none()) take_obstacles(obstacles, effects);
-    if (const py::object nodes = take("obstacle_nodes"); !nodes.is_none())
-      effects.def.obstacles.max_nodes = nodes.cast<std::int32_t>();
     for_each_keyword([&](const palpate_key& key) {
       if (named.contains(key.name)) set_field(key, take(key.name), effects.def);
     });

@@ -62,8 +62,7 @@ void add_scene(py::module_& module) {
       "interpreter's lock, so one thread may touch while another draws. Each is for one thread at a time.");
   takes_effects(type, kAboutEffects + lines_of_keywords());
   py::list keywords;
-  for (const char* own : {"relaxation", "loads", "obstacles", "obstacle_nodes", "render_mesh", "fine_surface"})
-    keywords.append(own);
+  for (const char* own : {"relaxation", "loads", "obstacles", "render_mesh", "fine_surface"}) keywords.append(own);
   for_each_keyword([&](const palpate_key& key) { keywords.append(key.name); });
   module.attr("EFFECTS") = keywords;
   type.def_property_readonly("bundle", &HeldScene::bundle, "the Bundle that it was made on")

@@ -107,15 +107,22 @@ def point_data(grid, name):
     return vtk_to_numpy(grid.GetPointData().GetArray(name))
 
 
+def read_if_there(scene, name):
+    """The rows of a CSV file of a scene; none where the scene has no such file."""
+    file = os.path.join(scene, name)
+    return read_csv(file) if os.path.exists(file) else []
+
+
 def frame_of_peak(scene):
-    """The frame at which the tools' forces and the links' tensions together are largest."""
+    """The frame at which the forces on tools and obstacles and the links' tensions together are largest."""
     total = {}
     for row in read_csv(os.path.join(scene, "forces.csv")):
         time = float(row["time_s"])
         total[time] = total.get(time, 0) + np.linalg.norm(vector(row, "force", "N"))
-    links = os.path.join(scene, "links.csv")
-    for row in read_csv(links) if os.path.exists(links) else []:
+    for row in read_if_there(scene, "links.csv"):
         total[float(row["time_s"])] += abs(float(row["tension_N"]))
+    for row in read_if_there(scene, "obstacles.csv"):
+        total[float(row["time_s"])] += np.linalg.norm(vector(row, "force", "N"))
     return max(read_frames(scene), key=lambda frame: total[frame[0]])
 
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force, coloured by displacement, with its outline at rest,
-the tools, their paths and the forces that they feel in one scale, a legend of what is seen, the links, the discs of grasps and the needles, from two sides."""
+the tools and obstacles, the tools' paths and the forces on both in one scale, a legend of what is seen, the links, the discs of grasps and the needles,
+from two sides."""
 import os
 
 import h5py
@@ -24,6 +25,8 @@ FORCE_HEX, BORDER = "#d91a1a", (0.0, 0.0, 0.0)
 THREAD, THREAD_HEX, SLACK, DISC = (0.10, 0.25, 0.85), "#1a40d9", (0.65, 0.70, 0.85), (0.55, 0.15, 0.65)
 LINE, TAUT, BROKEN = 3, 1, 2  # a VTK cell; conditions of a link
 GLASS = 0.45  # opacity of an organ with a needle inside
+BONE, BONE_GLASS = (0.86, 0.80, 0.66), 0.5  # an obstacle, through which the organ is seen
+AROUND = 0.12  # of the organ's size: what of an obstacle is farther from the organ's box is not drawn
 
 
 def region_lines(bundle, points):
@@ -172,6 +175,38 @@ def held_actors(held_file, surface, size, lift=0.012):
     return actors, labels, normals_at(surface, places)
 
 
+def obstacle_actors(file, now, size):
+    """The obstacles, as far as they are near the organ."""
+    if not os.path.exists(file):
+        return []
+    grid = offscreen.read_grid(file)
+    offscreen.set_points(grid, offscreen.points_of(grid))
+    low, high, near = now.min(axis=0) - AROUND * size, now.max(axis=0) + AROUND * size, grid
+    for axis in np.eye(3):  # plane by plane, since triangles may be larger than the whole box
+        for corner, inward in ((low, axis), (high, -axis)):
+            near = offscreen.made_by("ClipDataSet", InputData=near, ClipFunction=offscreen.set_up(vtk.vtkPlane(), Origin=corner, Normal=inward))
+    if near.GetNumberOfCells() == 0:
+        return []
+    edges = offscreen.made_by("FeatureEdges", InputData=offscreen.surface_of(near), BoundaryEdges=True, FeatureEdges=True, FeatureAngle=25, ManifoldEdges=False)
+    return [offscreen.plain_actor(near, BONE, opacity=BONE_GLASS), offscreen.line_actor(edges, EDGE, width=3)]
+
+
+def obstacle_forces(scene, time, points, first):
+    """Of each obstacle that an organ presses: the middle of the nodes that do, mm, weighted by their force; the force on it, N."""
+    numbers, forces, nodes = {}, {}, {}
+    for row in offscreen.read_if_there(scene, "obstacles.csv"):
+        if float(row["time_s"]) == time:
+            names = numbers.setdefault(row.get("organ"), [])  # in the order of the organ's obstacles
+            names.append(row["obstacle"])
+            forces[row["obstacle"]] = forces.get(row["obstacle"], 0) + np.array(offscreen.vector(row, "force", "N"))
+    for row in offscreen.read_csv(os.path.join(scene, "contacts.csv")) if forces else []:
+        if float(row["time_s"]) == time and row["tool"] == "obstacle":
+            organ, weight = row.get("organ"), np.linalg.norm(offscreen.vector(row, "force", "N"))
+            nodes.setdefault(numbers[organ][int(row["point"])], []).append((weight, points[first[organ] + int(row["node"])]))
+    return [(np.average([p for _, p in held], axis=0, weights=[w for w, _ in held]), forces[name])
+            for name, held in nodes.items() if sum(w for w, _ in held) > 0]
+
+
 def torque_of(scene, tool, time):
     """N m, its length."""
     for row in offscreen.read_csv(os.path.join(scene, "forces.csv")):
@@ -188,12 +223,17 @@ def normals_at(surface, places):
 
 
 def tools_and_forces(scene, summary, time, surface, now, first, tool_grid, needles, size):
-    """Actors of the tools and their paths; their forces, for force_arrows; the outward normals where tools act; the largest force, N."""
+    """Actors of the tools and their paths; their forces and those on obstacles, for force_arrows; the outward normals where they act; the largest force, N."""
     centres, paths = contact_centres(scene, time, now, first), read_paths(scene, time)
     owners = offscreen.point_data(tool_grid, "tool") if tool_grid.GetNumberOfPoints() else np.zeros(0)
     tool_points = offscreen.points_of(tool_grid)
-    strongest = max(np.linalg.norm(force) for _, _, force in paths.values())
+    pressed = obstacle_forces(scene, time, now, first)
+    strongest = max(np.linalg.norm(force) for force in [*(force for _, _, force in paths.values()), *(force for _, force in pressed)])
     actors, forces, normals = [], [], []
+    for place, force in pressed:
+        strength, normal = np.linalg.norm(force), normals_at(surface, [place])[0]
+        normals.append(normal)
+        forces.append((place, force / strength, size * LONGEST * strength / strongest, normal, normal, 0.0, "%.2f N" % strength))
     for index, tool in enumerate(summary["tools"]):
         torque = torque_of(scene, tool["name"], time) if tool.get("grasp") else 0
         path, first, force = paths[tool["name"]]
@@ -265,6 +305,8 @@ def main():
     more, forces, normals, strongest = tools_and_forces(arguments.scene, summary, time, surface, now, first, offscreen.read_grid(tools_file), needles,
                                              size)
     actors += more
+    obstacles = obstacle_actors(tools_file.replace("tools_", "obstacles_"), now, size)
+    actors += obstacles
     tensions = []
     for organ_file in organ_files:
         more, labels, seen = held_actors(organ_file.replace("organ_", "held_"), surface, size)
@@ -291,13 +333,14 @@ def main():
     bar.ax.tick_params(labelsize=14)
     figure.suptitle("%s at %.2f s, from two sides" % (summary["scene"], time), fontsize=16, y=0.99)
     newtons = strongest / (LONGEST * size)  # for each mm of an arrow
-    legend = [(Line2D([], [], color=FORCE_HEX, linewidth=4), "force on the %s: 20 mm of an arrow are %.2g N" % (
-        "tools" if len(summary["tools"]) > 1 else "tool", 20 * newtons))] if strongest > 0 else []
+    bearers = "tools and obstacles" if obstacles else "tools" if len(summary["tools"]) > 1 else "tool"
+    legend = [(Line2D([], [], color=FORCE_HEX, linewidth=4), "force on the %s: 20 mm of an arrow are %.2g N" % (bearers, 20 * newtons))] if strongest > 0 else []
     legend += [(Line2D([], [], color=OUTLINE, linestyle="dashed"), "the organ%s at rest" % ("s" if len(organs) > 1 else "")),
                (Line2D([], [], color=PATH, linewidth=3), "path of a tool")]
     legend += [(Patch(facecolor=mesh.HELD, hatch="//"), "held")] if held.GetNumberOfCells() else []
     legend += [(Line2D([], [], color=BORDER, linewidth=3), "between tissues")] if borders else []
     legend += [(Line2D([], [], color=THREAD_HEX, linewidth=3), "link")] if any(each.get("links") for each in [*organs, summary]) else []
+    legend += [(Patch(facecolor=BONE), "obstacle")] if obstacles else []
     legend += [(Patch(facecolor=STEEL), "needle")] if needles else []
     legend += [(Patch(facecolor=DISC), "disc of a grasp")] if any(tool.get("grasp") for tool in summary["tools"]) else []
     handles, names = zip(*legend)

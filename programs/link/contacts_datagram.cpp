@@ -153,8 +153,8 @@ DatagramFault fault_of(const palpate_tool_state& tool, const SceneConfig::Vector
 DatagramFault fault_of(const palpate_contact_node& node, int tools, const DatagramLimits& limits) {
   const bool of_tool = node.source == PALPATE_SOURCE_TOOL;
   if (node.column < 0 || static_cast<std::size_t>(node.column) >= limits.touchable.size() ||
-      !(of_tool || node.source == PALPATE_SOURCE_LINK) || node.index < 0 || (of_tool && node.index >= tools) ||
-      node.point < 0)
+      !(of_tool || node.source == PALPATE_SOURCE_LINK || node.source == PALPATE_SOURCE_OBSTACLE) || node.index < 0 ||
+      (of_tool && node.index >= tools) || node.point < 0)
     return DatagramFault::index;
   return is_sane(node.modified_displacement, 3) && is_sane(node.force, 3) ? DatagramFault::none : DatagramFault::number;
 }

@@ -31,9 +31,10 @@ void add_nodes(CsvTable& file, const SceneConfig& scene, const palpate_contacts&
   const palpate_contact_node* nodes = palpate_contacts_node(&contacts, 0);
   const auto name = [&](const palpate_contact_node& node) {
     if (node.source == PALPATE_SOURCE_TOOL) return scene.tools[node.index].name;
-    return std::string(node.source == PALPATE_SOURCE_NEEDLE  ? "needle"
-                       : node.source == PALPATE_SOURCE_ORGAN ? "organ"
-                                                             : "link");
+    return std::string(node.source == PALPATE_SOURCE_NEEDLE     ? "needle"
+                       : node.source == PALPATE_SOURCE_OBSTACLE ? "obstacle"
+                       : node.source == PALPATE_SOURCE_ORGAN    ? "organ"
+                                                                : "link");
   };
   const auto number = [](const palpate_contact_node& node) {
     return node.source <= PALPATE_SOURCE_NEEDLE ? node.point : node.index;

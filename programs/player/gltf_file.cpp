@@ -52,6 +52,7 @@ class Buffers {
     accessors[accessor]["max"] = Json::array({*std::max_element(numbers.begin(), numbers.end())});
     return accessor;
   }
+  int add_quaternions(const Floats& numbers) { return add(numbers.data(), numbers.size() / 4, 16, kFloat, "VEC4", 0); }
   int add_indices(const std::vector<std::uint32_t>& indices) {
     return add(indices.data(), indices.size(), 4, kUnsignedInt, "SCALAR", kIndices);
   }
@@ -73,6 +74,16 @@ Floats one_at_a_time(std::size_t shapes) {
   Floats weights(shapes * shapes, 0);
   for (std::size_t i = 0; i < shapes; ++i) weights[i * shapes + i] = 1;
   return weights;
+}
+
+// Adds the turn and the place of a node to an animation, at its times.
+void animate(Buffers& buffers, std::size_t node, int times, const Floats& places, const Floats& turns, Json& samplers,
+             Json& channels) {
+  for (const auto& [path, numbers] :
+       {std::pair{"translation", buffers.add_vectors(places, 0)}, {"rotation", buffers.add_quaternions(turns)}}) {
+    channels.push_back(Json{{"sampler", samplers.size()}, {"target", {{"node", node}, {"path", path}}}});
+    samplers.push_back(Json{{"input", times}, {"output", numbers}, {"interpolation", "LINEAR"}});
+  }
 }
 
 void append_word(std::string& out, std::size_t word) {
@@ -106,12 +117,14 @@ GltfFile::GltfFile(std::filesystem::path target, const SceneConfig& scene, std::
 GltfFile::GltfFile(std::filesystem::path target, const Player& player, std::uint64_t shapes)
     : GltfFile(std::move(target), player.scene(), shapes) {
   begin(player.organ(), player.scene().name, nullptr);
+  begin_obstacles();
 }
 
 GltfFile::GltfFile(std::filesystem::path target, const WorldPlayer& player, std::uint64_t shapes)
     : GltfFile(std::move(target), player.scene(), shapes) {
   for (std::size_t k = 0; k < player.organ_count(); ++k)
     begin(player.organ(k), player.scene().organs[k].name, &player.pose(k));
+  begin_obstacles();
 }
 
 void GltfFile::begin(const PlayedOrgan& organ, const std::string& name, const palpate_pose* pose) {
@@ -126,6 +139,21 @@ void GltfFile::begin(const PlayedOrgan& organ, const std::string& name, const pa
   const palpate_bundle_info info = palpate_bundle_describe(organ.bundle());
   const std::int32_t* triangles = palpate_bundle_triangles(organ.bundle());
   surface.indices.assign(triangles, triangles + 3 * static_cast<std::size_t>(info.triangle_count));
+}
+
+void GltfFile::begin_obstacles() {
+  std::vector<const PlayedOrgan*> organs;
+  for (const Surface& surface : surfaces_) organs.push_back(surface.organ);
+  for (ShownObstacle& obstacle : shown_obstacles(organs)) obstacles_.push_back({std::move(obstacle), {}, {}});
+}
+
+void GltfFile::add_obstacles() {
+  for (Obstacle& obstacle : obstacles_) {
+    const palpate_obstacle_state state = obstacle.of.state();
+    const double* q = state.orientation;
+    for (const double x : state.position) obstacle.places.push_back(static_cast<float>(x));
+    for (const double x : {q[1], q[2], q[3], q[0]}) obstacle.turns.push_back(static_cast<float>(x));
+  }
 }
 
 void GltfFile::add(Surface& surface, const ShapeRecord& shape) {
@@ -150,19 +178,23 @@ void GltfFile::add(Surface& surface, const ShapeRecord& shape) {
 void GltfFile::add(const ShapeRecord& shape) {
   times_.push_back(static_cast<float>(shape.time));
   add(surfaces_[0], shape);
+  add_obstacles();
 }
 
 void GltfFile::add(const WorldShapeRecord& shapes) {
   times_.push_back(static_cast<float>(shapes.organs[0].time));
   for (std::size_t k = 0; k < surfaces_.size(); ++k) add(surfaces_[k], shapes.organs[k]);
+  add_obstacles();
 }
 
 void GltfFile::write() const {
   Buffers buffers;
-  const bool one_organ = surfaces_.size() == 1 && !surfaces_[0].pose;
-  const double half = std::sqrt(0.5);  // a quarter turn about x
-  Json nodes = Json::array(), meshes = Json::array(), channels = Json::array(), organ_nodes = Json::array();
-  if (!one_organ) nodes.push_back({{"name", scene_.name}, {"rotation", {-half, 0, 0, half}}});
+  const bool alone = surfaces_.size() == 1 && !surfaces_[0].pose && obstacles_.empty();  // without a world's node
+  const double half = std::sqrt(0.5);                                                    // a quarter turn about x
+  const int times = buffers.add_scalars(times_), weights = buffers.add_scalars(one_at_a_time(times_.size()));
+  Json nodes = Json::array(), meshes = Json::array(), channels = Json::array(), in_world = Json::array();
+  Json samplers = Json::array({Json{{"input", times}, {"output", weights}, {"interpolation", "LINEAR"}}});
+  if (!alone) nodes.push_back({{"name", scene_.name}, {"rotation", {-half, 0, 0, half}}});
   for (const Surface& surface : surfaces_) {
     Json primitive = {{"mode", kTriangles}, {"material", 0}, {"indices", buffers.add_indices(surface.indices)}};
     primitive["attributes"] = {{"POSITION", buffers.add_vectors(surface.rest, kVertices)},
@@ -175,29 +207,46 @@ void GltfFile::write() const {
       const double* q = pose->orientation;
       node["translation"] = Json::array({pose->position[0], pose->position[1], pose->position[2]});
       node["rotation"] = Json::array({q[1], q[2], q[3], q[0]});
-      organ_nodes.push_back(nodes.size());
-    } else {
+    } else if (alone) {
       node["rotation"] = {-half, 0, 0, half};
     }
+    if (!alone) in_world.push_back(nodes.size());
     channels.push_back(Json{{"sampler", 0}, {"target", {{"node", nodes.size()}, {"path", "weights"}}}});
     nodes.push_back(node);
     meshes.push_back(
         Json{{"name", surface.name}, {"primitives", Json::array({primitive})}, {"weights", Floats(times_.size(), 0)}});
   }
-  if (!one_organ) nodes[0]["children"] = organ_nodes;
-  const int times = buffers.add_scalars(times_), weights = buffers.add_scalars(one_at_a_time(times_.size()));
+  for (const Obstacle& obstacle : obstacles_) {
+    const RenderMesh& surface = *obstacle.of.surface;
+    Json primitive = {{"mode", kTriangles}, {"material", 1}, {"indices", buffers.add_indices(surface.indices)}};
+    primitive["attributes"] = {{"POSITION", buffers.add_vectors(surface.positions, kVertices)},
+                               {"NORMAL", buffers.add_vectors(surface.normals, kVertices)}};
+    if (obstacle.of.moves) animate(buffers, nodes.size(), times, obstacle.places, obstacle.turns, samplers, channels);
+    in_world.push_back(nodes.size());
+    nodes.push_back({{"name", obstacle.of.name},
+                     {"mesh", meshes.size()},
+                     {"translation", Floats(obstacle.places.begin(), obstacle.places.begin() + 3)},
+                     {"rotation", Floats(obstacle.turns.begin(), obstacle.turns.begin() + 4)}});
+    meshes.push_back(Json{{"name", obstacle.of.name}, {"primitives", Json::array({primitive})}});
+  }
+  if (!alone) nodes[0]["children"] = in_world;
 
   const auto list = [](Json only) { return Json::array({std::move(only)}); };
-  const Json surface = {{"baseColorFactor", {0.32, 0.07, 0.06, 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.45}};
-  const Json sampler = {{"input", times}, {"output", weights}, {"interpolation", "LINEAR"}};
+  const auto material = [](const char* name, std::array<double, 4> colour, bool double_sided) {
+    return Json{
+        {"name", name},
+        {"doubleSided", double_sided},
+        {"pbrMetallicRoughness", {{"baseColorFactor", colour}, {"metallicFactor", 0}, {"roughnessFactor", 0.45}}}};
+  };
   Json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "palpate-run " PALPATE_VERSION}};
   document["scene"] = 0;
   document["scenes"] = list({{"nodes", list(0)}});
   document["nodes"] = nodes;
   document["meshes"] = meshes;
-  document["materials"] = list({{"name", "tissue"}, {"pbrMetallicRoughness", surface}});
-  document["animations"] = list({{"name", scene_.name}, {"samplers", list(sampler)}, {"channels", channels}});
+  document["materials"] = list(material("tissue", {0.32, 0.07, 0.06, 1}, false));
+  if (!obstacles_.empty()) document["materials"].push_back(material("obstacle", {0.55, 0.58, 0.62, 1}, true));
+  document["animations"] = list({{"name", scene_.name}, {"samplers", samplers}, {"channels", channels}});
   document["accessors"] = buffers.accessors;
   document["bufferViews"] = buffers.views;
   document["buffers"] = list({{"byteLength", (buffers.bytes.size() + 3) / 4 * 4}});

@@ -2,7 +2,8 @@
 // morph target; an animation shows one after the other at the times of the scene.
 //
 // Units are metres and seconds. The mesh is in the bundle's frame; its node turns z (to the head) upwards, since up is y in
-// glTF. Of several organs each has a mesh and a node, which stands in the world's node.
+// glTF. Of several organs each has a mesh and a node, which stands in the world's node. An obstacle has a
+// node there too, which the animation moves where the obstacle moves; a scene of one organ then has a world's node as well.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "programs/player/player.h"
+#include "programs/player/shown_obstacles.h"
 #include "programs/player/world_player.h"
 
 namespace palpate {
@@ -37,13 +39,20 @@ class GltfFile {
     std::vector<float> rest, rest_normals;                         // [node][3]
     std::vector<std::vector<float>> displacements, normal_change;  // [shape][node][3]
   };
+  struct Obstacle {
+    ShownObstacle of;
+    std::vector<float> places, turns;  // [shape][3] m; [shape][4] quaternion x y z w
+  };
   GltfFile(std::filesystem::path target, const SceneConfig& scene, std::uint64_t shapes);
+  void begin_obstacles();
+  void add_obstacles();
   void begin(const PlayedOrgan& organ, const std::string& name, const palpate_pose* pose);
   static void add(Surface& surface, const ShapeRecord& shape);
 
   std::filesystem::path target_;
   const SceneConfig& scene_;
   std::vector<Surface> surfaces_;
+  std::vector<Obstacle> obstacles_;
   std::vector<float> times_;  // s
 };
 

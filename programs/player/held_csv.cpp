@@ -49,7 +49,8 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
       links_(style),
       grasps_(style),
       needles_(style),
-      loads_(style) {
+      loads_(style),
+      obstacles_(style) {
   for (const PlayedOrgan* each : organs_) {
     if (!each->held().links().empty()) open_links();
     if (each->held().has_grasps())
@@ -64,6 +65,10 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
       open(loads_, "loads.csv",
            "load,force_x_N,force_y_N,force_z_N,place_x_m,place_y_m,place_z_m,displacement_x_m,displacement_y_m,"
            "displacement_z_m,area_m2");
+    if (each->obstacles().any())
+      open(obstacles_, "obstacles.csv",
+           "obstacle,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,x_m,y_m,z_m,nodes,slipping,"
+           "deepest_m");
   }
 }
 
@@ -119,18 +124,27 @@ void HeldCsvFiles::add_loads(double time, std::size_t organ) {
           load->area);
 }
 
+void HeldCsvFiles::add_obstacles(double time, std::size_t organ) {
+  const PlayedOrgan& of = *organs_[organ];
+  for (std::size_t i = 0; i < of.obstacles().count(); ++i)
+    if (const palpate_obstacle_state* obstacle = OrganObstacles::state(of.runtime_scene(), i))
+      row(obstacles_, time, name_of(organ), of.obstacles().of(i).name, obstacle->force, obstacle->torque,
+          obstacle->position, obstacle->nodes, obstacle->slips, obstacle->deepest);
+}
+
 void HeldCsvFiles::write(double time) {
   for (std::size_t k = 0; k < organs_.size(); ++k) {
     if (links_.is_open()) add_links(time, k);
     if (grasps_.is_open()) add_grasps(time, k);
     if (needles_.is_open()) add_needles(time, k);
     if (loads_.is_open()) add_loads(time, k);
+    if (obstacles_.is_open()) add_obstacles(time, k);
   }
   if (world_ && !world_->links().empty()) add_links_between_organs(time);
 }
 
 void HeldCsvFiles::close() {
-  for (CsvTable* file : {&links_, &grasps_, &needles_, &loads_}) file->close();
+  for (CsvTable* file : {&links_, &grasps_, &needles_, &loads_, &obstacles_}) file->close();
 }
 
 }  // namespace palpate

@@ -25,7 +25,8 @@ HeldSummary::HeldSummary(const PlayedOrgan& organ)
       grasps_(organ.scene().tools.size()),
       needles_(grasps_.size()),
       given_forces_(grasps_.size()),
-      loads_(organ.loads().count()) {}
+      loads_(organ.loads().count()),
+      obstacles_(organ.obstacles().count()) {}
 
 void HeldSummary::add(double time) {
   for (std::size_t s = 0; s < links_.size(); ++s)
@@ -39,6 +40,7 @@ void HeldSummary::add(double time) {
     if (needle) needles_[t].add(*needle, time, organ_.needles().places());
   }
   for (std::size_t i = 0; i < loads_.size(); ++i) add_load(i, time);
+  for (std::size_t i = 0; i < obstacles_.size(); ++i) add_obstacle(i, time);
 }
 
 void HeldSummary::add_given_force(std::size_t tool, double time) {
@@ -59,6 +61,17 @@ void HeldSummary::add_load(std::size_t i, double time) {
   load.area = state->area, load.peak_force = std::max(load.peak_force, length(state->force));
   if (const double way = length(state->displacement); way > load.farthest)
     load.farthest = way, load.farthest_time = time;
+}
+
+void HeldSummary::add_obstacle(std::size_t i, double time) {
+  const palpate_obstacle_state* state = OrganObstacles::state(organ_.runtime_scene(), i);
+  if (!state) return;
+  Obstacle& obstacle = obstacles_[i];
+  if (const double force = length(state->force); force > obstacle.peak_force)
+    obstacle.peak_force = force, obstacle.peak_time = time;
+  obstacle.peak_torque = std::max(obstacle.peak_torque, length(state->torque));
+  obstacle.deepest = std::max(obstacle.deepest, state->deepest);
+  obstacle.most_nodes = std::max(obstacle.most_nodes, state->nodes);
 }
 
 void HeldSummary::add_grasp(std::size_t tool, double time) {
@@ -91,6 +104,18 @@ nlohmann::ordered_json HeldSummary::loads() const {
                     {"peak_force_N", loads_[i].peak_force},
                     {"largest_displacement_m", loads_[i].farthest},
                     {"largest_displacement_s", loads_[i].farthest_time}});
+  return list;
+}
+
+nlohmann::ordered_json HeldSummary::obstacles() const {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < obstacles_.size(); ++i)
+    list.push_back({{"name", organ_.obstacles().of(i).name},
+                    {"peak_force_N", obstacles_[i].peak_force},
+                    {"peak_time_s", obstacles_[i].peak_time},
+                    {"peak_torque_Nm", obstacles_[i].peak_torque},
+                    {"most_nodes", obstacles_[i].most_nodes},
+                    {"deepest_m", obstacles_[i].deepest}});
   return list;
 }
 
@@ -146,6 +171,13 @@ std::vector<std::string> HeldSummary::lines() const {
         fmt::format("load \"{}\": up to {:.3g} N on {:.3g} cm^2; it moved its patch by {:.3g} mm, at {:.3g} s",
                     organ_.loads().name_of(i), loads_[i].peak_force, 1e4 * loads_[i].area, 1e3 * loads_[i].farthest,
                     loads_[i].farthest_time));
+  for (std::size_t i = 0; i < obstacles_.size(); ++i)
+    lines.push_back(
+        fmt::format("obstacle \"{}\": {}", organ_.obstacles().of(i).name,
+                    obstacles_[i].most_nodes == 0
+                        ? "nothing pressed it"
+                        : fmt::format("largest force {:.3g} N, at {:.3g} s; up to {} nodes pressed it",
+                                      obstacles_[i].peak_force, obstacles_[i].peak_time, obstacles_[i].most_nodes)));
   return lines;
 }
 

@@ -1,4 +1,4 @@
-// What the links, grasps, needles and loads of a played scene came to.
+// What the links, grasps, needles, loads and obstacles of a played scene came to.
 #pragma once
 
 #include <array>
@@ -18,13 +18,14 @@ class HeldSummary {
   explicit HeldSummary(const PlayedOrgan& organ);
   // Call it between the touch of that time, s, and the next one.
   void add(double time);
-  // For summary.json: one entry for each stretch of a link, and for each load; of a tool with a grasp, a needle or a force one entry, else null.
+  // For summary.json: one entry for each stretch of a link, each load and each obstacle; of a tool with a grasp, a needle or a force one entry, else null.
   nlohmann::ordered_json links() const;
   nlohmann::ordered_json loads() const;
+  nlohmann::ordered_json obstacles() const;
   nlohmann::ordered_json grasp(std::size_t tool) const;
   nlohmann::ordered_json needle(std::size_t tool) const;
   nlohmann::ordered_json given_force(std::size_t tool) const;
-  // One line for each stretch that was taut, and for each grasp, needle and load.
+  // One line for each stretch that was taut, and for each grasp, needle, load and obstacle.
   std::vector<std::string> lines() const;
   // A sentence for each grasp that let go, each pair of jaws that are not on one fold, and each needle that was stuck.
   std::vector<std::string> warnings() const;
@@ -37,6 +38,10 @@ class HeldSummary {
   struct Load {
     double area = 0, peak_force = 0, farthest = 0, farthest_time = 0;  // m^2, N, m, s
   };
+  struct Obstacle {
+    double peak_force = 0, peak_time = 0, peak_torque = 0, deepest = 0;  // N, s, N m, m
+    int most_nodes = 0;
+  };
   struct GivenForce {
     double farthest = 0, farthest_time = 0;  // m, s, from where the scene sends the tool
     int touches = 0, carried = 0;            // in contact; with the whole force
@@ -44,12 +49,14 @@ class HeldSummary {
   void add_grasp(std::size_t tool, double time);
   void add_given_force(std::size_t tool, double time);
   void add_load(std::size_t i, double time);
+  void add_obstacle(std::size_t i, double time);
   const PlayedOrgan& organ_;
   std::vector<LinkPeak> links_;           // [stretch]
   std::vector<Grasp> grasps_;             // [tool]
   std::vector<NeedlePeak> needles_;       // [tool]
   std::vector<GivenForce> given_forces_;  // [tool]
   std::vector<Load> loads_;
+  std::vector<Obstacle> obstacles_;
 };
 
 }  // namespace palpate

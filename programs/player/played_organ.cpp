@@ -52,9 +52,9 @@ SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& h
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
   const int nodes_per_point = def.contact == PALPATE_CONTACT_PATCH ? 100 : 3, most = 3000;  // of palpate.h
   if (def.max_contact_nodes == 0)
-    def.max_contact_nodes =
-        std::min(most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) +
-                           held.most_nodes() + needles.most_nodes());
+    def.max_contact_nodes = std::min(
+        most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) + held.most_nodes() +
+                  needles.most_nodes() + (scene.obstacles.empty() ? 0 : def.obstacles.max_nodes));
   def.links.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps.grasps = held.has_grasps();
   def.needles.needles = needles.any(), def.needles.needle_places = needles.places();
   def.motions.motions = !scene.motions.empty();
@@ -123,6 +123,7 @@ PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half h
   needles_ = std::make_unique<PlayedNeedles>(scene_, bundle_.get());
   motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
   loads_ = std::make_unique<OrganLoads>(scene_, bundle_.get());
+  obstacles_ = std::make_unique<OrganObstacles>(scene_);
 }
 
 void PlayedOrgan::hear(void* organ, palpate_log_level level, const char* text) {
@@ -139,7 +140,9 @@ void PlayedOrgan::refuse(const palpate_error& error) const {
   const auto& file = of_surface                               ? scene_.surface->file
                      : error.status == PALPATE_ERROR_ARGUMENT ? scene_.file
                                                               : bundle_file_;
-  const std::string text = fmt::format("{}: {}{}", file.string(), at, error.text);
+  const std::string text = error.status == PALPATE_ERROR_ARGUMENT && !of_surface
+                               ? obstacles_->named(error.text)
+                               : fmt::format("{}: {}{}", file.string(), at, error.text);
   if (error.status == PALPATE_ERROR_MEMORY) throw OperationError(text);
   throw InputError(text);
 }
@@ -173,9 +176,10 @@ SceneDef PlayedOrgan::definition(int max_points) {
     def.fine_surface = met_surface();
   }
   def.loads = loads_->definition();
+  if (half_ != Half::shape) obstacles_->put(&def.obstacles);
   holds_ = def.links.max_links > 0 || def.grasps.grasps;
   pierced_ = def.needles.needles != 0, forced_ = def.force_control.force_control != 0;
-  moves_ = (motions_->any() || loads_->any()) && half_ != Half::shape;
+  moves_ = (motions_->any() || loads_->any() || obstacles_->any()) && half_ != Half::shape;
   return def;
 }
 
@@ -195,7 +199,8 @@ int PlayedOrgan::shape_node_count() const {
 
 void PlayedOrgan::move(double time) {
   if (holds_) held_->close_grasps(time), held_->hold_links(runtime_scene_, time);
-  if (moves_) motions_->set(runtime_scene_, time), loads_->set(runtime_scene_, time);
+  if (moves_)
+    motions_->set(runtime_scene_, time), loads_->set(runtime_scene_, time), obstacles_->set(runtime_scene_, time);
 }
 
 }  // namespace palpate

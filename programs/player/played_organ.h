@@ -13,6 +13,7 @@
 #include "programs/player/organ_inside.h"
 #include "programs/player/organ_loads.h"
 #include "programs/player/organ_motions.h"
+#include "programs/player/organ_obstacles.h"
 #include "programs/player/played_needles.h"
 #include "programs/player/render_mesh.h"
 
@@ -55,6 +56,7 @@ class PlayedOrgan {
   PlayedNeedles& needles() { return *needles_; }
   const OrganMotions& motions() const { return *motions_; }
   const OrganLoads& loads() const { return *loads_; }
+  const OrganObstacles& obstacles() const { return *obstacles_; }
   OrganCrossings* crossings() const { return crossings_.get(); }  // nullptr: the scene does not look for them
   OrganInside* inside() const { return inside_.get(); }           // nullptr: the scene does not look inside
 
@@ -77,7 +79,7 @@ class PlayedOrgan {
   int contact_node_limit() const { return contact_node_limit_; }
   int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
-  // Gives the library's scene its links, jaws, motions and loads at a time, s. Allocates nothing.
+  // Gives the library's scene its links, jaws, motions, loads and obstacles at a time, s. Allocates nothing.
   void move(double time);
 
  private:
@@ -103,6 +105,7 @@ class PlayedOrgan {
   std::unique_ptr<PlayedNeedles> needles_;
   std::unique_ptr<OrganMotions> motions_;
   std::unique_ptr<OrganLoads> loads_;
+  std::unique_ptr<OrganObstacles> obstacles_;
   std::unique_ptr<OrganCrossings> crossings_;
   std::unique_ptr<OrganInside> inside_;
   palpate_scene* runtime_scene_ = nullptr;
@@ -110,7 +113,7 @@ class PlayedOrgan {
   bool holds_ = false;    // the library's scene has links or grasps
   bool pierced_ = false;  // and needles
   bool forced_ = false;   // and tools with forces
-  bool moves_ = false;    // and motions and loads, which this sets
+  bool moves_ = false;    // and motions, loads and obstacles, which this sets
 };
 
 }  // namespace palpate

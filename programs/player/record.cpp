@@ -27,6 +27,7 @@ toml::array numbers(const SceneConfig::Vector& v) {
 }
 
 constexpr const char* kLinkKinds[] = {"thread", "spring", "clip"};
+constexpr const char* kObstacleKinds[] = {"rectangle", "disc", "mesh"};
 constexpr const char* kSides[] = {"foremost", "hindmost", "leftmost", "rightmost", "uppermost", "lowest"};
 
 // The keys of a table that set fields. What is 0 of the limits follows from the scene.
@@ -58,6 +59,7 @@ toml::table effects_of(const SceneConfig& scene) {
 toml::table limits_of(const SceneConfig& scene) {
   toml::table table = fields_of("limits", scene.def);
   table.erase("crossings_calls"), table.erase("crossings_operations");
+  if (scene.obstacles.empty()) table.erase("obstacle_nodes");
   if (scene.displacement) table.insert("displacement", *scene.displacement);
   return table;
 }
@@ -161,6 +163,31 @@ toml::array loads_of(const SceneConfig& scene) {
   return list;
 }
 
+// In their own files where they are meshes, whose names are those that the scene found.
+toml::array obstacles_of(const SceneConfig& scene, const fs::path& folder) {
+  using Kind = SceneConfig::Obstacle::Kind;
+  toml::array list;
+  for (const SceneConfig::Obstacle& obstacle : scene.obstacles) {
+    toml::table table{{"name", obstacle.name},
+                      {"kind", kObstacleKinds[static_cast<std::size_t>(obstacle.kind)]},
+                      {"path", frames_of(obstacle.path)},
+                      {"friction", obstacle.friction}};
+    if (obstacle.kind == Kind::rectangle) table.insert("size", toml::array{obstacle.size[0], obstacle.size[1]});
+    if (obstacle.kind == Kind::disc) table.insert("radius", obstacle.size[0]);
+    if (obstacle.kind != Kind::mesh) table.insert("normal", numbers(obstacle.normal));
+    if (obstacle.surface) {
+      const fs::path file = fs::absolute(obstacle.surface->file);
+      for (auto&& [key, value] :
+           surface_of(*obstacle.surface, folder.empty() ? file : file.lexically_proximate(folder)))
+        table.insert(key, value);
+    }
+    if (!obstacle.turn.empty()) table.insert("turn", frames_of(obstacle.turn));
+    if (obstacle.depth) table.insert("depth", *obstacle.depth);
+    list.push_back(std::move(table));
+  }
+  return list;
+}
+
 toml::array motions_of(const Player& player) {
   toml::array list;
   const auto& motions = player.scene().motions;
@@ -229,6 +256,7 @@ toml::table resolved_scene(const Player& player) {
   if (!scene.links.empty()) table.insert("link", links_of(scene));
   if (!scene.motions.empty()) table.insert("motion", motions_of(player));
   if (!scene.loads.empty()) table.insert("load", loads_of(scene));
+  if (!scene.obstacles.empty()) table.insert("obstacle", obstacles_of(scene, {}));
   return table;
 }
 
@@ -269,7 +297,7 @@ void refuse_other_scene(const fs::path& record, const Player& recorded, const fs
   const toml::table expected = resolved_scene(recorded);
   const toml::table found = resolved_scene(Player(read_scene_config(file), bundle));
   for (const char* key :
-       {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link", "motion", "load"}) {
+       {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link", "motion", "load", "obstacle"}) {
     const toml::node *a = expected.get(key), *b = found.get(key);
     const bool same = a && b ? a->visit([&](const auto& node) {
       const auto* other = b->as<std::decay_t<decltype(node)>>();
@@ -300,6 +328,7 @@ void write_record(const fs::path& record, const Player& player, const fs::path& 
   scene.insert("bundle", fs::absolute(bundle).lexically_proximate(folder).string());
   if (const auto& surface = player.scene().surface)
     scene.insert_or_assign("surface", surface_of(*surface, fs::absolute(surface->file).lexically_proximate(folder)));
+  if (!player.scene().obstacles.empty()) scene.insert_or_assign("obstacle", obstacles_of(player.scene(), folder));
   std::ostringstream text;
   text << scene << '\n';
   const std::string head = head_lines(read_bundle_fields(bundle).identity, output);

@@ -23,6 +23,9 @@ double duration_of(const SceneConfig& scene) {
   for (const auto& motion : scene.motions)
     if (!motion.amounts.empty()) last = std::max(last, motion.amounts.back()[0]);
   for (const auto& load : scene.loads) last = std::max(last, load.vectors.back().time);
+  for (const auto& obstacle : scene.obstacles)
+    for (const auto* frames : {&obstacle.path, &obstacle.turn})
+      if (!frames->empty()) last = std::max(last, frames->back().time);
   return last;
 }
 

@@ -20,6 +20,7 @@
 
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
+#include "programs/player/shown_obstacles.h"
 
 namespace palpate {
 namespace {
@@ -343,6 +344,43 @@ void write_loads(const PlayedOrgan& organ, const std::filesystem::path& file) {
 
 }  // namespace
 
+// The surfaces of all obstacles, in the world. The cells stay, and the points move.
+struct ShapeFiles::Obstacles {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkIntArray> obstacle;
+  vtkNew<vtkDoubleArray> force;
+  std::vector<ShownObstacle> shown;
+
+  explicit Obstacles(std::vector<ShownObstacle> of) : shown(std::move(of)) {
+    points->SetDataTypeToDouble();
+    grid->SetPoints(points);
+    vtkIdType rows = 0;
+    std::vector<vtkIdType> corners;
+    for (const ShownObstacle& one : shown) {
+      for (const std::uint32_t corner : one.surface->indices) corners.push_back(rows + corner);
+      rows += static_cast<vtkIdType>(one.surface->positions.size() / 3);
+    }
+    add_cells(grid, VTK_TRIANGLE, 3, corners.data(), static_cast<int>(corners.size() / 3));
+    points->SetNumberOfPoints(rows);
+    add_point_data(grid, obstacle, "obstacle", 1, rows);
+    add_point_data(grid, force, "force", 3, rows);
+  }
+  void move() {
+    vtkIdType row = 0;
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      const palpate_obstacle_state state = shown[i].state();
+      const std::vector<float>& own = shown[i].surface->positions;
+      for (std::size_t at = 0; at < own.size(); at += 3, ++row) {
+        double p[3] = {double{own[at]}, double{own[at + 1]}, double{own[at + 2]}};
+        palpate_point_to_world(state.position, state.orientation, p, p);
+        points->SetPoint(row, p), obstacle->SetValue(row, static_cast<int>(i)), force->SetTuple(row, state.force);
+      }
+    }
+    points->Modified();
+  }
+};
+
 struct ShapeFiles::Organ : MovedGrid {
   vtkNew<vtkDoubleArray> contact_force;
   vtkNew<vtkUnsignedCharArray> fixed, crosses;
@@ -427,6 +465,7 @@ ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const Player& player
                        const std::vector<BundleFields>& fields)
     : ShapeFiles(folder) {
   organs_.push_back(std::make_unique<Organ>(player.organ(), fields[0], "", Frame()));
+  begin_obstacles();
 }
 
 ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const WorldPlayer& player,
@@ -436,9 +475,23 @@ ShapeFiles::ShapeFiles(const std::filesystem::path& folder, const WorldPlayer& p
   for (std::size_t k = 0; k < player.organ_count(); ++k)
     organs_.push_back(std::make_unique<Organ>(player.organ(k), fields[k], '_' + player.scene().organs[k].name,
                                               Frame(&player.pose(k))));
+  begin_obstacles();
 }
 
 ShapeFiles::~ShapeFiles() = default;
+
+void ShapeFiles::begin_obstacles() {
+  std::vector<const PlayedOrgan*> organs;
+  for (const auto& organ : organs_) organs.push_back(&organ->of);
+  if (std::vector<ShownObstacle> shown = shown_obstacles(organs); !shown.empty())
+    obstacles_ = std::make_unique<Obstacles>(std::move(shown));
+}
+
+void ShapeFiles::write_obstacles(std::vector<std::string>& parts) const {
+  if (!obstacles_) return;
+  obstacles_->move();
+  write_grid(obstacles_->grid, folder_ / parts.emplace_back(fmt::format("shapes/obstacles_{:06}.vtu", written_)));
+}
 
 void ShapeFiles::write_organ(Organ& organ, const ShapeRecord& shape, std::vector<std::string>& parts) const {
   const auto next = [&](const char* kind) {
@@ -463,6 +516,7 @@ void ShapeFiles::write(const ShapeRecord& shape) {
   parts.insert(parts.begin() + 1, fmt::format("shapes/tools_{:06}.vtu", written_));
   write_tools(
       shape.points, [&](int tool) { return palpate_contacts_tool(&shape.contacts, tool)->force; }, folder_ / parts[1]);
+  write_obstacles(parts);
   add_entries(shape.time, parts);
 }
 
@@ -475,6 +529,7 @@ void ShapeFiles::write(const WorldShapeRecord& shapes) {
     if (shapes.organs[k].node_count > 0) write_organ(*organs_[k], shapes.organs[k], parts);
   if (!world_->links().empty())
     write_links_between_organs(*world_, folder_ / parts.emplace_back(fmt::format("shapes/links_{:06}.vtu", written_)));
+  write_obstacles(parts);
   add_entries(shapes.organs[0].time, parts);
 }
 

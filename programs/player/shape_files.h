@@ -10,7 +10,9 @@
 // closed disc and a line for each needle, with a pair of points or the corners of its own; cell data: link (its index in the scene, or -1),
 // tool (the same of the tool of a disc or a needle), tension (N) and condition (those of palpate.h; of a needle, its own). With loads, loads_000000.vtu
 // has a vertex for each, where its patch is; point data: load (its index), force (N) and displacement (m). Links between organs are a part of their own, links_000000.vtu, of the same
-// form. Of several organs each has files of its own, organ_NAME_000000.vtu, and all
+// form. With obstacles, obstacles_000000.vtu has their triangles where they are in the world; point data: obstacle (its index) and force (N, of all organs
+// on it, at each of its points). With obstacles, obstacles_000000.vtu has their triangles where they
+// are in the world; point data: obstacle (its index) and force (N, of all organs on it, at each of its points). Of several organs each has files of its own, organ_NAME_000000.vtu, and all
 // of them are in the world's frame.
 #pragma once
 
@@ -42,13 +44,17 @@ class ShapeFiles {
 
  private:
   struct Organ;
+  struct Obstacles;
   explicit ShapeFiles(const std::filesystem::path& folder);
   // Writes the files of an organ and appends their names.
   void write_organ(Organ& organ, const ShapeRecord& shape, std::vector<std::string>& parts) const;
+  void begin_obstacles();
+  void write_obstacles(std::vector<std::string>& parts) const;
   void add_entries(double time, const std::vector<std::string>& parts);
 
   std::filesystem::path folder_;
   std::vector<std::unique_ptr<Organ>> organs_;
+  std::unique_ptr<Obstacles> obstacles_;  // where there are any
   const WorldPlayer* world_ = nullptr;
   std::string entries_;  // of the PVD
   int written_ = 0;

@@ -43,6 +43,14 @@ int rows_of_links(const PlayedOrgan& organ) {
   return rows;
 }
 
+int rows_of_obstacles(const PlayedOrgan& organ) {
+  int rows = 0;
+  for (std::size_t i = 0; i < organ.obstacles().count(); ++i)
+    if (const palpate_obstacle_state* state = OrganObstacles::state(organ.runtime_scene(), i))
+      rows += state->nodes * (organ.obstacles().of(i).friction > 0 ? 3 : 1);
+  return rows;
+}
+
 // Adds a pair that presses: its rows, and whether it slips.
 void add_pressing(const palpate_world_pair& pair, double friction, palpate_step_load* load) {
   double across = 0, normal = 0;
@@ -72,7 +80,7 @@ palpate_step_load load_of(const PlayedOrgan& organ, const ToolPoints& points, co
     load.grips += static_cast<std::int32_t>(organ.grips()[t].size());
     load.rows += rows_of_tool(organ, t, contacts) + rows_of_needle(organ, t);
   }
-  load.rows += rows_of_links(organ);
+  load.rows += rows_of_links(organ) + rows_of_obstacles(organ);
   for (std::int32_t t = 0; t < contacts.tool_count; ++t) {
     const palpate_tool_state& tool = *palpate_contacts_tool(&contacts, t);
     load.contacts += tool.contact_count, load.slips += tool.slip_count;

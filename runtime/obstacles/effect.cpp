@@ -12,7 +12,8 @@ namespace {
 #define PALPATE_OBSTACLES_KEY(field) PALPATE_EFFECT_KEY(obstacles_effect, palpate_obstacles_def, field)
 constexpr EffectKey kKeys[] = {
     {"obstacles." PALPATE_OBSTACLES_KEY(count), PALPATE_KEY_COUNT, "", "", 0, PALPATE_MAX_OBSTACLES},
-    {"obstacles." PALPATE_OBSTACLES_KEY(max_nodes), PALPATE_KEY_COUNT, "", "", 1, 2048},
+    {"obstacle_nodes", &obstacles_effect, offsetof(palpate_obstacles_def, max_nodes),
+     sizeof(palpate_obstacles_def::max_nodes), PALPATE_KEY_COUNT, "", "", 1, 2048},
     {"obstacles." PALPATE_OBSTACLES_KEY(list), PALPATE_KEY_POINTER, "", "", 0, 1},
 };
 constexpr EffectNeed kNeeds[] = {

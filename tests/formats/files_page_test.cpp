@@ -254,6 +254,7 @@ file = "fine.ply"
 @rate.deform@
 [limits]
 @limits.needle_places@
+@limits.obstacle_nodes@
 @limits.force@
 @limits.force_slew@
 @limits.tool_speed@
@@ -276,7 +277,7 @@ radius = 0.5
 @needle.puncture_force@
 @needle.cutting_force@
 )",
-                                   {"organ", "world", "carried", "load"});
+                                   {"organ", "world", "carried", "load", "obstacle"});
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
 unit = "mm"
 [[load]]
@@ -291,6 +292,21 @@ points = [[0, 0, 0]]
 path = [[0, 0, 0, 0]]
 )",
                                    {}, {"load"});
+  expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
+unit = "mm"
+[[obstacle]]
+name = "table"
+kind = "disc"
+radius = 4
+@obstacle.normal@
+@obstacle.position@
+@obstacle.friction@
+[[tool]]
+name = "probe"
+points = [[0, 0, 0]]
+path = [[0, 0, 0, 0]]
+)",
+                                   {}, {"obstacle"});
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
 unit = "mm"
 [effects]

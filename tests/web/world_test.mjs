@@ -218,6 +218,36 @@ for (const wasm of wasms) {
     refused(() => bundle.createScene({ collision: "deformed", loads: Array(5).fill(place) }), /at most 4 patches/);
     scene.destroy?.();
   });
+  test(`${wasm}: obstacles of a scene: a plate that moves, a mesh, refusals`, () => {
+    const bundle = runtime.openBundle(files.box), down = [0, 1, 0, 0];
+    const plate = { kind: "rectangle", size: [0.1, 0.09], friction: 0.3, position: [0.03, 0.025, 0.042], orientation: down };
+    // A ridge whose edge lies below the box, along y.
+    const ridge = {
+      kind: "mesh", positions: [0.02, 0, 0, 0.04, 0, 0, 0.03, 0, 0.008, 0.02, 0.05, 0, 0.04, 0.05, 0, 0.03, 0.05, 0.008],
+      triangles: [0, 3, 4, 0, 4, 1, 0, 2, 5, 0, 5, 3, 1, 4, 5, 1, 5, 2, 0, 1, 2, 3, 5, 4], position: [0.01, 0, -0.006],
+    };
+    const scene = bundle.createScene({ collision: "deformed", obstacles: [plate, { kind: "disc", radius: 0.02, position: [1, 0, 0] }, ridge], obstacleNodes: 100 });
+    for (let step = 0; step <= 100; ++step) {
+      scene.setObstaclePose(0, { position: [0.03, 0.025, 0.042 - 4e-5 * step], orientation: down });
+      assert.equal(scene.touch(0.001), 0);
+    }
+    const [first, second, third] = scene.obstacleStates;
+    assert.ok(first.force[2] > 0.1 && first.nodes > 0 && Math.abs(first.position[2] - 0.038) < 1e-12);
+    assert.deepEqual(first.orientation, down);
+    assert.ok(Math.abs(first.torque[0]) + Math.abs(first.torque[1]) > 0);
+    assert.deepEqual([second.nodes, second.force], [0, [0, 0, 0]]);
+    assert.ok(third.nodes > 0 && third.force[2] < 0, "the plate presses the box onto the ridge");
+    assert.equal(scene.obstacleStates.length, 3);
+    refused(() => scene.setObstaclePose(3, {}), /found 3 of 3/);
+    const create = (obstacle, more) => bundle.createScene({ collision: "deformed", obstacles: [obstacle], ...more });
+    refused(() => create({ kind: "cube" }), /rectangle, disc, mesh/);
+    refused(() => create({ kind: "rectangle", size: [1] }), /size: expected 2 numbers/);
+    refused(() => create({ kind: "disc", radius: -1 }), /a size above 0/);
+    refused(() => create({ kind: "mesh", positions: [0, 0, 0, 1], triangles: [] }), /three numbers a vertex/);
+    refused(() => create(plate, { collision: "rest" }), /DEFORMED/);
+    scene.destroy();
+    bundle.close();
+  });
   test(`${wasm}: motions of a scene: amounts, held volumes, refusals`, () => {
     const bundle = runtime.openBundle(files.breathing), scene = bundle.createScene({ collision: "deformed", motions: true });
     assert.deepEqual(bundle.motions, [["piston", "piston"], ["turn", "rotation"], ["filling", "pressure"], ["weight", "gravity"]].map(([name, kind]) => ({ name, kind })));

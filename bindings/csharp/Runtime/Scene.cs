@@ -1,4 +1,5 @@
 using System;
+using System.Collections.Generic;
 using System.Runtime.InteropServices;
 using System.Threading;
 using Palpate.Native;
@@ -32,8 +33,11 @@ namespace Palpate {
     public int SkinVertexCount { get; }
     internal ulong ContactsBytes { get; }
 
-    /// <summary>renderMesh: a finer surface, drawn by Skin. fineSurface: a finer surface, closed, which tools meet.</summary>
-    public Scene(Bundle bundle, Effects effects = null, Surface renderMesh = null, Surface fineSurface = null) {
+    /// <summary>
+    /// renderMesh: a finer surface, drawn by Skin. fineSurface: a finer surface, closed, which tools meet. obstacles: at most 16 (collision "deformed").
+    /// </summary>
+    public Scene(Bundle bundle, Effects effects = null, Surface renderMesh = null, Surface fineSurface = null,
+                 Obstacle[] obstacles = null) {
       Bundle = bundle ?? throw new ArgumentNullException(nameof(bundle));
       palpate_scene_def def = palpate_default_scene_def();
       using (var parts = new Memory(palpate_all_parts_bytes())) {
@@ -56,7 +60,10 @@ namespace Palpate {
             part->positions = met;
             part->triangles = triangles;
           }
-          Create(&def);
+          if (obstacles != null && obstacles.Length > 0)
+            CreateWith(&def, obstacles);
+          else
+            Create(&def);
         }
       }
       palpate_bundle_info info = bundle.Info;
@@ -66,6 +73,57 @@ namespace Palpate {
       ContactsBytes = palpate_contacts_bytes((palpate_scene*)handle.Pointer);
       tools = new Memory(
           (ulong)(PALPATE_MAX_TOOLS * (sizeof(palpate_tool) + sizeof(palpate_grasp) + sizeof(palpate_needle))));
+    }
+
+    // The arrays of their meshes stay where they are until the scene has copied them.
+    void CreateWith(palpate_scene_def* def, Obstacle[] obstacles) {
+      var pinned = new List<GCHandle>();
+      try {
+        using (var list = new Memory((ulong)(obstacles.Length * sizeof(palpate_obstacle)))) {
+          for (int i = 0; i < obstacles.Length; ++i) {
+            Obstacle from = obstacles[i];
+            palpate_obstacle one = palpate_default_obstacle();
+            one.kind = from.Kind;
+            one.size[0] = from.SizeX;
+            one.size[1] = from.SizeY;
+            one.friction = from.Friction;
+            one.depth = from.Depth;
+            Store(from.Position, one.position);
+            Store(from.Orientation, one.orientation);
+            if (from.Mesh != null) {
+              one.vertex_count = Rows(from.Mesh.Positions, "Obstacle.Mesh.Positions");
+              one.triangle_count = Rows(from.Mesh.Triangles, "Obstacle.Mesh.Triangles");
+              one.positions = (float*)Pin(from.Mesh.Positions, pinned);
+              one.triangles = (int*)Pin(from.Mesh.Triangles, pinned);
+            }
+            ((palpate_obstacle*)list.Pointer)[i] = one;
+          }
+          var part = (palpate_obstacles_def*)PartOf(def, "obstacles.count");
+          part->count = obstacles.Length;
+          part->list = (palpate_obstacle*)list.Pointer;
+          Create(def);
+        }
+      } finally {
+        foreach (GCHandle each in pinned) each.Free();
+      }
+    }
+
+    static void* Pin(Array array, List<GCHandle> pinned) {
+      pinned.Add(GCHandle.Alloc(array, GCHandleType.Pinned));
+      return (void*)pinned[pinned.Count - 1].AddrOfPinnedObject();
+    }
+
+    static void Store(Vector from, double* to) {
+      to[0] = from.X;
+      to[1] = from.Y;
+      to[2] = from.Z;
+    }
+
+    static void Store(Turn from, double* to) {
+      to[0] = from.W;
+      to[1] = from.X;
+      to[2] = from.Y;
+      to[3] = from.Z;
     }
 
     void Create(palpate_scene_def* def) {
@@ -106,6 +164,39 @@ namespace Palpate {
         return palpate_scene_touch(scene, Copy(tools), tools.Length, dt, contacts.At, contacts.Bytes);
       } finally {
         if (locked) contacts.Unlock();
+        End(ref touches);
+      }
+    }
+
+    /// <summary>Where one of the scene's obstacles is in the world from the next touch on.</summary>
+    public void SetObstaclePose(int obstacle, Vector position, Turn orientation) {
+      palpate_pose pose = palpate_default_pose();
+      palpate_error error;
+      Store(position, pose.position);
+      Store(orientation, pose.orientation);
+      var scene = (palpate_scene*)Begin(ref touches, "SetObstaclePose");
+      try {
+        PalpateException.ThrowIfFailed(palpate_scene_set_obstacle_pose(scene, obstacle, &pose, &error), &error);
+      } finally {
+        End(ref touches);
+      }
+    }
+
+    public void SetObstaclePose(int obstacle, Vector position) => SetObstaclePose(obstacle, position, Turn.None);
+
+    /// <summary>One of the scene's obstacles after the last touch.</summary>
+    public ObstacleState StateOfObstacle(int obstacle) {
+      var scene = (palpate_scene*)Begin(ref touches, "StateOfObstacle");
+      try {
+        palpate_obstacle_state* state = palpate_scene_obstacle_state(scene, obstacle);
+        if (state == null) throw new ArgumentException("the scene has no obstacle " + obstacle);
+        return new ObstacleState { Force = new Vector(state->force),
+                                   Torque = new Vector(state->torque),
+                                   Position = new Vector(state->position),
+                                   Deepest = state->deepest,
+                                   Nodes = state->nodes,
+                                   Slips = state->slips };
+      } finally {
         End(ref touches);
       }
     }

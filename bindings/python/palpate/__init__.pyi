@@ -259,6 +259,7 @@ class _Effects(TypedDict, total=False):
     dent: Literal["off", "discs"]
     inside: Union[bool, Literal["off", "on"]]
     force_control: bool
+    obstacle_nodes: int
     crossings: Union[bool, Literal["off", "on"]]
     crossings_calls: int
     crossings_operations: int
@@ -266,7 +267,6 @@ class _Effects(TypedDict, total=False):
     relaxation: Optional[Sequence[tuple[float, float]]]
     loads: Optional[Sequence[tuple[Sequence[float], float]]]
     obstacles: Optional[Iterable[Obstacle]]
-    obstacle_nodes: Optional[int]
     render_mesh: Union[ArrayLike, tuple[ArrayLike, ArrayLike], None]
     fine_surface: Optional[tuple[ArrayLike, ArrayLike]]
 

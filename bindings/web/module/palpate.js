@@ -29,10 +29,10 @@ export { PalpateError, Scene, World };
  *   releaseDistance?: number, deformation?: "linear" | "large" | "large-beside" | "large-renewed" | "large-auto", grasps?: boolean,
  *   needles?: boolean, needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts",
  *   queries?: boolean | "off" | "on", dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean,
- *   crossings?: boolean | "off" | "on", crossingsCalls?: number, crossingsOperations?: number,
+ *   obstacleNodes?: number, crossings?: boolean | "off" | "on", crossingsCalls?: number, crossingsOperations?: number,
  * }} SceneKeys */
 // (end of what is printed)
-/** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
+/** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], obstacles?: Obstacle[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
  *  The effects of a scene; those left out have the values of palpate_default_scene_def. */
 /** @typedef {{positions: Float32Array, normals?: Float32Array}} RenderMesh
  *  A finer mesh that follows the surface, [vertices][3] m in the bundle's frame; which creating the scene reads and does not keep. */
@@ -48,6 +48,8 @@ export { PalpateError, Scene, World };
 /** @typedef {import("./links.js").Grasp} Grasp */
 /** @typedef {import("./given_force.js").GivenForce} GivenForce */
 /** @typedef {import("./needles.js").Needle} Needle */
+/** @typedef {import("./obstacles.js").Obstacle} Obstacle */
+/** @typedef {import("./obstacles.js").ObstacleState} ObstacleState */
 /** @typedef {import("./needles.js").NeedleState} NeedleState */
 /** @typedef {import("./links.js").LinkState} LinkState */
 /** @typedef {import("./links.js").GraspState} GraspState */

@@ -7,6 +7,7 @@ import { Measures, Places } from "./inside.js";
 import { readGivenForceState } from "./given_force.js";
 import { fillLink, readGraspState, readLinkState } from "./links.js";
 import { readNeedleState } from "./needles.js";
+import { readObstacleState } from "./obstacles.js";
 import { fillPose } from "./scene_def.js";
 import { reader } from "./struct.js";
 import { ToolMemory } from "./tool_memory.js";
@@ -15,6 +16,7 @@ import { ToolStates } from "./tool_states.js";
 /** @import { Link, LinkState, GraspState } from "./links.js" */
 /** @import { GivenForceState } from "./given_force.js" */
 /** @import { NeedleState } from "./needles.js" */
+/** @import { ObstacleState } from "./obstacles.js" */
 /** @import { ContactReport, SurfaceHit } from "./contact_report.js" */
 /** @import { SceneDef } from "./scene_def.js" */
 /** @typedef {{at: number, touched: boolean}} TouchedContacts  Where the contacts of the last touch are, and whether there was one. */
@@ -193,6 +195,20 @@ export class Scene extends ToolStates {
   get loadStates() {
     const { runtime } = this, fields = { vector: ["force", "place", "displacement"], number: ["area"] };
     return runtime.list((load) => runtime.api.palpate_scene_load_state(this.pointer, load), (at) => reader(runtime, "palpate_load_state", at).all(fields));
+  }
+
+  /** Says where one of `obstacles` is at the next touch(), in the world; each later one moves it on by its velocities.
+   *  @param {number} obstacle @param {Pose} pose */
+  setObstaclePose(obstacle, pose) {
+    const { runtime } = this, at = this.#poseAt;
+    fillPose(runtime, at, pose);
+    runtime.check((error) => runtime.api.palpate_scene_set_obstacle_pose(this.pointer, obstacle, at, error));
+  }
+
+  /** The obstacles after the last touch(), in their order: copies. @returns {ObstacleState[]} */
+  get obstacleStates() {
+    const { runtime } = this;
+    return runtime.list((obstacle) => runtime.api.palpate_scene_obstacle_state(this.pointer, obstacle), (at) => readObstacleState(runtime, at));
   }
 
   /** The touch half of a step: collision, contacts, forces. @param {number} dt s since the last touch

@@ -1,13 +1,15 @@
 // Effects as words and numbers -> palpate_scene_def in the module's memory; a pose as numbers -> palpate_pose.
 import { ARGUMENT, PalpateError } from "./heap.js";
+import { fillObstacles } from "./obstacles.js";
 import { nameOf, reader, writer } from "./struct.js";
 /** @import { Runtime, Effects, RenderMesh, FineSurface, Pose } from "./palpate.js" */
+/** @import { Obstacle } from "./obstacles.js" */
 
 const CHOICE = 0, POINTER = 4; // of palpate_key_type
 const MAX_RELAXATION_TERMS = 8, MAX_LOADS = 4;
 // Effects whose arrays have keys of their own, by the first of these.
 /** @type {Record<string, string>} */
-const OF_ARRAYS = { relaxation: "relaxation.terms", loads: "loads.count" };
+const OF_ARRAYS = { relaxation: "relaxation.terms", loads: "loads.count", obstacles: "obstacles.count" };
 
 /** @typedef {{at: number, words: string, type: number}} Key  A field of palpate_scene_def or of its parts; at: of its palpate_key. */
 /** The keys of a definition by their names in JavaScript. @param {Runtime} runtime @returns {Map<string, Key>} */
@@ -35,6 +37,7 @@ export class SceneDef {
       this.#fill(effects);
       if (effects.relaxation) this.#fillRelaxation(effects.relaxation);
       if (effects.loads) this.#fillLoads(effects.loads);
+      if (effects.obstacles?.length) this.#fillObstacles(effects.obstacles);
       if (effects.renderMesh) this.#lendRenderMesh(effects.renderMesh);
       if (effects.fineSurface) this.#lendFineSurface(effects.fineSurface);
     } catch (error) {
@@ -110,6 +113,13 @@ export class SceneDef {
       for (let d = 0; d < 3; ++d) data.setFloat64(at("centre") + 8 * (3 * i + d), centre[d], true);
       data.setFloat64(at("radius") + 8 * i, radius, true);
     });
+  }
+
+  /** @param {Obstacle[]} obstacles */
+  #fillObstacles(obstacles) {
+    const put = writer(this.runtime, "palpate_obstacles_def", this.#part("obstacles.count"));
+    put.integer("count", obstacles.length);
+    put.address("list", fillObstacles(this.runtime, obstacles, (bytes) => this.#take(bytes)));
   }
 
   // Copies two arrays into the module's memory and names them in a part, for palpate_scene_create.

@@ -295,6 +295,37 @@ static unsafe class PackageTest {
     }
   }
 
+  static void ObstaclesHoldTheOrganOffAndMove() {
+    using (var bundle = Bundle.Open(bundleFile)) {
+      var down = new Turn(0, 1, 0, 0);
+      Obstacle plate = Obstacle.Rectangle(0.1, 0.1);
+      plate.Friction = 0.3;
+      plate.Position = new Vector(0.03, 0.025, 0.0405);
+      plate.Orientation = down;
+      Obstacle far = Obstacle.OfMesh(
+          new Surface { Positions = new float[] { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, Triangles = new[] { 0, 1, 2 } });
+      far.Position = new Vector(5, 0, 0);
+      var effects = new Effects { { "collision", "deformed" }, { "obstacle_nodes", 100 } };
+      using (var scene = new Scene(bundle, effects, obstacles: new[] { plate, far })) using (Contacts contacts =
+                                                                                                 scene.MakeContacts()) {
+        GC.Collect();
+        for (int step = 0; step <= 40; ++step) {
+          scene.SetObstaclePose(0, new Vector(0.03, 0.025, 0.0405 - 5e-5 * step), down);
+          Check(scene.Touch(new Tool[0], 0.001, contacts) == 0, "a plate is no error");
+        }
+        ObstacleState state = scene.StateOfObstacle(0);
+        Check(state.Nodes > 0 && state.Force.Z > 0.05 && state.Torque.Length > 0, "the organ presses the plate");
+        Check(Math.Abs(state.Position.Z - 0.0385) < 1e-12, "it is where it was sent");
+        Check(scene.StateOfObstacle(1).Nodes == 0, "what is far presses nothing");
+        Throws<ArgumentException>(() => scene.StateOfObstacle(2), "obstacle 2");
+        Throws<PalpateException>(() => scene.SetObstaclePose(2, new Vector(0, 0, 0)), "found 2 of 2");
+      }
+      Throws<PalpateException>(
+          () => new Scene(bundle, new Effects { { "collision", "rest" } }, obstacles: new[] { plate }), "DEFORMED");
+      Throws<PalpateException>(() => new Scene(bundle, effects, obstacles: new[] { new Obstacle() }), "a kind");
+    }
+  }
+
   static void TheSampleFeelsAndDraws() {
     Application.streamingAssetsPath = Path.GetDirectoryName(bundleFile);
     var probe = new Transform { position = new Vector3(0.04f, 0.043f, 0.025f) };  // y is up in Unity
@@ -328,7 +359,8 @@ static unsafe class PackageTest {
                                            ContactsAreThoseOfPalpateRunToTheBit, StepsAllocateNothing,
                                            WrongSizesAreRefused, ErrorsCarryTheSentenceOfTheLibrary,
                                            ObjectsMayEndInAnyOrder, ASecondThreadInOneHalfIsRefused,
-                                           FinerSurfacesGripsGraspsAndEventsWork, TheSampleFeelsAndDraws }) {
+                                           FinerSurfacesGripsGraspsAndEventsWork, ObstaclesHoldTheOrganOffAndMove,
+                                           TheSampleFeelsAndDraws }) {
       try {
         test();
         Console.WriteLine("ok     " + test.Method.Name);

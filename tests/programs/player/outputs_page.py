@@ -35,6 +35,13 @@ radius = 0.5
 friction = 1
 puncture_force = 0.01
 """
+PLATE = """
+[[obstacle]]
+name = "plate"
+kind = "disc"
+radius = 20
+position = [30, 25, -0.05]
+"""
 # The box is 60 x 50 x 40 mm, held at x = 0.
 ONE_ORGAN = """
 name = "one"
@@ -71,7 +78,7 @@ force = [0, 0, -0.02]
 name = "tumour"
 file = "tumour.ply"
 within = 1
-""" + LINKS + LOAD
+""" + LINKS + LOAD + PLATE
 ORGANS = """
 name = "several"
 unit = "mm"
@@ -107,7 +114,7 @@ path = [[0, 60, 25, 20], [0.1, 61, 25, 20]]
 [tool.grasp]
 near = [60, 25, 20]
 radius = 6
-""" + "".join(held.replace("name =", 'organ = "below"\nname =') for held in (LINKS, LOAD)) + """
+""" + "".join(held.replace("name =", 'organ = "below"\nname =') for held in (LINKS, LOAD)) + PLATE + """
 [[link]]
 name = "thread"
 kind = "thread"
@@ -192,11 +199,11 @@ def written_arrays(kind):
     return arrays
 
 
-SAME_AS_OF_THE_SCENE = ("organs[].links", "organs[].loads", "organs[].crossings")
+SAME_AS_OF_THE_SCENE = ("organs[].links", "organs[].loads", "organs[].obstacles", "organs[].crossings")
 
 
 def keys(value, path=""):
-    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links, loads and crossings of an organ are as those of the scene, and names of flags and of
+    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links, loads, obstacles and crossings of an organ are as those of the scene, and names of flags and of
     percentiles stand alone, as on the page."""
     if isinstance(value, list):
         for each in value:

@@ -267,6 +267,82 @@ TEST_F(SceneFile, RefusesALoadThatCannotBeWithLineAndKey) {
   refused(five, "at most 4 loads on an organ");
 }
 
+TEST_F(SceneFile, TakesObstaclesOfEachShape) {
+  std::ofstream(folder_ / "way.csv") << "time,x,y,z\n0,1,2,3\n2,4,5,6\n";
+  const SceneConfig scene =
+      read(kPoint + kPath + "[[obstacle]]\nname = \"table\"\nkind = \"rectangle\"\nsize = [300, 200]\n" +
+           "normal = [0, -2, 0]\nposition = [1, 2, 3]\nfriction = 0.4\n"
+           "[[obstacle]]\nname = \"plate\"\nkind = \"disc\"\nradius = 15\ndepth = 5\npath_csv = \"way.csv\"\n"
+           "turn = [[0, 0, 0, 0], [3, 0, 0, 90]]\n"
+           "[[obstacle]]\nname = \"rib\"\nkind = \"mesh\"\nfile = \"rib.stl\"\n");
+  EXPECT_EQ(scene.def.collision, PALPATE_COLLISION_DEFORMED);  // of the obstacles
+  ASSERT_EQ(scene.obstacles.size(), 3u);
+  using Kind = SceneConfig::Obstacle::Kind;
+  const SceneConfig::Obstacle &table = scene.obstacles[0], &plate = scene.obstacles[1], &rib = scene.obstacles[2];
+  EXPECT_EQ(table.kind, Kind::rectangle);
+  EXPECT_DOUBLE_EQ(table.size[1], 0.2);
+  EXPECT_EQ(table.normal[1], -2);
+  EXPECT_EQ(table.friction, 0.4);
+  ASSERT_EQ(table.path.size(), 1u);
+  EXPECT_DOUBLE_EQ(table.path[0].position[2], 0.003);
+  EXPECT_EQ(plate.kind, Kind::disc);
+  EXPECT_DOUBLE_EQ(plate.size[0], 0.015);
+  EXPECT_DOUBLE_EQ(*plate.depth, 0.005);
+  ASSERT_EQ(plate.path.size(), 2u);
+  EXPECT_DOUBLE_EQ(plate.path[1].position[0], 0.004);
+  EXPECT_EQ(plate.turn[1].position[2], 90);
+  EXPECT_EQ(rib.kind, Kind::mesh);
+  EXPECT_EQ(rib.surface->file, folder_ / "rib.stl");
+  EXPECT_EQ(rib.surface->metres_per_unit, 1e-3) << "the scene's unit";
+}
+
+TEST_F(SceneFile, RefusesAnObstacleThatCannotBeWithLineAndKey) {
+  const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& head = "") {
+    expect_refused(kPoint + kPath + "[[obstacle]]\nname = \"table\"\n" + keys, head, sentence);
+  };
+  const std::string disc = "kind = \"disc\"\nradius = 5\n", mesh = "kind = \"mesh\"\nfile = \"a.stl\"\n";
+  refused("", "the key \"kind\"");
+  refused("kind = \"disk\"\nradius = 5\n", "did you mean \"disc\"");
+  refused("kind = \"disc\"\n", "the key \"radius\"");
+  refused("kind = \"disc\"\nradius = 0\n", "radius: ");
+  refused("kind = \"rectangle\"\n", "the key \"size\"");
+  refused("kind = \"rectangle\"\nsize = [3, 0]\n", "size: ");
+  refused("kind = \"rectangle\"\nsize = [3, 4, 5]\n", "size: ");
+  refused("kind = \"mesh\"\n", "the key \"file\"");
+  refused(disc + "size = [3, 4]\n", "size: ");
+  refused(disc + "file = \"a.stl\"\n", "file: ");
+  refused(disc + "unit = \"mm\"\n", "unit: ");
+  refused(mesh + "unit = \"inch\"\n", "unit: ");
+  refused(mesh + "normal = [0, 0, 1]\n", "normal: ");
+  refused(disc + "normal = [0, 0, 0]\n", "normal: ");
+  refused(disc + "position = [0, 0, 0]\npath = [[0, 0, 0, 0]]\n", "path: ");
+  refused(disc + "path = []\n", "path: ");
+  refused(disc + "path = [[1, 0, 0, 0], [0, 0, 0, 0]]\n", "path[1]: ");
+  refused(disc + "path = [[0, 0, 0, 0]]\npath_csv = \"way.csv\"\n", "path: ");
+  refused(disc + "turn = [[0, 0, 0, 2e6]]\n", "turn[0]: ");
+  refused(disc + "friction = -1\n", "friction: ");
+  refused(disc + "depth = 0\n", "depth: ");
+  refused(disc + "organs = [\"liver\"]\n", "organs: ");
+  refused(disc + "fricton = 1\n", "did you mean \"friction\"");
+  refused(disc, "meets a surface that has moved", "[effects]\ncollision = \"rest\"\n");
+  refused(disc + "[[obstacle]]\nname = \"table\"\n" + disc, "found \"table\"");
+  std::string many = disc;
+  for (int i = 0; i < 16; ++i) many += "[[obstacle]]\nname = \"" + std::to_string(i) + "\"\n" + disc;
+  refused(many, "at most 16 obstacles");
+}
+
+TEST_F(SceneFile, GivesEachOrganTheObstaclesThatHoldItOff) {
+  const std::string disc = "kind = \"disc\"\nradius = 5\n";
+  const std::string organs = "[[organ]]\nname = \"liver\"\n[[organ]]\nname = \"kidney\"\n";
+  const SceneConfig scene = read(kPoint + kPath + "[[obstacle]]\nname = \"table\"\n" + disc +
+                                     "[[obstacle]]\nname = \"rib\"\norgans = [\"kidney\"]\n" + disc,
+                                 organs);
+  EXPECT_EQ(organ_scene(scene, 0).obstacles.size(), 1u);
+  EXPECT_EQ(organ_scene(scene, 1).obstacles.size(), 2u);
+  EXPECT_EQ(scene.organs[0].effects.def.collision, PALPATE_COLLISION_DEFORMED);
+  expect_refused(kPoint + kPath + "[[obstacle]]\nname = \"rib\"\norgans = [\"lever\"]\n" + disc, organs, "organs: ");
+}
+
 TEST_F(SceneFile, RefusesAMotionThatCannotBeWithLineAndKey) {
   const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& head = "") {
     expect_refused(kPoint + kPath + "[[motion]]\nname = \"diaphragm\"\n" + keys, head, sentence);
