@@ -22,7 +22,7 @@ SceneDef definition(const Bundle& bundle, palpate_deformation_model deformation)
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
   def.max_operations = INT64_MAX;
   def.large.deformation = deformation;
-  if (deformation != PALPATE_DEFORMATION_LINEAR) def.shape = PALPATE_SHAPE_VOLUME;
+  if (bundle.describe().has_interior) def.shape = PALPATE_SHAPE_VOLUME;
   def.motions.motions = bundle.describe().motion_count > 0;
   return def;
 }
@@ -89,8 +89,7 @@ class Bodies {
 
   std::vector<Vector3d> shape(std::int32_t organ, const WorldContacts& contacts) {
     const palpate_bundle_info info = bundles_[static_cast<std::size_t>(organ)].describe();
-    const bool linear = pressing_.bodies[static_cast<std::size_t>(organ)].deformation == PALPATE_DEFORMATION_LINEAR;
-    const auto count = static_cast<std::size_t>(linear ? info.surface_node_count : info.node_count);
+    const auto count = static_cast<std::size_t>(info.has_interior ? info.node_count : info.surface_node_count);
     std::vector<float> u(3 * count);
     palpate_shape_out out = palpate_default_shape_out();
     out.displacements = u.data(), out.node_capacity = static_cast<std::int32_t>(count);
