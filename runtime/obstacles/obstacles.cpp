@@ -55,7 +55,7 @@ bool Obstacles::create(SceneMemory& memory, const Source& source, std::int32_t c
 void Obstacles::forget_rest() {
   held_count_ = 0;
   for (std::int32_t i = 0; i < count_; ++i) {
-    moved_[i].way = 0, moved_[i].begun = 0;
+    moved_[i].way = 0, moved_[i].begun = 0, moved_[i].apart = -1;
     states_[i] = palpate_obstacle_state{};
   }
   std::fill(due_, due_ + capacity_, -HUGE_VAL);
@@ -104,16 +104,24 @@ void Obstacles::measure_way(std::int32_t i) {
   const Pose &organ = touch_->organ.pose(), &now = of.pose.pose();
   if (!of.begun) of.before = now, of.organ_before = organ;
   if (same_pose(organ, of.organ_before) && same_pose(now, of.before)) return;
+  of.apart = -1;
   const double far = touch_->deformed.farthest_from_rest();
   const Vec3 room = {far, far, far};
   of.way += longest_way(of.organ_before, of.before, {organ, tree_->low() - room, tree_->high() + room}, now);
 }
 
-bool Obstacles::is_far(std::int32_t i) const {
+bool Obstacles::is_far(std::int32_t i) {
+  moved_[i].apart = -1;
   const ObstacleShape& shape = obstacles_[i].shape;
-  const double room = touch_->deformed.farthest_from_rest() + kStays * kMargin * tree_->mean_edge();
-  return are_apart({touch_->organ.pose(), tree_->low(), tree_->high()},
-                   {moved_[i].pose.pose(), shape.low(), shape.high()}, room);
+  const PosedBox organ = {touch_->organ.pose(), tree_->low(), tree_->high()},
+                 own = {moved_[i].pose.pose(), shape.low(), shape.high()};
+  const double near = kStays * kMargin * tree_->mean_edge(), from_rest = touch_->deformed.farthest_from_rest();
+  for (const double most : {2 * from_rest + tree_->mean_edge(), from_rest}) {
+    if (!are_apart(organ, own, most + near)) continue;
+    moved_[i].apart = most;
+    return true;
+  }
+  return false;
 }
 
 // ---- the search ------------------------------------------------------------------------------------------------------
@@ -190,13 +198,23 @@ std::uint32_t Obstacles::keep_nearest() {
 }
 
 std::int32_t Obstacles::begin(TouchStep& step) {
-  work_ = {}, flags_ = 0, found_count_ = 0;
+  work_ = {}, flags_ = at_peace_ = 0, found_count_ = 0;
   std::int32_t next_held = 0;
+  // All obstacles have the organ's pose of the same step.
+  const bool organ_stands = moved_[0].begun && same_pose(touch_->organ.pose(), moved_[0].organ_before);
+  const double from_rest = touch_->deformed.farthest_from_rest();
   for (std::int32_t i = 0; i < count_; ++i) {
-    moved_[i].pose.begin_step(touch_->input.dt());
+    Moved& of = moved_[i];
+    const bool holds = next_held < held_count_ && held_[next_held].obstacle == i,
+               stands = organ_stands && of.pose.stands();
+    if (stands && of.apart >= from_rest && !holds) {
+      at_peace_ |= 1u << i;
+      continue;
+    }
+    of.pose.begin_step(touch_->input.dt());
     measure_way(i);
     search(i, &next_held);
-    moved_[i].before = moved_[i].pose.pose(), moved_[i].organ_before = touch_->organ.pose(), moved_[i].begun = 1;
+    of.before = of.pose.pose(), of.organ_before = touch_->organ.pose(), of.begun = 1;
   }
   step.flags |= flags_ | keep_nearest();
   std::swap(held_, found_);
@@ -269,6 +287,7 @@ void Obstacles::take(TouchStep& step, Held& held) {
 
 void Obstacles::end(TouchStep& step) {
   for (std::int32_t i = 0; i < count_; ++i) {
+    if (at_peace_ >> i & 1) continue;  // its state is that of the step before
     const Pose& pose = moved_[i].pose.pose();
     palpate_obstacle_state& state = states_[i] = palpate_obstacle_state{};
     store3(pose.position, state.position);

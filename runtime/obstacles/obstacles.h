@@ -3,7 +3,7 @@
 // and, with friction, two across it that hold the node at the place where it came to press or to which it has slid.
 //
 // A node is looked at when a bound on how far it and the obstacle have moved has grown by its distance, less a margin. An obstacle whose box is
-// apart from that of the organ looks at none.
+// apart from that of the organ looks at none; while both stay where they are, its step compares their poses and nothing else.
 #pragma once
 
 #include <cstdint>
@@ -53,6 +53,7 @@ class Obstacles final : public RowSource {
     Pose before, organ_before;  // in the step before
     double way = 0;  // m: a bound on how far both poses have moved any node against the obstacle, summed over the steps
     std::int64_t begun = 0;  // 1: there was a step before
+    double apart = -1;       // m: with these poses it is far until a node is farther from rest
   };
   // A node that is near an obstacle. In the obstacle's frame where nothing else is said.
   struct Held {
@@ -77,7 +78,7 @@ class Obstacles final : public RowSource {
   }
   double moved(std::int32_t i, std::int32_t node) const;
   void measure_way(std::int32_t i);
-  bool is_far(std::int32_t i) const;
+  bool is_far(std::int32_t i);
   bool faces(std::int32_t i, std::int32_t node, Vec3 normal);
   bool look(std::int32_t i, std::int32_t node, const Held* before, Held* found);
   double overlap_of(std::int32_t i, std::int32_t node, double gap);
@@ -100,7 +101,7 @@ class Obstacles final : public RowSource {
   Held *held_ = nullptr, *found_ = nullptr;   // [capacity], ascending by obstacle and node
   double* nearness_ = nullptr;                // [capacity]
   std::int32_t held_count_ = 0, found_count_ = 0;
-  std::uint32_t flags_ = 0;
+  std::uint32_t flags_ = 0, at_peace_ = 0;  // at_peace_: a bit for each obstacle that stays far in this step
   QueryWork work_;
 };
 

@@ -68,6 +68,8 @@ class OrganPose {
   const Pose& pose() const { return pose_; }
 
   void set(const Pose& pose, Vec3 velocity, Vec3 angular_velocity);
+  // Whether the next step has the pose of the last one.
+  bool stands() const { return !moves_ && !is_new_; }
   // A touch step begins, dt seconds after the last one: a pose that was not set since then moves on by its velocities.
   void begin_step(double dt);
 

@@ -7,7 +7,8 @@
 namespace palpate {
 
 bool same_pose(const Pose& a, const Pose& b) {
-  bool same = length(a.position - b.position) == 0;
+  const Vec3 &p = a.position, &q = b.position;
+  bool same = p.x == q.x && p.y == q.y && p.z == q.z;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) same = same && a.axes.m[i][j] == b.axes.m[i][j];
   return same;

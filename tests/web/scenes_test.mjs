@@ -75,6 +75,63 @@ test("a scene with a rate of its own and a path in a CSV file plays with the for
   await closed(page);
 });
 
+// A plate comes down beside the finger and turns, and the box lies on a ridge.
+const ridge = "v 20 0 0\nv 40 0 0\nv 30 0 8\nv 20 50 0\nv 40 50 0\nv 30 50 8\nf 1 4 5 2\nf 1 3 6 4\nf 2 5 6 3\nf 1 2 3\nf 4 6 5\n";
+const plates = `name = "plates"
+unit = "mm"
+bundle = "box.h5"
+[effects]
+law = "unilateral"
+[limits]
+obstacle_nodes = 100
+[[tool]]
+name = "finger"
+points = [[0, 0, 0]]
+disc_radius = 4
+path = [[0, 30, 25, 42], [0.2, 30, 25, 37], [2.5, 30, 25, 37]]
+`;
+const obstacles = `[[obstacle]]
+name = "plate"
+kind = "disc"
+radius = 14
+normal = [0, 0, -1]
+friction = 0.3
+path = [[0, 45, 30, 43], [0.4, 45, 30, 38]]
+turn = [[0, 0, 0, 0], [0.4, 0, 6, 0]]
+depth = 8
+[[obstacle]]
+name = "ridge"
+kind = "mesh"
+file = "ridge.obj"
+position = [10, 0, -7.5]
+`;
+
+test("a scene with obstacles plays with the forces of palpate-run, and they are drawn where they are", async () => {
+  const page = await ready();
+  writeFileSync(`${folder}/ridge.obj`, ridge);
+  const forces = (name, scene) => playScene(palpateRun, folder, name, scene, 1).forces.flat(2), expected = forces("plates", plates + obstacles);
+  assert.ok(relativeDifference(forces("no-plates", plates), expected) > 0.1, "the finger feels what the plate and the ridge do");
+  await give(page, [["plates.toml", plates + obstacles], ["ridge.obj", ridge]]);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.playing > 0.5, undefined, { polling: 50 });
+  const drawn = await page.evaluate(() => globalThis.palpateViewer.shown.obstacles.map(({ position }) => [...position]));
+  assert.equal(drawn.length, 2);
+  assert.ok(Math.abs(drawn[0][2] - 0.038) < 1e-9, `the plate has come down: ${drawn[0]}`);
+  if (process.env.PALPATE_PICTURES) await page.screenshot({ path: `${process.env.PALPATE_PICTURES}/obstacles.png` });
+  const played = await playedToItsEnd(page);
+  assert.ok(relativeDifference(played, expected) < 2e-5, `${relativeDifference(played, expected)}`);
+  assert.equal((await page.evaluate(() => globalThis.palpateViewer.shown.obstacles)).length, 0, "they went with the scene");
+  for (const [files, pattern] of [
+    [[["own.toml", plates + obstacles]], "own.toml: .*obstacle.* 2 file: expected the file ridge.obj with the scene"],
+    [[["own.toml", plates + obstacles], ["ridge.obj", "no mesh"]], "own.toml: ridge.obj: expected the triangles of"],
+    [[["own.toml", plates + obstacles.replace("radius = 14", "size = [1, 2]")], ["ridge.obj", ridge]], "own.toml: .*obstacle.* 1: expected kind"],
+    [[["own.toml", plates + obstacles.replace("depth", "deepness")], ["ridge.obj", ridge]], "own.toml: .*obstacle.* 1 has deepness"],
+  ]) {
+    await give(page, files);
+    await notice(page, pattern);
+  }
+  await closed(page);
+});
+
 test("a scene of hours plays in fast motion, and the page says how fast", async () => {
   const page = await ready(), hours = slow("", "touch = 0.02\nshape = 0.02").replace('path_csv = "presses.csv"', "path = [[0, 30, 25, 44], [4000, 30, 25, 36]]");
   const expected = playScene(palpateRun, folder, "hours", hours, 1).forces.flat(2);

@@ -308,7 +308,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   fillFrame(buffer, nodes, organ);
   const frame: Frame = {
     type: "frame", buffer, field: changed ? field : null, inside, vertices, tools: present.map(toolFrame), samples, changed, ...counts.take(touched, loop),
-    replaying: replay !== null || own !== null, playing: own && own.play.time, speed: own?.play.speed ?? 1, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [],
+    replaying: replay !== null || own !== null, playing: own && own.play.time, speed: own?.play.speed ?? 1, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [], obstacles: own?.play.drawnObstacles ?? [],
     engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
   samples = [];

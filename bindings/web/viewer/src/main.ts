@@ -26,7 +26,7 @@ import { Guide, GUIDED_CASES } from "./guided_cases";
 import type { SectionAxis } from "./section";
 import { SelfPlay } from "./self_play";
 import { begin, isReady, state, TouchPage } from "./touch_page";
-import { sceneFiles } from "./world_files";
+import { namesOf, sceneFiles } from "./world_files";
 import { readOwn, type SceneFiles } from "./world_reader";
 import type { WorldScene } from "./world_scene";
 import { brief, count, decimal, fixed, keepInAddress, word, type Key } from "./words";
@@ -316,7 +316,9 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   // Files that the user drops: a bundle, perhaps with a finer surface; or a finer surface or a path for the open organ.
   protected async openFiles(files: Iterable<File>) {
     const all = [...files], ending = (ends: string) => all.find((file) => file.name.toLowerCase().endsWith(ends));
-    const path = ending(".toml") ?? ending(".csv"), fine = ending(".ply"), named = all.filter((file) => file !== path && file.name.toLowerCase().endsWith(".csv"));
+    const scene = ending(".toml"), path = scene ?? ending(".csv"), others = scene ? namesOf(await scene.text()) : [];
+    const named = all.filter((file) => file !== path && (file.name.toLowerCase().endsWith(".csv") || others.includes(file.name)));
+    const fine = all.find((file) => file.name.toLowerCase().endsWith(".ply") && !named.includes(file));
     const bundle = all.find((file) => file !== path && file !== fine && !named.includes(file));
     const bytes = fine?.arrayBuffer().catch(() => new ArrayBuffer(0));
     if (bundle) {
@@ -390,6 +392,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   // A scene file that holds or pierces the organ, under its own effects; then the pointer touches under the page's.
   private playOwn(scene: WorldScene) {
     this.ownScene = scene;
+    this.obstacles = scene.obstacles;
     this.played = null;
     this.clear();
     this.tell({ type: "scene", scene });
@@ -655,7 +658,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   // What the page shows now, for scripts.
   get shown() {
     const shape = this.newest?.shape;
-    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, field: shape?.field ?? null, fieldMost: this.view.section.most, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, playing: this.newest?.frame.playing ?? null, holds: this.newest?.frame.holds ?? [], links: this.newest?.frame.links ?? [], played: this.played, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
+    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, field: shape?.field ?? null, fieldMost: this.view.section.most, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, playing: this.newest?.frame.playing ?? null, holds: this.newest?.frame.holds ?? [], links: this.newest?.frame.links ?? [], obstacles: this.newest?.frame.obstacles ?? [], played: this.played, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
   }
 }
 

@@ -1,7 +1,7 @@
 // The messages between the page and the worker.
 import type { GraspState, LinkState } from "../../module/links.js";
 import type { NeedleState } from "../../module/needles.js";
-import type { BundleInfo, Effects, RenderMesh } from "../../module/palpate.js";
+import type { BundleInfo, Effects, Pose, RenderMesh } from "../../module/palpate.js";
 import type { LinkState as DeviceState } from "./device_link";
 import type { Nodule } from "./nodules";
 import type { WorldScene } from "./world_scene";
@@ -132,6 +132,7 @@ export interface TouchFrame {
   speed: number; // times as fast as in life
   holds: Hold[]; // of that scene
   links: DrawnLink[];
+  obstacles: Pose[]; // where those of the scene are; none: they are not there
 }
 
 export interface Frame extends TouchFrame {

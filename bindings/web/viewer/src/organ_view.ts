@@ -3,12 +3,15 @@ import {
   AmbientLight, BackSide, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, DynamicDrawUsage, FrontSide, HemisphereLight, LineBasicMaterial, LineSegments,
   type Material, Mesh as Object3, MeshBasicMaterial, type Object3D, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
+import type { Pose } from "../../module/palpate.js";
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { boxOf, distance } from "./geometry";
 import { frontOf, OrganCamera } from "./organ_camera";
 import { LinkFigures } from "./link_figures";
 import { NoduleMarks } from "./nodule_marks";
+import { ObstacleFigures } from "./obstacle_figures";
+import type { ObstacleMesh } from "./obstacle_mesh";
 import type { Answer, TaskPress } from "./nodule_task";
 import type { Nodule } from "./nodules";
 import { PointerLines } from "./pointer_lines";
@@ -72,6 +75,7 @@ export class OrganView {
   private soft = new Object3(new BufferGeometry(), new MeshBasicMaterial({ transparent: true, opacity: 0.55, depthWrite: false })); // triangles over a foundation
   private tools = Array.from({ length: TOOL_COUNT }, () => new ToolFigure());
   private links = new LinkFigures();
+  private obstacles = new ObstacleFigures();
   private seesThrough = false; // the tissue hides no needle
   private inks = { halo: "#ffffff", forces: [] as string[], further: "#000000" };
   private lines = new PointerLines();
@@ -106,7 +110,7 @@ export class OrganView {
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
     this.renderer.localClippingEnabled = true;
-    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.outline, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.links.group, this.lines.group);
+    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.outline, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.links.group, this.obstacles.group, this.lines.group);
     for (const material of [this.soft.material, this.wire.material, this.fixed.material, this.touchable.material, ...this.links.materials]) shownThrough(material, FINE_HIDES);
     // The browser may have thrown the picture away.
     canvas.addEventListener("webglcontextrestored", () => (this.stale = true));
@@ -278,6 +282,12 @@ export class OrganView {
   moveLinks(links: DrawnLink[]) {
     this.stale ||= links.length > 0 || this.links.count > 0;
     this.links.move(links);
+  }
+
+  // surfaces: of the obstacles of a scene; poses: where they are, none where they are not there.
+  moveObstacles(surfaces: ObstacleMesh[], poses: Pose[]) {
+    this.stale ||= poses.length > 0 || this.obstacles.count > 0;
+    this.obstacles.move(surfaces, poses);
   }
 
   // A figure for each tool of a scene.

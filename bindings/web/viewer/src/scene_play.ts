@@ -1,10 +1,11 @@
 // The tools of a scene of several organs at each touch, as palpate-run moves them.
-import type { Runtime } from "../../module/palpate.js";
+import type { Pose, Runtime } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type DrawnLink, type Hold, type ToolFrame, type Vector } from "./messages";
 import type { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
 import { SceneLinks } from "./scene_links";
 import { LONGEST_PATH } from "./path_files";
+import { OBSTACLE_NODES, SceneObstacles } from "./scene_obstacles";
 import { SceneLoads } from "./scene_loads";
 import { PlayedTool } from "./scene_tool";
 import { nodesFor } from "./touch_scene";
@@ -27,12 +28,14 @@ export class ScenePlay {
   private tools: PlayedTool[];
   private links: SceneLinks;
   private loads: SceneLoads;
+  private obstacles: SceneObstacles;
   private needlePlaces: number;
 
   // Throws an Error where a tool or a link has no place on its organ.
   constructor(private scene: WorldScene, private parts: WorldPart[]) {
     this.links = new SceneLinks(scene, parts);
     this.loads = new SceneLoads(scene, parts);
+    this.obstacles = new SceneObstacles(scene);
     this.needlePlaces = scene.needlePlaces ?? NEEDLE_PLACES;
     this.tools = scene.tools.map((tool, t) => new PlayedTool(tool, t, scene.organs[tool.organ].name, parts[tool.organ]));
     const duration = durationOf(scene), { touch } = scene.rates;
@@ -56,9 +59,14 @@ export class ScenePlay {
     const { maxPoints } = this.room, grasps = this.scene.tools.filter((tool) => tool.organ === organ).flatMap(({ grasp }) => grasp ?? []);
     const held = grasps.reduce((sum, { opposite }) => sum + NODES_OF_DISC * (opposite ? 2 : 1), 0);
     const needles = this.scene.tools.filter((tool) => tool.organ === organ && tool.needle).length, pierced = NODES_OF_PLACE * (this.needlePlaces + 2) * needles;
-    const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced);
-    const holds = { maxLinks: this.links.count(organ), loads: this.loads.patches(organ), grasps: grasps.length > 0, needles: needles > 0, needlePlaces: this.needlePlaces };
+    const obstacles = this.obstacles.of(organ);
+    const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced + (obstacles.length ? this.obstacleNodes : 0));
+    const holds = { maxLinks: this.links.count(organ), loads: this.loads.patches(organ), obstacles, obstacleNodes: this.obstacleNodes, grasps: grasps.length > 0, needles: needles > 0, needlePlaces: this.needlePlaces };
     return { ...part, effects: { ...part.effects, ...this.room, maxContactNodes: this.scene.maxContactNodes ?? nodes, ...holds } };
+  }
+
+  private get obstacleNodes(): number {
+    return this.scene.obstacleNodes ?? OBSTACLE_NODES;
   }
 
   // Whether a touch of the scene is due at a touch of the page, of which there are TOUCH_HZ a second.
@@ -80,6 +88,7 @@ export class ScenePlay {
     clocks.move(world.world);
     this.links.hold(world, this.time);
     this.loads.hold(world, this.time);
+    this.obstacles.hold(world, this.time);
     const flags = world.touch(places.map((place, t) => this.tools[t].sent(place, this.time)));
     this.tools.forEach((_, t) => this.forces.set(world.force(t), 3 * (this.tools.length * this.step + t)));
     ++this.step;
@@ -120,6 +129,11 @@ export class ScenePlay {
       return grasp ? [{ kind: "grasp", name, condition: organ.grasp(t)?.condition ?? "open" }] : [];
     });
     return [...ofTools, ...this.links.told(world)];
+  }
+
+  // Where the obstacles are now.
+  get drawnObstacles(): Pose[] {
+    return this.obstacles.poses(this.time);
   }
 
   drawnLinks(world: TouchWorld): DrawnLink[] {

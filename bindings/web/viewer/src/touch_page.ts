@@ -7,6 +7,7 @@ import { byId, isOn, mode } from "./elements";
 import { Gamepads } from "./gamepad";
 import { Keys } from "./keys";
 import { frameArrays, frameBytes, type ColourBy, type TouchFrame } from "./messages";
+import type { ObstacleMesh } from "./obstacle_mesh";
 import { OrganView, type Shape } from "./organ_view";
 import { progressWords } from "./served";
 import { SpokenForce } from "./spoken_force";
@@ -49,6 +50,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   protected readout = new ToolReadout(byId("readout"), byId("labels"));
   protected newest: { shape: Shape; frame: Frame } | null = null;
   protected buffer: ArrayBuffer | null = null;
+  protected obstacles: ObstacleMesh[] = []; // of the scene
   protected played: Float64Array | null = null; // forces of the scene's tools, when they were played
   protected waiting = false; // for a frame of the worker
   protected flagged = 0; // ms: when a step had flags; 0: what the page says is something else
@@ -192,7 +194,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
 
   // Moves what is drawn on, and asks the worker for its next frame. radius: m, of the tools' disc.
   protected moveOn(now: number, radius: number) {
-    const { links = [], tools = [] } = this.newest?.frame ?? {};
+    const { links = [], obstacles = [], tools = [] } = this.newest?.frame ?? {};
     if (this.newest) this.view.move(this.newest.shape);
     this.gamepads.tick(now);
     this.pointer.tick(tools.map((tool) => tool && tool.point));
@@ -202,6 +204,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
       this.buffer = null;
     }
     this.view.moveLinks(links);
+    this.view.moveObstacles(this.obstacles, obstacles);
     this.readout.label(tools, this.view.moveTools(tools, radius, this.pointer.places));
   }
 

@@ -83,6 +83,7 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
 
   private show({ organs, frame, clocks }: Extract<FromWorldWorker, { type: "opened" }>) {
     this.scene = this.opening!.scene;
+    this.obstacles = this.scene.obstacles;
     this.settings = this.accepted = this.opening!.settings;
     this.joined = new JoinedOrgans(organs);
     this.newest = this.buffer = null;
@@ -269,7 +270,7 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
   // What the page shows now, for scripts.
   get shown() {
     const { frame, shape } = this.newest ?? {};
-    return { positions: shape?.positions ?? null, tools: frame?.tools ?? [], organs: frame?.organs ?? [], clocks: frame?.clocks ?? [], playing: frame?.playing ?? null, holds: frame?.holds ?? [], links: frame?.links ?? [], played: this.played };
+    return { positions: shape?.positions ?? null, tools: frame?.tools ?? [], organs: frame?.organs ?? [], clocks: frame?.clocks ?? [], playing: frame?.playing ?? null, holds: frame?.holds ?? [], links: frame?.links ?? [], obstacles: frame?.obstacles ?? [], played: this.played };
   }
 }
 

@@ -1,6 +1,6 @@
 // The engine's thread of the page of several organs: opens a scene's bundles, touches all organs at a fixed rate, moves them by their
 // motions, and computes their shapes when the page asks for a frame.
-import { PalpateError, type Bundle, type Runtime } from "../../module/palpate.js";
+import { PalpateError, type Bundle, type Pose, type Runtime } from "../../module/palpate.js";
 import { meshOf, provenanceOf } from "./bundle_mesh";
 import { DEFAULT_TOOL } from "./effects";
 import { answerOf, FrameCounts, openStream, startRuntime } from "./engine_thread";
@@ -11,6 +11,7 @@ import { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
 import { saidOf } from "./said";
 import { SceneLinks } from "./scene_links";
+import { OBSTACLE_NODES, SceneObstacles } from "./scene_obstacles";
 import { SceneLoads } from "./scene_loads";
 import { MOST_NODES, presentAt, ScenePlay } from "./scene_play";
 import { SurfaceColours, surfaceOf } from "./surface_colours";
@@ -32,6 +33,7 @@ interface Opened {
   parts: WorldPart[];
   clocks: MotionClocks;
   links: SceneLinks;
+  obstacles: Pose[]; // at the begin of the scene
   surfaces: { colours: SurfaceColours; first: number; nodes: number }[]; // first: among the nodes of all organs
   nodes: number;
 }
@@ -108,7 +110,7 @@ function openedScene(scene: WorldScene, bundles: Bundle[], parts: WorldPart[]): 
     nodes += positions.length / 3;
     return { colours: new SurfaceColours(surface, surface.spacing), first, nodes: positions.length / 3 };
   });
-  return { scene, bundles, parts, surfaces, nodes, clocks: new MotionClocks(scene, parts.map(({ bundle }) => bundle.motions)), links: new SceneLinks(scene, parts) };
+  return { scene, bundles, parts, surfaces, nodes, clocks: new MotionClocks(scene, parts.map(({ bundle }) => bundle.motions)), links: new SceneLinks(scene, parts), obstacles: new SceneObstacles(scene).poses(0) };
 }
 
 function meshInWorld({ bundle, pose }: WorldPart) {
@@ -124,12 +126,12 @@ function close() {
   world = opened = null;
 }
 
-// The world that the pointer touches. The scene's links and loads hold its organs as they do at the begin of the scene.
+// The world that the pointer touches. The scene's links, loads and obstacles hold its organs as they do at the begin of the scene.
 function touchedWorld({ scene, parts, links }: Opened, { law, touch, friction }: WorldSettings): TouchWorld {
-  const room = { maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS }, loads = new SceneLoads(scene, parts);
+  const room = { maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS }, loads = new SceneLoads(scene, parts), obstacles = new SceneObstacles(scene), obstacleNodes = scene.obstacleNodes ?? OBSTACLE_NODES;
   const organs = parts.map((part, k) => {
-    const effects = { ...part.effects, law };
-    return { ...part, effects: { ...effects, ...room, maxContactNodes: Math.min(MOST_NODES, nodesFor(effects, SCENE_TOOLS) + links.nodes(k)), maxLinks: links.count(k), loads: loads.patches(k) } };
+    const effects = { ...part.effects, law }, own = obstacles.of(k);
+    return { ...part, effects: { ...effects, ...room, maxContactNodes: Math.min(MOST_NODES, nodesFor(effects, SCENE_TOOLS) + links.nodes(k) + (own.length ? obstacleNodes : 0)), obstacles: own, obstacleNodes, maxLinks: links.count(k), loads: loads.patches(k) } };
   });
   const options = { ...limitsOf(scene), maxPairs: touch ? scene.pairs || PAIRS : 0, friction: touch ? friction : 0, maxLinks: links.count(null) };
   const made = new TouchWorld(runtime!, organs, options);
@@ -259,7 +261,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   fillFrame(buffer, opened, world);
   const frame: WorldFrame = {
     type: "frame", buffer, tools: present.map(toolFrame), organs: world.world.organStates.map(forcesOf), clocks: opened.clocks.states,
-    playing: play && play.time, speed: play?.speed ?? 1, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), changed, ...counts.take(world, loop),
+    playing: play && play.time, speed: play?.speed ?? 1, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), obstacles: play ? play.drawnObstacles : opened.obstacles, changed, ...counts.take(world, loop),
   };
   say(frame, [buffer]);
 }

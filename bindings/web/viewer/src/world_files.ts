@@ -4,6 +4,8 @@ import { filesOfScene, readWorld, type SceneFiles } from "./world_reader";
 import type { WorldScene } from "./world_scene";
 import { word } from "./words";
 
+const MORE = [".csv", ".ply", ".stl", ".obj", ".off"]; // of what a scene names beside bundles
+
 export interface WorldFiles {
   scene: WorldScene;
   files: WorldFile[];
@@ -31,7 +33,7 @@ export async function servedWorld(): Promise<WorldFiles | null> {
 // Throws an Error that names the file that is missing.
 export async function droppedWorld(dropped: File[]): Promise<WorldFiles> {
   const ends = (file: File, ending: string) => file.name.toLowerCase().endsWith(ending), found = dropped.find((file) => ends(file, ".toml"));
-  const named = dropped.filter((file) => ends(file, ".csv")), bundles = dropped.filter((file) => file !== found && !named.includes(file));
+  const named = dropped.filter((file) => MORE.some((ending) => ends(file, ending))), bundles = dropped.filter((file) => file !== found && !named.includes(file));
   if (!found) throw new Error(word("world.scene-first", { name: dropped[0].name }));
   const scene = await readNamed(found.name, async () => readWorld(await found.text(), await sceneFiles(named)));
   // Bundles of several folders that have one name are told apart by the organ's name alone.
@@ -56,20 +58,29 @@ async function readNamed(name: string, read: () => Promise<WorldScene>): Promise
 
 const lastPart = (path: string) => path.slice(path.lastIndexOf("/") + 1);
 
-// CSV files that the user chose together with the scene that names them.
+// Of the files that a scene names, as the user chooses them; none of a text that is no scene.
+export function namesOf(text: string): string[] {
+  try {
+    return filesOfScene(text).map(lastPart);
+  } catch {
+    return [];
+  }
+}
+
+// CSV files and meshes that the user chose together with the scene that names them.
 export async function sceneFiles(chosen: File[]): Promise<SceneFiles> {
-  const texts = new Map(await Promise.all(chosen.map(async (file) => [file.name, await file.text()] as const)));
-  return (name) => texts.get(lastPart(name)) ?? null;
+  const all = new Map(await Promise.all(chosen.map(async (file) => [file.name, new Uint8Array(await file.arrayBuffer())] as const)));
+  return (name) => all.get(lastPart(name)) ?? null;
 }
 
 // Those beside a scene that the server has.
 async function servedFilesOf(text: string, scene: URL): Promise<SceneFiles> {
-  const texts = new Map<string, string>();
+  const all = new Map<string, Uint8Array>();
   for (const name of filesOfScene(text)) {
     const answer = await fetch(new URL(name, scene)).catch(() => null);
-    if (answer?.ok) texts.set(name, await answer.text());
+    if (answer?.ok) all.set(name, new Uint8Array(await answer.arrayBuffer()));
   }
-  return (name) => texts.get(name) ?? null;
+  return (name) => all.get(name) ?? null;
 }
 
 function ofFiles(scene: WorldScene, names: string[], source: (name: string) => WorldFile["source"]): WorldFiles {

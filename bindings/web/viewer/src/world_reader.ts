@@ -2,35 +2,38 @@
 import { pointsOf } from "./capsule";
 import type { Pose } from "../../module/palpate.js";
 import { MOST_TOOLS, TOUCH_HZ, type PageEffects, type Vector } from "./messages";
+import { flatMesh, readObstacleMesh, type ObstacleMesh } from "./obstacle_mesh";
 import { LONGEST_PATH, rowsOfFile } from "./path_files";
 import { checkTimes, isRow, parsed, pathRows, playsAtPageRates, ratesOf, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
-import { SIDES, type SceneGrasp, type SceneGrip, type SceneLink, type SceneLoad, type SceneMotion, type SceneNeedle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
+import { SIDES, type SceneGrasp, type SceneGrip, type SceneLink, type SceneLoad, type SceneMotion, type SceneNeedle, type SceneObstacle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
 import { word } from "./words";
 
-const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
-const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "load", "tool", "link"];
+const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_OBSTACLES = 16, MOST_OBSTACLE_NODES = 2048, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
+const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "load", "obstacle", "tool", "link"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
-const OF_LIMITS = ["points", "contact_nodes", "needle_places", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement", "crossings_calls", "crossings_operations"];
+const OF_LIMITS = ["points", "contact_nodes", "needle_places", "obstacle_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement", "crossings_calls", "crossings_operations"];
 const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
 const OF_MOTION = ["name", "organ", "sine", "amounts", "amounts_csv"];
 const OF_LOAD = ["name", "organ", "near", "at", "radius", "force", "forces", "traction", "tractions", "frame"];
+const OF_OBSTACLE = ["name", "organs", "kind", "size", "radius", "file", "unit", "normal", "position", "path", "path_csv", "turn", "friction", "depth"];
 const OF_TOOL = ["name", "organ", "points", "capsule", "path", "path_csv", "turn", "at", "near", "depth", "grip", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
 const OF_CAPSULE = ["radius", "length", "axis", "samples"], OF_GRIP = ["nearest", "box", "axes"];
 const OF_GRASP = ["near", "opposite", "radius", "friction", "clamp_force", "closing", "closed"];
 const OF_NEEDLE = ["entry", "direction", "radius", "friction", "puncture_force", "cutting_force", "spacing"];
 const OF_LINK = ["name", "kind", "organ", "organs", "places", "world", "rest_length", "rest_lengths", "stiffness", "stiffnesses", "breaking_force", "radius"];
+const OBSTACLE_KINDS = ["rectangle", "disc", "mesh"] as const;
 const KINDS = ["thread", "spring", "clip"] as const;
 
 const MOST_TOUCHES = LONGEST_PATH * TOUCH_HZ; // of a scene: their forces are kept
 const OWN_CHOICES = { collision: ["off"], shape: ["off"] }; // of effects, beside those of the page's own tools
 
-// The text of a file that a scene names, as the scene names it; null: it is not there.
-export type SceneFiles = (name: string) => string | null;
+// The text or the bytes of a file that a scene names, as the scene names it; null: it is not there.
+export type SceneFiles = (name: string) => string | Uint8Array | null;
 
-// The CSV files that a scene names.
+// The CSV files and the meshes that a scene names.
 export function filesOfScene(text: string): string[] {
   const scene = parsed(text), named = (key: string, of: string) => listOf(scene[of]).map((one) => table(one, of)[key]);
-  return [...named("path_csv", "tool"), ...named("amounts_csv", "motion")].filter((name) => typeof name === "string");
+  return [...named("path_csv", "tool"), ...named("amounts_csv", "motion"), ...named("path_csv", "obstacle"), ...named("file", "obstacle")].filter((name) => typeof name === "string");
 }
 
 // Throws an Error that names the key.
@@ -41,7 +44,7 @@ export function readWorld(text: string, files: SceneFiles): WorldScene {
 }
 
 // Of a tool or a scene of one organ: what the page's own tools, which press one point each, cannot do.
-const BEYOND_POINTS = ["path_csv", "capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "load", "limits"];
+const BEYOND_POINTS = ["path_csv", "capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "load", "obstacle", "limits"];
 
 // A scene of one organ that the page's own tools cannot play, as a world of that organ; null: another scene.
 export function readOwn(text: string, organ: string, files: SceneFiles): WorldScene | null {
@@ -64,6 +67,8 @@ function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles): WorldSc
   names.forEach((name, k) => {
     if (loads.filter(({ organ }) => organ === k).length > MOST_LOADS) throw new Error(word("world.many-loads", { most: MOST_LOADS, organ: name }));
   });
+  const obstacles = listOf(scene.obstacle).map((obstacle, o) => readObstacle(table(obstacle, "obstacle"), `[[obstacle]] ${o + 1}`, names, unit, files));
+  if (obstacles.length > MOST_OBSTACLES) throw new Error(word("world.many-obstacles", { most: MOST_OBSTACLES }));
   const tools = listOf(scene.tool).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, names, unit, files));
   if (tools.length > MOST_TOOLS) throw new Error(word("scene.many-tools", { most: MOST_TOOLS }));
   const links = listOf(scene.link).map((link, l) => readLink(table(link, "link"), `[[link]] ${l + 1}`, names, unit));
@@ -71,23 +76,24 @@ function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles): WorldSc
   if (friction > 0 && pairs === 0) throw new Error(word("world.friction-alone"));
   const isWide = (k: number) => links.some(({ radius, isBetween, organs }) => radius && !isBetween && organs[0] === k);
   const organs = given.map((organ, k) => readOrgan(scene, organ, names[k], unit, {
-    touch: pairs > 0, moves: motions.some((motion) => motion.organ === k), bears: loads.some((load) => load.organ === k),
+    touch: pairs > 0, moves: motions.some((motion) => motion.organ === k), bears: loads.some((load) => load.organ === k), held: obstacles.some((obstacle) => obstacle.organs.includes(k)),
     disc: !tools.length || tools.some(({ discRadius, grasp, organ: of }) => discRadius > 0 || (grasp && of === k)) || isWide(k),
   }));
-  const touches = durationOf({ tools, motions, loads }) * rates.touch;
+  const touches = durationOf({ tools, motions, loads, obstacles }) * rates.touch;
   if (touches > MOST_TOUCHES) throw new Error(word("scene.touches", { most: MOST_TOUCHES, found: Math.ceil(touches) }));
   return {
-    name: String(scene.name ?? ""), unit, rates, pairs, friction, motions, loads, tools, links,
+    name: String(scene.name ?? ""), unit, rates, pairs, friction, motions, loads, obstacles, tools, links,
     forceLimit: numberOf(limits, "force", "[limits]"), forceSlew: numberOf(limits, "force_slew", "[limits]"),
     maxPoints: wholeOf(limits, "points", "[limits]", MOST_POINTS), maxContactNodes: wholeOf(limits, "contact_nodes", "[limits]", MOST_NODES), needlePlaces: wholeOf(limits, "needle_places", "[limits]", 64),
+    obstacleNodes: wholeOf(limits, "obstacle_nodes", "[limits]", MOST_OBSTACLE_NODES),
     organs: organs.map((organ) => ({ ...organ, effects: { ...organ.effects, ...limitsOf(limits) } })),
   };
 }
 
-// s, to the last row of a tool, a motion or a load.
-export function durationOf({ tools, motions, loads }: Pick<WorldScene, "tools" | "motions" | "loads">): number {
-  const ofTools = tools.flatMap(({ path, turn, place, grasp }) => [path, turn, place?.depth, grasp?.closing]);
-  return Math.max(0, ...[...ofTools, ...motions.map(({ rows }) => rows), ...loads.map(({ rows }) => rows)].map((rows) => rows?.at(-1)![0] ?? 0));
+// s, to the last row of a tool, a motion, a load or an obstacle.
+export function durationOf({ tools, motions, loads, obstacles }: Pick<WorldScene, "tools" | "motions" | "loads" | "obstacles">): number {
+  const ofTools = tools.flatMap(({ path, turn, place, grasp }) => [path, turn, place?.depth, grasp?.closing]), ofObstacles = obstacles.flatMap(({ path, turn }) => [path, turn]);
+  return Math.max(0, ...[...ofTools, ...ofObstacles, ...motions.map(({ rows }) => rows), ...loads.map(({ rows }) => rows)].map((rows) => rows?.at(-1)?.[0] ?? 0));
 }
 
 const listOf = (given: unknown): unknown[] => (Array.isArray(given) ? given : []);
@@ -106,6 +112,7 @@ interface Needs {
   touch: boolean; // it presses others
   moves: boolean; // motions move it
   bears: boolean; // loads act on it
+  held: boolean; // obstacles hold it off
   disc: boolean; // a disc or jaws touch it
 }
 
@@ -114,7 +121,7 @@ function readOrgan(scene: Table, given: Table, name: string, unit: number, needs
   refuseOthers(where, given, OF_ORGAN);
   const chosen = { ...table(scene.effects, "effects"), ...table(given.effects, "effects") };
   const relaxation = table(given.relaxation ?? scene.relaxation, "relaxation"), effects = readEffects(chosen, relaxation, needs.disc, OWN_CHOICES);
-  if (chosen.collision === undefined && (needs.touch || needs.moves || needs.bears)) effects.collision = "deformed";
+  if (chosen.collision === undefined && (needs.touch || needs.moves || needs.bears || needs.held)) effects.collision = "deformed";
   return {
     name, bundle: given.bundle === undefined ? null : String(given.bundle), pose: poseOf(given, where, unit),
     effects: { ...effects, shape: "surface", motions: needs.moves }, // the page draws surfaces
@@ -138,6 +145,31 @@ function readMotion(given: Table, where: string, organs: string[], files: SceneF
   refuseOthers(`${where} sine`, sine, ["amplitude", "period", "mean"]);
   if (!Number.isFinite(amplitude) || !(period > 0) || !Number.isFinite(mean)) throw new Error(word("world.sine", { where, found: shownAs(given.sine) }));
   return { name, organ, rows: null, sine: { amplitude, period, mean } };
+}
+
+function readObstacle(given: Table, where: string, organs: string[], unit: number, files: SceneFiles): SceneObstacle {
+  refuseOthers(where, given, OF_OBSTACLE);
+  const kind = OBSTACLE_KINDS.find((one) => one === given.kind), normal = vectorOf(given, "normal", where, 1), radius = numberOf(given, "radius", where);
+  const size = given.size as number[] | undefined, isRectangle = isRow(size, 2) && size[0] > 0 && size[1] > 0;
+  const isWhole = { rectangle: isRectangle, disc: !!radius, mesh: typeof given.file === "string" && normal === null }[kind!];
+  const ways = ["position", "path", "path_csv"].filter((key) => key in given);
+  if (!kind || !isWhole || ways.length > 1 || normal?.every((x) => x === 0)) throw new Error(word("world.obstacle", { where, found: shownAs(given) }));
+  const named = given.organs === undefined ? organs : (given.organs as unknown[]);
+  if (!Array.isArray(named) || !named.length) throw new Error(word("world.organ", { where, organs: organs.join(", "), found: shownAs(named) }));
+  const path = given.path !== undefined ? pathRows(given.path, where) : given.path_csv !== undefined ? fileRows(given, "path_csv", where, 4, files) : null;
+  const both: [number, number] = isRectangle ? [unit * size[0], unit * size[1]] : [unit * (radius ?? 0), 0], depth = numberOf(given, "depth", where);
+  const surface = kind === "mesh" ? meshOfFile(given, where, given.unit === undefined ? unit : unitOf(given), files) : flatMesh(kind, both);
+  return {
+    name: nameOf(given, where), kind, organs: named.map((organ) => organOf({ organ }, where, organs)), size: both, ...surface, normal: normal ?? [0, 0, 1],
+    path: path ? inMetres(path, unit) : [[0, ...(vectorOf(given, "position", where, unit) ?? [0, 0, 0])]], turn: given.turn === undefined ? [] : pathRows(given.turn, where, "turn"),
+    friction: numberOf(given, "friction", where, MOST_FRICTION) ?? 0, depth: depth && unit * depth,
+  };
+}
+
+function meshOfFile(given: Table, where: string, unit: number, files: SceneFiles): ObstacleMesh {
+  const name = String(given.file), file = files(name);
+  if (file === null) throw new Error(word("world.no-csv", { where, key: "file", name }));
+  return readObstacleMesh(name, typeof file === "string" ? new TextEncoder().encode(file) : file, unit);
 }
 
 function readLoad(given: Table, where: string, organs: string[], unit: number): SceneLoad {
@@ -269,10 +301,10 @@ const inMetres = (rows: number[][], unit: number) => rows.map(([time, ...lengths
 
 // Rows s, values of a CSV file that the scene names.
 function fileRows(given: Table, key: string, where: string, columns: number, files: SceneFiles): number[][] {
-  const name = String(given[key]), text = files(name);
-  if (text === null) throw new Error(word("world.no-csv", { where, key, name }));
+  const name = String(given[key]), file = files(name);
+  if (file === null) throw new Error(word("world.no-csv", { where, key, name }));
   try {
-    return rowsOfFile(text, columns);
+    return rowsOfFile(typeof file === "string" ? file : new TextDecoder().decode(file), columns);
   } catch (error) {
     throw new Error(word("notice.refused", { name, why: (error as Error).message }));
   }

@@ -78,6 +78,21 @@ export interface SceneLoad {
   inWorld: boolean;
 }
 
+// A rigid surface that organs do not enter.
+export interface SceneObstacle {
+  name: string;
+  kind: "rectangle" | "disc" | "mesh";
+  organs: number[]; // that it holds off
+  size: [number, number]; // m: of a rectangle its lengths, of a disc its radius and 0
+  positions: Float32Array; // m, of its surface in its frame: what is drawn, and of a mesh what is computed
+  triangles: Uint32Array;
+  normal: Vector; // of any length, to the side of the organ
+  path: number[][]; // s, x, y, z m
+  turn: number[][]; // s, and degrees about x, y, z; empty: it does not turn
+  friction: number;
+  depth?: number; // m
+}
+
 export interface SceneTool {
   name: string;
   organ: number; // that `place`, `grips`, `grasp` and `needle` are on
@@ -105,9 +120,11 @@ export interface WorldScene {
   maxPoints?: number;
   maxContactNodes?: number;
   needlePlaces?: number;
+  obstacleNodes?: number;
   organs: SceneOrgan[];
   motions: SceneMotion[];
   loads: SceneLoad[];
+  obstacles: SceneObstacle[];
   tools: SceneTool[];
   links: SceneLink[];
 }
