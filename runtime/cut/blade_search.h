@@ -21,8 +21,8 @@ struct BladeSweep {
 
 class BladeSearch {
  public:
-  // nodes: of the corners [tetrahedra][4], as they are now; it may change. False where memory ends.
-  bool create(SceneMemory& memory, const CutState& state, const std::int32_t* nodes);
+  // nodes: of the corners [tetrahedra][4], as they are now; it may change, and there may be most_nodes. False where memory ends.
+  bool create(SceneMemory& memory, const CutState& state, const std::int32_t* nodes, std::int32_t most_nodes);
   // To be called when a corner of the tetrahedron has another node.
   void changed(std::int32_t tetrahedron);
 
@@ -95,6 +95,8 @@ class BladeSearch {
   std::int32_t* listed_ =
       nullptr;  // [clusters][kMostNodes]: nodes of a cluster and of the neighbours of its tetrahedra
   std::int32_t* listed_count_ = nullptr;  // [clusters]
+  std::uint32_t* seen_ = nullptr;         // by node: the list in which it stands
+  std::uint32_t lists_ = 0;
 };
 
 }  // namespace palpate

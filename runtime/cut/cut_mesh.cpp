@@ -32,7 +32,7 @@ const char* CutMesh::create(SceneMemory& memory, const CutBody& body, std::int32
   for (std::int32_t n = 0; n < body.node_count; ++n) from_[n] = at_rest_[n] = n;
   if (!trial_.create(memory, state_) || !finish_.create(memory, state_, trial_) ||
       !surface_.create(memory, rest_, nodes_) || !pieces_.create(memory, state_) ||
-      !search_.create(memory, state_, nodes_))
+      !search_.create(memory, state_, nodes_, capacity_))
     return "no memory for a body that can be cut";
   memory.keep(node_count_);
   memory.keep(pending_count_);
@@ -129,14 +129,14 @@ void CutMesh::cut_cluster(std::int32_t face) {
   cut_tried(trial_.try_faces(trial_.gathered(), count, order_));
 }
 
-void CutMesh::cut_pending_near(std::int32_t tetrahedron) {
+void CutMesh::cut_pending_near(std::int32_t tetrahedron, std::uint32_t begin) {
   for (std::int32_t c = 4 * tetrahedron; c < 4 * tetrahedron + 4; ++c)
     for (const std::int32_t corner : rest_.star(rest_.node(c)))
-      for (std::int32_t face = 4 * (corner / 4); face < 4 * (corner / 4) + 4; ++face)
-        if (face != corner && state_.face(face) == FaceState::pending) {
-          cut_cluster(trial_.lower_side(face));
-          break;
-        }
+      for (std::int32_t face = 4 * (corner / 4); face < 4 * (corner / 4) + 4; ++face) {
+        const std::int32_t lower = trial_.lower_side(face);
+        if (face != corner && state_.face(face) == FaceState::pending && !trial_.gathered_since(begin, lower))
+          cut_cluster(lower);
+      }
 }
 
 // Cuts the tried faces, one part that hangs together after another.
@@ -230,8 +230,9 @@ void CutMesh::change_node(std::int32_t corner, std::int32_t node) {
 // Finishes what is pending where the sweep does not reach any more.
 void CutMesh::finish_passed(const BladeSweep& sweep, const double* positions) {
   const std::int32_t before = pending_count_;
-  std::uint32_t begin = trial_.moment();
-  for (std::int32_t i = 0; i < before; ++i) {
+  const std::uint32_t begin = trial_.moment();
+  finish_.begin_step();
+  for (std::int32_t i = 0; i < before && finish_.has_time(); ++i) {
     const std::int32_t face = pending_[i];
     if (state_.face(face) != FaceState::pending || finish_.is_tried(face) || trial_.gathered_since(begin, face))
       continue;
@@ -243,8 +244,10 @@ void CutMesh::finish_passed(const BladeSweep& sweep, const double* positions) {
     if (!finish_.finish(faces, count, order_)) continue;
     for (std::int32_t f = 0; f < finish_.count(); ++f)
       if (finish_.is_new(f)) pending_[pending_count_++] = finish_.face(f);
+    const std::uint32_t changed = trial_.moment();
     for (std::int32_t f = 0; f < finish_.count(); ++f)
-      if (state_.face(finish_.face(f)) == FaceState::pending) cut_cluster(finish_.face(f));
+      if (state_.face(finish_.face(f)) == FaceState::pending && !trial_.gathered_since(changed, finish_.face(f)))
+        cut_cluster(finish_.face(f));
   }
 }
 
@@ -290,7 +293,8 @@ const CutChange& CutMesh::remove(const std::int32_t* tetrahedra, std::int32_t co
   }
   for (std::int32_t i = 0; i < removed; ++i) take_away(gone[i]);
   lose_nodes(change_.removed_tetrahedra.items, change_.removed_tetrahedra.count);
-  for (const std::int32_t t : change_.removed_tetrahedra) cut_pending_near(t);
+  const std::uint32_t begin = trial_.moment();
+  for (const std::int32_t t : change_.removed_tetrahedra) cut_pending_near(t, begin);
   return end_change();
 }
 

@@ -76,7 +76,7 @@ class CutMesh {
   void begin_change();
   void meet(std::int32_t face);
   void cut_met();
-  void cut_pending_near(std::int32_t tetrahedron);
+  void cut_pending_near(std::int32_t tetrahedron, std::uint32_t begin);
   void cut_cluster(std::int32_t face);
   void cut_tried(std::int32_t count);
   bool is_attached(const std::int32_t* faces, std::int32_t count) const;

@@ -120,6 +120,67 @@ TEST(CutMesh, ABladeThroughTheBodyPartsItInTwoWithoutWaitingFaces) {
     }
 }
 
+TEST(CutMesh, ObliqueBladesLeaveNothingWaitingAndNothingHanging) {
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> share(-1, 1);
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const BodyToCut body = block_to_cut(4, 4, 4, 0.22, seed);
+    CutPlay play(body);
+    // A plane near the middle; the blade is longer than the body, and its way is across its line.
+    Vec3 normal = unit_or_zero({share(random), share(random), share(random)});
+    const Vec3 line = unit_or_zero(cross(normal, Vec3{share(random), share(random), share(random)}));
+    const Vec3 way = cross(normal, line), middle = Vec3{2, 2, 2} + 0.6 * share(random) * normal;
+    const auto blade = [&](double along) {
+      std::array<double, 6> at{};
+      store3(middle + along * way + 9 * line, at.data()), store3(middle + along * way + -9 * line, at.data() + 3);
+      return at;
+    };
+    for (double along = -5; along < 5; along += 0.2) play.sweep(blade(along), blade(along + 0.2));
+    for (int i = 0; i < 50; ++i) play.sweep(blade(5), blade(5));
+    ASSERT_EQ(fault_of(play), "");
+    EXPECT_EQ(play.mesh.pending(), 0) << seed;
+    EXPECT_GE(play.mesh.pieces().count(), 2) << seed;
+  }
+}
+
+// Whether the segment crosses the triangle, in plain arithmetic.
+bool crosses(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
+  const auto volume = [](Vec3 u, Vec3 v, Vec3 w, Vec3 x) { return dot(cross(v - u, w - u), x - u) > 0; };
+  return volume(a, b, c, p) != volume(a, b, c, q) && volume(p, q, a, b) == volume(p, q, b, c) &&
+         volume(p, q, b, c) == volume(p, q, c, a);
+}
+
+TEST(CutMesh, ABladeMeetsEachFaceWhoseCentroidsItDivides) {
+  const BodyToCut body = block_to_cut(5, 5, 4, 0.3, 5);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> at(0, 5), step(-1, 1);
+  long met = 0;
+  for (int i = 0; i < 200; ++i) {
+    CutPlay play(body);
+    // Positions are anything: some tetrahedra are turned over, and the segments between centroids leave them.
+    for (double& x : play.positions) x += 0.6 * step(random);
+    std::array<double, 6> from{}, to{};
+    for (std::size_t d = 0; d < 6; ++d) from[d] = at(random), to[d] = from[d] + (i % 2 ? 1 : 0.05) * step(random);
+    const auto middle = [&](std::int32_t t) {
+      Vec3 sum;
+      for (int c = 0; c < 4; ++c) sum += load3(play.positions.data() + 3 * play.mesh.nodes_of(t)[c]);
+      return 0.25 * sum;
+    };
+    std::set<std::int32_t> expected;
+    const Vec3 a = load3(from.data()), b = load3(from.data() + 3), c = load3(to.data() + 3), d = load3(to.data());
+    for (const std::int32_t face : body.inner_faces()) {
+      const Vec3 p = middle(face / 4), q = middle(play.mesh.state().rest().neighbour(face));
+      if (crosses(p, q, a, b, c) || crosses(p, q, a, c, d)) expected.insert(face);
+    }
+    play.mesh.blade({from.data(), to.data(), 2}, play.positions.data());
+    std::set<std::int32_t> found = faces_in(play, FaceState::pending);
+    found.merge(faces_in(play, FaceState::cut));
+    ASSERT_EQ(found, expected);
+    met += static_cast<long>(found.size());
+  }
+  EXPECT_GT(met, 500);
+}
+
 TEST(CutMesh, ACutAlongAPlaneOfFacesIsThatPlane) {
   // The blade runs through nodes, edges and faces exactly.
   const BodyToCut body = block_to_cut(4, 3, 2, 0, 0);
