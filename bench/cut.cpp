@@ -178,7 +178,7 @@ void play_stroke(const Mesh& mesh, const Plane& plane, double half, double speed
   for (double way = -1.2 * mesh.radius; way < 1.3 * mesh.radius; way += speed, from = to) {
     place(way + speed, &to);
     const double begin = thread_seconds();
-    const palpate::CutChange& change = cut.blade({from.data(), to.data(), 2}, positions.data());
+    const palpate::CutMeshChange& change = cut.blade({from.data(), to.data(), 2}, positions.data());
     const double us = 1e6 * (thread_seconds() - begin);
     seen->step.push_back(us);
     if (change.cut_faces > 0) seen->cutting.push_back(us);
@@ -187,7 +187,6 @@ void play_stroke(const Mesh& mesh, const Plane& plane, double half, double speed
   }
   // Finishes what the last step has left.
   for (int i = 0; i < 100; ++i) cut.blade({to.data(), to.data(), 2}, positions.data()), follow();
-  if (speed==2 && half>100 && (cut.pieces().count()<2 || cut.pending())) std::printf("DBG stroke %ld cut %d pend %d pieces %d\n", seen->strokes, (cut.surface().count() - mesh.body().triangle_count)/2, cut.pending(), cut.pieces().count());
   Divided divided;
   for (std::size_t t = 0; t < mesh.tetrahedra.size(); t += 4) divide(mesh, t, plane, &divided);
   const double cm2 = divided.area / 100;

@@ -21,8 +21,9 @@ std::uint64_t spread(std::uint64_t x) {
 bool segment_crosses(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
   const int side = side_of_plane(a, b, c, p);
   if (side == 0 || side == side_of_plane(a, b, c, q)) return false;
-  const int sense = side_of_edge(a, b, p, q);
-  return sense != 0 && sense == side_of_edge(b, c, p, q) && sense == side_of_edge(c, a, p, q);
+  const auto sense = [&](Vec3 from, Vec3 to) { return side_of_edge(from, to, p, q); };
+  const int first = sense(a, b);
+  return first != 0 && first == sense(b, c) && first == sense(c, a);
 }
 
 }  // namespace

@@ -22,12 +22,12 @@ std::int32_t CutFinish::count_left(const std::uint32_t* order) {
   return count_ - tried;
 }
 
-void CutFinish::turn_face(std::int32_t face, bool off) {
+void CutFinish::turn_face(std::int32_t face) {
   const std::int32_t lower = trial_->lower_side(face);
   if (state_->face(face) != FaceState::pending) {
     state_->set(face, FaceState::pending);
     faces_[count_++] = lower;
-  } else if (!off) {
+  } else {
     state_->set(face, FaceState::spared);
     count_ = static_cast<std::int32_t>(std::remove(faces_, faces_ + count_, lower) - faces_);
   }
@@ -43,7 +43,7 @@ CutFinish::Turn CutFinish::turn(const Choice& choice) {
   for (std::int32_t i = 0; i < choice.count; ++i)
     for (std::int32_t face = 4 * choice.tetrahedra[i]; face < 4 * choice.tetrahedra[i] + 4; ++face)
       if (!state_->open(face) && std::find(choice.tetrahedra, end, state_->rest().neighbour(face)) == end)
-        turn_face(face, choice.off);
+        turn_face(face);
   return turn;
 }
 
@@ -53,26 +53,23 @@ void CutFinish::undo(const Choice& choice, const Turn& turn) {
       state_->set(face, turn.before[i][face % 4]);
 }
 
-// What may be turned, as the first trial of the cluster has found it: single tetrahedra, groups, and tetrahedra to be cut off.
+// What may be turned, as the first trial of the cluster has found it: single tetrahedra, then groups.
 struct CutFinish::Candidates {
   explicit Candidates(const CutTrial& trial) : sides(2 * trial.faulty_count()), groups(trial.group_count()) {
     std::copy(trial.faulty(), trial.faulty() + sides / 2, faulty);
     for (std::int32_t i = 0; i < groups; ++i) group[i] = trial.group(i);
   }
-  std::int32_t count() const { return 2 * sides + groups; }
-  // Candidates of a later kind are tried where none of an earlier kind helps.
-  bool begins_kind(std::int32_t i) const { return i == sides || i == sides + groups; }
+  std::int32_t count() const { return sides + groups; }
   Choice choice(std::int32_t i, const RestMesh& rest) const {
-    Choice made;
-    if (i >= sides && i < sides + groups) {
+    Choice made{1, {}};
+    if (i < sides) {
+      const std::int32_t face = faulty[i / 2];
+      made.tetrahedra[0] = i % 2 ? rest.neighbour(face) : face / 4;
+    } else {
       const CutTrial::Group& from = group[i - sides];
       made.count = from.count;
       std::copy(from.tetrahedra, from.tetrahedra + from.count, made.tetrahedra);
-      return made;
     }
-    made.off = i >= sides;
-    const std::int32_t side = made.off ? i - sides - groups : i, face = faulty[side / 2];
-    made.count = 1, made.tetrahedra[0] = side % 2 ? rest.neighbour(face) : face / 4;
     return made;
   }
   std::int32_t sides, groups, faulty[CutTrial::kMostFaulty];
@@ -86,7 +83,7 @@ CutFinish::Choice CutFinish::best_turn(const std::uint32_t* order) {
   const Candidates candidates(*trial_);
   Choice best;
   for (; progress_.next < candidates.count() && has_time(); ++progress_.next) {
-    if (best.count > 0 && candidates.begins_kind(progress_.next)) return best;
+    if (best.count > 0 && progress_.next >= candidates.sides) return best;
     const Choice choice = candidates.choice(progress_.next, state_->rest());
     const Turn tried = turn(choice);
     const std::int32_t left = count_left(order);

@@ -1,8 +1,7 @@
 // Finishes a cut that the blade has passed although faces of it still wait, because no manifold surface has all of them. Such a cut separates two
 // sides; here a tetrahedron is given from one side to the other, so that others of its faces are cut in place of those that wait. Of the
 // tetrahedra where the surface has its faults, the one is taken with which the fewest faces wait, and of equals, with the fewest faces in all.
-// Where none helps, all tetrahedra of a component at a node change sides (CutTrial::Group), and where that does not help, one is cut off on all
-// sides.
+// Where none helps, all tetrahedra of a component at a node change sides (CutTrial::Group).
 #pragma once
 
 #include <cstdint>
@@ -36,10 +35,9 @@ class CutFinish {
   bool is_new(std::int32_t i) const { return known_[faces_[i]] != pass_; }
 
  private:
-  // Tetrahedra that are given to the other side together, or one that is cut off.
+  // Tetrahedra that are given to the other side together.
   struct Choice {
     std::int32_t count = 0;
-    bool off = false;
     std::int32_t tetrahedra[CutTrial::Group::kMost] = {};
   };
   struct Turn {
@@ -50,7 +48,7 @@ class CutFinish {
   Choice best_turn(const std::uint32_t* order);
   Turn turn(const Choice& choice);
   void undo(const Choice& choice, const Turn& turn);
-  void turn_face(std::int32_t face, bool off);
+  void turn_face(std::int32_t face);
 
   CutState* state_ = nullptr;
   CutTrial* trial_ = nullptr;

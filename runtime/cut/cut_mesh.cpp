@@ -22,10 +22,10 @@ const char* CutMesh::create(SceneMemory& memory, const CutBody& body, std::int32
   work_.kept = memory.array<std::uint32_t>(all);
   work_.listed = memory.array<std::uint32_t>(nodes);
   work_.place = memory.array<std::int32_t>(tetrahedra);
-  for (CutChange::List* const list : {&change_.tetrahedra, &change_.removed_tetrahedra})
+  for (CutMeshChange::List* const list : {&change_.tetrahedra, &change_.removed_tetrahedra})
     list->items = memory.array<std::int32_t>(tetrahedra);
   change_.lost_nodes.items = memory.array<std::int32_t>(all);
-  for (CutChange::List* const list : {&change_.before, &change_.removed_triangles, &change_.renamed_triangles})
+  for (CutMeshChange::List* const list : {&change_.before, &change_.removed_triangles, &change_.renamed_triangles})
     list->items = memory.array<std::int32_t>(4 * tetrahedra);
   if (memory.failed()) return "no memory for a body that can be cut";
   std::copy(body.tetrahedra, body.tetrahedra + 4 * tetrahedra, nodes_);
@@ -52,12 +52,12 @@ void CutMesh::begin_change() {
   change_.first_triangle = change_.end_triangle = surface_.count();
   change_.first_piece = change_.end_piece = pieces_.count();
   change_.cut_faces = 0, change_.full = false;
-  for (CutChange::List* const list : {&change_.tetrahedra, &change_.before, &change_.removed_tetrahedra,
-                                      &change_.lost_nodes, &change_.removed_triangles, &change_.renamed_triangles})
+  for (CutMeshChange::List* const list : {&change_.tetrahedra, &change_.before, &change_.removed_tetrahedra,
+                                          &change_.lost_nodes, &change_.removed_triangles, &change_.renamed_triangles})
     list->count = 0;
 }
 
-const CutChange& CutMesh::end_change() {
+const CutMeshChange& CutMesh::end_change() {
   forget_pending();
   for (std::int32_t i = 0; i < change_.tetrahedra.count; ++i) {
     const std::int32_t t = change_.tetrahedra[i];
@@ -87,7 +87,7 @@ void CutMesh::forget_pending() {
 
 // ---- a blade ------------------------------------------------------------------------------------------------------
 
-const CutChange& CutMesh::blade(const BladeSweep& sweep, const double* positions) {
+const CutMeshChange& CutMesh::blade(const BladeSweep& sweep, const double* positions) {
   begin_change();
   for (std::int32_t i = 0; i < sweep.count; ++i)
     if (!is_finite(load3(sweep.from + 3 * i)) || !is_finite(load3(sweep.to + 3 * i))) return end_change();
@@ -98,7 +98,7 @@ const CutChange& CutMesh::blade(const BladeSweep& sweep, const double* positions
   return end_change();
 }
 
-const CutChange& CutMesh::cut(const std::int32_t* faces, std::int32_t count) {
+const CutMeshChange& CutMesh::cut(const std::int32_t* faces, std::int32_t count) {
   begin_change();
   for (std::int32_t i = 0; i < count; ++i)
     if (state_.closed(faces[i])) meet(trial_.lower_side(faces[i]));
@@ -280,7 +280,7 @@ bool CutMesh::has_severed() {
 
 // ---- removal ------------------------------------------------------------------------------------------------------
 
-const CutChange& CutMesh::remove(const std::int32_t* tetrahedra, std::int32_t count) {
+const CutMeshChange& CutMesh::remove(const std::int32_t* tetrahedra, std::int32_t count) {
   begin_change();
   const std::int32_t removed = trial_.try_removal(tetrahedra, count);
   if (removed == 0) return end_change();
@@ -298,7 +298,7 @@ const CutChange& CutMesh::remove(const std::int32_t* tetrahedra, std::int32_t co
   return end_change();
 }
 
-const CutChange& CutMesh::remove_ball(const double centre[3], double radius, const double* positions) {
+const CutMeshChange& CutMesh::remove_ball(const double centre[3], double radius, const double* positions) {
   std::int32_t found = 0;
   if (is_finite(load3(centre)) && radius > 0)
     search_.inside_ball(load3(centre), radius, positions, [&](std::int32_t tetrahedron, double square) {
