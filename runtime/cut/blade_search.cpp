@@ -84,10 +84,15 @@ Vec3 BladeSearch::centroid(std::int32_t tetrahedron, const double* positions) co
                  load3(positions + 3 * nodes[3]));
 }
 
-bool BladeSearch::reaches(const BladeSweep& sweep, std::int32_t face, const double* positions) const {
-  Box box{centroid(face / 4, positions), centroid(face / 4, positions)};
+bool BladeSearch::reaches(const BladeSweep& sweep, std::int32_t face, const double* positions,
+                          const std::int32_t* split_from, std::int32_t known) const {
+  const auto place = [&](std::int32_t node) {
+    while (node >= known) node = split_from[node];
+    return load3(positions + 3 * node);
+  };
+  Box box{place(nodes_[face]), place(nodes_[face])};
   for (const std::int32_t tetrahedron : {face / 4, state_->rest().neighbour(face)})
-    for (int c = 0; c < 4; ++c) box.add(load3(positions + 3 * nodes_[4 * tetrahedron + c]));
+    for (int c = 0; c < 4; ++c) box.add(place(nodes_[4 * tetrahedron + c]));
   for (std::int32_t i = 0; i + 1 < sweep.count; ++i)
     if (Strip(sweep, i).meets(box)) return true;
   return false;

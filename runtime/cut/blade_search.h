@@ -49,8 +49,10 @@ class BladeSearch {
       if (dot(away, away) <= radius * radius) found(tetrahedron, dot(away, away));
     });
   }
-  // Whether the sweep may meet the box of the two tetrahedra of a face.
-  bool reaches(const BladeSweep& sweep, std::int32_t face, const double* positions) const;
+  // Whether the sweep may meet the box of the two tetrahedra of a face. positions: of the first `known` nodes; later ones are where those of which they
+  // were split are.
+  bool reaches(const BladeSweep& sweep, std::int32_t face, const double* positions, const std::int32_t* split_from,
+               std::int32_t known) const;
 
  private:
   static constexpr std::int32_t kCluster = 64, kMostNodes = 8 * kCluster;

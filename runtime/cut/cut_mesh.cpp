@@ -232,15 +232,18 @@ void CutMesh::finish_passed(const BladeSweep& sweep, const double* positions) {
   const std::int32_t before = pending_count_;
   const std::uint32_t begin = trial_.moment();
   finish_.begin_step();
+  // New nodes of this step have no position yet.
+  const auto reaches = [&](std::int32_t face) {
+    return search_.reaches(sweep, face, positions, from_, change_.first_node);
+  };
   for (std::int32_t i = 0; i < before && finish_.has_time(); ++i) {
     const std::int32_t face = pending_[i];
     if (state_.face(face) != FaceState::pending || finish_.is_tried(face) || trial_.gathered_since(begin, face))
       continue;
-    if (search_.reaches(sweep, face, positions)) continue;
+    if (reaches(face)) continue;
     const std::int32_t count = trial_.gather(face, FaceState::pending);
     const std::int32_t* const faces = trial_.gathered();
-    if (std::any_of(faces, faces + count, [&](std::int32_t f) { return search_.reaches(sweep, f, positions); }))
-      continue;
+    if (std::any_of(faces, faces + count, reaches)) continue;
     if (!finish_.finish(faces, count, order_)) continue;
     for (std::int32_t f = 0; f < finish_.count(); ++f)
       if (finish_.is_new(f)) pending_[pending_count_++] = finish_.face(f);
