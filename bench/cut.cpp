@@ -148,12 +148,13 @@ double mean(const std::vector<double>& values) {
 
 struct Seen {
   std::vector<double> step, cutting, way, nodes_per_cm2, divided_per_cm2, angles;
-  std::vector<double> lips, worst_lip;  // mm from the plane, in edges
-  long strokes = 0, waiting = 0, waits = 0, parted = 0, splinters = 0, full = 0, spared = 0, cut = 0;
+  std::vector<double> splinter;         // tetrahedra of each
+  std::vector<double> lips, worst_lip;  // from the plane, in edges
+  long strokes = 0, waiting = 0, waits = 0, parted = 0, splinters = 0, cut = 0;
 };
 
-// One stroke through the whole mesh, mm a step.
-void play_stroke(const Mesh& mesh, const Plane& plane, double speed, Seen* seen) {
+// One stroke through the whole mesh. half: of the blade's length, mm; speed: mm a step.
+void play_stroke(const Mesh& mesh, const Plane& plane, double half, double speed, Seen* seen) {
   palpate::SceneMemory memory{palpate_allocator{}};
   static palpate::CutMesh cut;
   cut = {};
@@ -162,10 +163,14 @@ void play_stroke(const Mesh& mesh, const Plane& plane, double speed, Seen* seen)
     std::exit(2);
   }
   std::vector<double> positions = mesh.nodes;
+  const auto follow = [&] {
+    for (auto n = static_cast<std::int32_t>(positions.size() / 3); n < cut.nodes(); ++n)
+      for (std::size_t d = 0; d < 3; ++d) positions.push_back(positions[3 * static_cast<std::size_t>(cut.from(n)) + d]);
+  };
   std::array<double, 6> from, to;
   const auto place = [&](double way, std::array<double, 6>* blade) {
     for (const double side : {-1.0, 1.0}) {
-      const Vec3 p = plane.point + 1.5 * side * mesh.radius * plane.line + way * plane.way;
+      const Vec3 p = plane.point + side * half * plane.line + way * plane.way;
       palpate::store3(p, blade->data() + (side > 0 ? 3 : 0));
     }
   };
@@ -173,21 +178,24 @@ void play_stroke(const Mesh& mesh, const Plane& plane, double speed, Seen* seen)
   for (double way = -1.2 * mesh.radius; way < 1.3 * mesh.radius; way += speed, from = to) {
     place(way + speed, &to);
     const double begin = thread_seconds();
-    const palpate::CutChange& change = cut.blade({from.data(), to.data(), 2}, positions.data());
+    const palpate::CutMeshChange& change = cut.blade({from.data(), to.data(), 2}, positions.data());
     const double us = 1e6 * (thread_seconds() - begin);
     seen->step.push_back(us);
     if (change.cut_faces > 0) seen->cutting.push_back(us);
-    seen->full += change.full, seen->cut += change.cut_faces;
-    for (std::int32_t n = change.first_node; n < change.end_node; ++n)
-      for (std::size_t d = 0; d < 3; ++d) positions.push_back(positions[3 * static_cast<std::size_t>(cut.from(n)) + d]);
+    seen->cut += change.cut_faces;
+    follow();
   }
-  cut.blade({to.data(), to.data(), 2}, positions.data());  // finishes what the last step has left
+  // Finishes what the last step has left.
+  for (int i = 0; i < 100; ++i) cut.blade({to.data(), to.data(), 2}, positions.data()), follow();
   Divided divided;
   for (std::size_t t = 0; t < mesh.tetrahedra.size(); t += 4) divide(mesh, t, plane, &divided);
   const double cm2 = divided.area / 100;
   ++seen->strokes, seen->waiting += cut.pending(), seen->waits += cut.pending() > 0;
-  const auto pieces = cut.pieces().count();
-  seen->parted += pieces > 1, seen->splinters += std::max(0, pieces - 2);
+  std::vector<double> pieces;
+  for (std::int32_t i = 0; i < cut.pieces().count(); ++i) pieces.push_back(cut.pieces().piece(i).tetrahedra);
+  std::sort(pieces.rbegin(), pieces.rend());
+  seen->parted += pieces.size() > 1;
+  for (std::size_t i = 2; i < pieces.size(); ++i) ++seen->splinters, seen->splinter.push_back(pieces[i]);
   seen->nodes_per_cm2.push_back((cut.nodes() - mesh.body().node_count) / cm2);
   seen->divided_per_cm2.push_back(2 * static_cast<double>(divided.edges.size()) / cm2);
   seen->angles.insert(seen->angles.end(), divided.angles.begin(), divided.angles.end());
@@ -203,6 +211,30 @@ void play_stroke(const Mesh& mesh, const Plane& plane, double speed, Seen* seen)
   }
   seen->worst_lip.push_back(worst);
   memory.release_all();
+}
+
+void report_strokes(const Mesh& mesh, int strokes, double blade, double speed, double pass) {
+  std::mt19937_64 random(7);
+  Seen seen;
+  const int played = speed < 1 ? strokes / 6 : strokes;
+  for (int i = 0; i < played; ++i) play_stroke(mesh, random_plane(mesh, random), 0.5 * blade, speed, &seen);
+  std::printf("  blade of %.0f mm, %g mm a step, %d strokes\n", blade, speed, played);
+  const auto times = [&](const char* what, const std::vector<double>& us) {
+    const double median = percentile(us, 0.5), high = percentile(us, 0.99), worst = percentile(us, 1);
+    std::printf("    %s: %.1f us (median), %.0f (99 %%), %.0f (worst); %.1f, %.0f and %.0f passes\n", what, median,
+                high, worst, median / pass, high / pass, worst / pass);
+  };
+  times("a step", seen.step);
+  times("a step that cuts", seen.cutting);
+  std::printf(
+      "    faces that wait: %ld of %ld, in %ld strokes; parted: %ld of %ld, with %ld splinters of %.1f tetrahedra\n",
+      seen.waiting, seen.waiting + seen.cut, seen.waits, seen.parted, seen.strokes, seen.splinters,
+      mean(seen.splinter));
+  if (blade < mesh.radius) return;
+  std::printf("    lips off the plane, in edges: mean %.2f, 95 %% %.2f, worst %.2f; new nodes: %.1f a cm^2\n",
+              mean(seen.lips), percentile(seen.lips, 0.95), percentile(seen.worst_lip, 1), mean(seen.nodes_per_cm2));
+  std::printf("    divided tetrahedra: new nodes: %.1f a cm^2; smallest dihedral angle %.4f degrees (1 %%: %.2f)\n",
+              mean(seen.divided_per_cm2), percentile(seen.angles, 1e-9), percentile(seen.angles, 0.01));
 }
 
 void report(const char* file, int strokes) {
@@ -224,28 +256,10 @@ void report(const char* file, int strokes) {
     const Vec3 p[4] = {mesh.corner(t), mesh.corner(t + 1), mesh.corner(t + 2), mesh.corner(t + 3)};
     own.push_back(smallest_dihedral(p));
   }
-  for (const double speed : {0.1, 2.0, 1e4}) {
-    std::mt19937_64 random(7);
-    Seen seen;
-    const int played = speed < 1 ? strokes / 6 : strokes;
-    for (int i = 0; i < played; ++i) play_stroke(mesh, random_plane(mesh, random), speed, &seen);
-    std::printf(
-        "  %g mm a step, %d strokes: a step %.1f us (median), %.1f (99 %%), %.0f (worst), %.1f, %.1f and %.0f passes; "
-        "steps that cut %.1f us (median), %.1f (99 %%)\n",
-        speed, played, percentile(seen.step, 0.5), percentile(seen.step, 0.99), percentile(seen.step, 1),
-        percentile(seen.step, 0.5) / pass, percentile(seen.step, 0.99) / pass, percentile(seen.step, 1) / pass,
-        percentile(seen.cutting, 0.5), percentile(seen.cutting, 0.99));
-    std::printf(
-        "    parted %ld of %ld, %ld strokes with faces that wait (%ld of %ld), %ld splinters; %ld without reserve\n",
-        seen.parted, seen.strokes, seen.waits, seen.waiting, seen.waiting + seen.cut, seen.splinters, seen.full);
-    std::printf(
-        "    lips off the plane, in edges: mean %.2f, 95 %% %.2f, worst %.2f; new nodes %.1f a cm^2; smallest dihedral "
-        "angle %.1f degrees (1 %%: %.1f)\n",
-        mean(seen.lips), percentile(seen.lips, 0.95), percentile(seen.worst_lip, 1), mean(seen.nodes_per_cm2),
-        percentile(own, 1e-9), percentile(own, 0.01));
-    std::printf("    divided: new nodes %.1f a cm^2; smallest dihedral angle %.4f degrees (1 %%: %.2f)\n",
-                mean(seen.divided_per_cm2), percentile(seen.angles, 1e-9), percentile(seen.angles, 0.01));
-  }
+  std::printf("  smallest dihedral angle of a tetrahedron %.1f degrees (1 %%: %.1f)\n", percentile(own, 1e-9),
+              percentile(own, 0.01));
+  for (const double blade : {30.0, 3 * mesh.radius})
+    for (const double speed : {0.1, 2.0, 1e4}) report_strokes(mesh, strokes, blade, speed, pass);
 }
 
 }  // namespace

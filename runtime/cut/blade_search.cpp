@@ -21,8 +21,9 @@ std::uint64_t spread(std::uint64_t x) {
 bool segment_crosses(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
   const int side = side_of_plane(a, b, c, p);
   if (side == 0 || side == side_of_plane(a, b, c, q)) return false;
-  const int sense = side_of_edge(a, b, p, q);
-  return sense != 0 && sense == side_of_edge(b, c, p, q) && sense == side_of_edge(c, a, p, q);
+  const auto sense = [&](Vec3 from, Vec3 to) { return side_of_edge(from, to, p, q); };
+  const int first = sense(a, b);
+  return first != 0 && first == sense(b, c) && first == sense(c, a);
 }
 
 }  // namespace
@@ -83,16 +84,22 @@ Vec3 BladeSearch::centroid(std::int32_t tetrahedron, const double* positions) co
                  load3(positions + 3 * nodes[3]));
 }
 
-bool BladeSearch::reaches(const BladeSweep& sweep, std::int32_t face, const double* positions) const {
-  Box box{centroid(face / 4, positions), centroid(face / 4, positions)};
+bool BladeSearch::reaches(const BladeSweep& sweep, std::int32_t face, const double* positions,
+                          const std::int32_t* split_from, std::int32_t known) const {
+  const auto place = [&](std::int32_t node) {
+    while (node >= known) node = split_from[node];
+    return load3(positions + 3 * node);
+  };
+  Box box{place(nodes_[face]), place(nodes_[face])};
   for (const std::int32_t tetrahedron : {face / 4, state_->rest().neighbour(face)})
-    for (int c = 0; c < 4; ++c) box.add(load3(positions + 3 * nodes_[4 * tetrahedron + c]));
+    for (int c = 0; c < 4; ++c) box.add(place(nodes_[4 * tetrahedron + c]));
   for (std::int32_t i = 0; i + 1 < sweep.count; ++i)
     if (Strip(sweep, i).meets(box)) return true;
   return false;
 }
 
-bool BladeSearch::create(SceneMemory& memory, const CutState& state, const std::int32_t* nodes) {
+bool BladeSearch::create(SceneMemory& memory, const CutState& state, const std::int32_t* nodes,
+                         std::int32_t most_nodes) {
   state_ = &state, nodes_ = nodes;
   const auto tetrahedra = static_cast<std::size_t>(state.rest().tetrahedra());
   clusters_ = (state.rest().tetrahedra() + kCluster - 1) / kCluster;
@@ -102,12 +109,13 @@ bool BladeSearch::create(SceneMemory& memory, const CutState& state, const std::
   stale_ = memory.array<std::uint64_t>(clusters / 64 + 1);
   listed_ = memory.array<std::int32_t>(clusters * kMostNodes);
   listed_count_ = memory.array<std::int32_t>(clusters);
+  seen_ = memory.array<std::uint32_t>(static_cast<std::size_t>(most_nodes));
   SceneMemory scratch = memory.of_same_host();
   std::uint64_t* const keys = scratch.array<std::uint64_t>(tetrahedra);
   const bool made = !memory.failed() && !scratch.failed();
   if (made) {
     sort_tetrahedra(keys);
-    std::fill(stale_, stale_ + clusters / 64 + 1, ~std::uint64_t{0});
+    for (std::int32_t cluster = 0; cluster < clusters_; ++cluster) list_nodes(cluster);
     memory.keep_array(stale_, clusters / 64 + 1);
     memory.keep_array(listed_, clusters * kMostNodes);
     memory.keep_array(listed_count_, clusters);
@@ -145,17 +153,20 @@ void BladeSearch::list_nodes(std::int32_t cluster) {
   const std::int32_t first = kCluster * cluster, end = std::min(first + kCluster, state_->rest().tetrahedra());
   std::int32_t* const list = listed_ + static_cast<std::size_t>(cluster) * kMostNodes;
   std::int32_t count = 0;
-  for (std::int32_t i = first; i < end; ++i) {
-    const std::int32_t tetrahedron = order_[i];
-    for (std::int32_t c = 4 * tetrahedron; c < 4 * tetrahedron + 4; ++c) {
-      list[count++] = nodes_[c];
+  ++lists_;
+  const auto add = [&](std::int32_t node) {
+    if (seen_[node] == lists_) return;
+    seen_[node] = lists_;
+    list[count++] = node;
+  };
+  for (std::int32_t i = first; i < end; ++i)
+    for (std::int32_t c = 4 * order_[i]; c < 4 * order_[i] + 4; ++c) {
+      add(nodes_[c]);
       // The segment between the centroids may leave the two tetrahedra, but not their box.
       const std::int32_t other = state_->rest().other_side(c);
-      if (other > c) list[count++] = nodes_[other];
+      if (other > c) add(nodes_[other]);
     }
-  }
-  std::sort(list, list + count);
-  listed_count_[cluster] = static_cast<std::int32_t>(std::unique(list, list + count) - list);
+  listed_count_[cluster] = count;
 }
 
 BladeSearch::Box BladeSearch::box_of_cluster(std::int32_t cluster, const double* positions) {

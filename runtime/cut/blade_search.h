@@ -21,8 +21,8 @@ struct BladeSweep {
 
 class BladeSearch {
  public:
-  // nodes: of the corners [tetrahedra][4], as they are now; it may change. False where memory ends.
-  bool create(SceneMemory& memory, const CutState& state, const std::int32_t* nodes);
+  // nodes: of the corners [tetrahedra][4], as they are now; it may change, and there may be most_nodes. False where memory ends.
+  bool create(SceneMemory& memory, const CutState& state, const std::int32_t* nodes, std::int32_t most_nodes);
   // To be called when a corner of the tetrahedron has another node.
   void changed(std::int32_t tetrahedron);
 
@@ -49,8 +49,10 @@ class BladeSearch {
       if (dot(away, away) <= radius * radius) found(tetrahedron, dot(away, away));
     });
   }
-  // Whether the sweep may meet the box of the two tetrahedra of a face.
-  bool reaches(const BladeSweep& sweep, std::int32_t face, const double* positions) const;
+  // Whether the sweep may meet the box of the two tetrahedra of a face. positions: of the first `known` nodes; later ones are where those of which they
+  // were split are.
+  bool reaches(const BladeSweep& sweep, std::int32_t face, const double* positions, const std::int32_t* split_from,
+               std::int32_t known) const;
 
  private:
   static constexpr std::int32_t kCluster = 64, kMostNodes = 8 * kCluster;
@@ -95,6 +97,8 @@ class BladeSearch {
   std::int32_t* listed_ =
       nullptr;  // [clusters][kMostNodes]: nodes of a cluster and of the neighbours of its tetrahedra
   std::int32_t* listed_count_ = nullptr;  // [clusters]
+  std::uint32_t* seen_ = nullptr;         // by node: the list in which it stands
+  std::uint32_t lists_ = 0;
 };
 
 }  // namespace palpate

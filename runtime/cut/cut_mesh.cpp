@@ -22,17 +22,17 @@ const char* CutMesh::create(SceneMemory& memory, const CutBody& body, std::int32
   work_.kept = memory.array<std::uint32_t>(all);
   work_.listed = memory.array<std::uint32_t>(nodes);
   work_.place = memory.array<std::int32_t>(tetrahedra);
-  for (CutChange::List* const list : {&change_.tetrahedra, &change_.removed_tetrahedra})
+  for (CutMeshChange::List* const list : {&change_.tetrahedra, &change_.removed_tetrahedra})
     list->items = memory.array<std::int32_t>(tetrahedra);
   change_.lost_nodes.items = memory.array<std::int32_t>(all);
-  for (CutChange::List* const list : {&change_.before, &change_.removed_triangles, &change_.renamed_triangles})
+  for (CutMeshChange::List* const list : {&change_.before, &change_.removed_triangles, &change_.renamed_triangles})
     list->items = memory.array<std::int32_t>(4 * tetrahedra);
   if (memory.failed()) return "no memory for a body that can be cut";
   std::copy(body.tetrahedra, body.tetrahedra + 4 * tetrahedra, nodes_);
   for (std::int32_t n = 0; n < body.node_count; ++n) from_[n] = at_rest_[n] = n;
   if (!trial_.create(memory, state_) || !finish_.create(memory, state_, trial_) ||
       !surface_.create(memory, rest_, nodes_) || !pieces_.create(memory, state_) ||
-      !search_.create(memory, state_, nodes_))
+      !search_.create(memory, state_, nodes_, capacity_))
     return "no memory for a body that can be cut";
   memory.keep(node_count_);
   memory.keep(pending_count_);
@@ -52,12 +52,12 @@ void CutMesh::begin_change() {
   change_.first_triangle = change_.end_triangle = surface_.count();
   change_.first_piece = change_.end_piece = pieces_.count();
   change_.cut_faces = 0, change_.full = false;
-  for (CutChange::List* const list : {&change_.tetrahedra, &change_.before, &change_.removed_tetrahedra,
-                                      &change_.lost_nodes, &change_.removed_triangles, &change_.renamed_triangles})
+  for (CutMeshChange::List* const list : {&change_.tetrahedra, &change_.before, &change_.removed_tetrahedra,
+                                          &change_.lost_nodes, &change_.removed_triangles, &change_.renamed_triangles})
     list->count = 0;
 }
 
-const CutChange& CutMesh::end_change() {
+const CutMeshChange& CutMesh::end_change() {
   forget_pending();
   for (std::int32_t i = 0; i < change_.tetrahedra.count; ++i) {
     const std::int32_t t = change_.tetrahedra[i];
@@ -87,7 +87,7 @@ void CutMesh::forget_pending() {
 
 // ---- a blade ------------------------------------------------------------------------------------------------------
 
-const CutChange& CutMesh::blade(const BladeSweep& sweep, const double* positions) {
+const CutMeshChange& CutMesh::blade(const BladeSweep& sweep, const double* positions) {
   begin_change();
   for (std::int32_t i = 0; i < sweep.count; ++i)
     if (!is_finite(load3(sweep.from + 3 * i)) || !is_finite(load3(sweep.to + 3 * i))) return end_change();
@@ -98,7 +98,7 @@ const CutChange& CutMesh::blade(const BladeSweep& sweep, const double* positions
   return end_change();
 }
 
-const CutChange& CutMesh::cut(const std::int32_t* faces, std::int32_t count) {
+const CutMeshChange& CutMesh::cut(const std::int32_t* faces, std::int32_t count) {
   begin_change();
   for (std::int32_t i = 0; i < count; ++i)
     if (state_.closed(faces[i])) meet(trial_.lower_side(faces[i]));
@@ -129,14 +129,14 @@ void CutMesh::cut_cluster(std::int32_t face) {
   cut_tried(trial_.try_faces(trial_.gathered(), count, order_));
 }
 
-void CutMesh::cut_pending_near(std::int32_t tetrahedron) {
+void CutMesh::cut_pending_near(std::int32_t tetrahedron, std::uint32_t begin) {
   for (std::int32_t c = 4 * tetrahedron; c < 4 * tetrahedron + 4; ++c)
     for (const std::int32_t corner : rest_.star(rest_.node(c)))
-      for (std::int32_t face = 4 * (corner / 4); face < 4 * (corner / 4) + 4; ++face)
-        if (face != corner && state_.face(face) == FaceState::pending) {
-          cut_cluster(trial_.lower_side(face));
-          break;
-        }
+      for (std::int32_t face = 4 * (corner / 4); face < 4 * (corner / 4) + 4; ++face) {
+        const std::int32_t lower = trial_.lower_side(face);
+        if (face != corner && state_.face(face) == FaceState::pending && !trial_.gathered_since(begin, lower))
+          cut_cluster(lower);
+      }
 }
 
 // Cuts the tried faces, one part that hangs together after another.
@@ -230,21 +230,27 @@ void CutMesh::change_node(std::int32_t corner, std::int32_t node) {
 // Finishes what is pending where the sweep does not reach any more.
 void CutMesh::finish_passed(const BladeSweep& sweep, const double* positions) {
   const std::int32_t before = pending_count_;
-  std::uint32_t begin = trial_.moment();
-  for (std::int32_t i = 0; i < before; ++i) {
+  const std::uint32_t begin = trial_.moment();
+  finish_.begin_step();
+  // New nodes of this step have no position yet.
+  const auto reaches = [&](std::int32_t face) {
+    return search_.reaches(sweep, face, positions, from_, change_.first_node);
+  };
+  for (std::int32_t i = 0; i < before && finish_.has_time(); ++i) {
     const std::int32_t face = pending_[i];
     if (state_.face(face) != FaceState::pending || finish_.is_tried(face) || trial_.gathered_since(begin, face))
       continue;
-    if (search_.reaches(sweep, face, positions)) continue;
+    if (reaches(face)) continue;
     const std::int32_t count = trial_.gather(face, FaceState::pending);
     const std::int32_t* const faces = trial_.gathered();
-    if (std::any_of(faces, faces + count, [&](std::int32_t f) { return search_.reaches(sweep, f, positions); }))
-      continue;
+    if (std::any_of(faces, faces + count, reaches)) continue;
     if (!finish_.finish(faces, count, order_)) continue;
     for (std::int32_t f = 0; f < finish_.count(); ++f)
       if (finish_.is_new(f)) pending_[pending_count_++] = finish_.face(f);
+    const std::uint32_t changed = trial_.moment();
     for (std::int32_t f = 0; f < finish_.count(); ++f)
-      if (state_.face(finish_.face(f)) == FaceState::pending) cut_cluster(finish_.face(f));
+      if (state_.face(finish_.face(f)) == FaceState::pending && !trial_.gathered_since(changed, finish_.face(f)))
+        cut_cluster(finish_.face(f));
   }
 }
 
@@ -277,7 +283,7 @@ bool CutMesh::has_severed() {
 
 // ---- removal ------------------------------------------------------------------------------------------------------
 
-const CutChange& CutMesh::remove(const std::int32_t* tetrahedra, std::int32_t count) {
+const CutMeshChange& CutMesh::remove(const std::int32_t* tetrahedra, std::int32_t count) {
   begin_change();
   const std::int32_t removed = trial_.try_removal(tetrahedra, count);
   if (removed == 0) return end_change();
@@ -290,11 +296,12 @@ const CutChange& CutMesh::remove(const std::int32_t* tetrahedra, std::int32_t co
   }
   for (std::int32_t i = 0; i < removed; ++i) take_away(gone[i]);
   lose_nodes(change_.removed_tetrahedra.items, change_.removed_tetrahedra.count);
-  for (const std::int32_t t : change_.removed_tetrahedra) cut_pending_near(t);
+  const std::uint32_t begin = trial_.moment();
+  for (const std::int32_t t : change_.removed_tetrahedra) cut_pending_near(t, begin);
   return end_change();
 }
 
-const CutChange& CutMesh::remove_ball(const double centre[3], double radius, const double* positions) {
+const CutMeshChange& CutMesh::remove_ball(const double centre[3], double radius, const double* positions) {
   std::int32_t found = 0;
   if (is_finite(load3(centre)) && radius > 0)
     search_.inside_ball(load3(centre), radius, positions, [&](std::int32_t tetrahedron, double square) {

@@ -19,7 +19,7 @@
 namespace palpate {
 
 // What the last step changed. Numbers, valid until the next step.
-struct CutChange {
+struct CutMeshChange {
   struct List {
     std::int32_t* items = nullptr;
     std::int32_t count = 0;
@@ -48,14 +48,14 @@ class CutMesh {
 
   // The blade moves; positions [nodes()][3] of the nodes as they are now, m. Where `to` is `from`, cuts that the blade has passed are finished and
   // nothing is met. Points that are not finite: nothing is done. Cost: the nodes, the tetrahedra near the sweep and the faces that wait there.
-  const CutChange& blade(const BladeSweep& sweep, const double* positions);
+  const CutMeshChange& blade(const BladeSweep& sweep, const double* positions);
   // The faces between tetrahedra, as if a blade had met them.
-  const CutChange& cut(const std::int32_t* faces, std::int32_t count);
+  const CutMeshChange& cut(const std::int32_t* faces, std::int32_t count);
   // Removes tetrahedra, the first ones rather than the last: those whose removal leaves a manifold surface.
-  const CutChange& remove(const std::int32_t* tetrahedra, std::int32_t count);
+  const CutMeshChange& remove(const std::int32_t* tetrahedra, std::int32_t count);
   // Removes those whose centroid lies in the ball, from its centre on.
-  const CutChange& remove_ball(const double centre[3], double radius, const double* positions);
-  const CutChange& change() const { return change_; }
+  const CutMeshChange& remove_ball(const double centre[3], double radius, const double* positions);
+  const CutMeshChange& change() const { return change_; }
 
   // The nodes at rest and the new ones.
   std::int32_t nodes() const { return node_count_; }
@@ -76,7 +76,7 @@ class CutMesh {
   void begin_change();
   void meet(std::int32_t face);
   void cut_met();
-  void cut_pending_near(std::int32_t tetrahedron);
+  void cut_pending_near(std::int32_t tetrahedron, std::uint32_t begin);
   void cut_cluster(std::int32_t face);
   void cut_tried(std::int32_t count);
   bool is_attached(const std::int32_t* faces, std::int32_t count) const;
@@ -92,7 +92,7 @@ class CutMesh {
   bool has_severed();
   void take_away(std::int32_t tetrahedron);
   void lose_nodes(const std::int32_t* tetrahedra, std::int32_t count);
-  const CutChange& end_change();
+  const CutMeshChange& end_change();
 
   RestMesh rest_;
   CutState state_;
@@ -101,7 +101,7 @@ class CutMesh {
   CutSurface surface_;
   MeshPieces pieces_;
   BladeSearch search_;
-  CutChange change_;
+  CutMeshChange change_;
   std::int32_t* nodes_ = nullptr;                      // [tetrahedra][4]
   std::int32_t *from_ = nullptr, *at_rest_ = nullptr;  // [nodes at rest + reserve]
   std::uint32_t* order_ =

@@ -19,10 +19,6 @@ const char* CutState::create(SceneMemory& memory, const RestMesh& rest) {
       if (component_[corner] != *rest.star(n).begin() || has_fans(component_[corner]))
         return "the surface of the body to be cut is not manifold at a node";
   }
-  for (std::int32_t i = 0; i < rest.body().triangle_count; ++i) {
-    if (face_has_shared_edge(rest.face_of_triangle(i)))
-      return "the surface of the body to be cut is not manifold at an edge";
-  }
   return nullptr;
 }
 

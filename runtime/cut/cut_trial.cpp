@@ -57,11 +57,6 @@ void CutTrial::know(std::int32_t node) {
   state_->find_components(node);
 }
 
-bool CutTrial::divides(std::int32_t corner, std::int32_t face) const {
-  const RestMesh& rest = state_->rest();
-  return state_->component(corner) != state_->component(rest.corner_at(rest.neighbour(face), rest.node(corner)));
-}
-
 std::int32_t CutTrial::face_fault(std::int32_t face) {
   const RestMesh& rest = state_->rest();
   const std::int32_t begin = 4 * (face / 4), beyond = rest.neighbour(face);
@@ -133,6 +128,38 @@ std::int32_t CutTrial::take_back(bool removal, std::int32_t least) {
   return left;
 }
 
+void CutTrial::note_faulty(bool removal) {
+  faulty_count_ = group_count_ = 0;
+  const RestMesh& rest = state_->rest();
+  for (std::int32_t i = 0; i < count_ && !removal && faulty_count_ < kMostFaulty; ++i) {
+    const std::int32_t face = items_[i], beyond = rest.neighbour(face);
+    if (faults_[i] == 0) continue;
+    faulty_[faulty_count_++] = face;
+    for (std::int32_t c = 4 * (face / 4); c < 4 * (face / 4) + 4; ++c) {
+      if (c == face) continue;
+      const std::int32_t other = rest.corner_at(beyond, rest.node(c));
+      const bool one_has = state_->has_fans(state_->component(c)), two_has = state_->has_fans(state_->component(other));
+      if (one_has && !two_has) note_group(other);
+      if (two_has && !one_has) note_group(c);
+    }
+  }
+}
+
+void CutTrial::note_group(std::int32_t corner) {
+  const std::int32_t component = state_->component(corner);
+  for (std::int32_t i = 0; i < group_count_; ++i)
+    if (groups_[i].component == component) return;
+  if (group_count_ == kMostGroups) return;
+  Group& group = groups_[group_count_];
+  group.component = component, group.count = 0;
+  for (const std::int32_t at : state_->rest().star(state_->rest().node(corner))) {
+    if (state_->gone(at / 4) || state_->component(at) != component) continue;
+    if (group.count == Group::kMost) return;
+    group.tetrahedra[group.count++] = at / 4;
+  }
+  ++group_count_;
+}
+
 std::int32_t CutTrial::settle(bool removal) {
   const std::uint32_t pass = ++pass_;
   for (std::int32_t i = 0; i < count_; ++i)
@@ -141,7 +168,9 @@ std::int32_t CutTrial::settle(bool removal) {
       changed_[node] = pass;
     });
   std::int32_t least = 0;
-  for (find_faults(removal, &least); least > 0; find_faults(removal, &least)) count_ = take_back(removal, least);
+  find_faults(removal, &least);
+  note_faulty(removal);
+  for (; least > 0; find_faults(removal, &least)) count_ = take_back(removal, least);
   return count_;
 }
 

@@ -33,8 +33,19 @@ class CutTrial {
   std::int32_t try_removal(const std::int32_t* tetrahedra, std::int32_t count);
   // What was tried and left, after either.
   const std::int32_t* left() const { return items_; }
-  // Whether the nodes on both sides of a face at a corner differ.
-  bool divides(std::int32_t corner, std::int32_t face) const;
+  // The faces of the last try_faces() that were at fault before any was taken back; the first kMostFaulty.
+  static constexpr std::int32_t kMostFaulty = 32;
+  std::int32_t faulty_count() const { return faulty_count_; }
+  const std::int32_t* faulty() const { return faulty_; }
+  // The tetrahedra of a component that lies beyond a faulty face from one that has several fans. A node at which such a cut only touches the
+  // surface, or itself, is free of the fault when all of them are on the other side.
+  struct Group {
+    static constexpr std::int32_t kMost = 24;
+    std::int32_t component, count, tetrahedra[kMost];
+  };
+  static constexpr std::int32_t kMostGroups = 8;
+  std::int32_t group_count() const { return group_count_; }
+  const Group& group(std::int32_t i) const { return groups_[i]; }
   // Counted work since create(): the corners that were looked at.
   std::int64_t work() const { return work_; }
 
@@ -47,6 +58,8 @@ class CutTrial {
   std::int32_t removal_fault(std::int32_t tetrahedron);
   std::int32_t settle(bool removal);
   std::int32_t take_back(bool removal, std::int32_t least);
+  void note_faulty(bool removal);
+  void note_group(std::int32_t corner);
   void find_faults(bool removal, std::int32_t* least);
 
   CutState* state_ = nullptr;
@@ -55,7 +68,10 @@ class CutTrial {
   std::uint32_t *seen_face_ = nullptr, *seen_node_ = nullptr,
                 *changed_ = nullptr;  // [tetrahedra][4], [nodes], [nodes]: a pass
   std::uint32_t pass_ = 0;
-  std::int32_t count_ = 0;
+  std::int32_t count_ = 0, faulty_count_ = 0;
+  std::int32_t faulty_[kMostFaulty];
+  std::int32_t group_count_ = 0;
+  Group groups_[kMostGroups];
   std::int64_t work_ = 0;
 };
 

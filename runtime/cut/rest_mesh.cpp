@@ -95,6 +95,18 @@ const char* RestMesh::match(Side* sides) {
   return nullptr;
 }
 
+// Each edge runs once in each sense around the triangles of a closed, manifold surface.
+const char* RestMesh::check_edges(std::uint64_t* edges) const {
+  const std::int32_t count = 3 * body_.triangle_count;
+  for (std::int32_t c = 0; c < count; ++c)
+    edges[c] = static_cast<std::uint64_t>(body_.triangles[c]) << 32 |
+               static_cast<std::uint64_t>(body_.triangles[c % 3 == 2 ? c - 2 : c + 1]);
+  std::sort(edges, edges + count);
+  if (std::adjacent_find(edges, edges + count) != edges + count)
+    return "the surface of the body to be cut is not manifold at an edge";
+  return nullptr;
+}
+
 const char* RestMesh::create(SceneMemory& memory, const CutBody& body) {
   body_ = body;
   if (const char* const wrong = check_numbers()) return wrong;
@@ -105,12 +117,14 @@ const char* RestMesh::create(SceneMemory& memory, const CutBody& body) {
   face_of_triangle_ = memory.array<std::int32_t>(static_cast<std::size_t>(body.triangle_count));
   SceneMemory scratch = memory.of_same_host();
   Side* const sides = scratch.array<Side>(corners + static_cast<std::size_t>(body.triangle_count));
+  std::uint64_t* const edges = scratch.array<std::uint64_t>(3 * static_cast<std::size_t>(body.triangle_count));
   const char* wrong = nullptr;
   if (memory.failed() || scratch.failed()) {
     wrong = "no memory for a body that can be cut";
   } else {
     make_stars();
     wrong = match(sides);
+    if (!wrong) wrong = check_edges(edges);
   }
   scratch.release_all();
   return wrong;

@@ -58,6 +58,7 @@ class RestMesh {
   void make_stars();
   struct Side;
   const char* match(Side* sides);
+  const char* check_edges(std::uint64_t* edges) const;
 
   CutBody body_;
   std::int32_t* neighbours_ = nullptr;        // [tetrahedra][4]

@@ -134,6 +134,43 @@ BodyToCut block_to_cut(int nx, int ny, int nz, double jitter, std::uint64_t seed
   return body_of(std::move(nodes), std::move(tetrahedra));
 }
 
+BodyToCut lattice_to_cut(int nx, int ny, int nz, double jitter, std::uint64_t seed) {
+  std::vector<double> nodes = block_to_cut(nx, ny, nz, jitter, seed).nodes;
+  const std::array<int, 3> cells{nx, ny, nz};
+  const auto corners = static_cast<std::int32_t>(nodes.size() / 3);
+  const auto corner = [&](std::array<int, 3> at) { return at[0] + (nx + 1) * (at[1] + (ny + 1) * at[2]); };
+  const auto centre = [&](std::array<int, 3> at) { return corners + at[0] + nx * (at[1] + ny * at[2]); };
+  std::vector<std::int32_t> tetrahedra;
+  const auto add = [&](std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
+    tetrahedra.insert(tetrahedra.end(), {a, b, c, d});
+  };
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) nodes.insert(nodes.end(), {x + 0.5, y + 0.5, z + 0.5});
+  std::array<int, 3> at{};
+  for (at[2] = 0; at[2] < nz; ++at[2])
+    for (at[1] = 0; at[1] < ny; ++at[1])
+      for (at[0] = 0; at[0] < nx; ++at[0])
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          for (int side = 0; side < 2; ++side) {
+            std::array<std::int32_t, 4> ring{};  // of the cell's face, counter-clockwise from outside
+            for (int i = 0; i < 4; ++i) {
+              std::array<int, 3> c = at;
+              const int turn = side ? i : 3 - i;
+              c[axis] += side, c[(axis + 1) % 3] += turn == 1 || turn == 2, c[(axis + 2) % 3] += turn > 1;
+              ring[static_cast<std::size_t>(i)] = corner(c);
+            }
+            std::array<int, 3> beyond = at;
+            beyond[axis] += side ? 1 : -1;
+            const std::int32_t middle = centre(at);
+            if (beyond[axis] < 0 || beyond[axis] == cells[axis])
+              add(middle, ring[0], ring[1], ring[2]), add(middle, ring[0], ring[2], ring[3]);
+            else if (side)
+              for (std::size_t i = 0; i < 4; ++i) add(middle, ring[i], ring[(i + 1) % 4], centre(beyond));
+          }
+  return body_of(std::move(nodes), std::move(tetrahedra));
+}
+
 BodyToCut octahedron() {
   std::vector<std::int32_t> tetrahedra;
   for (const int x : {1, 2})
@@ -149,8 +186,8 @@ CutPlay::CutPlay(const BodyToCut& of, std::int32_t reserve) : body(of), position
   if (const char* const wrong = mesh.create(memory, of.view(), reserve)) throw std::runtime_error(wrong);
 }
 
-const CutChange& CutPlay::sweep(const std::array<double, 6>& from, const std::array<double, 6>& to) {
-  const CutChange& change = mesh.blade({from.data(), to.data(), 2}, positions.data());
+const CutMeshChange& CutPlay::sweep(const std::array<double, 6>& from, const std::array<double, 6>& to) {
+  const CutMeshChange& change = mesh.blade({from.data(), to.data(), 2}, positions.data());
   follow();
   return change;
 }
@@ -287,7 +324,7 @@ void RandomCuts::open() {
 std::string RandomCuts::step() {
   std::uniform_real_distribution<double> share(0, 1);
   if (left-- <= 0) begin_stroke();
-  const CutChange* change = nullptr;
+  const CutMeshChange* change = nullptr;
   if (share(random) < 0.02) {
     const std::array<double, 3> centre{blade[0], blade[1], blade[2]};
     change = &play.mesh.remove_ball(centre.data(), 0.3 + 0.5 * share(random), play.positions.data());

@@ -28,6 +28,8 @@ struct BodyToCut {
 BodyToCut body_of(std::vector<double> nodes, std::vector<std::int32_t> tetrahedra);
 // Cells of 1 m from (0, 0, 0) on, six tetrahedra each; nodes inside and on the sides are moved by at most `jitter` along each axis.
 BodyToCut block_to_cut(int nx, int ny, int nz, double jitter, std::uint64_t seed);
+// The same with a node in the middle of each cell, and four tetrahedra around the line between two of them.
+BodyToCut lattice_to_cut(int nx, int ny, int nz, double jitter, std::uint64_t seed);
 // Eight tetrahedra around a node inside.
 BodyToCut octahedron();
 
@@ -38,7 +40,7 @@ struct CutPlay {
   CutPlay(const CutPlay&) = delete;
   CutPlay& operator=(const CutPlay&) = delete;
   // One step of a blade with two points.
-  const CutChange& sweep(const std::array<double, 6>& from, const std::array<double, 6>& to);
+  const CutMeshChange& sweep(const std::array<double, 6>& from, const std::array<double, 6>& to);
   void follow();
 
   const BodyToCut& body;

@@ -120,11 +120,107 @@ TEST(CutMesh, ABladeThroughTheBodyPartsItInTwoWithoutWaitingFaces) {
     }
 }
 
+TEST(CutMesh, ObliqueBladesLeaveNothingWaitingAndNothingHanging) {
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> share(-1, 1);
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const BodyToCut body = seed % 2 ? lattice_to_cut(4, 4, 4, 0.22, seed) : block_to_cut(4, 4, 4, 0.22, seed);
+    CutPlay play(body);
+    // A plane near the middle; the blade is longer than the body, and its way is across its line.
+    Vec3 normal = unit_or_zero({share(random), share(random), share(random)});
+    const Vec3 line = unit_or_zero(cross(normal, Vec3{share(random), share(random), share(random)}));
+    const Vec3 way = cross(normal, line), middle = Vec3{2, 2, 2} + 0.6 * share(random) * normal;
+    const auto blade = [&](double along) {
+      std::array<double, 6> at{};
+      store3(middle + along * way + 9 * line, at.data()), store3(middle + along * way + -9 * line, at.data() + 3);
+      return at;
+    };
+    for (double along = -5; along < 5; along += 0.2) play.sweep(blade(along), blade(along + 0.2));
+    for (int i = 0; i < 50; ++i) play.sweep(blade(5), blade(5));
+    ASSERT_EQ(fault_of(play), "");
+    EXPECT_EQ(play.mesh.pending(), 0) << seed;
+    EXPECT_GE(play.mesh.pieces().count(), 2) << seed;
+  }
+}
+
+TEST(CutMesh, ACutThatTouchesTheSurfaceAtANodeIsFinished) {
+  // The upper side of the cut: the tetrahedra at the nodes with z = 3, but for the four around the line from one of these nodes down. Those
+  // reach the surface at this node alone.
+  const BodyToCut body = lattice_to_cut(4, 4, 3, 0, 0);
+  const std::int32_t top = 2 + 5 * (2 + 5 * 3), below = 2 + 5 * (2 + 5 * 2);
+  const auto is_upper = [&](std::int32_t t) {
+    bool at_top = false, has_top = false, has_below = false;
+    for (std::size_t c = 4 * static_cast<std::size_t>(t); c < 4 * static_cast<std::size_t>(t) + 4; ++c) {
+      const std::int32_t node = body.tetrahedra[c];
+      at_top = at_top || body.nodes[3 * static_cast<std::size_t>(node) + 2] == 3;
+      has_top = has_top || node == top, has_below = has_below || node == below;
+    }
+    return at_top && !(has_top && has_below);
+  };
+  CutPlay play(body);
+  std::vector<std::int32_t> faces;
+  for (const std::int32_t face : body.inner_faces())
+    if (is_upper(face / 4) != is_upper(play.mesh.state().rest().neighbour(face))) faces.push_back(face);
+  play.mesh.cut(faces.data(), static_cast<std::int32_t>(faces.size()));
+  play.follow();
+  EXPECT_GT(play.mesh.pending(), 0);
+  EXPECT_EQ(play.mesh.pieces().count(), 1);
+  for (int i = 0; i < 50; ++i) play.sweep({9, 9, 9, 9, 9, 10}, {9, 9, 9, 9, 9, 10});
+  ASSERT_EQ(fault_of(play), "");
+  EXPECT_EQ(play.mesh.pending(), 0);
+  EXPECT_GE(play.mesh.pieces().count(), 2);
+}
+
+// Whether the segment crosses the triangle, in plain arithmetic.
+bool crosses(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c) {
+  const auto volume = [](Vec3 u, Vec3 v, Vec3 w, Vec3 x) { return dot(cross(v - u, w - u), x - u) > 0; };
+  return volume(a, b, c, p) != volume(a, b, c, q) && volume(p, q, a, b) == volume(p, q, b, c) &&
+         volume(p, q, b, c) == volume(p, q, c, a);
+}
+
+TEST(CutMesh, ABladeMeetsEachFaceWhoseCentroidsItDivides) {
+  const BodyToCut block = block_to_cut(5, 5, 4, 0.2, 5), bar = block_to_cut(40, 1, 1, 0.1, 5);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> share(0, 1), step(-1, 1);
+  long met = 0;
+  for (int i = 0; i < 800; ++i) {
+    const BodyToCut& body = i % 4 == 3 ? bar : block;
+    CutPlay play(body);
+    // Positions are anything: some tetrahedra are turned over, and the segments between centroids leave them.
+    for (double& x : play.positions) x += (i % 4 == 1 ? 2 : 0) * step(random);
+    std::array<double, 6> from{}, to{};
+    // Long and short ones.
+    for (std::size_t d = 0; d < 6; ++d) {
+      from[d] = d < 3 || i % 4 < 2 ? share(random) * body.nodes[body.nodes.size() - 3 + d % 3]
+                                   : from[d - 3] + 0.3 * step(random);
+      to[d] = from[d] + (i % 2 ? 0.2 : 0.05) * step(random);
+    }
+    const auto middle = [&](std::int32_t t) {
+      Vec3 sum;
+      for (int c = 0; c < 4; ++c) sum += load3(play.positions.data() + 3 * play.mesh.nodes_of(t)[c]);
+      return 0.25 * sum;
+    };
+    std::set<std::int32_t> expected;
+    const Vec3 a = load3(from.data()), b = load3(from.data() + 3), c = load3(to.data() + 3), d = load3(to.data());
+    for (const std::int32_t face : body.inner_faces()) {
+      const Vec3 p = middle(face / 4), q = middle(play.mesh.state().rest().neighbour(face));
+      if (crosses(p, q, a, b, c) || crosses(p, q, a, c, d)) expected.insert(face);
+    }
+    play.mesh.blade({from.data(), to.data(), 2}, play.positions.data());
+    std::set<std::int32_t> found = faces_in(play, FaceState::pending);
+    found.merge(faces_in(play, FaceState::cut));
+    ASSERT_EQ(found, expected);
+    met += static_cast<long>(found.size());
+  }
+  EXPECT_GT(met, 300);
+}
+
 TEST(CutMesh, ACutAlongAPlaneOfFacesIsThatPlane) {
   // The blade runs through nodes, edges and faces exactly.
   const BodyToCut body = block_to_cut(4, 3, 2, 0, 0);
   CutPlay play(body);
-  sweep_plane(play, 0, 2, -1, 4, 0.25);
+  // Steps of an eighth end on segments between centroids, too.
+  sweep_plane(play, 0, 2, -1, 4, 0.125);
   ASSERT_EQ(fault_of(play), "");
   EXPECT_EQ(play.mesh.nodes() - body.node_count(), 4 * 3);
   EXPECT_EQ(play.mesh.pieces().count(), 2);
@@ -219,7 +315,7 @@ TEST(CutMesh, ABladeThatIsInsideAlreadyWaitsUntilItReachesTheSurface) {
   play.sweep({2.1, 2, 3.05, 4, 2, 3.05}, {2.1, 4, 3.05, 4, 4, 3.05});
   EXPECT_GT(play.mesh.pending(), 0);
   EXPECT_EQ(play.mesh.nodes(), body.node_count());
-  const CutChange& change = play.sweep({-1, -1, 3.05, 7, -1, 3.05}, {-1, 7, 3.05, 7, 7, 3.05});
+  const CutMeshChange& change = play.sweep({-1, -1, 3.05, 7, -1, 3.05}, {-1, 7, 3.05, 7, 7, 3.05});
   EXPECT_GT(change.cut_faces, 50);
   ASSERT_EQ(fault_of(play), "");
 }
@@ -269,7 +365,7 @@ TEST(CutMesh, TellsEachChange) {
   for (std::int32_t i = 0; i < mesh.surface().count(); ++i) triangles.push_back(triangle(i));
   for (int step = 0; step < 200; ++step) {
     ASSERT_EQ(cuts.step(), "");
-    const CutChange& change = mesh.change();
+    const CutMeshChange& change = mesh.change();
     ASSERT_EQ(change.first_node, node_count);
     for (std::int32_t n = change.first_node; n < change.end_node; ++n) {
       EXPECT_LT(mesh.from(n), n);
@@ -321,15 +417,16 @@ TEST(CutMesh, AReserveThatEndsIsToldAndTheNextStepGoesOn) {
   ASSERT_EQ(fault_of(play), "");
 }
 
+std::string refusal(const BodyToCut& body) {
+  SceneMemory memory{palpate_allocator{}};
+  CutMesh mesh;
+  const char* const wrong = mesh.create(memory, body.view(), 8);
+  const std::string text = wrong ? wrong : "";
+  memory.release_all();
+  return text;
+}
+
 TEST(CutMesh, BodiesThatCannotBeCutAreRefused) {
-  const auto refusal = [](const BodyToCut& body) {
-    SceneMemory memory{palpate_allocator{}};
-    CutMesh mesh;
-    const char* const wrong = mesh.create(memory, body.view(), 8);
-    const std::string text = wrong ? wrong : "";
-    memory.release_all();
-    return text;
-  };
   BodyToCut body = block_to_cut(2, 1, 1, 0, 0);
   EXPECT_EQ(refusal(body), "");
   BodyToCut open = body, turned = body, flat = body, far = body, lost = body;
@@ -365,11 +462,19 @@ TEST(CutMesh, RemovedTetrahedraLeaveAManifoldSurface) {
       t = static_cast<std::int32_t>(random() % static_cast<std::uint64_t>(body.tetrahedron_count()));
     const std::set<std::int32_t> wanted(tetrahedra.begin(), tetrahedra.end());
     CutPlay play(body);
-    const CutChange& change = play.mesh.remove(tetrahedra.data(), static_cast<std::int32_t>(tetrahedra.size()));
+    const CutMeshChange& change = play.mesh.remove(tetrahedra.data(), static_cast<std::int32_t>(tetrahedra.size()));
     ASSERT_EQ(fault_of(play), "");
     const bool valid = fault_of(body, {}, wanted).empty();
     ASSERT_EQ(valid, change.removed_tetrahedra.count == static_cast<std::int32_t>(wanted.size()));
     in_part += !valid && change.removed_tetrahedra.count > 0, whole += valid;
+    if (valid) continue;
+    // A body that begins without them is refused.
+    std::vector<std::int32_t> others;
+    for (std::int32_t t = 0; t < body.tetrahedron_count(); ++t)
+      if (!wanted.count(t))
+        others.insert(others.end(), &body.tetrahedra[4 * static_cast<std::size_t>(t)],
+                      &body.tetrahedra[4 * static_cast<std::size_t>(t)] + 4);
+    EXPECT_NE(refusal(body_of(body.nodes, others)).find("manifold"), std::string::npos);
   }
   EXPECT_GT(in_part, 10);
   EXPECT_GT(whole, 10);
@@ -379,7 +484,7 @@ TEST(CutMesh, ABallInsideLeavesAHollowAndTheLostNodeIsTold) {
   const BodyToCut body = block_to_cut(4, 4, 4, 0, 0);
   CutPlay play(body);
   const std::array<double, 3> centre{2, 2, 2};
-  const CutChange& change = play.mesh.remove_ball(centre.data(), 1, play.positions.data());
+  const CutMeshChange& change = play.mesh.remove_ball(centre.data(), 1, play.positions.data());
   EXPECT_GE(change.removed_tetrahedra.count, 24);  // all around the node in the middle
   ASSERT_EQ(change.lost_nodes.count, 1);
   EXPECT_EQ(change.lost_nodes[0], 2 + 5 * (2 + 5 * 2));
@@ -413,7 +518,7 @@ TEST(CutMesh, ASeveredPieceIsToldInItsStepWithWhatHoldsIt) {
   int told = 0;
   for (double y = -1; y < 4; y += 0.1) {
     const std::int32_t before = play.mesh.pieces().count();
-    const CutChange& change = play.sweep({2.5, y, -9, 2.5, y, 9}, {2.5, y + 0.1, -9, 2.5, y + 0.1, 9});
+    const CutMeshChange& change = play.sweep({2.5, y, -9, 2.5, y, 9}, {2.5, y + 0.1, -9, 2.5, y + 0.1, 9});
     EXPECT_EQ(change.first_piece, before);
     EXPECT_EQ(change.end_piece, play.mesh.pieces().count());
     told += change.end_piece > change.first_piece;
@@ -448,7 +553,7 @@ TEST(CutMesh, TetrahedraThatMeetAtAnEdgeOrANodeAloneShareNoNode) {
   CutPlay play(body);
   std::vector<std::int32_t> tetrahedra;
   for (std::int32_t t = 6; t < 18; ++t) tetrahedra.push_back(t);
-  const CutChange& change = play.mesh.remove(tetrahedra.data(), 12);
+  const CutMeshChange& change = play.mesh.remove(tetrahedra.data(), 12);
   ASSERT_EQ(change.removed_tetrahedra.count, 12);
   ASSERT_EQ(fault_of(play), "");
   EXPECT_EQ(play.mesh.pieces().count(), 2);
