@@ -225,19 +225,35 @@ CutCompliance::Unit CutCompliance::ground_node(std::int32_t node, double stiffne
   return add_stiffness(s);
 }
 
-// The columns of a removed tetrahedron: its own strain modes, then those of the sites at its corners.
 CutCompliance::Unit CutCompliance::remove(std::int32_t e) {
   if (e < 0 || e >= tissue_.tetrahedra() || !tissue_.is_left(e)) return {CutOutcome::wrong};
   Vec3 g[4];
   const double volume = tissue_.gradients(e, g);
+  // A node that nothing is left at would be loose.
+  double grounded[4] = {};
+  Unit unit;
+  for (int a = 0; a < 4 && unit; ++a) {
+    if (tissue_.tetrahedra_at(tissue_.corners(e)[a]) > 1) continue;
+    const double stiffness = volume * dot(g[a], g[a]) * tissue_.site_stiffness(tissue_.region(e), 0);
+    unit = ground_node(tissue_.corners(e)[a], stiffness);
+    if (unit) grounded[a] = stiffness;
+  }
+  if (unit) unit = take_away(e);
+  if (unit) {
+    tissue_.remove(e);
+    return unit;
+  }
+  for (int a = 0; a < 4; ++a)
+    if (grounded[a] > 0) ground_node(tissue_.corners(e)[a], -grounded[a]);
+  return unit;
+}
+
+// The columns of a removed tetrahedron: its own strain modes, then those of the sites at its corners.
+CutCompliance::Unit CutCompliance::take_away(std::int32_t e) {
+  Vec3 g[4];
+  const double volume = tissue_.gradients(e, g);
   const std::int32_t region = tissue_.region(e), *const corner = tissue_.corners(e);
   const int modes = tissue_.site_modes();
-  // A node that nothing is left at would be loose.
-  for (int a = 0; a < 4; ++a)
-    if (tissue_.tetrahedra_at(corner[a]) == 1) {
-      const double stiffness = volume * dot(g[a], g[a]) * tissue_.site_stiffness(region, 0);
-      if (const Unit unit = ground_node(corner[a], stiffness); !unit) return unit;
-    }
   SmallMatrix s;
   columns_.begin(kStrainModes + 4 * modes);
   begin_coordinates(kStrainModes + 4 * modes);
@@ -267,9 +283,7 @@ CutCompliance::Unit CutCompliance::remove(std::int32_t e) {
     }
   }
   if (const Unit unit = take_slots(); !unit) return unit;
-  const Unit unit = add_stiffness(s);
-  if (unit) tissue_.remove(e);
-  return unit;
+  return add_stiffness(s);
 }
 
 // columns_: B, forces on all nodes per unit jump of the tetrahedra that go with the new node; own: N, the stiffness of that jump.
@@ -417,11 +431,13 @@ CutCompliance::Unit CutCompliance::split(const CutChange& change, const CutChang
   constexpr std::int32_t kMostRegionsOfNode = 4;
   const std::int32_t patterns = 3 + 2 * kMostRegionsOfNode * tissue_.site_modes();
   if (made.node == tissue_.most_nodes() || !basis_.has_room(patterns)) return {CutOutcome::full};
+  for (std::int32_t k = 0; k < change.moved_count; ++k)
+    if (change.moved[k].tetrahedron < 0 || change.moved[k].tetrahedron >= tissue_.tetrahedra())
+      return {CutOutcome::wrong};
   // moved: 1 + the corner that goes to the new node.
   bool fits = true;
-  for (std::int32_t k = 0; k < change.moved_count && fits; ++k) {
+  for (std::int32_t k = 0; k < change.moved_count; ++k) {
     const CutChange::Moved& moved = change.moved[k];
-    if (moved.tetrahedron < 0 || moved.tetrahedron >= tissue_.tetrahedra()) return {CutOutcome::wrong};
     for (int a = 0; a < 4; ++a) {
       if (moved.corners[a] != made.node) continue;
       fits = fits && tissue_.is_left(moved.tetrahedron) && tissue_.corners(moved.tetrahedron)[a] == made.from;
@@ -494,13 +510,12 @@ bool CutCompliance::fill(SceneMemory& memory, const std::int32_t* nodes, std::in
   }
   if (known) row_products(z, 3 * count, matrix_, rank, stride_, padded, mz, stride_);
   for (std::int32_t a = 0; a < count && known; ++a) {
-    // What the cut adds in the rows of a node, from its own columns on; then the uncut body's part.
+    // What the cut adds in the columns of a node, from its own row on; then in its rows.
     const std::size_t own = 3 * static_cast<std::size_t>(a);
-    double* const to = c + own * rows + own;
-    row_products(mz + own * stride_, 3, z + own * stride_, 3 * (count - a), stride_, padded, to, rows);
-    for (int i = 0; i < 3 && known; ++i)
-      for (std::size_t k = own; k < rows; ++k)
-        c[k * rows + own + static_cast<std::size_t>(i)] = c[(own + static_cast<std::size_t>(i)) * rows + k];
+    row_products(z + own * stride_, 3 * (count - a), mz + own * stride_, 3, stride_, padded, c + own * rows + own,
+                 rows);
+    for (std::size_t k = own; k < rows; ++k)
+      for (std::size_t i = own; i < own + 3; ++i) c[i * rows + k] = c[k * rows + i];
   }
   double* const uncut = z;  // three rows of it, where the patterns stood
   for (std::int32_t a = 0; a < count && known; ++a) {

@@ -7,7 +7,7 @@
 //     x = Z^T G,  y = [coordinates of G] + M x,  T = G^T C' G,  M <- M - y S (I + T S)^-1 y^T
 // and a split node, whose jump w has the stiffness N and pulls the others by B w:
 //     y = [three new patterns e_j - B] - M Z^T B,  M <- M + y (N - B^T C' B)^-1 y^T.
-// So the cut is a set of pseudo-forces P M Z^T f on nodes at rest and of jumps.
+// So the cut is a set of pseudo-forces P M Z^T f on nodes at rest and of jumps. Section 24 of docs/method.md.
 #pragma once
 
 #include <cstdint>
@@ -96,6 +96,7 @@ class CutCompliance {
   Unit free_jump(const CutChange& change, const CutChange::NewNode& made);
   Unit split_site(std::int32_t node, std::int32_t from, std::int32_t region);
   Unit remove(std::int32_t tetrahedron);
+  Unit take_away(std::int32_t tetrahedron);
   Unit ground_node(std::int32_t node, double stiffness);
   Unit take_slots();
   Unit add_stiffness(const SmallMatrix& s);

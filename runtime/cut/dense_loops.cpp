@@ -128,7 +128,10 @@ PALPATE_INLINE void all_sums(const Sums& s) {
     const std::int32_t end = begin + kPiece < s.count ? begin + kPiece : s.count;
     std::int32_t r = 0;
     for (; r + Rows <= s.rows; r += Rows) sum_rows<Rows>(s, r, begin, end);
-    for (; r < s.rows; ++r) sum_rows<1>(s, r, begin, end);
+    // The few columns of a change are rows here.
+    if (r + 3 <= s.rows) sum_rows<3>(s, r, begin, end), r += 3;
+    if (r + 2 <= s.rows) sum_rows<2>(s, r, begin, end), r += 2;
+    if (r < s.rows) sum_rows<1>(s, r, begin, end);
   }
 }
 

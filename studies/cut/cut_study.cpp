@@ -30,6 +30,8 @@ struct Options {
   bool quick = false;
 };
 
+constexpr std::int32_t kRebaseRank = 300;
+
 double along(const std::array<double, 3>& p, int axis) {
   return p[static_cast<std::size_t>(axis)];
 }
@@ -118,7 +120,7 @@ class Study {
  public:
   Study(const ElasticBody& body, const Setting& setting, int most)
       : setting_(setting), plan_(plan_of(body, setting.cut)), most_(static_cast<std::size_t>(most)), body_(body) {
-    // Half of the places on the plane at most: the body stays whole.
+    // Six tenths of the places on the plane at most: the body stays whole.
     if (setting.cut == "split") most_ = std::min(most_, plan_.order.size() * 6 / 10);
     // A few of the first are not made: nothing goes with the node, or a piece would come loose.
     plan_.order.resize(std::min(plan_.order.size(), most_ + most_ / 5 + 5));
@@ -138,7 +140,7 @@ class Study {
       ++done_;
       for (const std::size_t at : {1, 10, 30, 100, 200, 300})
         if (done_ == at) points.push_back(point());
-      if (setting_.rebased && cut_->rank() >= 300) rebase();
+      if (setting_.rebased && cut_->rank() >= kRebaseRank) rebase();
     }
     if (points.empty() || points.back()["count"] != done_) points.push_back(point());
     return points;
@@ -244,6 +246,7 @@ class Study {
     return {{"element", std::string(name_of(setting_.element))},
             {"cut", setting_.cut},
             {"stored", setting_.single ? "f32" : "f64"},
+            {"rebases_at", setting_.rebased ? kRebaseRank : 0},
             {"rebased", rebases_},
             {"count", done_},
             {"rank", cut_->rank()},

@@ -105,7 +105,7 @@ studies/coupled/played_world.h: studies/coupled/: Eigen palpate
 studies/coupled/played_world.cpp: studies/coupled/ formats/: plumbing Eigen palpate
 studies/scenes/: studies/scenes/ studies/coupled/ studies/peers/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
 studies/peers/: studies/peers/ studies/timing/ precompute/elements/ formats/: plumbing Eigen SuiteSparse palpate
-studies/cut/: studies/cut/ studies/bodies/ studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/cut/ runtime/large/ runtime/base/ formats/: plumbing Eigen CLI11
+studies/cut/: studies/cut/ studies/accuracy/ studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/cut/ formats/: plumbing Eigen CLI11
 studies/hyperelastic/: studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/large/ runtime/base/: Eigen
 studies/large/: studies/large/ studies/coupled/ studies/hyperelastic/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
 studies/played/: studies/played/ studies/hyperelastic/ studies/accuracy/ studies/timing/ programs/player/ runtime/large/ formats/: plumbing CLI11 Eigen

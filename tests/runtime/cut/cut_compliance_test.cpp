@@ -385,6 +385,38 @@ TEST(CutCompliance, APieceThatWouldComeLooseIsToldAndGroundedFirst) {
     }
 }
 
+// Three tetrahedra in a row, held at one end.
+TEST(CutCompliance, ATetrahedronThatIsNotRemovedLeavesNothingBehind) {
+  ElasticBody body;
+  body.nodes = {{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0, 0, 0.01}, {0.01, 0.01, 0.01}, {0.02, 0.01, 0}};
+  body.tetrahedra = {{0, 1, 2, 3}, {1, 2, 3, 4}, {1, 4, 2, 5}};
+  for (auto& t : body.tetrahedra) {
+    Eigen::Matrix3d edges;
+    for (int a = 0; a < 3; ++a)
+      for (int i = 0; i < 3; ++i)
+        edges(a, i) =
+            body.nodes[static_cast<std::size_t>(t[static_cast<std::size_t>(a) + 1])][static_cast<std::size_t>(i)] -
+            body.nodes[static_cast<std::size_t>(t[0])][static_cast<std::size_t>(i)];
+    if (edges.determinant() < 0) std::swap(t[2], t[3]);
+  }
+  body.region = {0, 0, 0}, body.materials = {{5000, 0.4, 0}}, body.fixed.resize(6), body.surface_count = 6;
+  for (const std::size_t n : {0, 2, 3}) body.fixed[n] = {1, 1, 1};
+  for (const Element element : kElements) {
+    Cut cut(body, element, {6, 0, 100});
+    ASSERT_TRUE(cut.made);
+    const std::vector<std::int32_t> nodes = {1, 4, 5};
+    const Eigen::MatrixXd before = cut.answer(nodes);
+    EXPECT_LT((before - cut.truth(nodes)).norm(), 1e-9 * before.norm());
+    // Node 5 hangs on the last tetrahedron alone, with too little room for its columns after it was grounded.
+    Cut small(body, element, {6, 0, 5});
+    const Eigen::MatrixXd whole = small.answer(nodes);
+    const std::int32_t last = 2;
+    EXPECT_EQ(small.compliance.apply({nullptr, nullptr, &last, 0, 0, 1}).outcome, CutOutcome::full);
+    // Rounding, times how much stiffer the grounded node was for a while: 3e-11.
+    EXPECT_LT((small.answer(nodes) - whole).norm(), 1e-9 * whole.norm());
+  }
+}
+
 TEST(CutCompliance, ChangesThatDoNotFitAreNotMade) {
   const std::vector<std::int32_t> few = [] {
     std::vector<std::int32_t> nodes;
