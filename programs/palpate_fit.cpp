@@ -1,6 +1,7 @@
 // palpate-fit: finds Young's modulus, and Poisson's ratio or a ratio of moduli, from measured forces.
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <map>
@@ -95,7 +96,14 @@ void write(const Options& options, const Report& report) {
     write_text_atomically(options.organ, organ_lines(report));
 }
 
+// Each step of Newton's method takes and gives back the same arrays. The C library would give their memory back to the system each time, and the
+// system would clear it anew, which takes a quarter of the time.
+void keep_memory() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 30), mallopt(M_TRIM_THRESHOLD, 1 << 30), mallopt(M_TOP_PAD, 1 << 26);
+}
+
 void run_large(const Options& options, const Measurements& measurements, const std::string& source) {
+  keep_memory();
   const LawFamily family(*options.large, held_constants(options));
   PressedBundle bundle(options.inputs.front());
   const LargeOptions of_fit{{options.fit.repetitions, options.fit.seed}, options.holdout};

@@ -11,7 +11,6 @@
 
 #include "formats/errors.h"
 #include "programs/fit/draw.h"
-#include "programs/fit/model_error.h"
 
 namespace palpate::fit {
 namespace {
@@ -325,6 +324,7 @@ Places places_of(const CurveData& data, const MatrixXd& j, const VectorXd& weigh
 struct HalfWidths {
   VectorXd all;  // [quantity]; infinite: none
   double law_error = 0;
+  std::vector<double> law_evidence;
   UnitPart part = UnitPart::none;
 };
 
@@ -333,8 +333,9 @@ HalfWidths half_widths(const CurveData& data, const MatrixXd& j, const VectorXd&
   HalfWidths result;
   const UnitSums sums = sums_of(data, j, weight, residual);
   const Places places = places_of(data, j, weight, residual, sums.whole);
-  const ModelError of_law = model_error(places.strain, places.slope, places.effect, quantities, places.units);
-  result.law_error = of_law.rms;
+  const ModelError of_law =
+      model_error(places.strain, places.slope, places.effect, quantities, places.units, options.usual_error);
+  result.law_error = of_law.rms, result.law_evidence = of_law.log_evidence;
   VectorXd of_units = VectorXd::Zero(quantities.rows());
   if (data.units >= kFewestForBootstrap)
     result.part = UnitPart::bootstrap, of_units = bootstrap(sums, quantities, options);
@@ -360,10 +361,12 @@ CurveFit fit_curves(const CurveData& data, const LawFamily& family, const ForceM
   Fitter fitter(data, family, model);
   Solution best;
   std::vector<LawConstant::Range> range;
+  std::vector<Solution> of_ranges;
   for (const auto& choice : range_choices(family)) {
     VectorXd start(count);
     for (Index k = 0; k < count; ++k) start[k] = choice[std::size_t(k)].start;
     const Solution found = fitter.minimise(start, choice, std::vector<bool>(std::size_t(count), true));
+    of_ranges.push_back(found);
     if (range.empty() || found.square < best.square) best = found, range = choice;
   }
   if (!std::isfinite(best.square)) throw OperationError(fitter.failed());
@@ -386,7 +389,7 @@ CurveFit fit_curves(const CurveData& data, const LawFamily& family, const ForceM
     quantities.bottomLeftCorner(count, 1) = fit.shear.value * values;
   }
   const HalfWidths half = half_widths(data, j, weight, best.residual, quantities, options);
-  fit.unit_part = half.part, fit.law_error = half.law_error;
+  fit.unit_part = half.part, fit.law_error = half.law_error, fit.law_evidence = half.law_evidence;
   const double of_shear = half.all[0];
   if (std::isfinite(of_shear))
     fit.shear.interval = Interval{fit.shear.value * std::exp(-of_shear), fit.shear.value * std::exp(of_shear)};
@@ -406,6 +409,18 @@ CurveFit fit_curves(const CurveData& data, const LawFamily& family, const ForceM
     fit.constants.push_back(constant);
   }
 
+  const auto fitted = [&](const Solution& found) {
+    return Untold::Fitted{std::exp(found.log_shear), std::sqrt(found.square / weight.sum()),
+                          family.constants(found.at)};
+  };
+  // What the curves do not tell: which of a constant's ranges it is. The interval knows one of them.
+  for (const Solution& other : of_ranges)
+    for (Index k = 0; k < count; ++k) {
+      const auto& of = range[std::size_t(k)];
+      if ((other.at[k] < of.low || other.at[k] > of.high) && other.square < kAlike * kAlike * best.square)
+        fit.untold.push_back({constants[std::size_t(k)].name, false, true, fitted(best), fitted(other)});
+    }
+
   // What the curves do not tell: the interval is wide. It is narrow with the other parameters held where these are untold together.
   for (Index k = 0; k < count; ++k) {
     const double width = half.all[1 + k], least = kToldShare * std::abs(values[k]);
@@ -414,7 +429,7 @@ CurveFit fit_curves(const CurveData& data, const LawFamily& family, const ForceM
     const HalfWidths held = half_widths(data, j.col(1 + k), weight, best.residual, MatrixXd::Identity(1, 1), options);
     const bool together = !(held.all[0] > kAlone * width);
     if (!together && !wide) continue;
-    Untold untold{constants[std::size_t(k)].name, together, {}, {}};
+    Untold untold{constants[std::size_t(k)].name, together, false, {}, {}};
     std::vector<bool> free(std::size_t(count), true);
     free[std::size_t(k)] = false;
     const auto at_end = [&](double to) {
@@ -424,9 +439,7 @@ CurveFit fit_curves(const CurveData& data, const LawFamily& family, const ForceM
       for (double way = to; std::abs(way) > 1e-3 * std::abs(to); way /= 2) {
         start[k] = std::clamp(best.at[k] + way, of.low, of.high);
         const Solution found = fitter.minimise(start, range, free);
-        if (found.square < kAlike * kAlike * best.square)
-          return Untold::Fitted{std::exp(found.log_shear), std::sqrt(found.square / weight.sum()),
-                                family.constants(found.at)};
+        if (found.square < kAlike * kAlike * best.square) return fitted(found);
       }
       return Untold::Fitted{fit.shear.value, fit.residual, values};
     };

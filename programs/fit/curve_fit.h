@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "programs/fit/fit.h"
+#include "programs/fit/model_error.h"
 #include "programs/fit/tissue_law.h"
 
 namespace palpate::fit {
@@ -33,6 +34,7 @@ using ForceModel = std::function<std::vector<Eigen::VectorXd>(const std::vector<
 struct CurveOptions {
   int repetitions = 2000;  // of the bootstrap
   std::uint64_t seed = 1;
+  double usual_error = kUsualError;  // of laws
 };
 
 // How the part of the interval is found that is due to the units' differences.
@@ -50,6 +52,7 @@ struct Untold {
   std::string constant;
   bool together =
       false;  // with the modulus or the other constant, each of which alone would be told; else it does not act on these curves
+  bool range = false;  // the two lie in different ranges of the constant, such as an exponent below and one above 0
   struct Fitted {
     double shear = 0, residual = 0;  // Pa, 1
     Eigen::VectorXd constants;
@@ -63,8 +66,9 @@ struct CurveFit {
   LawForm form;        // over a shear modulus of 1 Pa
   Eigen::VectorXd at;  // coordinates of the family
   UnitPart unit_part = UnitPart::none;
-  double residual = 0;   // relative, root mean square
-  double law_error = 0;  // relative: the part of the residual that all units have alike, root mean square
+  double residual = 0;               // relative, root mean square
+  double law_error = 0;              // relative: the part of the residual that all units have alike, root mean square
+  std::vector<double> law_evidence;  // ModelError::log_evidence
   std::vector<double> unit_shear,
       unit_residual;             // [unit] Pa, 1: the modulus that its rows alone ask for, with the fitted constants
   Eigen::VectorXd fitted_force;  // [row] N

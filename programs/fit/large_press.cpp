@@ -13,6 +13,7 @@
 
 #include "formats/averaged_shear.h"
 #include "formats/errors.h"
+#include "programs/fit/pressed_ball.h"
 #include "studies/hyperelastic/large_reference.h"
 
 namespace palpate::fit {
@@ -29,8 +30,6 @@ constexpr double kMostShare = 0.2;      // of the indenter's radius, between two
 constexpr double kShortest = 1.0 / 64;  // of that, where Newton's method does not converge
 constexpr int kMostDepths = 24;         // of one curve that are solved; between them force over depth is interpolated
 constexpr double kRounding = 1e-9;
-constexpr int kBallRounds = 60;
-constexpr double kOnBall = 1e-4;  // of the depth: a node so near is on the ball
 
 // BLAS and CHOLMOD may use one thread only: curves share the cores, and more threads would change the order of sums. OpenMP asks each thread.
 void use_one_thread() {
@@ -146,74 +145,6 @@ LargePress::Way LargePress::way_of(const PressedCurve& curve, const HeldDisc* di
 
 namespace {
 
-// A rigid ball without friction: nodes that it touches stay on its surface, the others outside.
-class Ball {
- public:
-  Ball(const BundleBody& body, const LargeReference& reference, double radius, const std::vector<std::int32_t>& near,
-       std::vector<std::int32_t>* touched)
-      : body_(body), reference_(reference), radius_(radius), near_(near), touched_(*touched) {}
-
-  // From u on. Returns the force along the axis. The centre stands on the axis.
-  double press(const Vector3d& centre, const Vector3d& axis, double depth, VectorXd* u) {
-    near_enough_ = kOnBall * depth;
-    VectorXd force;
-    for (int round = 0; round < kBallRounds; ++round) {
-      const bool grew = add_touched(centre, *u);
-      const auto count = static_cast<Index>(touched_.size());
-      if (count == 0) return 0;
-      MatrixXd rows = MatrixXd::Zero(count, u->size());
-      VectorXd target(count);
-      std::vector<Vector3d> normals;
-      double off = 0;
-      for (Index k = 0; k < count; ++k) {
-        const std::int32_t node = touched_[static_cast<std::size_t>(k)];
-        const Vector3d from = at(node, *u) - centre, n = from.normalized();
-        normals.push_back(n), off = std::max(off, std::abs(from.norm() - radius_));
-        rows.block(k, 3 * Index(node), 1, 3) = n.transpose();
-        target[k] = radius_ + n.dot(centre - rest(node));
-      }
-      if (round > 0 && !grew && off < near_enough_ && !lost_) return total(force, normals_, axis);
-      force = reference_.solve(rows, target, u, kTolerance);
-      normals_ = normals;
-      drop_pulled(force);
-    }
-    throw std::runtime_error("the contact with the ball does not settle");
-  }
-
- private:
-  Vector3d rest(std::int32_t node) const { return Vector3d::Map(body_.nodes + 3 * std::size_t(node)); }
-  Vector3d at(std::int32_t node, const VectorXd& u) const { return rest(node) + u.segment<3>(3 * Index(node)); }
-  bool add_touched(const Vector3d& centre, const VectorXd& u) {
-    bool grew = false;
-    for (const std::int32_t node : near_)
-      if ((at(node, u) - centre).norm() < radius_ - near_enough_ &&
-          std::find(touched_.begin(), touched_.end(), node) == touched_.end())
-        touched_.push_back(node), grew = true;
-    return grew;
-  }
-  // A ball pushes alone: what it would pull is let go.
-  void drop_pulled(const VectorXd& force) {
-    lost_ = false;
-    std::vector<std::int32_t> kept;
-    for (std::size_t k = 0; k < touched_.size(); ++k)
-      force[static_cast<Index>(k)] >= 0 ? kept.push_back(touched_[k]) : void(lost_ = true);
-    if (lost_) touched_ = kept;
-  }
-  static double total(const VectorXd& force, const std::vector<Vector3d>& normals, const Vector3d& axis) {
-    double sum = 0;
-    for (std::size_t k = 0; k < normals.size(); ++k) sum += force[static_cast<Index>(k)] * normals[k].dot(axis);
-    return sum;
-  }
-
-  const BundleBody& body_;
-  const LargeReference& reference_;
-  double radius_, near_enough_ = 0;  // m
-  const std::vector<std::int32_t>& near_;
-  std::vector<std::int32_t>& touched_;
-  std::vector<Vector3d> normals_;
-  bool lost_ = false;
-};
-
 // The depths of a curve that are solved.
 std::vector<double> solved_depths(const std::vector<double>& depths) {
   if (depths.size() <= static_cast<std::size_t>(kMostDepths)) return depths;
@@ -272,7 +203,8 @@ double LargePress::press(const Way& way, const Body& body, double depth, double 
   VectorXd& u = state->u;
   if (way.radius > 0) {
     const Vector3d centre = way.place + (way.radius - depth) * way.outward;
-    return Ball(body_, *body.reference, way.radius, way.near, &state->touched).press(centre, -way.outward, depth, &u);
+    return PressedBall(body_.nodes, *body.reference, way.radius, way.near, kTolerance, &state->touched)
+        .press(centre, -way.outward, depth, &u);
   }
   if (way.rows.rows() > 0)
     return body.reference->solve(way.rows, depth * way.way, &u, kTolerance, way.compliance).dot(way.way);

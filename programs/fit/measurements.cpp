@@ -46,7 +46,7 @@ std::optional<std::vector<std::string>> cells_of(const std::string& line) {
 struct Header {
   int column[kColumns];  // -1: the file has none
   double unit[kColumns];
-  int place = -1, source = -1, specimen = -1;
+  int place = -1, source = -1, specimen = -1, indenter = -1;
   std::vector<std::string> titles;
 };
 
@@ -88,8 +88,11 @@ class Reader {
     std::fill_n(header_.column, kColumns, -1);
     for (int c = 0; c < static_cast<int>(cells.size()); ++c) {
       const std::string& title = cells[c];
-      if (title == "place" || title == "source" || (title == "specimen" && options_.curves)) {
-        int& column = title == "place" ? header_.place : title == "source" ? header_.source : header_.specimen;
+      if (title == "place" || title == "source" || title == "indenter" || (title == "specimen" && options_.curves)) {
+        int& column = title == "place"      ? header_.place
+                      : title == "source"   ? header_.source
+                      : title == "indenter" ? header_.indenter
+                                            : header_.specimen;
         if (column >= 0) refuse_columns(fmt::format("found \"{}\" twice", title));
         column = c;
       } else if (!read_title(title, c)) {
@@ -163,6 +166,7 @@ class Reader {
     if (row.depth < 0)
       refuse("a depth of at least 0, from first contact into the organ", cells[header_.column[kDepth]]);
     if (header_.source >= 0) remember(result_.sources, cells[header_.source]);
+    if (header_.indenter >= 0) check_indenter(cells[header_.indenter]);
     Spot spot;
     spot.line = lines_.number(), spot.radius = options_.radius;
     std::string place = "all";
@@ -198,6 +202,17 @@ class Reader {
     row.spot = static_cast<int>(known - result_.spots.begin());
     if (known == result_.spots.end()) result_.spots.push_back(spot);
     result_.rows.push_back(row);
+  }
+
+  // The column says in words what the other columns and --plate say.
+  void check_indenter(const std::string& word) const {
+    if (word != "disc" && word != "ball" && word != "plate") refuse("disc, ball or plate in the column indenter", word);
+    if (options_.plate != (word == "plate"))
+      refuse(options_.plate ? "plate in the column indenter, as --plate says" : "--plate for the indenter plate", word);
+    const bool ball = header_.column[kBallRadius] >= 0;
+    if (!options_.plate && ball != (word == "ball"))
+      refuse(ball ? "ball in the column indenter, beside ball_radius" : "a column ball_radius_mm for the indenter ball",
+             word);
   }
 
   static int remember(std::vector<std::string>& texts, const std::string& text) {

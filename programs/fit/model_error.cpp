@@ -14,13 +14,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLengths[] = {0.1, 0.14, 0.2, 0.3, 0.45, 0.7, 1};  // of correlation, over the largest strain
 constexpr double kNoises[] = {1e-3, 1e-2, 0.1, 1, 10, 1e3};  // variance of what is not correlated over that of what is
 constexpr int kScales = 24;                                  // of the law's error, from kLeastScale to kMostScale
 constexpr double kLeastScale = 0.03, kMostScale = 30;        // over the residuals' own size
 constexpr double kJitter = 1e-8;
-constexpr double kUsual = 0.1;  // of the force: laws miss more seldom
-constexpr double kSet = 1.92;   // half of chi squared's 95 % quantile, one degree of freedom
+constexpr double kSet = 1.92;  // half of chi squared's 95 % quantile, one degree of freedom
 
 // P(|t| < x). Abramowitz and Stegun 26.7.3 and 26.7.4.
 double student_within(double x, int freedom) {
@@ -40,11 +38,17 @@ struct Term {
 // A correlation that the error may have.
 using Candidate = std::vector<Term>;
 
-double log_likelihood(const Candidate& candidate) {
-  double most = -std::numeric_limits<double>::infinity(), whole = 0;
-  for (const Term& term : candidate) most = std::max(most, term.log_weight);
-  for (const Term& term : candidate) whole += std::exp(term.log_weight - most);
+double log_of_sum(const std::vector<double>& logarithms) {
+  const double most = *std::max_element(logarithms.begin(), logarithms.end());
+  double whole = 0;
+  for (const double value : logarithms) whole += std::exp(value - most);
   return most + std::log(whole);
+}
+
+double log_likelihood(const Candidate& candidate) {
+  std::vector<double> weights;
+  for (const Term& term : candidate) weights.push_back(term.log_weight);
+  return log_of_sum(weights);
 }
 
 // x with P(|X| < x) = 0.95 of each quantity.
@@ -122,7 +126,7 @@ std::optional<MatrixXd> covariance_of_units(const VectorXd& strain, const Matrix
   double best = -std::numeric_limits<double>::infinity();
   std::optional<MatrixXd> result;
   const double share = 1 - 1.0 / static_cast<double>(units.size());
-  for (const double length : kLengths)
+  for (const double length : kErrorLengths)
     for (const double noise : kNoises) {
       const MatrixXd v = correlation(strain, length) + noise * MatrixXd::Identity(strain.size(), strain.size());
       double determinants = 0, square = 0, freedom = 0;
@@ -156,7 +160,7 @@ double student_quantile(int freedom) {
 }
 
 ModelError model_error(const VectorXd& strain, const MatrixXd& slope, const MatrixXd& effect,
-                       const MatrixXd& quantities, const std::vector<UnitResiduals>& units) {
+                       const MatrixXd& quantities, const std::vector<UnitResiduals>& units, double usual_error) {
   const Index places = strain.size(), freedom = places - slope.cols();
   ModelError result;
   result.half_width = VectorXd::Zero(quantities.rows());
@@ -174,7 +178,7 @@ ModelError model_error(const VectorXd& strain, const MatrixXd& slope, const Matr
   const MatrixXd one = MatrixXd::Identity(places, places);
   std::vector<Candidate> candidates;
   if (units.size() == 1) {
-    for (const double length : kLengths)
+    for (const double length : kErrorLengths)
       for (const double noise : kNoises) {
         const MatrixXd v = correlation(strain, length) + noise * one;
         const auto found = restricted(v, slope, mean);
@@ -194,22 +198,26 @@ ModelError model_error(const VectorXd& strain, const MatrixXd& slope, const Matr
         for (const int j : unit.place) both(i, j) += 1;
     const MatrixXd of_mean = of_units->cwiseProduct(both.cwiseQuotient(count * count.transpose()));
     const MatrixXd left = one - slope * slope.colPivHouseholderQr().solve(one);  // what a fit leaves
-    for (const double length : kLengths) {
+    for (const double length : kErrorLengths) {
       const MatrixXd k = correlation(strain, length);
       // The scale at which a fit would leave residuals of this size.
       const double own = size * std::sqrt(static_cast<double>(freedom) / (left * k * left.transpose()).trace());
       Candidate candidate;
+      std::vector<double> priors;
       for (int i = 0; i < kScales; ++i) {
         const double step = kLeastScale * std::pow(kMostScale / kLeastScale, i / (kScales - 1.0));
-        const double s = step * std::min(own, kUsual);
+        const double s = step * std::min(own, usual_error);
         const auto found = restricted(s * s * k + of_mean, slope, mean);
         if (!found) continue;
-        // All scales up to `own` are equally likely; beyond it the density falls as 1 / s, as for Student's t, and beyond kUsual faster.
-        const double prior = std::log(s / (1 + s / own) / (1 + s * s / (kUsual * kUsual)));
+        // All scales up to `own` are equally likely; beyond it the density falls as 1 / s, as for Student's t, and beyond usual_error faster.
+        const double prior = std::log(s / (1 + s / own) / (1 + s * s / (usual_error * usual_error)));
+        priors.push_back(prior);
         candidate.push_back({prior - found->log_determinants / 2 - found->square / 2, 0,
                              s * (moves * k * moves.transpose()).diagonal().cwiseMax(0).cwiseSqrt()});
       }
-      if (!candidate.empty()) candidates.push_back(candidate);
+      if (candidate.empty()) continue;
+      candidates.push_back(candidate);
+      result.log_evidence.push_back(log_likelihood(candidate) - log_of_sum(priors));
     }
   }
   if (candidates.empty()) return result;

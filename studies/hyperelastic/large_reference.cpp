@@ -31,6 +31,27 @@ std::shared_ptr<LargeReference::Factor> LargeReference::shared_factor() {
   return std::make_shared<Factor>();
 }
 
+namespace {
+bool same_pattern(const LargeReference::Sparse& a, const LargeReference::Sparse& b) {
+  return a.rows() == b.rows() && a.nonZeros() == b.nonZeros() &&
+         std::equal(a.outerIndexPtr(), a.outerIndexPtr() + a.outerSize() + 1, b.outerIndexPtr()) &&
+         std::equal(a.innerIndexPtr(), a.innerIndexPtr() + a.nonZeros(), b.innerIndexPtr());
+}
+}  // namespace
+
+// The rows and columns of the dofs that are not held. Of a pattern that it knows it copies numbers alone.
+const LargeReference::Sparse& LargeReference::of_free_dofs(const Sparse& k) const {
+  if (!same_pattern(taken_.pattern, k)) {
+    taken_.pattern = k;
+    Sparse numbered = k;
+    std::iota(numbered.valuePtr(), numbered.valuePtr() + numbered.nonZeros(), 0.0);
+    taken_.result = free_ * numbered * free_.transpose();
+    taken_.from.assign(taken_.result.valuePtr(), taken_.result.valuePtr() + taken_.result.nonZeros());
+  }
+  for (std::size_t i = 0; i < taken_.from.size(); ++i) taken_.result.valuePtr()[i] = k.valuePtr()[taken_.from[i]];
+  return taken_.result;
+}
+
 // rows u + compliance s = target; load on the dofs.
 struct LargeReference::Problem {
   const MatrixXd& rows;
@@ -56,7 +77,7 @@ LargeReference::LargeReference(const HyperelasticBody& body, const std::shared_p
   free_.resize(static_cast<Index>(chosen.size()), dofs());
   free_.setFromTriplets(chosen.begin(), chosen.end());
   supports_ = support_matrix();
-  rest_ = free_ * tangent(VectorXd::Zero(dofs())) * free_.transpose();
+  rest_ = of_free_dofs(tangent(VectorXd::Zero(dofs())));
   factor_->of.cholmod().print = 0;  // an indefinite tangent is expected
 }
 
@@ -136,7 +157,7 @@ LargeReference::Sparse LargeReference::tangent(const VectorXd& u) const {
   }
   Sparse k(dofs(), dofs());
   k.setFromTriplets(terms.begin(), terms.end());
-  k += supports_;
+  if (supports_.nonZeros() > 0) k += supports_;
   if (!body_.nodal_dilatation) return k;
   Sparse b(static_cast<Index>(sites), dofs());
   b.setFromTriplets(change.begin(), change.end());
@@ -200,11 +221,7 @@ void LargeReference::factor_definite(const Sparse& k, NewtonWork* work) const {
 
 // Before a factor: of the same pattern it is not repeated.
 void LargeReference::analyse(const Sparse& pattern) const {
-  const Sparse& known = factor_->analysed;
-  if (known.rows() == pattern.rows() && known.nonZeros() == pattern.nonZeros() &&
-      std::equal(pattern.outerIndexPtr(), pattern.outerIndexPtr() + pattern.outerSize() + 1, known.outerIndexPtr()) &&
-      std::equal(pattern.innerIndexPtr(), pattern.innerIndexPtr() + pattern.nonZeros(), known.innerIndexPtr()))
-    return;
+  if (same_pattern(factor_->analysed, pattern)) return;
   factor_->of.analyzePattern(pattern);
   factor_->analysed = pattern, factor_->ready = false;
 }
@@ -238,7 +255,8 @@ VectorXd LargeReference::newton(const Problem& p, VectorXd* u, NewtonWork* work)
   for (int step = 0; step < 100; ++step) {
     if (own) {
       const double begun = studies::processor_seconds();
-      const Sparse k = Sparse(Sparse(free_ * tangent(*u) * free_.transpose()) + of_rows);
+      const Sparse& of_body = of_free_dofs(tangent(*u));
+      const Sparse k = has_rows ? Sparse(of_body + of_rows) : of_body;
       work->assembly_seconds += studies::processor_seconds() - begun;
       factor_definite(k, work);
     }

@@ -63,6 +63,7 @@ class LargeReference {
     return static_cast<std::size_t>(sites_.of_corner[4 * e + static_cast<std::size_t>(a)]);
   }
   Sparse support_matrix() const;
+  const Sparse& of_free_dofs(const Sparse& k) const;
   Sparse averaged_tangent(const std::vector<Deformation<double>>& d, const std::vector<double>& volume,
                           const std::vector<Eigen::Matrix<double, 4, 3>>& gradient) const;
 
@@ -74,6 +75,12 @@ class LargeReference {
   Sparse free_;      // [dofs that are not held][dofs]: takes them out of all, and its transpose puts them back
   Sparse supports_;  // the part of foundations and springs
   Sparse rest_;      // the tangent at rest: what an indefinite one is shifted by
+  // What of_free_dofs() takes of a tangent: the tangents of a body have one pattern.
+  struct Taken {
+    Sparse pattern, result;
+    std::vector<Eigen::Index> from;  // [number of the result] the tangent's
+  };
+  mutable Taken taken_;
   std::shared_ptr<Factor> factor_;
   bool shares_ = false;
 };

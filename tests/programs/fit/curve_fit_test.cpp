@@ -82,6 +82,24 @@ TEST(CurveFit, TellsThatDeepCurvesWithoutShallowRowsDoNotTellModulusFromStiffeni
   EXPECT_TRUE(fit_curves(good.data(), family, good.model(), {}, "made.csv").untold.empty());
 }
 
+// A shear has the same force with the exponent of the other sign, a compression has not.
+TEST(CurveFit, TellsThatShearSaysNothingOfTheSignOfAnExponent) {
+  const LawFamily family(FittedLaw::ogden, {});
+  Noise noise;
+  noise.along_curves = 0.02, noise.of_units = 0.03;
+  EXPECT_TRUE([&] {
+    const MadeCurves made(family, {6}, noise);
+    return fit_curves(made.data(), family, made.model(), {}, "made.csv").untold.empty();
+  }());
+  noise.shape = Shape::sheared;
+  const MadeCurves made(family, {6}, noise);
+  const CurveFit fit = fit_curves(made.data(), family, made.model(), {}, "made.csv");
+  ASSERT_EQ(fit.untold.size(), 1u);
+  EXPECT_TRUE(fit.untold[0].range);
+  EXPECT_NEAR(fit.untold[0].low.constants[0], -fit.untold[0].high.constants[0], 0.01);
+  EXPECT_NEAR(fit.untold[0].low.residual, fit.untold[0].high.residual, 1e-4);
+}
+
 TEST(CurveFit, RefusesTooFewDepths) {
   const LawFamily family(FittedLaw::yeoh, {});
   Noise noise;

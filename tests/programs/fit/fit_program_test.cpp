@@ -1,4 +1,5 @@
 // palpate-fit on small bundles that dense matrices make: forces of known materials come back as these materials.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -8,6 +9,8 @@
 #include <sstream>
 
 #include "formats/organ_config.h"
+#include "programs/fit/large_press.h"
+#include "programs/fit/measurements.h"
 #include "programs/fit/presses.h"
 #include "tests/programs/fit/made_curves.h"
 #include "tests/support/grid_body.h"
@@ -359,6 +362,36 @@ TEST_F(FitProgram, ABallPressesAsAPlateWhereItIsFlat) {
   EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 6200, 0.003 * 6200);
   EXPECT_NEAR(fit["constants"][0]["fitted"]["value"].get<double>(), 2, 0.02 * 2);
   expect_refused("prism.h5 ball.csv --large stiffening", "without friction");
+}
+
+// The layer, with a law; a ball of 25 mm presses its middle and two other places to 6 mm.
+TEST_F(FitProgram, FindsTheConstantsOfALawFromForcesOfABall) {
+  write_layer("layer.h5", 5400, 0.45);
+  std::ostringstream rows;
+  rows << "x_mm,y_mm,z_mm,ball_radius_mm,depth_mm,force_N\n";
+  for (const char* at : {"31,32", "22,30", "38,41"})
+    for (const double depth : {2.0, 3.0, 4.0, 5.0, 6.0}) rows << at << ",15,25," << depth << ",1\n";
+  write_text("ball.csv", rows.str());
+  ReadOptions curves;
+  curves.curves = true;
+  const Measurements presses = read_measurements(folder_ / "ball.csv", curves);
+  PressedBundle bundle(folder_ / "layer.h5");
+  const LargePress press(bundle, presses, Press::sliding);
+  const double shear = 7200 / (2 * (1 + 0.45));
+  const Eigen::VectorXd of_neo = shear * press.forces({LawForm()}).front();
+  const Eigen::VectorXd of_law = shear * press.forces({LawForm(4)}).front();
+  std::istringstream lines(rows.str());
+  std::string line, text;
+  std::getline(lines, text), text += '\n';
+  for (Eigen::Index row = 0; std::getline(lines, line); ++row) {
+    EXPECT_GT(of_law[row], of_neo[row]);
+    text += line.substr(0, line.rfind(',') + 1) + fmt::format("{:.12g}\n", of_law[row]);
+  }
+  write_text("ball.csv", text);
+  const Json fit = fitted("layer.h5 ball.csv --law sliding --large stiffening");
+  EXPECT_NEAR(fit["regions"][0]["young_Pa"]["value"].get<double>(), 7200, 0.002 * 7200);
+  EXPECT_NEAR(fit["constants"][0]["fitted"]["value"].get<double>(), 4, 0.01 * 4);
+  EXPECT_THAT(errors_, HasSubstr("the ball touches"));
 }
 
 // The runtime plays the disc under large deformation; the fit solves the same body by Newton's method.

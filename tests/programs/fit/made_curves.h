@@ -1,5 +1,5 @@
-// Curves of force against compression that are made up: a cylinder of incompressible tissue between sliding plates, whose stretches are the same
-// everywhere.
+// Curves of force against depth that are made up, of incompressible tissue: a cylinder between sliding plates, whose stretches are the same
+// everywhere, and bodies of other shapes whose force is a closed form or an integral of one.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -11,13 +11,23 @@
 
 namespace palpate::fit {
 
+enum class Shape {
+  compressed,  // a cylinder between plates
+  squeezed,    // a block between plates and two walls
+  sheared,     // a block; the shear is twice the strain
+  twisted      // a cylinder; the torque, where the shear at its rim is twice the strain
+};
+
 struct Noise {
+  Shape shape = Shape::compressed;
   int units = 8, depths = 10;
   double least_strain = 0.05, most_strain = 0.5;
   // Relative standard deviations: of the units' stiffness; of what is correlated along the curve of each unit; of the same of all units alike;
   // of each row.
   double of_units = 0, along_curves = 0, of_law = 0, of_rows = 0;
   double length = 0.3;  // of correlation, over the largest strain
+  bool rough = false;   // the correlation is that of a continuous function without a slope, exp(-|x - y| / length)
+  double of_zero = 0;   // of the depth's zero, over the largest strain, of all units alike
 };
 
 // Force over the undeformed area and over the shear modulus at a compression, for a law over a shear modulus of 1 Pa. The formulas of
@@ -41,6 +51,61 @@ inline double plate_stress(const LawForm& law, double strain) {
   return term(1 - c[1], c[0]) + (c[1] > 0 ? term(c[1], c[2]) : 0);
 }
 
+// The same sheared by g: the derivative of the energy by g.
+inline double shear_stress(const LawForm& law, double g) {
+  const double* c = law.constant;
+  switch (law.kind) {
+    case LawForm::Kind::neo_hookean:
+      return g;
+    case LawForm::Kind::exponential:
+      return g * std::exp(c[0] * g * g);
+    case LawForm::Kind::yeoh:
+      return 2 * g * (0.5 + 2 * c[0] * g * g + 3 * c[1] * g * g * g * g);
+    case LawForm::Kind::ogden:
+      break;
+  }
+  const double l = (g + std::sqrt(g * g + 4)) / 2;
+  const auto term = [&](double shear, double a) {
+    return 2 * shear / a * (std::pow(l, a) - std::pow(l, -a)) / (l + 1 / l);
+  };
+  return term(1 - c[1], c[0]) + (c[1] > 0 ? term(c[1], c[2]) : 0);
+}
+
+// Up to a factor of the body's size.
+inline double stress_of(Shape shape, const LawForm& law, double strain) {
+  const double l = 1 - strain;
+  switch (shape) {
+    case Shape::compressed:
+      return plate_stress(law, strain);
+    case Shape::squeezed:  // stretches l, 1 and 1 / l: those of a shear by 1 / l - l
+      return shear_stress(law, 1 / l - l) * (1 + 1 / (l * l));
+    case Shape::sheared:
+      return shear_stress(law, 2 * strain);
+    case Shape::twisted:
+      break;
+  }
+  constexpr int kRings = 50;
+  double torque = 0;
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double r = (ring + 0.5) / kRings;
+    torque += 3 * r * r / kRings * shear_stress(law, 2 * strain * r);
+  }
+  return torque;
+}
+
+// The force of a law over its shear modulus at the strains of the data.
+inline ForceModel shape_model(const CurveData& data, Shape shape = Shape::compressed, double area = 7e-4) {
+  return [strain = data.strain, shape, area](const std::vector<LawForm>& laws) {
+    std::vector<Eigen::VectorXd> forces;
+    for (const LawForm& law : laws) {
+      auto& force = forces.emplace_back(static_cast<Eigen::Index>(strain.size()));
+      for (std::size_t r = 0; r < strain.size(); ++r)
+        force[static_cast<Eigen::Index>(r)] = area * stress_of(shape, law, strain[r]);
+    }
+    return forces;
+  };
+}
+
 class MadeCurves {
  public:
   static constexpr double shear = 2138;  // Pa
@@ -48,7 +113,7 @@ class MadeCurves {
 
   MadeCurves(const LawFamily& family, const std::vector<double>& constants, const Noise& noise, unsigned seed = 7)
       : MadeCurves(law_of(family, constants), noise, seed) {}
-  MadeCurves(const LawForm& law, const Noise& noise, unsigned seed) {
+  MadeCurves(const LawForm& law, const Noise& noise, unsigned seed) : shape_(noise.shape) {
     std::mt19937_64 generator(seed);
     std::normal_distribution<double> normal;
     Eigen::VectorXd strain(noise.depths);
@@ -57,8 +122,8 @@ class MadeCurves {
     Eigen::MatrixXd k(noise.depths, noise.depths);
     for (int i = 0; i < noise.depths; ++i)
       for (int j = 0; j < noise.depths; ++j) {
-        const double apart = (strain[i] - strain[j]) / (noise.length * noise.most_strain);
-        k(i, j) = std::exp(-apart * apart / 2) + (i == j ? 1e-9 : 0);
+        const double apart = std::abs(strain[i] - strain[j]) / (noise.length * noise.most_strain);
+        k(i, j) = std::exp(noise.rough ? -apart : -apart * apart / 2) + (i == j ? 1e-9 : 0);
       }
     const Eigen::MatrixXd root = k.llt().matrixL();
     const auto drawn = [&]() -> Eigen::VectorXd {
@@ -67,30 +132,23 @@ class MadeCurves {
       return root * x;
     };
     const Eigen::VectorXd of_law = noise.of_law * drawn();
+    // Drawn only where it is asked for: the other numbers stay.
+    const double zero = noise.of_zero > 0 ? noise.of_zero * noise.most_strain * normal(generator) : 0;
     data_.units = noise.units;
     for (int u = 0; u < noise.units; ++u) {
       const double of_unit = noise.of_units * normal(generator);
       const Eigen::VectorXd along = noise.along_curves * drawn();
       for (int i = 0; i < noise.depths; ++i) {
         const double error = of_unit + of_law[i] + along[i] + noise.of_rows * normal(generator);
-        data_.force.push_back(shear * area * plate_stress(law, strain[i]) * std::exp(error));
+        data_.force.push_back(shear * area * stress_of(shape_, law, std::max(strain[i] + zero, 1e-3)) *
+                              std::exp(error));
         data_.strain.push_back(strain[i]), data_.curve.push_back(u), data_.unit.push_back(u);
       }
     }
   }
 
   const CurveData& data() const { return data_; }
-  ForceModel model() const {
-    return [this](const std::vector<LawForm>& laws) {
-      std::vector<Eigen::VectorXd> forces;
-      for (const LawForm& law : laws) {
-        auto& force = forces.emplace_back(static_cast<Eigen::Index>(data_.strain.size()));
-        for (std::size_t r = 0; r < data_.strain.size(); ++r)
-          force[static_cast<Eigen::Index>(r)] = area * plate_stress(law, data_.strain[r]);
-      }
-      return forces;
-    };
-  }
+  ForceModel model() const { return shape_model(data_, shape_, area); }
 
  private:
   static LawForm law_of(const LawFamily& family, std::vector<double> constants) {
@@ -119,6 +177,7 @@ class MadeCurves {
   }
 
   CurveData data_;
+  Shape shape_;
 };
 
 // The share of made-up measurements whose 95 % interval holds the truth.
@@ -128,27 +187,39 @@ struct Coverage {
   double median_width = 0;  // of the modulus's interval, its ends' logarithms
 };
 
-inline Coverage coverage(const LawFamily& family, const std::vector<double>& constants, const Noise& noise,
-                         int repetitions) {
+// made: MadeCurves of a seed. Without constants the modulus alone is judged. either_sign: so are constants up to their sign.
+template <class Made>
+Coverage coverage_of(const LawFamily& family, const std::vector<double>& constants, int repetitions, const Made& made,
+                     bool either_sign = false) {
   Coverage held;
   held.constants.resize(constants.size());
   CurveOptions options;
   options.repetitions = 300;
   std::vector<double> widths;
   for (int r = 0; r < repetitions; ++r) {
-    const MadeCurves made(family, constants, noise, 1000 + static_cast<unsigned>(r));
-    const CurveFit fit = fit_curves(made.data(), family, made.model(), options, "made.csv");
+    const MadeCurves curves = made(1000 + static_cast<unsigned>(r));
+    const CurveFit fit = fit_curves(curves.data(), family, curves.model(), options, "made.csv");
     const auto holds = [&](const std::optional<Interval>& interval, double truth) {
       return interval && interval->low <= truth && truth <= interval->high ? 1.0 / repetitions : 0;
     };
     held.shear += holds(fit.shear.interval, MadeCurves::shear);
     if (fit.shear.interval) widths.push_back(std::log(fit.shear.interval->high / fit.shear.interval->low));
     for (std::size_t k = 0; k < constants.size(); ++k)
-      held.constants[k] += holds(fit.constants[k].estimate.interval, constants[k]);
+      held.constants[k] += std::max(holds(fit.constants[k].estimate.interval, constants[k]),
+                                    either_sign ? holds(fit.constants[k].estimate.interval, -constants[k]) : 0);
   }
   std::sort(widths.begin(), widths.end());
   if (!widths.empty()) held.median_width = widths[widths.size() / 2];
   return held;
+}
+
+inline Coverage coverage(const LawFamily& family, const std::vector<double>& constants, const Noise& noise,
+                         int repetitions) {
+  // Sheared, a body of Ogden's law has the same force with the exponent of the other sign.
+  const bool either_sign = family.law() == FittedLaw::ogden && noise.shape != Shape::compressed;
+  return coverage_of(
+      family, constants, repetitions, [&](unsigned seed) { return MadeCurves(family, constants, noise, seed); },
+      either_sign);
 }
 
 }  // namespace palpate::fit

@@ -78,6 +78,20 @@ TEST(Measurements, OfAPlateNeedDepthAndForceAlone) {
   expect_refused(kHeader + "1,2,3,5,1,0.1\n", "depth_mm and force_N", options);
 }
 
+TEST(Measurements, NameTheIndenterThatTheOtherColumnsAreOf) {
+  const std::string ball = "indenter,x_mm,y_mm,z_mm,ball_radius_mm,depth_mm,force_N\n";
+  ReadOptions plate;
+  plate.plate = true;
+  EXPECT_EQ(read_measurements(written("indenter," + kHeader + "disc,1,2,3,5,1,0.1\n"), {}).rows.size(), 1u);
+  EXPECT_GT(read_measurements(written(ball + "ball,1,2,3,5,1,0.1\n"), {}).spots.at(0).ball_depth, 0);
+  EXPECT_EQ(read_measurements(written("indenter,depth_mm,force_N\nplate,1,0.1\n"), plate).rows.size(), 1u);
+  expect_refused("indenter," + kHeader + "cone,1,2,3,5,1,0.1\n", ":2: expected disc, ball or plate");
+  expect_refused("indenter," + kHeader + "ball,1,2,3,5,1,0.1\n", "ball_radius_mm");
+  expect_refused("indenter," + kHeader + "plate,1,2,3,5,1,0.1\n", "--plate");
+  expect_refused(ball + "disc,1,2,3,5,1,0.1\n", "found \"disc\"");
+  expect_refused("indenter,depth_mm,force_N\ndisc,1,0.1\n", "found \"disc\"", plate);
+}
+
 TEST(Measurements, AreRefusedWithFileLineAndWhatWasFound) {
   expect_refused("", "found no header");
   expect_refused("x_mm,y_mm,z_mm,depth_mm,force_N\n", "column for radius");
