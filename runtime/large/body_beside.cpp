@@ -84,7 +84,7 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset
     return false;
   for (double* number : {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.given, &told_.spring})
     memory.keep(*number);
-  memory.keep(miss_), memory.keep(moved_by_);
+  memory.keep(borne_.share), memory.keep(miss_), memory.keep(moved_by_);
   for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
                                &behind_, &goes_on_, &settled_, &thread_.published, &thread_.doubted})
     memory.keep(*number);
@@ -96,7 +96,7 @@ void BodyBeside::forget() {
   ++begun_;
   added_.forget();
   for (double* const amounts : amounts_) std::fill_n(amounts, offset_->count(), 0.0);
-  told_ = {}, moved_by_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = 0,
+  told_ = {}, moved_by_ = {}, borne_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = 0,
   solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
 }
 
@@ -218,6 +218,53 @@ void BodyBeside::copy(Solution* newest) {
   if (volume_count() > 0) offset_->take_told(volumes_of(newest));
   std::copy_n(added_of(newest), 3 * static_cast<std::size_t>(limits_.field_nodes), beyond_[newest_]);
   solutions_taken_ = std::min(2, solutions_taken_ + 1);
+  borne_.share = 1;
+}
+
+// The share of o that the forces force_of(p) of a step bear, N, in the organ's axes. Both lists ascend.
+template <class Force>
+double BodyBeside::share_borne(const ContactConstraints& set, Force force_of) const {
+  const double had = std::sqrt(std::fabs(told_.energy)), linear = std::sqrt(std::max(0.0, told_.spring)),
+               beyond = linear > had ? std::min(1.0, (linear - had) / had) : 0;
+  if (beyond == 0) return 1;
+  const auto norm = [](const Solved& of, Vec3 force) {
+    return std::sqrt(0.5 * std::max(0.0, dot(force, of.compliance * force)));
+  };
+  double all = 0, ended = 0, other = 0;  // sqrt(J)
+  const Solved *solved = solved_[newest_], *const end = solved + solved_count_[newest_];
+  for (std::int32_t p = 0; solved != end; ++solved) {
+    while (p < set.constraint_count && set.constraints[p].id < solved->id) ++p;
+    const bool is_here = p < set.constraint_count && set.constraints[p].id == solved->id;
+    const Vec3 force = is_here ? force_of(p, *solved) : Vec3{};
+    const double own = norm(*solved, solved->force);
+    all += own;
+    if (is_zero(force))
+      ended += own;
+    else
+      other += norm(*solved, force - solved->force);
+  }
+  // Where all have gone on, as targets do, they differ by a part of themselves.
+  constexpr double kept = 0.5;
+  const double lost = ended + std::max(0.0, other - kept * all);
+  return lost > had ? 1 - beyond * (1 - had / lost) : 1;
+}
+
+// Whether this makes o less than it is.
+bool BodyBeside::bear(const ContactConstraints& set, double share) {
+  borne_.share = std::min(borne_.share, share);
+  double most = offset_->exists() ? offset_->longest() : 0;
+  if (set.constraint_count > 0) most = std::max({most, borne_.share * borne_.whole, kBehindUnknown});
+  if (borne_.share == 1 || added_.longest() <= most) return false;
+  added_.bound(most);
+  return borne_.is_less = true;
+}
+
+bool BodyBeside::lose(const ContactSolver& solver) {
+  const auto force_of = [&](std::int32_t p, const Solved&) {
+    return in_axes(acting_.constraints[p], solver.reaction(p));
+  };
+  if (borne_.is_known || solved_count_[newest_] == 0) return false;
+  return borne_.is_known = bear(left_, share_borne(left_, force_of));
 }
 
 bool BodyBeside::same_contacts(const Solved* solved, std::int32_t count, const ContactConstraints& set) const {
@@ -345,10 +392,12 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
     added_.set(beyond_[newest_], beyond_[newest_], 0);
   else
     added_.keep();
-  // o cancels a part of what the forces of the newest solution do in the linear organ. Where no contact is left, no force acts, and o alone would throw
-  // the surface: the body is then where motions and loads have moved it.
-  if (newest && set.constraint_count == 0 && solved_count_[newest_] > 0)
-    added_.bound(offset_->exists() ? offset_->longest() : 0);
+  // Contacts that have ended have lost their force. Where none is left, the body is where motions and loads have moved it.
+  borne_ = {borne_.share, added_.longest()};
+  if (newest && solved_count_[newest_] > 0)
+    bear(set, set.constraint_count > 0
+                  ? share_borne(set, [](std::int32_t, const Solved& solved) { return solved.force; })
+                  : 0);
   if (*fresh) measure_moved();
   ContactConstraint* const constraints = acting_.constraints;
   Vec3* const targets = acting_.target;
@@ -467,12 +516,10 @@ void BodyBeside::publish(const ContactConstraints& set, Job* job, const Deformin
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k)
         for (int d = 0; d < 3; ++d) turn.m[i][k] += constraint.frame.m[d][i] * body_->frame(p).m[d][k];
-    solved[p] = {constraint.id,
-                 target_of(set, p),
-                 turn,
-                 body_->own_stiffness(p),
-                 transposed_times(body_->frame(p), body_->reaction(p)),
-                 metres_of(constraint)};
+    solved[p] = {
+        constraint.id,           target_of(set, p),        turn,
+        body_->own_stiffness(p), body_->own_compliance(p), transposed_times(body_->frame(p), body_->reaction(p)),
+        metres_of(constraint)};
   }
   body_->write_field(limits_.surface_nodes, displacement_of(solution));
   body_->write_beyond_linear(limits_.field_nodes, added_of(solution));

@@ -9,6 +9,13 @@
 // targets are now. Where that would have missed the newest solution by more than half of what o_n alone missed it by, as after a turn
 // of a tool, o stays. Nothing of this enters the solutions.
 //
+// o cancels a part of Y f. In tissue that has stiffened many times the linear organ has far more energy under f than the body, and Y f is far longer than u.
+// Where contacts end or let go before a new solution comes, a part of Y f is missing, and what is left of o would throw the surface. So what a step has
+// lost of f may give the linear organ no more energy than the body had, E. With f Y f / 2 = b^2 E and l^2 the energy of the lost forces, o is scaled by
+// sqrt(E) / l, where this is below 1 and b above 2, until the next solution; between b = 1 and 2 the scale goes there from 1. l is the sum over the contacts
+// of the root of what each one's loss alone would give. It counts the whole force of one that has ended or let go, and of the others the changes beyond half
+// of all forces. No o gets shorter than kBehindUnknown, nor than what the offset moves; but where no contact is left, o gets that short.
+//
 // Where the scene's offset (contact/offset.h) moves the body, all of this is relative to it: the thread gets its amounts with the contacts and with what
 // they leave of the targets, and what they have moved since then is the touch's linear displacement.
 //
@@ -20,6 +27,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/contact_constraints.h"
+#include "runtime/contact/contact_solver.h"
 #include "runtime/contact/offset.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
 #include "runtime/large/deforming_body.h"
@@ -72,13 +80,16 @@ class BodyBeside {
   void take_targets(const ContactConstraints& set);
   // Gives the constraints to the other thread, with the last targets.
   void give();
+  // After the linear organ has been solved: what is added is bounded by the forces that it has. True: it is less than before, so that the
+  // step is to be solved again.
+  bool lose(const ContactSolver& solver);
   // m, along its rows: what is added at constraint p of those that take() has returned.
   Vec3 added_on(std::int32_t p) const;
   // The constraints of the step with what the offset leaves of their targets; after take(), until the next call.
   const ContactConstraints& left() const { return left_; }
   const Told& told() const { return told_; }
   // The contacts of this step are too far from the newest solution.
-  bool behind() const { return behind_ != 0; }
+  bool behind() const { return behind_ != 0 || borne_.is_less; }
   // No solution before the newest one was at its targets with contacts.
   bool is_first() const { return settled_ == 0; }
   const AddedField& added() const { return added_; }
@@ -104,11 +115,12 @@ class BodyBeside {
   };
   struct Solved {
     ConstraintId id;
-    Vec3 target;     // m, in the organ's axes
-    Mat3 frame;      // the constraint's own times this is the one along which the solution has its laws
-    Mat3 stiffness;  // N/m, of the linear response along the rows that hold
-    Vec3 force;      // N, on the body
-    double metres;   // metres_of() it
+    Vec3 target;      // m, in the organ's axes
+    Mat3 frame;       // the constraint's own times this is the one along which the solution has its laws
+    Mat3 stiffness;   // N/m, of the linear response along the rows that hold
+    Mat3 compliance;  // m/N, of the linear response to its own force
+    Vec3 force;       // N, on the body
+    double metres;    // metres_of() it
   };
   // By what the touch misses a solution, of the worst contact.
   struct Miss {
@@ -121,6 +133,12 @@ class BodyBeside {
     Miss missed, grown;
     double at_rest = 0, share = 0;  // the last one's force, of the linear organ's force on the way
     std::int32_t is_known = 0, unused = 0;
+  };
+  // What the forces of the touch bear of the newest solution's o.
+  struct Borne {
+    double share = 1;                        // the least since the solution
+    double whole = 0;                        // m, the longest displacement of o in this step, as the solution has it
+    bool is_less = false, is_known = false;  // in this step: o has been made shorter; after a solve
   };
   struct Solution {
     std::uint64_t begun;
@@ -160,6 +178,9 @@ class BodyBeside {
   palpate_mailbox* solutions() const { return reinterpret_cast<palpate_mailbox*>(solutions_); }
   Solution* take_newest(bool* fresh);
   void copy(Solution* newest);
+  template <class Force>
+  double share_borne(const ContactConstraints& set, Force force_of) const;
+  bool bear(const ContactConstraints& set, double share);
   void send(const ContactConstraints& set);
   void turn_frames(const float* displacement);
   // At the targets target(p), of constraints 0 .. count - 1 in the organ's axes.
@@ -200,6 +221,7 @@ class BodyBeside {
   Told told_;
   KnownMiss miss_;
   std::int32_t goes_on_ = 0;  // o does, between solutions
+  Borne borne_;
   std::int32_t behind_ = 0;
   std::int32_t settled_ =
       0;  // a solution with contacts before the newest one was at its targets, and none has failed since

@@ -449,6 +449,17 @@ Mat3 DeformingBody::own_stiffness(std::int32_t p) const {
   return times_transposed(axes, frames_[p]) * (stiffness * frames_[p]);
 }
 
+Mat3 DeformingBody::own_compliance(std::int32_t p) const {
+  Mat3 compliance;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k)
+      if (const std::int32_t r = rows_of_[p].at[i], c = rows_of_[p].at[k]; r >= 0 && c >= 0)
+        compliance.m[i][k] = solver_.compliance().entry(r, c);
+  Mat3 axes;
+  for (int i = 0; i < 3; ++i) axes.m[i][i] = 1;
+  return times_transposed(axes, frames_[p]) * (compliance * frames_[p]);
+}
+
 Mat3 DeformingBody::compliance_between(std::int32_t p, std::int32_t q) const {
   Mat3 between;
   const auto row_of = [&](std::int32_t of) {

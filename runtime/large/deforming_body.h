@@ -77,6 +77,8 @@ class DeformingBody {
   double off(const ContactConstraints& set) const;
   // N/m, in the organ's axes, of the linear response to the constraint alone, along the rows that hold.
   Mat3 own_stiffness(std::int32_t p) const;
+  // m/N, in the organ's axes, of the linear response at the constraint to a force on it alone.
+  Mat3 own_compliance(std::int32_t p) const;
   // m/N, in x, y and z, of the linear response: of the nodes of constraint p by a force on those of q. No other row holds.
   Mat3 compliance_between(std::int32_t p, std::int32_t q) const;
   // SystemSolver::measure_stiffness(), in the linear response. Cost: rows^2 for each number of a row.

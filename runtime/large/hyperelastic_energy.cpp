@@ -244,17 +244,24 @@ void HyperelasticEnergy::rest_at(const float* u, float* force) {
   load_share_ = 1, noise_ = kEnergyNoise * base_energy_;
 }
 
+// [padded] m, u from where the mesh is at rest.
+const float* HyperelasticEnergy::from_mesh(const float* u) const {
+  for (const float* const by : {base_, offset_.acts ? offset_.by : nullptr}) {
+    if (!by) continue;
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) absolute_[i] = by[i] + u[i];
+    u = absolute_;
+  }
+  return u;
+}
+
+double HyperelasticEnergy::turned_shear(const float* u, const float* move) {
+  return elements_.turned_shear(from_mesh(u), move);
+}
+
 HyperelasticEnergy::Energy HyperelasticEnergy::evaluate(const float* u, float* f) {
   Energy energy;
   const float* const from_rest = u;
-  if (base_) {
-    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) absolute_[i] = base_[i] + u[i];
-    u = absolute_;
-  }
-  if (offset_.acts) {
-    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) absolute_[i] = offset_.by[i] + u[i];
-    u = absolute_;
-  }
+  u = from_mesh(u);
 #ifdef PALPATE_DISPATCHES
   if (best_instructions() != Instructions::baseline)
     evaluate_with_avx2(elements_, u, f, &energy);

@@ -73,6 +73,8 @@ class HyperelasticEnergy {
 
   // u: [3 nodes] m, by places; f: [length] N, dE/du. Where the energy is not finite, the least volume is 0.
   Energy evaluate(const float* u, float* f);
+  // ElementLanes::turned_shear() of the same state. Costs a part of an evaluation.
+  double turned_shear(const float* u, const float* move);
   // Components of single dofs that are held become 0.
   void clear_held(float* f) const {
     for (std::int32_t h = 0; h < held_count_; ++h) f[held_[h]] = 0;
@@ -89,6 +91,7 @@ class HyperelasticEnergy {
     double noise = 0;                      // J
     bool acts = false;                     // an amount is not zero
   };
+  const float* from_mesh(const float* u) const;
   bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
   double add_supports(const float* u, float* f) const;
   void take_force(const RowForce& force, const double* row, float* load) const;

@@ -197,6 +197,13 @@ bool BodyInThread::prepare(TouchStep& step) {
   return prepared;
 }
 
+// What the thread's solution adds has become less, because the forces that belong to it have ended.
+bool BodyInThread::follow(TouchStep& step) {
+  const bool is_less = beside_.lose(step.state->solver);
+  if (is_less) raise(step, PALPATE_STEP_DEFORMATION_BEHIND);
+  return is_less;
+}
+
 ContactSolver::Outcome BodyInThread::take_reactions(TouchStep& step, const LawEffort& effort) {
   const ContactSolver::Outcome outcome = Body::take_reactions(step, effort);
   give(step);

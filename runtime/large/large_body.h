@@ -99,6 +99,8 @@ class BodyInThread final : public LargeBody {
   const ContactConstraints& take(TouchStep& step) override;
   void take_targets(const TouchStep& step) override { beside_.take_targets(step.state->rows.set()); }
   bool prepare(TouchStep& step) override;
+  bool follow(TouchStep& step) override;
+  bool gives_way(TouchStep& step, ContactSolver::Outcome) override { return follow(step); }
   ContactSolver::Outcome take_reactions(TouchStep& step, const LawEffort& effort) override;
   Vec3 reached(const TouchState& state, std::int32_t p) const override {
     return Body::reached(state, p) + beside_.added_on(p);

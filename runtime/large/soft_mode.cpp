@@ -153,12 +153,20 @@ std::int32_t SoftMode::follow(const At& at, const BodyMove& work, float* trial) 
                left = dot_product(at.f, mode_.move, energy_->length()) +
                       rows_->times_compliance(at.local, mode_.local) - rows_->work_of_applied(mode_.move),
                distance = std::abs(left) / (std::abs(quotient) * std::sqrt(2 * std::abs(at.energy) + energy_->noise()));
-  state_.unheld = quotient < kHolds || distance > kFar;
+  // The metric takes a part that has turned for one that is sheared. A mode that is not soft in the stiffness at rest, turned with the state, is held; in
+  // that its norm is this root.
+  double turned = 1;
+  const bool is_doubted = quotient < kHolds || distance > kFar;
+  if (is_doubted) {
+    std::copy(mode_.move, mode_.move + energy_->length(), trial);
+    turned = std::min(1.0, energy_->turned_shear(at.u, trial));
+  }
+  state_.unheld = is_doubted && (quotient < kSoft * turned || distance * std::sqrt(turned) > kFar);
   const double fall = std::max(state_.quotient - quotient, 1e-3),
                wait = std::clamp(std::min(kWaits * quotient, quotient / (4 * fall)), 1.0, kMostWaits);
   state_.follows = quotient < kFollows ? static_cast<std::int32_t>(wait) : 0;
   state_.quotient = state_.follows ? quotient : 1;
-  return 2;
+  return is_doubted ? 3 : 2;
 }
 
 }  // namespace palpate

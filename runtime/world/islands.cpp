@@ -116,8 +116,7 @@ bool Islands::solve_slipping(WorldStep& step, const std::int32_t* members, std::
 // Whether a body has gone on under the reactions.
 bool Islands::follow(WorldStep& step, const std::int32_t* members, std::int32_t count, std::int32_t joint_count) {
   const auto takes_steps = [&](std::int32_t organ) { return step.touch(organ).body->takes_steps(); };
-  if (std::none_of(members, members + count, takes_steps)) return false;
-  set_reached(step, joint_count);
+  if (std::any_of(members, members + count, takes_steps)) set_reached(step, joint_count);
   bool went = false;
   for (std::int32_t m = 0; m < count; ++m)
     went = step.touch(members[m]).body->follow(step.of_organ[members[m]]) || went;

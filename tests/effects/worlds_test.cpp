@@ -1,6 +1,8 @@
 // Random worlds with all effects: random_worlds.h says what is looked at. world_fuzz plays as many as it is asked for.
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "tests/effects/random_worlds.h"
 
 namespace palpate::tests {
@@ -13,6 +15,16 @@ TEST(EffectWorlds, AtRandomAreFiniteAndBoundedAndComeBackToRestWhenLetGo) {
   EXPECT_GT(counts.large, counts.steps / 4);
   EXPECT_GT(counts.touching, 0);
   EXPECT_GT(counts.displacement, 0.005);
+}
+
+// Their bodies beside the touch have stiffened so much that the linear organ, under the same forces, would move by metres; contacts end and let go.
+TEST(EffectWorlds, WhoseBodiesAreFarBehindTheirToolsStayBounded) {
+  WorldCounts counts;
+  for (const auto& [seed, steps] : {std::pair{58, 140}, std::pair{67, 160}})
+    RandomWorld(static_cast<std::uint64_t>(seed), &counts, [](const std::string& found) {
+      ADD_FAILURE() << found;
+    }).play(steps);
+  EXPECT_GT(counts.touching, 0);
 }
 
 }  // namespace

@@ -251,6 +251,31 @@ TEST(LargeBeside, ATouchThatEndsLeavesTheSurfaceAtRest) {
     EXPECT_LE((play.places()[static_cast<std::size_t>(n)] - box.node(n)).norm(), 1e-9) << n;
 }
 
+// The same where another contact stays: what the solution adds belongs to the forces of both.
+TEST(LargeBeside, AGripThatEndsBesideAnotherThrowsTheSurfaceNoFartherThanBothHaveMovedIt) {
+  const TouchedBody box(dense_box({}), with_large(false, LawForm(32)));
+  Play play(beside_def(PALPATE_CONTACT_NODE), box);
+  const auto grips = [&](double deep) {
+    std::vector<palpate_grip> all = {grip_at_node(box.touchable.front(), Vector3d(0, 0, -5e-4))};
+    if (deep > 0) all.push_back(grip_at_node(box.touchable.back(), Vector3d(-deep, 0.2 * deep, 0.3 * deep)));
+    return all;
+  };
+  const auto farthest = [&] {
+    double most = 0;
+    for (std::int32_t n = 0; n < box.body.surface_nodes; ++n)
+      most = std::max(most, (play.places()[static_cast<std::size_t>(n)] - box.node(n)).norm());
+    return most;
+  };
+  for (int tick = 1; tick <= 120; ++tick) play.touch(tool_of(grips(1e-4 * tick)));
+  const double both = farthest();
+  play.most_solves = 0;
+  EXPECT_NE(play.touch(tool_of(grips(0))) & PALPATE_STEP_DEFORMATION_BEHIND, 0u);
+  EXPECT_LE(farthest(), both);
+  play.most_solves = 100;
+  play.touch(tool_of(grips(0)));
+  EXPECT_EQ(play.touch(tool_of(grips(0))), 0u);
+}
+
 TEST(LargeBeside, AResetForgetsAlsoTheSolutionOnItsWay) {
   Play play(pressed_def(PALPATE_LAW_STICKING));
   for (int tick = -1; tick <= 100; ++tick) play.move({pressed(1e-4 * tick)});
