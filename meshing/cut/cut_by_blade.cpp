@@ -65,7 +65,7 @@ class Cutter {
   void sweep() {
     std::vector<Point> positions = mesh_.nodes;
     const auto step = [&](const std::vector<Point>& from, const std::vector<Point>& to) {
-      const CutChange& change = cut_.blade(
+      const CutMeshChange& change = cut_.blade(
           {from.front().data(), to.front().data(), static_cast<std::int32_t>(from.size())}, positions.front().data());
       if (change.full) throw OperationError("the mesh has no room for more nodes");
       report_.faces += static_cast<std::size_t>(change.cut_faces);
