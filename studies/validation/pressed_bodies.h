@@ -34,11 +34,12 @@ struct PressedAnswer {
     Eigen::Vector3d place;  // of the vertex at rest, in its body's frame, m
     double force;           // along the normal, N
   };
-  std::vector<Touch> touches;                   // pairs with a force
-  Eigen::Vector3d force;                        // N, on the last body, in the world
-  std::vector<std::vector<Eigen::Vector3d>> u;  // m, in its frame: of each body's surface nodes; of all nodes where the bundle has the interior
-  double seconds = 0;                           // processor time of the steps
-  int flagged = 0;                              // steps of the way that raised a flag
+  std::vector<Touch> touches;  // pairs with a force
+  Eigen::Vector3d force;       // N, on the last body, in the world
+  std::vector<std::vector<Eigen::Vector3d>>
+      u;               // m, in its frame: of each body's surface nodes; of all nodes where the bundle has the interior
+  double seconds = 0;  // processor time of the steps
+  int flagged = 0;     // steps of the way that raised a flag
 };
 // The bodies come to rest at share 1. Errors: OperationError if flags are refused and a step raises one at rest, or, where
 // all bodies are linear, on the way.
