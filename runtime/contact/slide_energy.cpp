@@ -52,8 +52,11 @@ void SlideEnergy::forget() {
 }
 
 bool SlideEnergy::is_shared(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding) {
-  for (std::int32_t p = 0; p < acting.constraint_count; ++p)
-    if (const Vec3 r = solver.reaction(p); !sliding[p].slides() && dot(r, r) > 0) return true;
+  for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
+    const ContactLaw law = acting.constraints[p].law;
+    const bool pushes = law == ContactLaw::unilateral || law == ContactLaw::coulomb;
+    if (pushes && !sliding[p].slides() && solver.reaction(p).x > 0) return true;
+  }
   return false;
 }
 
