@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/dense/dense_rows.h"
+
 namespace palpate {
 namespace {
 
@@ -22,12 +24,15 @@ Vec3 in_organ(const ContactConstraint& constraint, Vec3 along_rows) {
   return constraint.framed ? transposed_times(constraint.frame, along_rows) : along_rows;
 }
 
-// J. Where the targets are not met, or a limit lets a row give way, it costs a row of multiply-adds for each row.
+// m. Where the targets are not met, or a limit lets a row give way, it costs a row of multiply-adds for each row.
+Vec3 reached_by(const ContactSolver& solver, const ContactConstraints& acting, std::int32_t p, bool met) {
+  const bool exact = met && !(acting.constraints[p].limit > 0);
+  return exact ? acting.target[p] : acting.target[p] + solver.missed(acting, p);
+}
+
+// J.
 double energy_of(const ContactSolver& solver, const ContactConstraints& acting, std::int32_t p, bool met) {
-  const ContactConstraint& constraint = acting.constraints[p];
-  const Vec3 target = acting.target[p];
-  const bool exact = met && !(constraint.limit > 0);
-  return product_of(constraint, 0.5 * solver.reaction(p), exact ? target : target + solver.missed(acting, p));
+  return product_of(acting.constraints[p], 0.5 * solver.reaction(p), reached_by(solver, acting, p, met));
 }
 
 }  // namespace
@@ -35,6 +40,7 @@ double energy_of(const ContactSolver& solver, const ContactConstraints& acting, 
 bool SlideEnergy::create(SceneMemory& memory, std::int32_t constraint_capacity) {
   held_ = memory.array<Held>(static_cast<std::size_t>(constraint_capacity));
   sliding_ = memory.array<Sliding>(static_cast<std::size_t>(constraint_capacity));
+  own_ = memory.array<double>(3 * static_cast<std::size_t>(constraint_capacity));
   memory.keep(count_);
   memory.keep(lost_);
   memory.keep_array(held_, static_cast<std::size_t>(constraint_capacity), count_);
@@ -43,6 +49,45 @@ bool SlideEnergy::create(SceneMemory& memory, std::int32_t constraint_capacity) 
 
 void SlideEnergy::forget() {
   count_ = 0, lost_ = 0;
+}
+
+bool SlideEnergy::is_shared(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding) {
+  for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
+    const ContactLaw law = acting.constraints[p].law;
+    const bool pushes = law == ContactLaw::unilateral || law == ContactLaw::coulomb;
+    if (pushes && !sliding[p].slides() && solver.reaction(p).x > 0) return true;
+  }
+  return false;
+}
+
+// Where something else presses, the surface is not at rest without the contacts that slide: what lifts it towards a tool gives the tool a target
+// against its push, though the tool stores energy. Their ways by themselves are A r of their reactions alone.
+void SlideEnergy::find_ways(const ContactSolver& solver, const ContactConstraints& acting, Sliding* sliding, bool met,
+                            bool apart) const {
+  const ContactMatrix& matrix = solver.matrix();
+  double stored = 0, own = 0, push = 0;
+  if (apart) std::fill(own_, own_ + matrix.rows().rows_end, 0.0);
+  for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
+    if (!sliding[p].slides()) continue;
+    sliding[p].way = reached_by(solver, acting, p, met);
+    const Vec3 reaction = solver.reaction(p);
+    stored += product_of(acting.constraints[p], reaction, sliding[p].way);
+    if (sliding[p].slack) push += reaction.x;
+    for (int i = 0; i < 3 && apart; ++i)
+      if (const std::int32_t row = matrix.rows_of(p).at[i]; row >= 0) own_[row] = reaction[i];
+  }
+  if (!apart || !(push > 0)) return;
+  for (std::int32_t row = 0; row < matrix.rows().rows_end; ++row)
+    if (own_[row] != 0) own += own_[row] * dot_rows(matrix.rows().rows_end, matrix.rows().row(row), own_);
+  if (!(own > stored)) return;
+  for (std::int32_t p = 0, end = 0; p < acting.constraint_count; p = end) {
+    end = end_of_joined(acting.constraints, acting.constraint_count, p);
+    if (!sliding[p].slides()) continue;
+    sliding[p].way = matrix.reached(own_, p);
+    // Targets of one row add up.
+    sliding[p].way.x /= end - p;
+    for (std::int32_t q = p + 1; q < end; ++q) sliding[q].way = {sliding[p].way.x, 0, 0};
+  }
 }
 
 // With A the system of the step and w = A r what is reached, the energy is r . w / 2. Constraints that do not slide take the work
@@ -66,8 +111,9 @@ SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactC
     sum.created += energy - (had ? before->energy : 0);
     if (sliding[p].slides()) {
       const Sliding& now = sliding[p];
-      sum.stored += energy, sum.begins = sum.begins || !had;
-      if (!solver.matrix().stayed(p)) sum.moved += energy;
+      const double own = product_of(constraint, 0.5 * reaction, now.way);
+      sum.stored += own, sum.begins = sum.begins || !had;
+      if (!solver.matrix().stayed(p)) sum.moved += own;
       sum.created -= had ? 0.5 * dot(force + before->force, now.at - before->at + now.reach * (now.axis - before->axis))
                          : 0.5 * dot(force, now.at - now.from);
     } else if (had && solver.matrix().stayed(p)) {
@@ -81,8 +127,9 @@ SlideEnergy::Sum SlideEnergy::sum_up(const ContactSolver& solver, const ContactC
   return sum;
 }
 
-bool SlideEnergy::give_way(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
+bool SlideEnergy::give_way(const ContactSolver& solver, const ContactConstraints& acting, Sliding* sliding, bool apart,
                            ContactRows& rows) {
+  find_ways(solver, acting, sliding, true, apart);
   const Sum sum = sum_up(solver, acting, sliding, true);
   if (!sum.known || !(sum.stored > 0)) return false;
   const double excess = sum.created - lost_;
@@ -91,7 +138,7 @@ bool SlideEnergy::give_way(const ContactSolver& solver, const ContactConstraints
   return true;
 }
 
-// The energy goes with the square of the targets. Contacts that have moved bear it, if they hold as much.
+// The energy goes with the square of the ways. Contacts that have moved bear it, if they hold as much.
 void SlideEnergy::shorten(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding,
                           double excess, const Sum& sum, ContactRows* rows) const {
   const bool moved_bear = sum.moved > excess;
@@ -99,7 +146,7 @@ void SlideEnergy::shorten(const ContactSolver& solver, const ContactConstraints&
   for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
     if (!sliding[p].slides() || (moved_bear && solver.matrix().stayed(p))) continue;
     const ContactConstraint& constraint = acting.constraints[p];
-    Vec3 shorter = (1 - kept) * acting.target[p];
+    Vec3 shorter = (1 - kept) * sliding[p].way;
     if (sliding[p].aside) {
       if (!(constraint.axes & 6u)) continue;
       shorter.x = 0;
@@ -133,7 +180,9 @@ void SlideEnergy::lengthen(const ContactConstraints& acting, const Sliding* slid
   }
 }
 
-bool SlideEnergy::end(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding, bool met) {
+bool SlideEnergy::end(const ContactSolver& solver, const ContactConstraints& acting, Sliding* sliding, bool met,
+                      bool apart) {
+  find_ways(solver, acting, sliding, met, apart);
   const Sum sum = sum_up(solver, acting, sliding, met);
   if (sum.known) lost_ = std::min(lost_ - sum.created, sum.stored);
   if (!(sum.stored > 0)) lost_ = 0;

@@ -87,11 +87,34 @@ Operations Body::operations_to_solve(const TouchStep& step) const {
   return step.state->solver.operations_to_solve({});
 }
 
+namespace {
+
+// A row of multiply-adds for each row.
+Operations squared_rows(const TouchState& state) {
+  const Operations rows = state.solver.matrix().rows().rows_end;
+  return rows * rows / kDense;
+}
+
+// Whether the account of energy tells the ways of contacts that slide from what else moves the surface: where it does, and there is room.
+bool tells_apart(TouchStep& step, Operations kept) {
+  TouchState& state = *step.state;
+  const Operations cost = 2 * squared_rows(state);
+  if (cost + kept > state.work.left() ||
+      !SlideEnergy::is_shared(state.solver, *step.acting, state.slide_energy.sliding()))
+    return false;
+  state.work.add(cost);
+  return true;
+}
+
+}  // namespace
+
 bool Body::gives_way(TouchStep& step, ContactSolver::Outcome outcome) {
   TouchState& state = *step.state;
   SlideEnergy& energy = state.slide_energy;
-  return energy.exists() && is_trusted(step, outcome) && note_sliding(step, *step.acting, energy.sliding()) &&
-         energy.give_way(state.solver, *step.acting, energy.sliding(), state.rows);
+  if (!energy.exists() || !is_trusted(step, outcome) || !note_sliding(step, *step.acting, energy.sliding()))
+    return false;
+  const bool apart = tells_apart(step, operations_to_solve(step));
+  return energy.give_way(state.solver, *step.acting, energy.sliding(), apart, state.rows);
 }
 
 void Body::judge(TouchStep& step, ContactSolver::Outcome outcome) {
@@ -99,11 +122,11 @@ void Body::judge(TouchStep& step, ContactSolver::Outcome outcome) {
   SlideEnergy& energy = state.slide_energy;
   if (!energy.exists()) return;
   note_sliding(step, *step.acting, energy.sliding());
-  const Operations rows = state.solver.matrix().rows().rows_end,
-                   cost = is_trusted(step, outcome) ? 0 : rows * rows / kDense;
+  const Operations cost = is_trusted(step, outcome) ? 0 : squared_rows(state);
   const bool met = cost == 0 || cost > state.work.left();
   if (!met) state.work.add(cost);
-  if (energy.end(state.solver, *step.acting, energy.sliding(), met)) return;
+  const bool apart = tells_apart(step, 0);
+  if (energy.end(state.solver, *step.acting, energy.sliding(), met, apart)) return;
   raise_where_slides(step, *step.acting, energy.sliding(), PALPATE_STEP_SOLVE_INEXACT);
 }
 

@@ -281,6 +281,47 @@ TEST(Obstacles, WhatIsInsideAtFirstStaysThereWithoutAForce) {
   EXPECT_NEAR(scene.field()[3 * face_nodes(box, 0, 0.06)[0]], -1e-3, 1e-6);
 }
 
+// What a plate has lifted stays above its place at rest under a tool that presses it. So the tool's target is against its push, and the account of
+// energy has to go by what the tool stores.
+TEST(Obstacles, AToolOnTissueThatAPlateHasLiftedFeelsWhatAFullSolveSays) {
+  const TouchedBox& box = tiny_box();
+  const MatrixXd k = box.stiffness();
+  std::int32_t top = -1;
+  for (const std::int32_t n : face_nodes(box, 2, 0.04)) {
+    const Vector3d middle(0.045, 0.025, 0.04);
+    if (top < 0 || (box.node(n) - middle).norm() < (box.node(top) - middle).norm()) top = n;
+  }
+  for (const palpate_contact_law law : {PALPATE_LAW_UNILATERAL, PALPATE_LAW_SLIDING})
+    for (const double friction : {0.0, 5.0}) {
+      const Vector3d end(0.06, 0.025, -1e-3);
+      Obstructed scene(box, with(plain_def(), PALPATE_CONTACT_NODE, law), {plate(end, {0, 0, 1}, friction, 0.03)});
+      for (int s = 0; s <= 60; ++s) {
+        scene.put(0, pose_of(end + Vector3d(0, 0, 1e-4 * s), {0, 0, 1}));
+        ASSERT_EQ(scene.touch(), 0u) << s;
+      }
+      const VectorXd lifted = scene.field();
+      ASSERT_GT(lifted[3 * top + 2], 1.5e-3);
+      Vector3d point;
+      for (int s = 0; s <= 60; ++s) {
+        point = box.node(top) + lifted.segment<3>(3 * top) + Vector3d(0, 0, 1e-4 - 2e-5 * s);
+        ASSERT_EQ(scene.touch({point_tool(point.data())}), 0u) << law << " " << friction << " " << s;
+      }
+      // The plate holds the nodes that it presses where they are, the tool one more along z.
+      VectorXd u = scene.field();
+      std::vector<bool> imposed(box.fixed.begin(), box.fixed.end());
+      for (std::int32_t e = 0; e < scene.contacts->node_count; ++e)
+        if (const palpate_contact_node& node = scene.contacts.nodes()[e]; node.force[2] > 0) {
+          imposed[3 * node.node + 2] = true;
+          if (friction > 0) imposed[3 * node.node] = imposed[3 * node.node + 1] = true;
+        }
+      imposed[3 * top + 2] = true, u[3 * top + 2] = point[2] - box.node(top)[2];
+      u = solve_imposed(k, imposed, u, VectorXd::Zero(k.rows()));
+      const double pushed = -(k.row(3 * top + 2) * u)(0);
+      EXPECT_GT(pushed, 0.05);
+      EXPECT_NEAR(scene.tool().force_raw[2], pushed, 5e-3 * pushed) << law << " " << friction;
+    }
+}
+
 TEST(Obstacles, AnEdgeThatComesIntoTheTissueAndAPlateThatMovesFastStayBounded) {
   const TouchedBox& box = tiny_box();
   Obstructed scene(box, plain_def(), {plate({0.1, 0.025, 0.05}, {0, 0, -1}, 0.2, 0.03)});

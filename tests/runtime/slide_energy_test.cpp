@@ -255,7 +255,7 @@ class LimitedRow {
     SlideEnergy::Sliding sliding[2];
     sliding[0].slack = &slack_;
     sliding[0].at = sliding[0].from = {0, 0, -slides};
-    return !energy_.end(solver_, set_, sliding, true) || slack_ != 0;
+    return !energy_.end(solver_, set_, sliding, true, true) || slack_ != 0;
   }
   double limited_reaction() const { return solver_.reaction(1).x; }
 
