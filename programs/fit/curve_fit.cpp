@@ -94,7 +94,8 @@ class Fitter {
       const VectorXd *above = log_of_model(up), *below = log_of_model(down);
       if (!above) above = &middle, up = at;
       if (!below) below = &middle, down = at;
-      if (!(up[k] > down[k])) throw OperationError(failed_);
+      if (!(up[k] > down[k]))
+        throw OperationError(failed_.empty() ? "the body has no balance near the fitted constants" : failed_);
       result.col(1 + k) = (*above - *below) / (up[k] - down[k]);
     }
     return result;

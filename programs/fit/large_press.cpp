@@ -262,14 +262,24 @@ std::vector<std::vector<double>> LargePress::solve(std::size_t c, const std::vec
         return std::optional<State>();
       }
     };
+    const State before = states.empty() ? state : states.back();
+    const double from = d > 0 ? depths[d - 1] : 0;
     const auto found = kept_[c].empty() ? std::nullopt : begin_at(0, kept_[c][d]);
     if (found)
       state = *found;
     else
-      forces[0].push_back(press_on(way, curve, bodies[0], depth, d > 0 ? depths[d - 1] : 0, &state));
+      forces[0].push_back(press_on(way, curve, bodies[0], depth, from, &state));
     states.push_back(state);
-    for (std::size_t form = 1; form < forms.size(); ++form)
-      if (!failed[form] && !begin_at(form, state)) failed[form] = true;
+    for (std::size_t form = 1; form < forms.size(); ++form) {
+      if (failed[form] || begin_at(form, state)) continue;
+      // Where the first form's state is too far, in steps from the depth before.
+      try {
+        State own = before;
+        forces[form].push_back(press_on(way, curve, bodies[form], depth, from, &own));
+      } catch (const OperationError&) {
+        failed[form] = true;
+      }
+    }
   }
   for (std::size_t form = 1; form < forms.size(); ++form)
     if (failed[form]) forces[form].clear();
