@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <string>
 
 #include "formats/csv_lines.h"
 #include "formats/errors.h"
-#include "runtime/base/vec3.h"
-#include "runtime/surface/surface_index.h"
+#include "meshing/cut/nearest_of_triangles.h"
 
 namespace palpate {
 
@@ -36,20 +34,14 @@ BladePath read_blade_path(const std::filesystem::path& file) {
 }
 
 std::array<double, 3> nearest_on_path(const BladePath& path, const std::array<double, 3>& point) {
-  Vec3 nearest;
-  double least = std::numeric_limits<double>::infinity();
-  const auto take = [&](Vec3 a, Vec3 b, Vec3 c) {
-    double k[3];
-    const double square = closest_on_triangle(load3(point.data()), a, b, c, k);
-    if (square < least) least = square, nearest = k[0] * a + k[1] * b + k[2] * c;
-  };
+  NearestOfTriangles nearest(point);
   for (std::size_t i = 0; i + 1 < path.places.size(); ++i)
     for (std::size_t k = 0; k + 1 < path.places[i].size(); ++k) {
       const Vec3 a = load3(path.places[i][k].data()), b = load3(path.places[i][k + 1].data());
       const Vec3 c = load3(path.places[i + 1][k].data()), d = load3(path.places[i + 1][k + 1].data());
-      take(a, b, d), take(a, d, c);
+      nearest.take(a, b, d), nearest.take(a, d, c);
     }
-  return {nearest.x, nearest.y, nearest.z};
+  return nearest.point();
 }
 
 }  // namespace palpate

@@ -10,8 +10,8 @@ namespace palpate {
 // The blade's edge, a line of points, at one place after the other. Between two places it sweeps a surface: two triangles for each of its
 // segments, which share the diagonal from the earlier place of the first point to the later place of the second one.
 struct BladePath {
-  std::vector<std::vector<std::array<double, 3>>>
-      places;  // in the unit of the mesh; 2 places or more, of the same 2 points or more
+  // In the unit of the mesh: 2 places or more, each of the same 2 points or more.
+  std::vector<std::vector<std::array<double, 3>>> places;
 };
 
 // A row for each place: x, y, z of each point of the edge. Errors: InputError that names the line.

@@ -5,15 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
 #include "formats/errors.h"
+#include "meshing/cut/nearest_of_triangles.h"
 #include "meshing/tetrahedra/mesh_quality.h"
-#include "runtime/base/vec3.h"
 #include "runtime/cut/cut_mesh.h"
-#include "runtime/surface/surface_index.h"
 
 namespace palpate {
 namespace {
@@ -23,8 +21,8 @@ using Triangle = std::array<std::int32_t, 3>;
 
 constexpr const char* kLips = "cut";
 constexpr int kRounds = 3;  // of the nodes that move onto the path
-constexpr std::array<double, 4> kShares = {1, 0.5, 0.25,
-                                           0.125};  // of the way there, the first one that the elements allow
+// Of a node's way to the path: the first one with which the elements keep their angles.
+constexpr std::array<double, 4> kShares = {1, 0.5, 0.25, 0.125};
 
 Triangle sorted(Triangle t) {
   std::ranges::sort(t);
@@ -73,7 +71,11 @@ class Cutter {
         positions.push_back(positions[static_cast<std::size_t>(cut_.from(n))]);
     };
     for (std::size_t i = 0; i + 1 < path_.places.size(); ++i) step(path_.places[i], path_.places[i + 1]);
-    step(path_.places.back(), path_.places.back());
+    // The blade stands still until no face is left that finishing can cut: its work in a step is limited.
+    for (std::int32_t before = cut_.pending() + 1; cut_.pending() < before;) {
+      before = cut_.pending();
+      step(path_.places.back(), path_.places.back());
+    }
     if (report_.faces == 0)
       throw InputError(
           "expected a path that passes through the organ from its surface on, found none of its elements cut; are both "
@@ -165,15 +167,12 @@ class Cutter {
   }
 
   Point nearest_on_surface(const Point& point) const {
-    Vec3 nearest;
-    double least = std::numeric_limits<double>::infinity();
+    NearestOfTriangles nearest(point);
     for (const Triangle& t : triangles_) {
       const auto corner = [&](std::size_t i) { return load3(rest_[static_cast<std::size_t>(t[i])].data()); };
-      double k[3];
-      const double square = closest_on_triangle(load3(point.data()), corner(0), corner(1), corner(2), k);
-      if (square < least) least = square, nearest = k[0] * corner(0) + k[1] * corner(1) + k[2] * corner(2);
+      nearest.take(corner(0), corner(1), corner(2));
     }
-    return {nearest.x, nearest.y, nearest.z};
+    return nearest.point();
   }
 
   double smallest_angle(const std::vector<std::size_t>& elements) const {
