@@ -9,21 +9,21 @@
 
 int main(int argc, char** argv) {
   using namespace palpate::tests;
-  long long steps = 100000, seed = 0, scene_steps = 600;
+  PlayOptions options{100000, 600};
   for (int a = 1; a < argc; ++a)
-    if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&
-        !read_option(argv[a], "--scene-steps=", &scene_steps))
+    if (!options.read(argv[a]))
       return std::fprintf(stderr,
                           "%s: expected --steps=N, --seed=N or --scene-steps=N with a whole number of 0 or more\n",
                           argv[a]),
              2;
-  if (scene_steps < 1 || scene_steps > 1000000)
-    return std::fprintf(stderr, "--scene-steps: expected 1 .. 1000000\n"), 2;
+  if (!options.check()) return 2;
   WorldCounts all;
   // A world is always played whole: what is left when it is let go depends on all its steps.
   const bool found = play_seeds(
-      seed, steps, scene_steps, &all.steps,
-      [&](std::uint64_t at, int, const auto& told) { RandomWorld(at, &all, told).play(static_cast<int>(scene_steps)); },
+      options.seed, options.steps, options.scene_steps, &all.steps,
+      [&](std::uint64_t at, int, const auto& told) {
+        RandomWorld(at, &all, told).play(static_cast<int>(options.scene_steps));
+      },
       [&](double seconds) {
         std::printf(
             "%ld steps, %ld with a flag, %ld with a body under large deformation, %ld in which organs pressed one "

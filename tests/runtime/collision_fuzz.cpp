@@ -18,21 +18,20 @@ constexpr double kMostExcused = 0.15;
 
 int main(int argc, char** argv) {
   using palpate::tests::read_option;
-  long long steps = 1000000, seed = 0, scene_steps = 500, bump = 0;
+  palpate::tests::PlayOptions options{1000000, 500};
+  long long bump = 0;
   for (int a = 1; a < argc; ++a)
-    if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&
-        !read_option(argv[a], "--scene-steps=", &scene_steps) && !read_option(argv[a], "--bump=", &bump)) {
+    if (!options.read(argv[a]) && !read_option(argv[a], "--bump=", &bump)) {
       std::fprintf(stderr,
                    "%s: expected --steps=N, --seed=N, --scene-steps=N or --bump=N with a whole number of 0 or more\n",
                    argv[a]);
       return 2;
     }
-  if (scene_steps < 1 || scene_steps > 1000000)
-    return std::fprintf(stderr, "--scene-steps: expected 1 .. 1000000\n"), 2;
+  if (!options.check()) return 2;
   const palpate::tests::RandomScenes scenes(1e-6 * static_cast<double>(bump));
   palpate::tests::Contradictions all;
   const bool found = palpate::tests::play_seeds(
-      seed, steps, scene_steps, &all.steps,
+      options.seed, options.steps, options.scene_steps, &all.steps,
       [&](std::uint64_t at, int of_scene, const auto& told) {
         scenes.play(at, of_scene, &all, [&](const palpate::tests::Contradiction& contradiction) {
           told(palpate::tests::sentence_of(contradiction));

@@ -9,19 +9,17 @@
 #include "tests/runtime/read_option.h"
 
 int main(int argc, char** argv) {
-  using palpate::tests::read_option;
-  long long steps = 100000, seed = 0, scene_steps = 100;
+  palpate::tests::PlayOptions options{100000, 100};
   for (int a = 1; a < argc; ++a)
-    if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&
-        !read_option(argv[a], "--scene-steps=", &scene_steps)) {
+    if (!options.read(argv[a])) {
       std::fprintf(stderr, "%s: expected --steps=N, --seed=N or --scene-steps=N with a whole number of 0 or more\n",
                    argv[a]);
       return 2;
     }
-  if (scene_steps < 1) return std::fprintf(stderr, "--scene-steps: expected 1 or more\n"), 2;
+  if (!options.check()) return 2;
   long done = 0, cut = 0, removed = 0, severed = 0, nodes = 0, full = 0;
   const bool found = palpate::tests::play_seeds(
-      seed, steps, scene_steps, &done,
+      options.seed, options.steps, options.scene_steps, &done,
       [&](std::uint64_t at, int of_scene, const auto& told) {
         palpate::tests::RandomCuts cuts(at);
         for (int i = 0; i < of_scene; ++i, ++done)

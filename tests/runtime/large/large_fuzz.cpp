@@ -9,21 +9,18 @@
 #include "tests/runtime/read_option.h"
 
 int main(int argc, char** argv) {
-  using palpate::tests::read_option;
-  long long steps = 100000, seed = 0, scene_steps = 300;
+  palpate::tests::PlayOptions options{100000, 300};
   for (int a = 1; a < argc; ++a)
-    if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&
-        !read_option(argv[a], "--scene-steps=", &scene_steps)) {
+    if (!options.read(argv[a])) {
       std::fprintf(stderr, "%s: expected --steps=N, --seed=N or --scene-steps=N with a whole number of 0 or more\n",
                    argv[a]);
       return 2;
     }
-  if (scene_steps < 1 || scene_steps > 1000000)
-    return std::fprintf(stderr, "--scene-steps: expected 1 .. 1000000\n"), 2;
+  if (!options.check()) return 2;
   const palpate::tests::RandomLargeScenes scenes;
   palpate::tests::LargeFinds all;
   const bool found = palpate::tests::play_seeds(
-      seed, steps, scene_steps, &all.steps,
+      options.seed, options.steps, options.scene_steps, &all.steps,
       [&](std::uint64_t at, int of_scene, const auto& told) { scenes.play(at, of_scene, &all, told); },
       [&](double seconds) {
         std::printf(

@@ -16,10 +16,10 @@ namespace {
 
 using namespace palpate::tests;
 
-bool play_links(long long seed, long long steps, long long scene_steps) {
+bool play_links(const PlayOptions& options) {
   LinkCounts all;
   return play_seeds(
-      seed, steps, scene_steps, &all.steps,
+      options.seed, options.steps, options.scene_steps, &all.steps,
       [&](std::uint64_t at, int of_scene, const auto& told) {
         RandomLinks(at, &all, [&](const std::string& found) {
           told("seed " + std::to_string(at) + ", " + found);
@@ -38,23 +38,22 @@ bool play_links(long long seed, long long steps, long long scene_steps) {
 
 int main(int argc, char** argv) {
   using palpate::tests::read_option;
-  long long steps = 100000, seed = 0, scene_steps = 500, links = 0, deformation = 0;
+  PlayOptions options{100000, 500};
+  long long links = 0, deformation = 0;
   for (int a = 1; a < argc; ++a)
-    if (!read_option(argv[a], "--steps=", &steps) && !read_option(argv[a], "--seed=", &seed) &&
-        !read_option(argv[a], "--scene-steps=", &scene_steps) && !read_option(argv[a], "--links=", &links) &&
+    if (!options.read(argv[a]) && !read_option(argv[a], "--links=", &links) &&
         !read_option(argv[a], "--deformation=", &deformation))
       return std::fprintf(stderr,
                           "%s: expected --steps=N, --seed=N, --scene-steps=N, --links=N or --deformation=N with a "
                           "whole number of 0 or more\n",
                           argv[a]),
              2;
-  if (scene_steps < 1 || scene_steps > 1000000)
-    return std::fprintf(stderr, "--scene-steps: expected 1 .. 1000000\n"), 2;
+  if (!options.check()) return 2;
   if (deformation > 3) return std::fprintf(stderr, "--deformation: expected 0 .. 3\n"), 2;
-  if (links > 0) return play_links(seed, steps, scene_steps) ? 1 : 0;
+  if (links > 0) return play_links(options) ? 1 : 0;
   palpate::tests::PushCounts all;
   const bool found = palpate::tests::play_seeds(
-      seed, steps, scene_steps, &all.steps,
+      options.seed, options.steps, options.scene_steps, &all.steps,
       [&](std::uint64_t at, int of_scene, const auto& told) {
         palpate::tests::play_pushes(
             at, of_scene, 1, &all,
