@@ -24,7 +24,7 @@ enum class Pass : std::int32_t {
 };
 constexpr std::int32_t kPasses = static_cast<std::int32_t>(Pass::count);
 // Effects that a scene may have on at once (scene/effect.h). The number of an effect's pass is behind those of all others.
-constexpr std::int32_t kMostEffects = 16;
+constexpr std::int32_t kMostEffects = 17;
 constexpr Pass pass_of_effect(std::int32_t effect) {
   return static_cast<Pass>(kPasses + effect);
 }

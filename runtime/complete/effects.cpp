@@ -1,6 +1,7 @@
 #include "runtime/complete/effects.h"
 
 #include "runtime/crossings/effect.h"
+#include "runtime/cut/effect.h"
 #include "runtime/fine_surface/effect.h"
 #include "runtime/force_control/effect.h"
 #include "runtime/grasps/effect.h"
@@ -34,7 +35,7 @@ EffectList all_effects() {
   static constexpr const Effect* kAll[] = {
       &large_effect,      &fine_surface_effect,  &grasps_effect,    &needles_effect,  &motions_effect, &links_effect,
       &relaxation_effect, &report_effect,        &queries_effect,   &skin_effect,     &dent_effect,    &inside_effect,
-      &loads_effect,      &force_control_effect, &obstacles_effect, &crossings_effect};
+      &loads_effect,      &force_control_effect, &obstacles_effect, &crossings_effect,  &cut_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 #endif

@@ -124,6 +124,10 @@ bool BladeSearch::create(SceneMemory& memory, const CutState& state, const std::
   return made;
 }
 
+void BladeSearch::forget() {
+  std::fill(stale_, stale_ + static_cast<std::size_t>(clusters_) / 64 + 1, ~std::uint64_t{0});
+}
+
 void BladeSearch::sort_tetrahedra(std::uint64_t* keys) {
   const std::int32_t count = state_->rest().tetrahedra();
   const double* const rest = state_->rest().body().nodes;

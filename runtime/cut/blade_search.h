@@ -23,6 +23,8 @@ class BladeSearch {
  public:
   // nodes: of the corners [tetrahedra][4], as they are now; it may change, and there may be most_nodes. False where memory ends.
   bool create(SceneMemory& memory, const CutState& state, const std::int32_t* nodes, std::int32_t most_nodes);
+  // All corners may have other nodes.
+  void forget();
   // To be called when a corner of the tetrahedron has another node.
   void changed(std::int32_t tetrahedron);
 

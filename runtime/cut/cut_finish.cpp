@@ -15,6 +15,11 @@ bool CutFinish::create(SceneMemory& memory, CutState& state, CutTrial& trial) {
   return true;
 }
 
+void CutFinish::forget_all() {
+  std::fill(tried_, tried_ + 4 * state_->rest().tetrahedra(), std::uint8_t{0});
+  progress_ = {};
+}
+
 // How many of the faces would wait. They stay pending.
 std::int32_t CutFinish::count_left(const std::uint32_t* order) {
   const std::int32_t tried = trial_->try_faces(faces_, count_, order);
@@ -31,6 +36,14 @@ void CutFinish::turn_face(std::int32_t face) {
     state_->set(face, FaceState::spared);
     count_ = static_cast<std::int32_t>(std::remove(faces_, faces_ + count_, lower) - faces_);
   }
+}
+
+// Whether a face of the tetrahedra is not to be cut.
+bool CutFinish::keeps(const Choice& choice) const {
+  for (std::int32_t i = 0; i < choice.count; ++i)
+    for (std::int32_t face = 4 * choice.tetrahedra[i]; face < 4 * choice.tetrahedra[i] + 4; ++face)
+      if (state_->face(face) == FaceState::kept) return true;
+  return false;
 }
 
 // Gives the tetrahedra to the other side: those of their faces that were to be cut are not, and the others are.
@@ -85,6 +98,7 @@ CutFinish::Choice CutFinish::best_turn(const std::uint32_t* order) {
   for (; progress_.next < candidates.count() && has_time(); ++progress_.next) {
     if (best.count > 0 && progress_.next >= candidates.sides) return best;
     const Choice choice = candidates.choice(progress_.next, state_->rest());
+    if (keeps(choice)) continue;
     const Turn tried = turn(choice);
     const std::int32_t left = count_left(order);
     if (left < least || (left == least && best.count > 0 && count_ < fewest))

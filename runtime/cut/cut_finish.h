@@ -18,6 +18,7 @@ class CutFinish {
   static constexpr std::int64_t kMostWork = 20000;  // of CutTrial::work() in a step, after which no trial begins
   // False where memory ends.
   bool create(SceneMemory& memory, CutState& state, CutTrial& trial);
+  void forget_all();
 
   // The work of a step begins.
   void begin_step() { step_begin_ = trial_->work(); }
@@ -46,6 +47,7 @@ class CutFinish {
   struct Candidates;
   std::int32_t count_left(const std::uint32_t* order);
   Choice best_turn(const std::uint32_t* order);
+  bool keeps(const Choice& choice) const;
   Turn turn(const Choice& choice);
   void undo(const Choice& choice, const Turn& turn);
   void turn_face(std::int32_t face);

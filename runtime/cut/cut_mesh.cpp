@@ -46,6 +46,15 @@ const char* CutMesh::create(SceneMemory& memory, const CutBody& body, std::int32
   return nullptr;
 }
 
+void CutMesh::forget() {
+  const CutBody& body = rest_.body();
+  std::copy(body.tetrahedra, body.tetrahedra + 4 * body.tetrahedron_count, nodes_);
+  std::fill(order_, order_ + 4 * body.tetrahedron_count, 0u);
+  node_count_ = body.node_count, pending_count_ = 0, met_before_ = 0;
+  state_.forget(), finish_.forget_all(), surface_.forget(), pieces_.forget(), search_.forget();
+  begin_change();
+}
+
 void CutMesh::begin_change() {
   work_.met_count = 0;
   change_.first_node = change_.end_node = node_count_;

@@ -56,6 +56,8 @@ class CutMesh {
   // Removes those whose centroid lies in the ball, from its centre on.
   const CutMeshChange& remove_ball(const double centre[3], double radius, const double* positions);
   const CutMeshChange& change() const { return change_; }
+  // Back to the body at rest; its change() is none.
+  void forget();
 
   // The nodes at rest and the new ones.
   std::int32_t nodes() const { return node_count_; }

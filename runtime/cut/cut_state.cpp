@@ -1,5 +1,7 @@
 #include "runtime/cut/cut_state.h"
 
+#include <algorithm>
+
 namespace palpate {
 
 const char* CutState::create(SceneMemory& memory, const RestMesh& rest) {
@@ -13,6 +15,7 @@ const char* CutState::create(SceneMemory& memory, const RestMesh& rest) {
   if (memory.failed()) return "no memory for a body that can be cut";
   memory.keep_array(faces_, 4 * tetrahedra);
   memory.keep_array(gone_, tetrahedra);
+  forget();
   for (std::int32_t n = 0; n < rest.body().node_count; ++n) {
     find_components(n);
     for (const std::int32_t corner : rest.star(n))
@@ -20,6 +23,21 @@ const char* CutState::create(SceneMemory& memory, const RestMesh& rest) {
         return "the surface of the body to be cut is not manifold at a node";
   }
   return nullptr;
+}
+
+void CutState::forget() {
+  const std::int32_t tetrahedra = rest_->tetrahedra();
+  std::fill(gone_, gone_ + tetrahedra, std::uint8_t{0});
+  for (std::int32_t face = 0; face < 4 * tetrahedra; ++face) {
+    faces_[face] = FaceState::whole;
+    for (std::int32_t c = face - face % 4; c < face - face % 4 + 4; ++c)
+      if (c != face && !rest_->may_divide(rest_->node(c))) faces_[face] = FaceState::kept;
+  }
+}
+
+bool CutState::may_go(std::int32_t tetrahedron) const {
+  const std::int32_t* const nodes = rest_->nodes_of(tetrahedron);
+  return !gone(tetrahedron) && std::all_of(nodes, nodes + 4, [&](std::int32_t n) { return rest_->may_divide(n); });
 }
 
 bool CutState::on_surface(std::int32_t node) const {

@@ -19,6 +19,7 @@ enum class FaceState : std::uint8_t {
   whole,
   pending,  // the blade has met it, but the surface would not be manifold
   spared,   // the blade has met it, and another face near it is cut in its place
+  kept,     // it has a node that is not to be divided (CutBody::dividable)
   tried,    // open while it is being found out whether it can be cut
   cut,
 };
@@ -27,6 +28,8 @@ class CutState {
  public:
   // The sentence of what is wrong; nullptr: nothing, unless the memory has failed. The body must be manifold.
   const char* create(SceneMemory& memory, const RestMesh& rest);
+  // Nothing is cut or removed.
+  void forget();
 
   const RestMesh& rest() const { return *rest_; }
   FaceState face(std::int32_t face) const { return faces_[face]; }
@@ -45,6 +48,8 @@ class CutState {
   bool closed(std::int32_t face) const { return !gone_[face / 4] && !open(face); }
   // Whether the node at rest lies on the surface, where faces that are only tried count as whole.
   bool on_surface(std::int32_t node) const;
+  // Whether a tetrahedron may be removed.
+  bool may_go(std::int32_t tetrahedron) const;
 
   // Finds the components around a node at rest. Cost: the tetrahedra around it.
   void find_components(std::int32_t node);

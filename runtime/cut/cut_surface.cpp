@@ -13,9 +13,14 @@ bool CutSurface::create(SceneMemory& memory, const RestMesh& rest, const std::in
   memory.keep(count_);
   memory.keep_array(face_, faces, count_);
   memory.keep_array(triangle_, faces);
-  std::fill(triangle_, triangle_ + faces, -1);
-  for (std::int32_t i = 0; i < rest.body().triangle_count; ++i) add(rest.face_of_triangle(i));
+  forget();
   return true;
+}
+
+void CutSurface::forget() {
+  count_ = 0;
+  std::fill(triangle_, triangle_ + 4 * rest_->tetrahedra(), -1);
+  for (std::int32_t i = 0; i < rest_->body().triangle_count; ++i) add(rest_->face_of_triangle(i));
 }
 
 void CutSurface::nodes(std::int32_t triangle, std::int32_t found[3]) const {

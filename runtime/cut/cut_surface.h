@@ -13,6 +13,8 @@ class CutSurface {
  public:
   // nodes: of the corners [tetrahedra][4], as they are now; it may change. False where memory ends.
   bool create(SceneMemory& memory, const RestMesh& rest, const std::int32_t* nodes);
+  // The surface of the body at rest.
+  void forget();
   // All numbers that were ever given.
   std::int32_t count() const { return count_; }
   // The face, 4 tetrahedron + the corner opposite to it; -1: no longer part of the surface.

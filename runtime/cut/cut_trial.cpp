@@ -186,7 +186,7 @@ std::int32_t CutTrial::try_faces(const std::int32_t* faces, std::int32_t count, 
 std::int32_t CutTrial::try_removal(const std::int32_t* tetrahedra, std::int32_t count) {
   count_ = 0;
   for (std::int32_t i = 0; i < count; ++i)
-    if (!state_->gone(tetrahedra[i])) items_[count_++] = -1 - tetrahedra[i], state_->set_gone(tetrahedra[i], true);
+    if (state_->may_go(tetrahedra[i])) items_[count_++] = -1 - tetrahedra[i], state_->set_gone(tetrahedra[i], true);
   settle(true);
   for (std::int32_t i = 0; i < count_; ++i) items_[i] = -1 - items_[i];
   return count_;

@@ -30,11 +30,18 @@ bool MeshPieces::create(SceneMemory& memory, const CutState& state) {
   memory.keep_array(pieces_, tetrahedra, count_);
   for (std::int32_t n = 0; body.held && n < body.node_count; ++n)
     if (body.held[n]) held_[held_count_++] = n;
+  forget();
+  return true;
+}
+
+void MeshPieces::forget() {
+  const std::int32_t tetrahedra = state_->rest().tetrahedra();
+  std::fill(piece_of_, piece_of_ + tetrahedra, 0);
+  count_ = 0;
   // Parts of the body that were never connected are pieces, too.
-  pieces_[count_++] = {body.tetrahedron_count, 0, -1, 0, 0, 0};
+  pieces_[count_++] = {tetrahedra, 0, -1, 0, 0, 0};
   renumber();
   measure();
-  return true;
 }
 
 int MeshPieces::visit(Search& search, const Search& other) {

@@ -22,6 +22,8 @@ class MeshPieces {
  public:
   // False where memory ends.
   bool create(SceneMemory& memory, const CutState& state);
+  // Those of the state as it is.
+  void forget();
   std::int32_t count() const { return count_; }
   const CutPiece& piece(std::int32_t i) const { return pieces_[i]; }
   std::int32_t piece_of(std::int32_t tetrahedron) const { return piece_of_[tetrahedron]; }

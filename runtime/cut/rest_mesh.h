@@ -16,6 +16,8 @@ struct CutBody {
   const std::int32_t* triangles = nullptr;  // [triangle_count][3]: the whole surface, counter-clockwise from outside
   std::int32_t triangle_count = 0;
   const std::uint8_t* held = nullptr;  // [node_count] 1: a support holds the node; nullptr: none
+  const std::uint8_t* dividable =
+      nullptr;  // [node_count] 0: it stays whole, and so do its tetrahedra; nullptr: all may be divided
 };
 
 // A corner of a tetrahedron is 4 tetrahedron + 0..3, and so is the face that is opposite to this corner.
@@ -31,6 +33,7 @@ class RestMesh {
   const char* create(SceneMemory& memory, const CutBody& body);
 
   const CutBody& body() const { return body_; }
+  bool may_divide(std::int32_t node) const { return !body_.dividable || body_.dividable[node]; }
   std::int32_t tetrahedra() const { return body_.tetrahedron_count; }
   const std::int32_t* nodes_of(std::int32_t tetrahedron) const { return body_.tetrahedra + 4 * tetrahedron; }
   std::int32_t node(std::int32_t corner) const { return body_.tetrahedra[corner]; }

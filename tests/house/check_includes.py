@@ -71,7 +71,7 @@ runtime/shape/: LAYOUT runtime/include/ runtime/shape/ runtime/surface/ runtime/
 runtime/device/: LAYOUT runtime/include/ runtime/device/ runtime/base/:
 runtime/scene/: LAYOUT runtime/include/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/large/: LAYOUT runtime/include/ runtime/large/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/cut/: LAYOUT runtime/include/ runtime/cut/ runtime/contact/ runtime/large/ runtime/surface/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/cut/: LAYOUT runtime/include/ runtime/cut/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/crossings/: LAYOUT runtime/include/ runtime/crossings/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/force_control/: LAYOUT runtime/include/ runtime/force_control/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
@@ -87,7 +87,7 @@ runtime/query/: LAYOUT runtime/include/ runtime/query/ runtime/scene/ runtime/sh
 runtime/skin/: LAYOUT runtime/include/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/relaxation/: LAYOUT runtime/include/ runtime/relaxation/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/world/: LAYOUT runtime/include/ runtime/world/ runtime/links/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/world/ runtime/crossings/ runtime/fine_surface/ runtime/force_control/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/loads/ runtime/motions/ runtime/needles/ runtime/obstacles/ runtime/query/ runtime/relaxation/ runtime/report/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/world/ runtime/crossings/ runtime/cut/ runtime/fine_surface/ runtime/force_control/ runtime/grasps/ runtime/inside/ runtime/links/ runtime/loads/ runtime/motions/ runtime/needles/ runtime/obstacles/ runtime/query/ runtime/relaxation/ runtime/report/ runtime/skin/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/include/: palpate: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate
 programs/player/tool_turn.cpp: programs/player/ runtime/base/sine.h formats/:

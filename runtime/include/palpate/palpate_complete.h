@@ -4,6 +4,7 @@
 
 #include "palpate.h"
 #include "palpate_crossings.h"
+#include "palpate_cut.h"
 #include "palpate_device.h"
 #include "palpate_fine_surface.h"
 #include "palpate_force_control.h"

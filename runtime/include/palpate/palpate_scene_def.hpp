@@ -47,6 +47,7 @@ struct PartsOfScene {
   ChainedPart<palpate_force_control_def> force_control{palpate_default_force_control_def()};
   ChainedPart<palpate_crossings_def> crossings{palpate_default_crossings_def()};
   ChainedPart<palpate_obstacles_def> obstacles{palpate_default_obstacles_def()};
+  ChainedPart<palpate_cut_def> cut{palpate_default_cut_def()};
 };
 
 // The fields of palpate_scene_def, and the structs of all effects.
@@ -56,6 +57,7 @@ struct SceneDef : palpate_scene_def, PartsOfScene {
     grasps.grasps = needles.needles = motions.motions = force_control.force_control = 0;
     report.report = PALPATE_REPORT_OFF, queries.queries = PALPATE_QUERIES_OFF;
     dent.dent = PALPATE_DENT_OFF, inside.inside = PALPATE_INSIDE_OFF, crossings.crossings = PALPATE_CROSSINGS_OFF;
+    cut.cut = PALPATE_CUT_OFF;
     chain();
   }
   SceneDef(const SceneDef& from) noexcept : palpate_scene_def(from), PartsOfScene(from) { chain(); }
@@ -69,7 +71,7 @@ struct SceneDef : palpate_scene_def, PartsOfScene {
  private:
   void chain() noexcept {
     parts = nullptr;
-    for (palpate_part* each : {&crossings.part, &obstacles.part, &force_control.part, &loads.part, &inside.part,
+    for (palpate_part* each : {&cut.part, &crossings.part, &obstacles.part, &force_control.part, &loads.part, &inside.part,
                                &dent.part, &render_mesh.part, &queries.part, &report.part, &links.part, &motions.part,
                                &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
       palpate_add_part(&parts, each);

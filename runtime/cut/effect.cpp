@@ -1,0 +1,174 @@
+#include "runtime/cut/effect.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/base/error_text.h"
+#include "runtime/cut/cut_region.h"
+#include "runtime/cut/cut_scene.h"
+#include "runtime/scene/effect_build.h"
+
+namespace palpate {
+namespace {
+
+using formats::SectionId;
+
+#define PALPATE_CUT_KEY(field) PALPATE_EFFECT_KEY(cut_effect, palpate_cut_def, field)
+constexpr EffectKey kKeys[] = {
+    {PALPATE_CUT_KEY(cut), PALPATE_KEY_CHOICE, "", "off, on", 0, PALPATE_CUT_ON},
+    {PALPATE_CUT_KEY(cut_nodes), PALPATE_KEY_COUNT, "", "", 0, 100'000},
+    {PALPATE_CUT_KEY(cut_rank), PALPATE_KEY_COUNT, "", "", 16, 4096},
+    {PALPATE_CUT_KEY(cut_operations), PALPATE_KEY_COUNT, "", "", 1000, 1'000'000'000},
+};
+constexpr EffectNeed kNeeds[] = {
+    {"collision", 1u << PALPATE_COLLISION_DEFORMED,
+     "lips of a cut are where forces have moved them: take collision DEFORMED, or leave cut OFF"},
+};
+
+// The effect's state: what it made of the bundle, the body of the touch and the part of the step.
+struct CutOfScene {
+  CutRegion region;
+  CutOrgan organ;
+  CutScene scene;
+};
+
+CutOfScene* cut_of(const palpate_scene* scene) {
+  return scene ? static_cast<CutOfScene*>(scene->state_of(cut_effect)) : nullptr;
+}
+
+const palpate_cut_def& cut_of(const palpate_scene_def& def) {
+  return part_of<palpate_cut_def>(def, cut_effect);
+}
+
+void add_sections(const palpate_scene_def&, SectionList& sections) {
+  sections.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,
+                SectionId::poisson, SectionId::provenance});
+}
+
+const char* pass_of(const palpate_scene_def& def) {
+  static const char* const names[] = {"deformation: cut, sticking", "deformation: cut, sliding",
+                                      "deformation: cut, unilateral", "deformation: cut, coulomb"};
+  return names[def.law];
+}
+
+// Of a step without a change: the field at all nodes of the surface.
+palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load&) {
+  const double numbers = 3.0 * cut_of(&scene)->organ.rank() * scene.tensors.surface_nodes;
+  return {8 * numbers, 2 * numbers, 0};
+}
+
+double most_of_body(const palpate_scene& scene) {
+  return cut_of(&scene)->organ.most_operations();
+}
+
+double most_of_changes(const palpate_scene& scene, double) {
+  return cut_of(&scene)->scene.most_operations();
+}
+
+// What the organ has to be before the core is built: its triangles, and the body of the touch.
+palpate_status prepare(EffectBuild& build) {
+  palpate_scene& scene = build.scene;
+  SectionReader& reader = build.reader;
+  SceneMemory& memory = reader.memory();
+  auto* const cut = memory.make<CutOfScene>();
+  if (!cut) return reader.no_memory("cut");
+  build.state = cut;
+  CutRegion& region = cut->region;
+  if (const palpate_status status = read_cut_region(reader, scene.tensors, scene.touchable, &region)) return status;
+  const palpate_cut_def& def = cut_of(scene.def);
+  CutScene::Source source;
+  source.touch = &scene.touch, source.organ = &cut->organ;
+  source.body = region.mesh, source.can_hold = region.may_divide, source.node = region.scene_node;
+  source.surface_nodes = reader.surface_nodes();
+  source.new_nodes = def.cut_nodes > 0 ? std::min(def.cut_nodes, region.reserve) : region.reserve;
+  source.rank = def.cut_rank, source.operations = def.cut_operations;
+  if (const char* const wrong = cut->scene.create(memory, source))
+    return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
+                "cut: %s; rebuild the bundle", wrong);
+  CutOrgan::Source organ;
+  organ.body = &region.body, organ.pairs = &region.pairs, organ.new_nodes = source.new_nodes, organ.rank = source.rank;
+  organ.nodes = region.node_count;
+  if (!cut->organ.create(memory, organ)) return reader.no_memory("cut");
+  const SceneSurface& surface = cut->scene.surface();
+  reader.replace_triangles({surface.triangles(), surface.active(), surface.capacity()});
+  scene.touch.body = &cut->organ;
+  return memory.failed() ? reader.no_memory("cut") : PALPATE_OK;
+}
+
+// After the surface and the limits of contacts are known.
+palpate_status build(EffectBuild& build) {
+  palpate_scene& scene = build.scene;
+  CutOfScene* const cut = cut_of(&scene);
+  cut->scene.place_at_rest(const_cast<double*>(scene.touch.surface.rest));
+  scene.touch.parts.add_first(&cut->scene);
+  const bool made = cut->organ.build(build.reader.memory(), scene);
+  return made && !build.reader.memory().failed() ? PALPATE_OK : build.reader.no_memory("cut");
+}
+
+constexpr EffectBody kBody = {pass_of, predict, most_of_body};
+
+bool is_place(const double* point) {
+  return std::all_of(point, point + 3, [](double x) { return std::fabs(x) <= 1e6; });
+}
+
+}  // namespace
+
+constinit const Effect cut_effect = {
+    .name = "cut",
+    .order = 16,
+    .def = effect_struct<palpate_cut_def, palpate_init_cut_def>("cut_def"),
+    .keys = kKeys,
+    .needs = kNeeds,
+    .uses = kUsesRest | kUsesSurface | kUsesHeldSurface,
+    .pass = {nullptr, Half::touch, Pass::contact, nullptr, most_of_changes},
+    .body = &kBody,
+    .sections = add_sections,
+    .build = build,
+    .prepare = prepare,
+};
+
+}  // namespace palpate
+
+void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes) {
+  palpate_cut_def defaults = {};
+  defaults.part.effect = &palpate::cut_effect;
+  defaults.cut = PALPATE_CUT_ON;
+  defaults.cut_rank = 600, defaults.cut_operations = 100'000;
+  palpate::write_host_struct(defaults, def, struct_bytes);
+}
+
+palpate_status palpate_scene_set_blade(palpate_scene* scene, int32_t blade, const double* points, int32_t point_count,
+                                       palpate_error* error) {
+  palpate::CutOfScene* const cut = palpate::cut_of(scene);
+  const auto refuse = [&](const char* what) {
+    return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "blade %d: expected %s", static_cast<int>(blade), what);
+  };
+  if (!cut) return refuse("a scene with cut ON, found another");
+  if (blade < 0 || blade >= PALPATE_MAX_BLADES) return refuse("a number from 0 to PALPATE_MAX_BLADES - 1");
+  if (point_count < 0 || point_count == 1 || point_count > PALPATE_MAX_BLADE_POINTS || (point_count > 0 && !points))
+    return refuse("0 points, or from 2 to PALPATE_MAX_BLADE_POINTS");
+  for (int32_t i = 0; i < point_count; ++i)
+    if (!palpate::is_place(points + 3 * i)) return refuse("points within 1e6 m");
+  cut->scene.set_blade(blade, points, point_count);
+  return palpate::succeed(error);
+}
+
+palpate_status palpate_scene_remove_tissue(palpate_scene* scene, const double* centre, double radius,
+                                           palpate_error* error) {
+  palpate::CutOfScene* const cut = palpate::cut_of(scene);
+  if (!cut || !centre || !palpate::is_place(centre) || !(radius > 0 && radius <= 1e6))
+    return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0,
+                         "remove tissue: expected a scene with cut ON, a centre within 1e6 m and a radius above 0");
+  cut->scene.remove_tissue(centre, radius);
+  return palpate::succeed(error);
+}
+
+const palpate_cut_state* palpate_scene_cut_state(const palpate_scene* scene) {
+  const palpate::CutOfScene* const cut = palpate::cut_of(scene);
+  return cut ? &cut->scene.state() : nullptr;
+}
+
+int32_t palpate_scene_cut_surface(const palpate_scene* scene, int32_t* triangles, uint8_t* is_lip, int32_t capacity) {
+  palpate::CutOfScene* const cut = palpate::cut_of(scene);
+  return cut ? cut->scene.surface().write(triangles, is_lip, capacity) : 0;
+}
