@@ -121,7 +121,7 @@ void CutScene::take_change(TouchState& touch) {
     add_node(touch, n);
   }
   log_change();
-  surface_.take_change(touch);
+  surface_.take_change(mesh_, touch);
 }
 
 // m^2, at rest, of a new triangle: of the two lips of a cut face one counts.
@@ -173,7 +173,7 @@ void CutScene::forget_rest() {
   mesh_.forget(), log_.forget(), blades_.forget(), loose_.forget();
   removal_ = {}, told_ = {};
   source_.organ->forget_cut();
-  surface_.take_all(*source_.touch);
+  surface_.take_all(mesh_, *source_.touch);
   tell();
 }
 
@@ -181,7 +181,7 @@ void CutScene::restored() {
   source_.organ->forget_cut();
   for (std::int32_t n = source_.body.node_count; n < mesh_.nodes(); ++n) add_node(*source_.touch, n);
   log_.for_each_done([&](const CutLog::Unit& unit) { take(unit); });
-  surface_.take_all(*source_.touch);
+  surface_.restored(mesh_, *source_.touch);
 }
 
 }  // namespace palpate

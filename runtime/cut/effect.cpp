@@ -96,7 +96,7 @@ palpate_status prepare(EffectBuild& build) {
   organ.nodes = region.node_count;
   if (!cut->organ.create(memory, organ)) return reader.no_memory("cut");
   const SceneSurface& surface = cut->scene.surface();
-  reader.replace_triangles({surface.triangles(), surface.active(), surface.capacity()});
+  scene.touch.surface.triangles = surface.triangles();
   scene.touch.body = &cut->organ;
   return memory.failed() ? reader.no_memory("cut") : PALPATE_OK;
 }
