@@ -45,8 +45,7 @@ class CutScene final : public RowSource {
   void request(TouchStep& step) override { blades_.request(step, placed()); }
   void take_reactions(TouchStep& step, bool solved) override { blades_.take_reactions(step, solved); }
   void forget_rest() override;
-  // After a state has been restored.
-  void restored();
+  void restored() override;
 
   // That a step may count on top of all else.
   double most_operations() const;

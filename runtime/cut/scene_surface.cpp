@@ -7,11 +7,15 @@ namespace palpate {
 bool SceneSurface::create(SceneMemory& memory, const CutMesh& mesh, const std::int32_t* node) {
   const CutBody& body = mesh.state().rest().body();
   outside_ = body.triangle_count;
-  return triangles_.create(memory, mesh, body, node);
+  if (!triangles_.create(memory, mesh, body, node)) return false;
+  triangles_.keep(memory);
+  return true;
 }
 
-void SceneSurface::take_change(const CutMesh& mesh, TouchState& touch) {
-  triangles_.follow(mesh);
+void SceneSurface::show(const CutMesh& mesh, const CutChange& change, TouchState& touch) {
+  triangles_.begin();
+  for (std::int32_t i = 0; i < change.moved_count; ++i) triangles_.follow(mesh, change.moved[i].tetrahedron);
+  for (std::int32_t i = 0; i < change.removed_count; ++i) triangles_.follow(mesh, change.removed[i]);
   update(touch);
   // An old patch may lie on triangles that have other corners now, and what was far from the surface may be near a lip.
   touch.rows.forget();
@@ -29,14 +33,13 @@ void SceneSurface::update(TouchState& touch) {
   touch.surface.measure.change(touch.tree.fans());
 }
 
-void SceneSurface::take_all(const CutMesh& mesh, TouchState& touch) {
+void SceneSurface::forget(const CutMesh& mesh, TouchState& touch) {
   triangles_.follow_all(mesh);
   update(touch);
 }
 
-void SceneSurface::restored(const CutMesh& mesh, TouchState& touch) {
-  triangles_.follow_all(mesh);
-  touch.surface.index.change(triangles_.changed(), triangles_.changed_count());
+void SceneSurface::restored(TouchState& touch) {
+  for (std::int32_t triangle = 0; triangle < capacity(); ++triangle) touch.surface.index.change(&triangle, 1);
   touch.tree.restored();
   touch.surface.measure.change(touch.tree.fans());
 }
