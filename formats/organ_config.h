@@ -156,6 +156,13 @@ struct BoundaryConfig {
     bool operator==(const Corridor&) const = default;
   };
   std::vector<Corridor> corridors;
+  // The nodes that a cut at run time may divide.
+  struct Cut {
+    std::vector<Selector> region;
+    int line = 0;
+    bool operator==(const Cut&) const = default;
+  };
+  std::optional<Cut> cut;
   std::vector<Selector> touchable;  // empty: all
   std::optional<std::array<double, 3>> gravity;
   bool store_interior = false, store_large_deformation = false;

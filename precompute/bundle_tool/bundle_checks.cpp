@@ -102,6 +102,8 @@ void check_indices(const BundleFile& file, const SmallSections& s, Checks& check
   if (!pressed.empty()) sections.motion_pressed = pressed.data();
   const auto corridor = file.numbers<std::int32_t>(SectionId::corridor_nodes);
   if (!corridor.empty()) sections.corridor_nodes = corridor.data();
+  const auto cut = file.numbers<std::int32_t>(SectionId::cut_nodes);
+  if (!cut.empty()) sections.cut_nodes = cut.data();
   if (!order.empty()) sections.large_order = order.data();
   if (!supports.empty()) sections.large_support_nodes = supports.data();
   if (!nodes.empty()) {

@@ -9,6 +9,7 @@
 #include "formats/program.h"
 #include "precompute/elements/label_nodes.h"
 #include "precompute/elements/place_corridors.h"
+#include "precompute/elements/place_cut.h"
 #include "precompute/elements/place_motions.h"
 #include "precompute/elements/place_supports.h"
 
@@ -139,6 +140,7 @@ ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& or
   std::iota(every_surface_node.begin(), every_surface_node.end(), 0);
   body.touchable =
       touchable_nodes(boundary.touchable.empty() ? every_surface_node : select(boundary.touchable), body, files);
+  if (boundary.cut) place_cut(select(boundary.cut->region), organ.element, boundary.cut->line, files.boundary, body);
   return body;
 }
 

@@ -55,8 +55,11 @@ struct ElasticBody {
   std::vector<SpringSet> springs;
   std::vector<Motion> motions;
   std::vector<PlacedCorridor> corridors;
-  std::vector<std::int32_t> corridor_nodes;  // of all corridors, ascending, each >= surface_count; held ones too
-  std::vector<std::int32_t> touchable;       // ascending, each < surface_count, each with a free dof
+  std::vector<std::int32_t>
+      corridor_nodes;  // of all corridors and of the cut's region, ascending, each >= surface_count; held ones too
+  std::size_t cut_dividable = 0;        // nodes that a cut at run time may divide
+  std::vector<std::int32_t> cut_nodes;  // those on which it may act, ascending; held ones too
+  std::vector<std::int32_t> touchable;  // ascending, each < surface_count, each with a free dof
 };
 
 // Named in error messages.

@@ -3,8 +3,8 @@
 #include "runtime/base/host_struct.h"
 #include "runtime/large/body_reader.h"
 #include "runtime/needles/needle.h"
+#include "runtime/scene/corridor_reader.h"
 #include "runtime/scene/effect_build.h"
-#include "runtime/scene/needs.h"
 
 namespace palpate {
 namespace {
@@ -40,40 +40,12 @@ double most_operations(const palpate_scene& scene, double change) {
   return change + def.max_tools * static_cast<double>(Needles::operations(places_of(def), def.max_contact_nodes));
 }
 
-palpate_status map_corridor_rows(const SectionReader& reader, SectionId id, std::int32_t nodes,
-                                 DisplacementRows* rows) {
-  const float* numbers = nullptr;
-  if (const palpate_status status = reader.map_for("needles", id, &numbers)) return status;
-  rows->numbers = numbers, rows->nodes = nodes;
-  return PALPATE_OK;
-}
-
-// The columns of the bundle's corridor become those of the scene.
-palpate_status read_corridor(const SectionReader& reader, const std::int32_t* touchable, Corridor* corridor,
-                             ShapeState* interior, Tensors* tensors) {
-  const char* const effect = "needles";
-  if (!reader.find(SectionId::corridor_nodes))
-    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0,
+palpate_status prepare(EffectBuild& build) {
+  if (!build.reader.find(SectionId::corridor_nodes))
+    return fail(build.reader.error(), PALPATE_ERROR_EFFECT, 0,
                 "needles need a corridor (section corridor/nodes), which this bundle does not have; add a [[corridor]] "
                 "to the boundary file and precompute the bundle again, or leave needles off");
-  const std::uint64_t count = reader.counts().corridor;
-  palpate_status status = reader.copy_indices(SectionId::corridor_nodes, count,
-                                              &formats::IndexedSections::corridor_nodes, &corridor->nodes);
-  if (status == PALPATE_OK) status = reader.map_for(effect, SectionId::corridor_compliance, &corridor->compliance);
-  if (status == PALPATE_OK)
-    status = map_corridor_rows(reader, SectionId::corridor_surface, reader.surface_nodes(), &corridor->surface);
-  if (status != PALPATE_OK) return status;
-  corridor->count = static_cast<std::int32_t>(count), corridor->node_of_column = touchable;
-  tensors->corridor = corridor;
-  if (!interior) return PALPATE_OK;
-  const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
-  return map_corridor_rows(reader, SectionId::corridor_interior, inside, &interior->corridor_interior);
-}
-
-palpate_status prepare(EffectBuild& build) {
-  palpate_scene& scene = build.scene;
-  ShapeState* const interior = has_interior_shape(scene) ? &scene.shape : nullptr;
-  return read_corridor(build.reader, scene.touchable, &scene.corridor, interior, &scene.tensors);
+  return read_corridor(build.reader, "needles", build.scene);
 }
 
 palpate_status create(const SectionReader& reader, palpate_scene& scene, Pass pass, SceneMemory& scratch,

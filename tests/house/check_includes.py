@@ -71,7 +71,7 @@ runtime/shape/: LAYOUT runtime/include/ runtime/shape/ runtime/surface/ runtime/
 runtime/device/: LAYOUT runtime/include/ runtime/device/ runtime/base/:
 runtime/scene/: LAYOUT runtime/include/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/large/: LAYOUT runtime/include/ runtime/large/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
-runtime/cut/: LAYOUT runtime/include/ runtime/cut/ runtime/contact/ runtime/large/ runtime/surface/ runtime/bundle/ runtime/dense/ runtime/base/:
+runtime/cut/: LAYOUT runtime/include/ runtime/cut/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/tissue/ runtime/surface/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/inside/: LAYOUT runtime/include/ runtime/inside/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/large/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/crossings/: LAYOUT runtime/include/ runtime/crossings/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
 runtime/force_control/: LAYOUT runtime/include/ runtime/force_control/ runtime/scene/ runtime/shape/ runtime/contact/ runtime/pose/ runtime/surface/ runtime/tissue/ runtime/bundle/ runtime/dense/ runtime/base/:
