@@ -370,12 +370,13 @@ BundleStatus check_corridor(const BundleIndex& index, BundleError* error) {
 
 // The region of a cut has all its sections or none of them, and a block for each pair of its nodes.
 BundleStatus check_cut(const BundleIndex& index, BundleError* error) {
-  const std::uint32_t found =
-      count_of(index, {SectionId::cut_nodes, SectionId::cut_compliance, SectionId::cut_residual});
+  const std::uint32_t found = count_of(
+      index, {SectionId::cut_nodes, SectionId::cut_compliance, SectionId::cut_residual, SectionId::cut_reserve});
   if (found == 0) return BundleStatus::ok;
-  if (found != 3)
+  if (found != 4)
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
-                  "expected cut/nodes, compliance and residual together, found %" PRIu32 " of them; rebuild the bundle",
+                  "expected cut/nodes, compliance, residual and reserve together, found %" PRIu32
+                  " of them; rebuild the bundle",
                   found);
   const std::uint64_t count = index.counts.cut,
                       most = index.counts.nodes < kMostCutNodes ? index.counts.nodes : kMostCutNodes;

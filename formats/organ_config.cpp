@@ -450,6 +450,7 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
   if (table.has("cut")) {
     TomlTable cut = table.table("cut");
     result.cut = {selectors(cut, "region", true), cut.line()};
+    if (cut.has("reserve")) result.cut->reserve = cut.integer("reserve");
     cut.finish();
   }
   if (table.has("touchable")) {

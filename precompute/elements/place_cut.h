@@ -5,15 +5,21 @@
 #include <vector>
 
 #include "formats/organ_config.h"
-#include "precompute/elements/elastic_body.h"
+#include "formats/tetrahedral_mesh.h"
 
 namespace palpate {
 
-// Fills body.cut_nodes and adds those inside the body to body.corridor_nodes, after corridors and touchable nodes. dividable: nodes that a cut
-// may divide, ascending. A cut at a node changes the stiffness of its tetrahedra and, where the element averages at nodes, that of sites at their
-// corners: it acts on the nodes one edge away, or two. line: of [cut]. Errors: InputError that names file and line, for p2-p0, for more than
-// formats::kMostCutNodes nodes, and for a surface node that moves and has no column.
-void place_cut(const std::vector<std::int32_t>& dividable, Element element, int line, const std::filesystem::path& file,
-               ElasticBody& body);
+// In numbers of the mesh.
+struct CutPlace {
+  std::vector<std::int32_t> nodes;  // on which a cut may act, ascending
+  std::size_t dividable = 0;        // of these, that it may divide
+  std::int32_t reserve = 0;         // new nodes that it may make
+};
+
+// dividable: nodes that a cut may divide. A cut at a node changes the stiffness of its tetrahedra and, where the element averages at nodes, that of
+// sites at their corners: it acts on the nodes one edge away, or two. Errors: InputError that names file and line, for p2-p0 and for more than
+// formats::kMostCutNodes nodes.
+CutPlace place_cut(const TetrahedralMesh& mesh, const std::vector<std::int32_t>& dividable,
+                   const BoundaryConfig::Cut& config, Element element, const std::filesystem::path& file);
 
 }  // namespace palpate

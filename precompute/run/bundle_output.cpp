@@ -98,8 +98,8 @@ std::map<std::string, std::string> corridor_texts(const ElasticBody& body) {
 
 // "412 nodes may be divided; 903 nodes with those beside them".
 std::string cut_text(const ElasticBody& body) {
-  return fmt::format("{} nodes may be divided; {} nodes with those beside them", body.cut_dividable,
-                     body.cut_nodes.size());
+  return fmt::format("{} nodes may be divided; {} nodes with those beside them; {} nodes in reserve",
+                     body.cut_dividable, body.cut_nodes.size(), body.reserve);
 }
 
 // A section and its numbers, which the content or this object holds; null where the columns bring them.
@@ -224,6 +224,8 @@ void add_cut(std::vector<FilledSection>& sections, const BundleContent& content)
   sections.push_back(
       held_by_content(SectionId::cut_compliance, {c * (c + 1) / 2, 3, 3}, content.corridor.cut_compliance));
   sections.push_back(held_by_content(SectionId::cut_residual, {c, 3}, content.corridor.cut_residual));
+  const std::int32_t reserve = content.body.reserve;
+  sections.push_back(made(SectionId::cut_reserve, {2}, std::vector{content.body.surface_count - reserve, reserve}));
 }
 
 // The one list of what a bundle holds, in the order of the file.

@@ -121,6 +121,12 @@ palpate_status read_cut_region(const SectionReader& reader, const Tensors& tenso
                                  &formats::IndexedSections::triangles, &region->mesh.triangles);
   if (status != PALPATE_OK) return status;
   region->node_count = static_cast<std::int32_t>(count);
+  const std::int32_t* reserve = nullptr;
+  if ((status = reader.map(SectionId::cut_reserve, &reserve)) != PALPATE_OK) return status;
+  region->first_reserve = reserve[0], region->reserve = reserve[1];
+  if (region->first_reserve < 0 || region->reserve < 0 ||
+      std::int64_t{region->first_reserve} + region->reserve != reader.surface_nodes())
+    return reader.not_usable(SectionId::cut_reserve, 0);
   const auto nodes = static_cast<std::size_t>(body.node_count);
   auto* const place = reader.memory().array<std::int32_t>(nodes);
   auto* const column = reader.memory().array<std::int32_t>(nodes);

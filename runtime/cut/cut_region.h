@@ -49,6 +49,7 @@ struct CutRegion {
   const std::uint8_t* may_divide =
       nullptr;                // [nodes of the body] 1: a cut at the node acts on nodes of the region alone
   RegionPairs::Source pairs;  // for RegionPairs
+  std::int32_t first_reserve = 0, reserve = 0;  // nodes for new ones: the last ones of the surface
   // Whether all of a tetrahedron's corners may be divided, so that it may be removed.
   bool may_remove(std::int32_t tetrahedron) const {
     const std::int32_t* const corner = body.tetrahedra + 4 * static_cast<std::int64_t>(tetrahedron);
