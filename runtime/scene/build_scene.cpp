@@ -229,6 +229,7 @@ palpate_status build_contacts(const SectionReader& reader, palpate_scene& scene)
   ContactSolver::Limits solver;
   solver.of.nodes = def.max_contact_nodes, solver.of.constraints = constraints;
   solver.of.columns = scene.tensors.all_columns(), solver.of.columns_of_surface = scene.tensors.columns;
+  solver.of.surface_nodes = reader.surface_nodes();
   solver.of.offset = &touch.offset;
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
