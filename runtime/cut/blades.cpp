@@ -211,7 +211,7 @@ void Blades::request(TouchStep& step, const PlacedMesh& mesh) {
       RowWish wish({{kBladeSource, b, i}, 0});
       wish.node = node, wish.weight = weight;
       for (int c = 0; c < 4; ++c) {
-        const std::int32_t n = mesh.node(4 * point.edge.tetrahedron + c);
+        const std::int32_t n = mesh.scene_node[mesh.nodes[4 * point.edge.tetrahedron + c]];
         rest += point.edge.weight[c] * touch.surface.place(n);
         if (touch.surface.column_of_node[n] >= 0) node[wish.count] = n, weight[wish.count++] = point.edge.weight[c];
       }

@@ -28,8 +28,7 @@ struct PlacedMesh {
   const RestMesh* rest = nullptr;
   const std::int32_t* nodes = nullptr;       // [tetrahedra][4] of the corners
   const double* position = nullptr;          // [nodes][3] m
-  const std::int32_t* scene_node = nullptr;  // [nodes]
-  std::int32_t node(std::int32_t c) const { return scene_node[nodes[c]]; }
+  const std::int32_t* scene_node = nullptr;  // [nodes] the node that it is in the touch
   Vec3 corner(std::int32_t c) const { return load3(position + 3 * static_cast<std::size_t>(nodes[c])); }
 };
 

@@ -35,8 +35,8 @@ class CutTriangles {
   std::int32_t count_ = 0, changed_count_ = 0;
   std::int32_t* triangles_ = nullptr;
   std::uint8_t* active_ = nullptr;
-  std::int32_t* of_face_ = nullptr;     // [tetrahedra][4], by face; -1: it stays whole
-  std::int32_t* changed_ = nullptr;     // [count]
+  std::int32_t* of_face_ = nullptr;  // [tetrahedra][4], by face; -1: it stays whole
+  std::int32_t* changed_ = nullptr;  // [count]
 };
 
 }  // namespace palpate
