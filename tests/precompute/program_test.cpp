@@ -388,14 +388,21 @@ TEST_F(Program, StoresTheRegionOfACutBesideTheSameColumnsInEveryForm) {
   ASSERT_GT(nodes.size(), 10u);
   EXPECT_EQ(index_of(bytes).counts.cut, nodes.size());
   EXPECT_EQ(compliance.size(), 9 * nodes.size() * (nodes.size() + 1) / 2);
-  const auto surface = static_cast<std::int32_t>(index_of(bytes).counts.surface_nodes);
-  std::vector<std::int32_t> inside;
-  std::copy_if(nodes.begin(), nodes.end(), std::back_inserter(inside), [&](std::int32_t n) { return n >= surface; });
-  ASSERT_FALSE(inside.empty());
-  EXPECT_EQ(section<std::int32_t>(bytes, SectionId::corridor_nodes), inside);
-  for (const SectionId id : {SectionId::displacement_surface, SectionId::force, SectionId::residual})
-    EXPECT_EQ(section<char>(bytes, id), section<char>(plain, id));
-  for (const SectionId id : {SectionId::cut_nodes, SectionId::cut_compliance, SectionId::cut_residual}) {
+  // Nodes of the region are numbered among those of the surface, and so are as many in reserve as it has nodes that may be divided.
+  const auto before = index_of(plain).counts, with = index_of(bytes).counts;
+  const auto reserve = section<std::int32_t>(bytes, SectionId::cut_reserve);
+  ASSERT_EQ(reserve.size(), 2u);
+  EXPECT_EQ(static_cast<std::uint64_t>(reserve[0] + reserve[1]), with.surface_nodes);
+  EXPECT_EQ(with.nodes, before.nodes + static_cast<std::uint64_t>(reserve[1]));
+  EXPECT_LT(nodes.back(), reserve[0]);
+  EXPECT_GT(static_cast<std::uint64_t>(reserve[0]), before.surface_nodes);
+  EXPECT_EQ(with.touchable - before.touchable, static_cast<std::uint64_t>(reserve[0]) - before.surface_nodes);
+  EXPECT_EQ(with.corridor, 0u);
+  const auto fixed = section<std::uint8_t>(bytes, SectionId::fixed);
+  for (std::int32_t n = reserve[0]; n < reserve[0] + reserve[1]; ++n)
+    EXPECT_EQ(fixed[3 * static_cast<std::size_t>(n)], 1);
+  for (const SectionId id :
+       {SectionId::cut_nodes, SectionId::cut_compliance, SectionId::cut_residual, SectionId::cut_reserve}) {
     EXPECT_EQ(formats::find_section(index_of(plain), id), nullptr);
     EXPECT_EQ(section<char>(bytes, id), section<char>(packed, id)) << "packing keeps them";
   }
@@ -412,8 +419,7 @@ TEST_F(Program, RefusesARegionOfACutThatItCannotStore) {
   };
   const std::string cut = "[cut]\nregion = { sphere = { center = [60, 50, 40], radius = 25 } }\n";
   refused("[cut]\nregion = { sphere = { center = [600, 50, 40], radius = 25 } }\n", "bc.toml:9: ");
-  refused(cut + "[touchable]\nselect = { patch = \"y0\" }\n", "bc.toml:8: [cut] region: ");
-  EXPECT_THAT(said_, HasSubstr("[touchable]"));
+  refused(cut + "reserve = -1\n", "reserve");
   write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p2-p0\""));
   refused(cut, "bc.toml:8: [cut] ");
   EXPECT_THAT(said_, HasSubstr("p2-p0"));

@@ -62,6 +62,7 @@ void add_cut(BundleParts& parts, const DenseBody& dense, const std::vector<std::
   parts.set(SectionId::cut_nodes, {count}, nodes);
   parts.set(SectionId::cut_compliance, {count * (count + 1) / 2, 3, 3}, compliance);
   parts.set(SectionId::cut_residual, {count, 3}, residual);
+  parts.set(SectionId::cut_reserve, {2}, std::vector<std::int32_t>{dense.body.surface_nodes, 0});
 }
 
 void add_whole_corridor(BundleParts& parts, const DenseBody& dense) {

@@ -188,7 +188,7 @@ TEST_P(CutBundle, GivesTheComplianceOfTheCutBody) {
   CutPlay play(inputs, inputs.precompute(std::string("--store ") + GetParam().store));
   play.cut(play.faces_of_plane(1, 0.025), 70);
   play.cut(play.faces_of_plane(2, 0.02), 100);
-  play.burn({0.06, 0.01, 0.04}, 30);
+  play.burn({0.055, 0.0125, 0.04}, 30);
   ASSERT_GE(play.new_nodes(), 100);
   ASSERT_EQ(play.removed, 30);
   const Groups groups(play, 11);
