@@ -41,6 +41,7 @@ void HeldSummary::add(double time) {
   }
   for (std::size_t i = 0; i < loads_.size(); ++i) add_load(i, time);
   for (std::size_t i = 0; i < obstacles_.size(); ++i) add_obstacle(i, time);
+  if (const palpate_cut_state* const cut = OrganCuts::state(organ_.runtime_scene())) cut_.add(*cut, time);
 }
 
 void HeldSummary::add_given_force(std::size_t tool, double time) {
@@ -119,6 +120,31 @@ nlohmann::ordered_json HeldSummary::obstacles() const {
   return list;
 }
 
+std::optional<double> HeldSummary::first_time_of(const char* event) const {
+  for (const CutEvent& one : cut_.events())
+    if (std::string_view(one.what) == event) return one.time;
+  return {};
+}
+
+nlohmann::ordered_json HeldSummary::cut() const {
+  if (!organ_.is_cut()) return nullptr;
+  const palpate_cut_state& state = cut_.state();
+  auto pieces = nlohmann::ordered_json::array();
+  for (const CutEvent& event : cut_.events())
+    if (std::string_view(event.what) == kPieceCameOff) pieces.push_back(event.time);
+  return {{"faces", state.faces},
+          {"area_m2", state.area},
+          {"nodes", state.nodes},
+          {"removed", state.removed},
+          {"pieces", state.pieces},
+          {"waiting", state.waiting},
+          {"left", state.left},
+          {"rank", state.rank},
+          {"first_s", or_null(first_time_of(kFirstCut))},
+          {"pieces_s", pieces},
+          {"full_s", or_null(first_time_of(kFull))}};
+}
+
 nlohmann::ordered_json HeldSummary::grasp(std::size_t tool) const {
   const palpate_grasp* of = organ_.held().grasp(tool);
   if (!of) return nullptr;
@@ -178,6 +204,12 @@ std::vector<std::string> HeldSummary::lines() const {
                         ? "nothing pressed it"
                         : fmt::format("largest force {:.3g} N, at {:.3g} s; up to {} nodes pressed it",
                                       obstacles_[i].peak_force, obstacles_[i].peak_time, obstacles_[i].most_nodes)));
+  if (first_time_of(kFirstCut)) {
+    const palpate_cut_state& cut = cut_.state();
+    const std::string of = organ_.name().empty() ? "" : fmt::format(" of organ \"{}\"", organ_.name());
+    lines.push_back(fmt::format("cut{}: {} faces, {:.3g} cm^2, {} tetrahedra removed, {} {}", of, cut.faces,
+                                1e4 * cut.area, cut.removed, cut.pieces, cut.pieces == 1 ? "piece" : "pieces"));
+  }
   return lines;
 }
 
@@ -201,6 +233,15 @@ std::vector<std::string> HeldSummary::warnings() const {
     if (organ_.needles().of(t) && !needles_[t].stuck().empty())
       sentences.push_back(fmt::format("the needle of tool \"{}\" was {}", name, needles_[t].stuck()));
   }
+  if (organ_.is_cut() && organ_.cuts().any() && !first_time_of(kFirstCut))
+    sentences.push_back(
+        "nothing was cut or removed: no blade went from outside through the [cut] region of the bundle, and no removal "
+        "reached it");
+  if (const auto full = first_time_of(kFull))
+    sentences.push_back(fmt::format(
+        "from {:.4g} s on nothing more was cut: {} new nodes and rank {} are all that the bundle and the scene allow; "
+        "raise `reserve` in [cut] of the boundary file, `cut_nodes` or `cut_rank` in [limits]",
+        *full, cut_.state().nodes, cut_.state().rank));
   return sentences;
 }
 

@@ -73,6 +73,7 @@ SceneDef half_of(SceneDef def, Half half) {
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
     def.force = PALPATE_FORCE_OFF, def.relaxation.terms = 0;
     def.links.max_links = def.grasps.grasps = def.force_control.force_control = 0;
+    def.cut.cut = PALPATE_CUT_OFF;
   }
   return def;
 }
@@ -124,6 +125,7 @@ PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half h
   motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
   loads_ = std::make_unique<OrganLoads>(scene_, bundle_.get());
   obstacles_ = std::make_unique<OrganObstacles>(scene_);
+  cuts_ = std::make_unique<OrganCuts>(scene_);
 }
 
 void PlayedOrgan::hear(void* organ, palpate_log_level level, const char* text) {
@@ -179,6 +181,7 @@ SceneDef PlayedOrgan::definition(int max_points) {
   if (half_ != Half::shape) obstacles_->put(&def.obstacles);
   holds_ = def.links.max_links > 0 || def.grasps.grasps;
   pierced_ = def.needles.needles != 0, forced_ = def.force_control.force_control != 0;
+  is_cut_ = def.cut.cut == PALPATE_CUT_ON;
   moves_ = (motions_->any() || loads_->any() || obstacles_->any()) && half_ != Half::shape;
   return def;
 }
@@ -201,6 +204,7 @@ void PlayedOrgan::move(double time) {
   if (holds_) held_->close_grasps(time), held_->hold_links(runtime_scene_, time);
   if (moves_)
     motions_->set(runtime_scene_, time), loads_->set(runtime_scene_, time), obstacles_->set(runtime_scene_, time);
+  if (is_cut_) cuts_->set(runtime_scene_, time);
 }
 
 }  // namespace palpate
