@@ -1,6 +1,7 @@
 #include "runtime/complete/effects.h"
 
 #include "runtime/crossings/effect.h"
+#include "runtime/cut/blades.h"
 #include "runtime/cut/effect.h"
 #include "runtime/fine_surface/effect.h"
 #include "runtime/force_control/effect.h"
@@ -25,17 +26,18 @@ namespace palpate {
 
 // Each source has a number of its own, and they ascend in the order in which a step asks for rows.
 static_assert(ContactSource::tool < kNeedleSource && kNeedleSource == ContactSource{kLastSourceOfTools} &&
-              kNeedleSource < kLinkSource && kLinkSource < kObstacleSource && kObstacleSource < kPairSource &&
-              kPairSource < kWorldLinkSource && kWorldLinkSource == ContactSource{kLastSource});
+              kNeedleSource < kLinkSource && kLinkSource < kObstacleSource && kObstacleSource < kBladeSource &&
+              kBladeSource < kPairSource && kPairSource < kWorldLinkSource &&
+              kWorldLinkSource == ContactSource{kLastSource});
 
 EffectList all_effects() {
 #ifdef PALPATE_CORE_ALONE  // the module of the core for browsers (bindings/web)
   return {};
 #else
   static constexpr const Effect* kAll[] = {
-      &large_effect,      &fine_surface_effect,  &grasps_effect,    &needles_effect,  &motions_effect, &links_effect,
-      &relaxation_effect, &report_effect,        &queries_effect,   &skin_effect,     &dent_effect,    &inside_effect,
-      &loads_effect,      &force_control_effect, &obstacles_effect, &crossings_effect,  &cut_effect};
+      &large_effect,      &fine_surface_effect,  &grasps_effect,    &needles_effect,   &motions_effect, &links_effect,
+      &relaxation_effect, &report_effect,        &queries_effect,   &skin_effect,      &dent_effect,    &inside_effect,
+      &loads_effect,      &force_control_effect, &obstacles_effect, &crossings_effect, &cut_effect};
   static_assert(std::size(kAll) <= kMostEffects);
   return kAll;
 #endif

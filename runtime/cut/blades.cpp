@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "runtime/contact/contact_patch.h"
+#include "runtime/contact/contact_rows.h"
+
 namespace palpate {
 namespace {
 
@@ -9,16 +12,18 @@ namespace {
 constexpr int kMostWalked = 200;
 // A point belongs to a tetrahedron if none of its weights is below this.
 constexpr double kInside = -1e-9;
+// Of a reaction at its limit.
+constexpr double kRounding = 1e-9;
 
 // Six times the signed volume.
-double volume(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
-  return dot(cross(b - a, c - a), d - a);
+double volume(const Vec3 x[4]) {
+  return dot(cross(x[1] - x[0], x[2] - x[0]), x[3] - x[0]);
 }
 
 }  // namespace
 
-void Blades::create(SceneMemory& memory, const RestMesh* rest) {
-  rest_ = rest;
+void Blades::create(SceneMemory& memory, const std::uint8_t* can_hold) {
+  can_hold_ = can_hold;
   memory.keep(blades_), memory.keep(turn_);
   forget();
 }
@@ -28,15 +33,131 @@ void Blades::forget() {
   turn_ = 0;
 }
 
-void Blades::set(std::int32_t blade, const double* points, std::int32_t count) {
+void Blades::set(std::int32_t blade, const palpate_blade& now) {
   Blade& of = blades_[blade];
-  if (count != of.count) of.followed = 0;
-  of.count = count;
-  for (std::int32_t i = 0; i < count; ++i) std::copy_n(points + 3 * i, 3, of.sent[i]);
+  if (now.point_count != of.count) {
+    of = {};
+    of.is_new = 1;
+  }
+  of.count = now.point_count, of.toughness = now.toughness;
+  std::copy_n(now.direction, 3, of.sent_direction);
+  for (std::int32_t i = 0; i < of.count; ++i) std::copy_n(now.points + 3 * i, 3, of.points[i].sent);
 }
 
 bool Blades::are_there() const {
   return std::any_of(blades_, blades_ + PALPATE_MAX_BLADES, [](const Blade& blade) { return blade.count > 0; });
+}
+
+// ---- places ----------------------------------------------------------------------------------------------------------
+
+Vec3 Blades::position(const Place& place, const PlacedMesh& mesh) {
+  if (place.tetrahedron < 0) return load3(place.at);
+  Vec3 sum;
+  for (int c = 0; c < 4; ++c) sum += place.weight[c] * mesh.corner(4 * place.tetrahedron + c);
+  return sum;
+}
+
+// Cost: a pass over all tetrahedra.
+std::int32_t Blades::nearest_tetrahedron(Vec3 p, const PlacedMesh& mesh) {
+  std::int32_t nearest = 0;
+  double least = INFINITY;
+  for (std::int32_t t = 0; t < mesh.rest->tetrahedra(); ++t) {
+    const Vec3 away = mesh.corner(4 * t) - p;
+    if (dot(away, away) < least) least = dot(away, away), nearest = t;
+  }
+  return nearest;
+}
+
+// Walks across the face that the point is farthest behind. A walk that leaves the mesh ends outside: a point in a hollow between two parts may be
+// taken for one outside, which then does not go along with the tissue.
+Blades::Place Blades::locate(Vec3 p, std::int32_t begin, const PlacedMesh& mesh) {
+  Place place = {-1, 0, {}, {p.x, p.y, p.z}};
+  std::int32_t at = begin >= 0 ? begin : nearest_tetrahedron(p, mesh);
+  for (int walked = 0; at >= 0 && walked < kMostWalked; ++walked) {
+    Vec3 x[4];
+    for (int c = 0; c < 4; ++c) x[c] = mesh.corner(4 * at + c);
+    const double whole = volume(x);
+    if (!(whole != 0)) return place;
+    int worst = 0;
+    for (int c = 0; c < 4; ++c) {
+      const Vec3 corner = x[c];
+      x[c] = p;
+      place.weight[c] = volume(x) / whole;
+      x[c] = corner;
+      if (place.weight[c] < place.weight[worst]) worst = c;
+    }
+    if (place.weight[worst] >= kInside) {
+      place.tetrahedron = at;
+      return place;
+    }
+    at = mesh.rest->neighbour(4 * at + worst);
+  }
+  return place;
+}
+
+bool Blades::can_hold(const Place& place, const PlacedMesh& mesh) const {
+  if (place.tetrahedron < 0) return false;
+  const std::int32_t* const corner = mesh.rest->nodes_of(place.tetrahedron);
+  return std::all_of(corner, corner + 4, [&](std::int32_t n) { return can_hold_[n] != 0; });
+}
+
+// ---- a step ----------------------------------------------------------------------------------------------------------
+
+// The direction, the edge and the normal of the blade's plane at a point: orthogonal.
+Blades::Frame Blades::frame_of(const Blade& blade, std::int32_t i) {
+  const Vec3 edge = now(blade.points[std::min(i + 1, blade.count - 1)]) - now(blade.points[std::max(i - 1, 0)]);
+  Frame frame;
+  frame.direction = unit_or_zero(load3(blade.direction));
+  frame.across = unit_or_zero(cross(frame.direction, edge));
+  if (is_zero(frame.across)) frame.across = palpate::across(frame.direction, {});
+  frame.along = cross(frame.across, frame.direction);
+  return frame;
+}
+
+// Of the last step: what the row along the direction missed beyond its limit, what the edge has gone back, and all of it along itself.
+void Blades::go_on(Blade& blade, std::int32_t i, const PlacedMesh& mesh) {
+  Point& point = blade.points[i];
+  if (point.edge.tetrahedron < 0) return;
+  const Frame frame = frame_of(blade, i);
+  const Vec3 at = position(point.edge, mesh), way = now(point) - at;
+  const double ahead = dot(way, frame.direction), limit = blade.toughness * point.length;
+  const bool cuts = ahead > 0 && point.pushes >= limit * (1 - kRounding);
+  Vec3 by = dot(way, frame.along) * frame.along;
+  if (cuts || ahead < 0) by += ahead * frame.direction;
+  if (cuts) {
+    blade.state.work += limit * ahead, blade.state.area += point.length * ahead;
+    ++blade.state.cuts;
+  }
+  point.edge = locate(at + by, point.edge.tetrahedron, mesh);
+}
+
+// m: half of the way to the next point on either side.
+void Blades::measure(Blade& blade) {
+  for (std::int32_t i = 0; i < blade.count; ++i) blade.points[i].length = 0;
+  for (std::int32_t i = 0; i + 1 < blade.count; ++i) {
+    const double half = 0.5 * length(now(blade.points[i + 1]) - now(blade.points[i]));
+    blade.points[i].length += half, blade.points[i + 1].length += half;
+  }
+}
+
+void Blades::begin_step(const PlacedMesh& mesh, const OrganPose& organ) {
+  asked_ = 0;
+  for (Blade& blade : blades_) {
+    if (blade.count == 0) continue;
+    blade.state.cuts = 0;
+    for (std::int32_t i = 0; i < blade.count && is_felt(blade) && !blade.is_new; ++i) go_on(blade, i, mesh);
+    for (std::int32_t i = 0; i < blade.count; ++i)
+      store3(organ.point_to_organ(load3(blade.points[i].sent)), blade.points[i].now);
+    store3(organ.vector_to_organ(load3(blade.sent_direction)), blade.direction);
+    measure(blade);
+    for (std::int32_t i = 0; i < blade.count; ++i) {
+      Point& point = blade.points[i];
+      const std::int32_t begin = blade.is_new ? -1 : point.edge.tetrahedron;
+      if (!is_felt(blade) || begin < 0) point.edge = locate(now(point), begin, mesh);
+      if (blade.is_new) point.cut = point.edge;
+    }
+    blade.is_new = 0;
+  }
 }
 
 std::int32_t Blades::next() {
@@ -50,65 +171,81 @@ std::int32_t Blades::next() {
   return -1;
 }
 
-BladeSweep Blades::sweep(std::int32_t blade, const std::int32_t* nodes, const double* positions) {
+BladeSweep Blades::sweep(std::int32_t blade, const PlacedMesh& mesh) {
   const Blade& of = blades_[blade];
-  for (std::int32_t i = 0; i < of.followed; ++i) {
-    const Place& last = of.last[i];
-    Vec3 at = load3(last.at);
-    if (last.tetrahedron >= 0) {
-      at = {};
-      for (int c = 0; c < 4; ++c) at += last.weight[c] * corner(nodes, positions, 4 * last.tetrahedron + c);
-    }
-    store3(at, from_[i]);
-  }
-  return {of.followed > 0 ? from_[0] : of.now[0], of.now[0], of.count};
-}
-
-void Blades::followed(std::int32_t blade, const std::int32_t* nodes, const double* positions) {
-  Blade& of = blades_[blade];
   for (std::int32_t i = 0; i < of.count; ++i) {
-    std::int32_t begin = of.followed > 0 ? of.last[i].tetrahedron : -1;
-    if (begin < 0) begin = nearest_tetrahedron(load3(of.now[i]), nodes, positions);
-    of.last[i] = locate(load3(of.now[i]), begin, nodes, positions);
+    store3(position(of.points[i].cut, mesh), line_[0][i]);
+    store3(position(of.points[i].edge, mesh), line_[1][i]);
   }
-  of.followed = of.count;
+  return {line_[0][0], line_[1][0], of.count};
 }
 
-// Cost: a pass over all tetrahedra.
-std::int32_t Blades::nearest_tetrahedron(Vec3 p, const std::int32_t* nodes, const double* positions) const {
-  std::int32_t nearest = 0;
-  double least = INFINITY;
-  for (std::int32_t t = 0; t < rest_->tetrahedra(); ++t) {
-    const Vec3 away = corner(nodes, positions, 4 * t) - p;
-    if (dot(away, away) < least) least = dot(away, away), nearest = t;
-  }
-  return nearest;
+void Blades::followed(std::int32_t blade) {
+  Blade& of = blades_[blade];
+  for (std::int32_t i = 0; i < of.count; ++i) of.points[i].cut = of.points[i].edge;
 }
 
-// Walks across the face that the point is farthest behind. A walk that leaves the mesh ends outside: a point in a hollow between two parts may be
-// taken for one outside, which then does not go along with the tissue.
-Blades::Place Blades::locate(Vec3 p, std::int32_t begin, const std::int32_t* nodes, const double* positions) const {
-  Place place = {-1, 0, {}, {p.x, p.y, p.z}};
-  std::int32_t at = begin;
-  for (int walked = 0; at >= 0 && walked < kMostWalked; ++walked) {
-    Vec3 x[4];
-    for (int c = 0; c < 4; ++c) x[c] = corner(nodes, positions, 4 * at + c);
-    const double whole = volume(x[0], x[1], x[2], x[3]);
-    if (!(whole != 0)) return place;
-    int worst = 0;
-    for (int c = 0; c < 4; ++c) {
-      Vec3 part[4] = {x[0], x[1], x[2], x[3]};
-      part[c] = p;
-      place.weight[c] = volume(part[0], part[1], part[2], part[3]) / whole;
-      if (place.weight[c] < place.weight[worst]) worst = c;
+// ---- rows ------------------------------------------------------------------------------------------------------------
+
+std::int32_t Blades::constraints() const {
+  std::int32_t count = 0;
+  for (const Blade& blade : blades_)
+    for (std::int32_t i = 0; i < blade.count && is_felt(blade); ++i)
+      count += kRowsOfPoint * (blade.points[i].edge.tetrahedron >= 0);
+  return count;
+}
+
+void Blades::request(TouchStep& step, const PlacedMesh& mesh) {
+  TouchState& touch = *step.state;
+  for (std::int32_t b = 0; b < PALPATE_MAX_BLADES; ++b) {
+    Blade& blade = blades_[b];
+    for (std::int32_t i = 0; i < blade.count; ++i) {
+      Point& point = blade.points[i];
+      point.along = point.across = -1;
+      if (!is_felt(blade) || !can_hold(point.edge, mesh)) continue;
+      const Frame frame = frame_of(blade, i);
+      std::int32_t node[4];
+      Vec3 rest;
+      for (int c = 0; c < 4; ++c) {
+        node[c] = mesh.scene_node[mesh.nodes[4 * point.edge.tetrahedron + c]];
+        rest += point.edge.weight[c] * touch.surface.place(node[c]);
+      }
+      RowWish wish({{kBladeSource, b, i}, 0});
+      wish.node = node, wish.weight = point.edge.weight, wish.count = 4;
+      const Vec3 row[3] = {frame.direction, frame.across, frame.along};
+      wish.set_frame(row);
+      const Vec3 way = now(point) - rest;
+      for (int d = 0; d < 3; ++d) wish.target[d] = dot(way, row[d]);
+      wish.rows.axes = 2;
+      point.across = touch.rows.add(&wish, 1);
+      wish.rows.id.part = 1, wish.rows.axes = 1, wish.rows.law = ContactLaw::unilateral;
+      wish.rows.limit = blade.toughness * point.length;
+      if (point.across >= 0) point.along = touch.rows.add(&wish, 1);
+      if (point.along < 0) step.flags |= PALPATE_STEP_CONTACTS_DROPPED;
+      for (const std::int32_t p : {point.across, point.along})
+        if (p >= 0 && !touch.solver.matrix().holds(touch.rows.set(), p)) touch.admission.pay();
     }
-    if (place.weight[worst] >= kInside) {
-      place.tetrahedron = at;
-      return place;
-    }
-    at = rest_->neighbour(4 * at + worst);
   }
-  return place;
+}
+
+void Blades::take_reactions(const TouchStep& step, bool solved) {
+  const OrganPose& organ = step.state->organ;
+  for (Blade& blade : blades_) {
+    Vec3 force, torque;
+    blade.state.in_tissue = 0;
+    for (std::int32_t i = 0; i < blade.count; ++i) {
+      Point& point = blade.points[i];
+      blade.state.in_tissue += point.edge.tetrahedron >= 0;
+      point.pushes = 0;
+      if (point.along < 0 || !solved) continue;
+      const Frame frame = frame_of(blade, i);
+      point.pushes = step.reaction(point.along).x;
+      const Vec3 f = point.pushes * frame.direction + step.reaction(point.across).y * frame.across;
+      force = force - f, torque = torque - cross(now(point) - now(blade.points[0]), f);
+    }
+    store3(organ.vector_to_world(force), blade.state.force);
+    store3(organ.vector_to_world(torque), blade.state.torque);
+  }
 }
 
 }  // namespace palpate

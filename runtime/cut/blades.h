@@ -1,66 +1,107 @@
-// The blades of a scene: lines of points that the host moves. What a blade has not cut yet lies between the line where the mesh has followed it to,
-// which goes along with the tissue, and the line where it is.
+// The blades of a scene: lines of points that the host moves.
+//
+// Each point has two places in the tissue, which go along with it: `cut`, to where the mesh has been cut, and `edge`, where the edge is. The mesh is cut
+// between the two. The edge of a blade without toughness is where the host has it. With toughness the tissue holds it: a row along the blade's
+// direction d pushes with at most
+//     limit = toughness . length of edge of the point,
+// and one across the blade's plane keeps the edge in it. Where the row is at its limit, the edge goes on through the tissue by what the row misses, so
+// that its work is toughness times the area that it sweeps. Along itself and backwards the edge moves freely. It is the mechanism of a needle's tip
+// (runtime/needles).
 #pragma once
 
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/vec3.h"
+#include "runtime/contact/contact_id.h"
+#include "runtime/contact/touch_step.h"
 #include "runtime/cut/blade_search.h"
 #include "runtime/cut/rest_mesh.h"
 #include "runtime/include/palpate/palpate_cut.h"
 
 namespace palpate {
 
+constexpr ContactSource kBladeSource{PALPATE_SOURCE_BLADE};
+
+// The mesh as it is in a step. nodes: [tetrahedra][4] of the corners; position: [nodes][3] m.
+struct PlacedMesh {
+  const RestMesh* rest = nullptr;
+  const std::int32_t* nodes = nullptr;
+  const double* position = nullptr;
+  const std::int32_t* scene_node = nullptr;  // [nodes]
+  Vec3 corner(std::int32_t c) const { return load3(position + 3 * static_cast<std::size_t>(nodes[c])); }
+};
+
 class Blades {
  public:
-  // rest: borrowed.
-  void create(SceneMemory& memory, const RestMesh* rest);
+  static constexpr std::int32_t kRowsOfPoint = 2, kNodesOfPoint = 8;
+
+  // can_hold: [nodes at rest] 1 where a node has a column; borrowed.
+  void create(SceneMemory& memory, const std::uint8_t* can_hold);
   void forget();
-
-  // points: [count][3] m in the world, checked; 0: the blade is withdrawn.
-  void set(std::int32_t blade, const double* points, std::int32_t count);
-
+  void set(std::int32_t blade, const palpate_blade& now);
   bool are_there() const;
-  void begin_step() { asked_ = 0; }
-  // The next blade in turn; -1: all have come in this step.
+  const palpate_blade_state& state(std::int32_t blade) const { return blades_[blade].state; }
+
+  // A step, before its rows: edges go on by what the last step's rows missed, then come where the host has them. Cost: a walk through the mesh
+  // for each point.
+  void begin_step(const PlacedMesh& mesh, const OrganPose& organ);
+  // The next blade in turn that has a line; -1: all have come in this step. The mesh is then cut along sweep(), until followed().
   std::int32_t next();
-  // The sweep of a blade that next() gave, in the organ's frame: valid until the next call. now: [count][3] where its points are, m, organ's frame; nodes
-  // [tetrahedra][4] of the corners and positions [nodes][3] m of the mesh as it is.
-  BladeSweep sweep(std::int32_t blade, const std::int32_t* nodes, const double* positions);
-  // The mesh has followed the blade to where it is. Cost: a walk through the mesh for each point.
-  void followed(std::int32_t blade, const std::int32_t* nodes, const double* positions);
-  // The lines come into the organ's frame: place(p) of a point of the world.
-  template <class Place>
-  void place(Place place) {
+  BladeSweep sweep(std::int32_t blade, const PlacedMesh& mesh);
+  void followed(std::int32_t blade);
+  // Tetrahedra are gone: edges in them are in none.
+  template <class IsGone>
+  void leave(IsGone is_gone) {
     for (Blade& blade : blades_)
-      for (std::int32_t i = 0; i < blade.count; ++i) store3(place(load3(blade.sent[i])), blade.now[i]);
+      for (Point& point : blade.points) {
+        if (point.edge.tetrahedron >= 0 && is_gone(point.edge.tetrahedron)) point.edge.tetrahedron = -1;
+        if (point.cut.tetrahedron >= 0 && is_gone(point.cut.tetrahedron)) point.cut.tetrahedron = -1;
+      }
   }
 
+  std::int32_t constraints() const;
+  void request(TouchStep& step, const PlacedMesh& mesh);
+  void take_reactions(const TouchStep& step, bool solved);
+
  private:
-  // A point that goes along with a tetrahedron; -1: outside of the tissue, at a place in the organ's frame.
+  // A place that goes along with a tetrahedron; -1: outside of the tissue, in the organ's frame.
   struct Place {
     std::int32_t tetrahedron, unused;  // in the place of padding, which a saved state would hold
     double weight[4];
-    double at[3];  // m
+    double at[3];  // m, when it was found
+  };
+  struct Point {
+    double sent[3], now[3];  // m: in the world; in the organ's frame
+    Place cut, edge;
+    double length;               // m, of edge that it stands for
+    double pushes;               // N, of the last step's row along the direction
+    std::int32_t along, across;  // constraints of this step, -1: none
   };
   struct Blade {
-    double sent[PALPATE_MAX_BLADE_POINTS][3];  // m, in the world
-    double now[PALPATE_MAX_BLADE_POINTS][3];   // m, in the organ's frame
-    Place last[PALPATE_MAX_BLADE_POINTS];      // to where the mesh has followed
-    std::int32_t count, followed;              // points of sent; of last, 0: the blade has just come
+    Point points[PALPATE_MAX_BLADE_POINTS];
+    double sent_direction[3], direction[3], toughness;
+    std::int32_t count, is_new;  // 1: its points have no places yet
+    palpate_blade_state state;
   };
-  static Vec3 corner(const std::int32_t* nodes, const double* positions, std::int32_t c) {
-    return load3(positions + 3 * static_cast<std::size_t>(nodes[c]));
-  }
-  Place locate(Vec3 p, std::int32_t begin, const std::int32_t* nodes, const double* positions) const;
-  std::int32_t nearest_tetrahedron(Vec3 p, const std::int32_t* nodes, const double* positions) const;
+  struct Frame {
+    Vec3 direction, along, across;
+  };
+  bool is_felt(const Blade& blade) const { return blade.toughness > 0; }
+  static Vec3 now(const Point& point) { return load3(point.now); }
+  static Frame frame_of(const Blade& blade, std::int32_t i);
+  static Vec3 position(const Place& place, const PlacedMesh& mesh);
+  static Place locate(Vec3 p, std::int32_t begin, const PlacedMesh& mesh);
+  static std::int32_t nearest_tetrahedron(Vec3 p, const PlacedMesh& mesh);
+  bool can_hold(const Place& place, const PlacedMesh& mesh) const;
+  void go_on(Blade& blade, std::int32_t i, const PlacedMesh& mesh);
+  void measure(Blade& blade);
 
-  const RestMesh* rest_ = nullptr;
+  const std::uint8_t* can_hold_ = nullptr;
   Blade blades_[PALPATE_MAX_BLADES] = {};
   std::int32_t turn_ = 0;
   int asked_ = 0;
-  double from_[PALPATE_MAX_BLADE_POINTS][3] = {};
+  double line_[2][PALPATE_MAX_BLADE_POINTS][3] = {};
 };
 
 }  // namespace palpate

@@ -20,7 +20,7 @@ const char* CutScene::create(SceneMemory& memory, const Source& source) {
   if (!log_.create(memory, kLoggedOfNode * source.new_nodes + kLoggedOfTetrahedron * source.body.tetrahedron_count) ||
       !loose_.create(memory, mesh_, source.can_hold) || !surface_.create(memory, mesh_, source.node))
     return nullptr;
-  blades_.create(memory, &mesh_.state().rest());
+  blades_.create(memory, source.can_hold);
   memory.keep(removal_), memory.keep(told_);
   tell();
   return nullptr;
@@ -42,15 +42,14 @@ double CutScene::cost_of(CutLog::Unit::Kind kind, std::int32_t rank) {
 }
 
 void CutScene::begin_step(TouchStep& step) {
-  const OrganPose& organ = step.state->organ;
-  blades_.place([&](Vec3 p) { return organ.point_to_organ(p); });
+  TouchState& touch = *step.state;
   double left = static_cast<double>(source_.operations);
   follow(&left);
-  if ((removal_.radius > 0 || blades_.are_there()) && !told_.is_full && log_.left() == 0) {
-    place_nodes(*step.state);
-    blades_.begin_step();
-    while (!told_.is_full && log_.left() == 0 && change_mesh(*step.state)) {
-      take_change(*step.state);
+  if (removal_.radius > 0 || blades_.are_there()) {
+    place_nodes(touch);
+    blades_.begin_step(placed(), touch.organ);
+    while (!told_.is_full && log_.left() == 0 && change_mesh(touch)) {
+      take_change(touch);
       follow(&left);
     }
   }
@@ -91,12 +90,13 @@ bool CutScene::change_mesh(const TouchState& touch) {
     store3(touch.organ.point_to_organ(load3(removal_.centre)), centre);
     mesh_.remove_ball(centre, removal_.radius, position_);
     removal_.radius = 0;
+    blades_.leave([&](std::int32_t t) { return mesh_.is_removed(t); });
     return true;
   }
   const std::int32_t blade = blades_.next();
   if (blade < 0) return false;
-  mesh_.blade(blades_.sweep(blade, mesh_.nodes_of(0), position_), position_);
-  blades_.followed(blade, mesh_.nodes_of(0), position_);
+  mesh_.blade(blades_.sweep(blade, placed()), position_);
+  blades_.followed(blade);
   return true;
 }
 
@@ -121,7 +121,7 @@ void CutScene::take_change(TouchState& touch) {
     add_node(touch, n);
   }
   log_change();
-  surface_.take_change(touch);
+  surface_.take_change(mesh_, touch);
 }
 
 // m^2, at rest, of a new triangle: of the two lips of a cut face one counts.
@@ -173,7 +173,7 @@ void CutScene::forget_rest() {
   mesh_.forget(), log_.forget(), blades_.forget(), loose_.forget();
   removal_ = {}, told_ = {};
   source_.organ->forget_cut();
-  surface_.take_all(*source_.touch);
+  surface_.take_all(mesh_, *source_.touch);
   tell();
 }
 
@@ -181,7 +181,7 @@ void CutScene::restored() {
   source_.organ->forget_cut();
   for (std::int32_t n = source_.body.node_count; n < mesh_.nodes(); ++n) add_node(*source_.touch, n);
   log_.for_each_done([&](const CutLog::Unit& unit) { take(unit); });
-  surface_.take_all(*source_.touch);
+  surface_.restored(mesh_, *source_.touch);
 }
 
 }  // namespace palpate

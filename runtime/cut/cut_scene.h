@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "runtime/contact/step_part.h"
+#include "runtime/contact/row_source.h"
 #include "runtime/contact/touch_step.h"
 #include "runtime/cut/blades.h"
 #include "runtime/cut/cut_log.h"
@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-class CutScene final : public StepPart {
+class CutScene final : public RowSource {
  public:
   // All borrowed.
   struct Source {
@@ -35,11 +35,15 @@ class CutScene final : public StepPart {
   void place_at_rest(double* rest) { source_.rest = rest; }
 
   // Of palpate_cut.h, checked.
-  void set_blade(std::int32_t blade, const double* points, std::int32_t count) { blades_.set(blade, points, count); }
+  void set_blade(std::int32_t blade, const palpate_blade& now) { blades_.set(blade, now); }
+  const palpate_blade_state& blade_state(std::int32_t blade) const { return blades_.state(blade); }
   void remove_tissue(const double* centre, double radius);
   const palpate_cut_state& state() const { return told_; }
 
   void begin_step(TouchStep& step) override;
+  std::int32_t begin(TouchStep&) override { return blades_.constraints(); }
+  void request(TouchStep& step) override { blades_.request(step, placed()); }
+  void take_reactions(TouchStep& step, bool solved) override { blades_.take_reactions(step, solved); }
   void forget_rest() override;
   // After a state has been restored.
   void restored();
@@ -51,6 +55,7 @@ class CutScene final : public StepPart {
   struct Removal {
     double centre[3], radius;  // m, in the world; radius 0: none is asked for
   };
+  PlacedMesh placed() const { return {&mesh_.state().rest(), mesh_.nodes_of(0), position_, source_.node}; }
   static double cost_of(CutLog::Unit::Kind kind, std::int32_t rank);
   void follow(double* left);
   bool take(const CutLog::Unit& unit);

@@ -19,6 +19,7 @@ constexpr EffectKey kKeys[] = {
     {PALPATE_CUT_KEY(cut_nodes), PALPATE_KEY_COUNT, "", "", 0, 100'000},
     {PALPATE_CUT_KEY(cut_rank), PALPATE_KEY_COUNT, "", "", 16, 4096},
     {PALPATE_CUT_KEY(cut_operations), PALPATE_KEY_COUNT, "", "", 1000, 1'000'000'000},
+    {PALPATE_CUT_KEY(cut_points), PALPATE_KEY_COUNT, "", "", 0, 64},
 };
 constexpr EffectNeed kNeeds[] = {
     {"collision", 1u << PALPATE_COLLISION_DEFORMED,
@@ -38,6 +39,11 @@ CutOfScene* cut_of(const palpate_scene* scene) {
 
 const palpate_cut_def& cut_of(const palpate_scene_def& def) {
   return part_of<palpate_cut_def>(def, cut_effect);
+}
+
+RowBudget rows(const palpate_scene_def& def) {
+  const std::int32_t points = cut_of(def).cut_points;
+  return {Blades::kRowsOfPoint * points, Blades::kNodesOfPoint * points, Blades::kNodesOfPoint * points};
 }
 
 void add_sections(const palpate_scene_def&, SectionList& sections) {
@@ -90,7 +96,7 @@ palpate_status prepare(EffectBuild& build) {
   organ.nodes = region.node_count;
   if (!cut->organ.create(memory, organ)) return reader.no_memory("cut");
   const SceneSurface& surface = cut->scene.surface();
-  reader.replace_triangles({surface.triangles(), surface.active(), surface.capacity()});
+  scene.touch.surface.triangles = surface.triangles();
   scene.touch.body = &cut->organ;
   return memory.failed() ? reader.no_memory("cut") : PALPATE_OK;
 }
@@ -100,7 +106,7 @@ palpate_status build(EffectBuild& build) {
   palpate_scene& scene = build.scene;
   CutOfScene* const cut = cut_of(&scene);
   cut->scene.place_at_rest(const_cast<double*>(scene.touch.surface.rest));
-  scene.touch.parts.add_first(&cut->scene);
+  scene.touch.parts.ask(&cut->scene);
   const bool made = cut->organ.build(build.reader.memory(), scene);
   return made && !build.reader.memory().failed() ? PALPATE_OK : build.reader.no_memory("cut");
 }
@@ -111,6 +117,18 @@ bool is_place(const double* point) {
   return std::all_of(point, point + 3, [](double x) { return std::fabs(x) <= 1e6; });
 }
 
+// The sentence of what is wrong; nullptr: nothing.
+const char* fault_of(const palpate_blade& blade) {
+  if (blade.point_count < 0 || blade.point_count == 1 || blade.point_count > PALPATE_MAX_BLADE_POINTS ||
+      (blade.point_count > 0 && !blade.points))
+    return "0 points, or from 2 to PALPATE_MAX_BLADE_POINTS";
+  for (std::int32_t i = 0; i < blade.point_count; ++i)
+    if (!is_place(blade.points + 3 * i)) return "points within 1e6 m";
+  if (!(blade.toughness >= 0 && blade.toughness <= 1e6)) return "a toughness from 0 to 1e6 J/m^2";
+  const double size = is_place(blade.direction) ? length(load3(blade.direction)) : 0;
+  return blade.toughness == 0 || std::fabs(size - 1) < 1e-3 ? nullptr : "a direction of length 1";
+}
+
 }  // namespace
 
 constinit const Effect cut_effect = {
@@ -119,7 +137,8 @@ constinit const Effect cut_effect = {
     .def = effect_struct<palpate_cut_def, palpate_init_cut_def>("cut_def"),
     .keys = kKeys,
     .needs = kNeeds,
-    .uses = kUsesRest | kUsesSurface | kUsesHeldSurface,
+    .uses = kUsesRest | kUsesSurface | kUsesHeldSurface | kUsesDisplacements,
+    .rows = rows,
     .pass = {nullptr, Half::touch, Pass::contact, nullptr, most_of_changes},
     .body = &kBody,
     .sections = add_sections,
@@ -133,11 +152,15 @@ void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes) {
   palpate_cut_def defaults = {};
   defaults.part.effect = &palpate::cut_effect;
   defaults.cut = PALPATE_CUT_ON;
-  defaults.cut_rank = 600, defaults.cut_operations = 100'000;
+  defaults.cut_rank = 600, defaults.cut_operations = 100'000, defaults.cut_points = 8;
   palpate::write_host_struct(defaults, def, struct_bytes);
 }
 
-palpate_status palpate_scene_set_blade(palpate_scene* scene, int32_t blade, const double* points, int32_t point_count,
+void palpate_init_blade(palpate_blade* blade, size_t struct_bytes) {
+  palpate::write_host_struct(palpate_blade{}, blade, struct_bytes);
+}
+
+palpate_status palpate_scene_set_blade(palpate_scene* scene, int32_t blade, const palpate_blade* now,
                                        palpate_error* error) {
   palpate::CutOfScene* const cut = palpate::cut_of(scene);
   const auto refuse = [&](const char* what) {
@@ -145,12 +168,16 @@ palpate_status palpate_scene_set_blade(palpate_scene* scene, int32_t blade, cons
   };
   if (!cut) return refuse("a scene with cut ON, found another");
   if (blade < 0 || blade >= PALPATE_MAX_BLADES) return refuse("a number from 0 to PALPATE_MAX_BLADES - 1");
-  if (point_count < 0 || point_count == 1 || point_count > PALPATE_MAX_BLADE_POINTS || (point_count > 0 && !points))
-    return refuse("0 points, or from 2 to PALPATE_MAX_BLADE_POINTS");
-  for (int32_t i = 0; i < point_count; ++i)
-    if (!palpate::is_place(points + 3 * i)) return refuse("points within 1e6 m");
-  cut->scene.set_blade(blade, points, point_count);
+  palpate_blade one = {};
+  if (const palpate_status status = palpate::read_host_struct("blade", now, &one, error)) return status;
+  if (const char* const wrong = palpate::fault_of(one)) return refuse(wrong);
+  cut->scene.set_blade(blade, one);
   return palpate::succeed(error);
+}
+
+const palpate_blade_state* palpate_scene_blade_state(const palpate_scene* scene, int32_t blade) {
+  const palpate::CutOfScene* const cut = palpate::cut_of(scene);
+  return cut && blade >= 0 && blade < PALPATE_MAX_BLADES ? &cut->scene.blade_state(blade) : nullptr;
 }
 
 palpate_status palpate_scene_remove_tissue(palpate_scene* scene, const double* centre, double radius,

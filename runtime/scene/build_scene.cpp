@@ -84,7 +84,6 @@ palpate_status read_tensors(const SectionReader& reader, std::int32_t max_loaded
 }
 
 palpate_status read_triangles(const SectionReader& reader, const std::int32_t** out) {
-  if (reader.changing_surface().count > 0) return *out = reader.changing_surface().triangles, PALPATE_OK;
   return reader.copy_indices(SectionId::triangles, 3 * reader.counts().triangles, &formats::IndexedSections::triangles,
                              out);
 }

@@ -23,9 +23,7 @@ class SectionReader {
   const formats::BundleCounts& counts() const { return bundle_.index.counts; }
   std::int32_t surface_nodes() const { return static_cast<std::int32_t>(counts().surface_nodes); }
   std::int32_t columns() const { return static_cast<std::int32_t>(counts().touchable); }
-  std::int32_t triangles() const {
-    return surface_.count > 0 ? surface_.count : static_cast<std::int32_t>(counts().triangles);
-  }
+  std::int32_t triangles() const { return static_cast<std::int32_t>(counts().triangles); }
   SceneMemory& memory() const { return memory_; }
   palpate_bundle& bundle() const { return bundle_; }
   palpate_error* error() const { return error_; }
@@ -68,15 +66,6 @@ class SectionReader {
   // From now on map_preload() gives these numbers, [N][3] m, borrowed.
   void replace_preload(const double* preload) { preload_ = preload; }
 
-  // The triangles of a surface that is not the bundle's, or will not be: [count][3], and [count] 1 where each is part of the surface now; borrowed.
-  struct ChangingSurface {
-    const std::int32_t* triangles = nullptr;
-    const std::uint8_t* active = nullptr;
-    std::int32_t count = 0;  // 0: the bundle's
-  };
-  void replace_triangles(const ChangingSurface& surface) { surface_ = surface; }
-  const ChangingSurface& changing_surface() const { return surface_; }
-
   // a + b of the first `nodes` nodes, as T, in `memory`. b may be nullptr.
   template <class T>
   palpate_status sum_positions(const double* a, const double* b, std::uint64_t nodes, SceneMemory& memory,
@@ -110,7 +99,6 @@ class SectionReader {
   SceneMemory& memory_;
   palpate_error* error_;
   const double* preload_ = nullptr;
-  ChangingSurface surface_;
 };
 
 }  // namespace palpate

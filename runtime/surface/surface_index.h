@@ -27,9 +27,13 @@ double closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c, double barycentric[3]
 
 class SurfaceIndex {
  public:
-  // position: [nodes][3] m; triangles: [triangle_count][3] node indices, checked, outward. Both are borrowed. False where there
-  // is no memory. Cost: proportional to the number of triangles, whatever their sizes.
-  bool build(SceneMemory& memory, const double* position, const std::int32_t* triangles, std::int32_t triangle_count);
+  // position: [nodes][3] m; triangles: [triangle_count][3] node indices, checked, outward. active: [triangle_count], 0: the triangle is in no
+  // answer; nullptr: all are active, for good. All are borrowed. False where there is no memory. Cost: proportional to the number of triangles,
+  // whatever their sizes. Buckets are as wide as the triangles that are active now ask for, and stay so.
+  bool build(SceneMemory& memory, const double* position, const std::int32_t* triangles, std::int32_t triangle_count,
+             const std::uint8_t* active = nullptr);
+  // As NodeFans::change (node_fans.h). Cost: the buckets of these triangles.
+  void change(const std::int32_t* triangles, std::int32_t count);
 
   // Calls visit(triangle) once for every triangle that touches a bucket within `reach` buckets of p's bucket.
   template <class Visit>
@@ -44,12 +48,13 @@ class SurfaceIndex {
   Vec3 position(const SurfacePoint& surface_point) const;
   Vec3 outward(std::int32_t triangle) const;  // unit normal, or zero for a degenerate triangle
   double bucket_size() const { return cell_; }
-  std::int32_t triangle_count() const { return triangle_count_; }
+  std::int32_t triangle_count() const { return triangle_count_; }  // inactive ones included
+  bool is_active(std::int32_t triangle) const { return !active_ || active_[triangle] != 0; }
 
  private:
   struct Bucket {
-    std::uint64_t key;  // 0: empty
-    std::uint32_t begin, count;
+    std::uint64_t key;           // 0: empty
+    std::uint32_t begin, count;  // of its active triangles, in ascending order
   };
   static constexpr int kMaxCells = 256;  // per axis
 
@@ -67,6 +72,7 @@ class SurfaceIndex {
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
+  const std::uint8_t* active_ = nullptr;
   std::int32_t triangle_count_ = 0;
   Vec3 low_, high_;
   double cell_ = 1;

@@ -1,70 +1,19 @@
 // Fills the buckets, and holds the queries of scene creation; the queries of a step are in surface_index.cpp.
 #include <algorithm>
 
-#include "runtime/surface/exact_signs.h"
 #include "runtime/surface/surface_index.h"
+#include "runtime/surface/surface_index_cells.h"
 
 namespace palpate {
-namespace {
-
-// A unit normal of the triangle; where it has no area, a unit vector across its line; zero where it is a point.
-Vec3 plane_of(Vec3 a, Vec3 b, Vec3 c) {
-  const Vec3 normal = unit_or_zero(cross(b - a, c - a));
-  if (largest_of(normal) > 0) return normal;
-  const Vec3 ab = b - a, ac = c - a, line = largest_of(ab) > largest_of(ac) ? ab : ac;
-  for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}})
-    if (const Vec3 across = unit_or_zero(cross(line, axis)); largest_of(across) > 0) return across;
-  return {};
-}
-
-int major_axis(Vec3 v) {
-  int major = 0;
-  for (int d = 1; d < 3; ++d)
-    if (std::fabs(v[d]) > std::fabs(v[major])) major = d;
-  return major;
-}
-
-}  // namespace
-
-// Visits every bucket that the triangle touches, with a margin far above the rounding of SurfaceIndex::walk.
-template <class Visit>
-void SurfaceIndex::cells_of_triangle(std::int32_t triangle, Visit visit) const {
-  const Vec3 a = corner(triangle, 0), b = corner(triangle, 1), c = corner(triangle, 2);
-  const double margin = 1e-4 * cell_;
-  int first[3], last[3];
-  for (int d = 0; d < 3; ++d) {
-    first[d] = cell_of(std::min({a[d], b[d], c[d]}) - margin, d);
-    last[d] = cell_of(std::max({a[d], b[d], c[d]}) + margin, d);
-  }
-  const Vec3 normal = plane_of(a, b, c);
-  const double reach =
-      (0.5 * cell_ + margin) * (std::fabs(normal.x) + std::fabs(normal.y) + std::fabs(normal.z)) + margin;
-  const auto height = [&](double at, int d) { return normal[d] * (low_[d] + (at + 0.5) * cell_ - a[d]); };
-  // One column of buckets after the other, along the axis nearest to the normal; of each column only the buckets near the plane.
-  const int w = major_axis(normal), u = (w + 1) % 3, v = (w + 2) % 3;
-  const double start = height(0, w), rise = normal[w] * cell_;
-  int at[3];
-  for (at[v] = first[v]; at[v] <= last[v]; ++at[v])
-    for (at[u] = first[u]; at[u] <= last[u]; ++at[u]) {
-      const double others = start + height(at[u], u) + height(at[v], v);
-      int from = first[w], to = last[w];
-      if (to - from > 8 && rise != 0) {
-        const double middle = -others / rise, half = reach / std::fabs(rise) + 1;
-        from = static_cast<int>(std::clamp(middle - half, 1.0 * from, 1.0 * to));
-        to = static_cast<int>(std::clamp(middle + half, 1.0 * from, 1.0 * to));
-      }
-      for (at[w] = from; at[w] <= to; ++at[w])
-        if (std::fabs(others + rise * at[w]) <= reach) visit(at[0], at[1], at[2]);
-    }
-}
 
 // Buckets are about one mean edge wide, with at most kMaxCells along an axis. They are wider where some edges are so much longer
 // than the mean that the triangles would have more than about fifty entries each on average.
 void SurfaceIndex::choose_cells() {
-  double edges = 0, squares = 0;
+  double edges = 0, squares = 0, corners = 0;
   low_ = high_ = corner(0, 0);
   for (std::int32_t t = 0; t < triangle_count_; ++t)
-    for (int v = 0; v < 3; ++v) {
+    for (int v = 0; v < 3 && is_active(t); ++v) {
+      ++corners;
       const Vec3 p = corner(t, v);
       const double edge = length(corner(t, (v + 1) % 3) - p);
       edges += edge, squares += edge * edge;
@@ -72,7 +21,7 @@ void SurfaceIndex::choose_cells() {
     }
   const Vec3 size = high_ - low_;
   const double largest = std::max({size.x, size.y, size.z});
-  const double count = 3.0 * triangle_count_, mean = edges / count, root_mean_square = std::sqrt(squares / count);
+  const double count = std::max(1.0, corners), mean = edges / count, root_mean_square = std::sqrt(squares / count);
   cell_ = std::max({mean, root_mean_square / 4, largest / (kMaxCells - 2), 1e-12});
   for (int d = 0; d < 3; ++d) {
     low_[d] -= 1e-3 * cell_, high_[d] += 1e-3 * cell_;
@@ -81,18 +30,19 @@ void SurfaceIndex::choose_cells() {
 }
 
 bool SurfaceIndex::build(SceneMemory& memory, const double* position, const std::int32_t* triangles,
-                         std::int32_t triangle_count) {
-  position_ = position, triangles_ = triangles, triangle_count_ = triangle_count;
+                         std::int32_t triangle_count, const std::uint8_t* active) {
+  position_ = position, triangles_ = triangles, triangle_count_ = triangle_count, active_ = active;
   seen_ = memory.array<std::uint32_t>(static_cast<std::size_t>(triangle_count));
   if (triangle_count > 0) choose_cells();
 
-  // Three passes: count all entries, count the entries of each bucket, write the entries.
+  // Three passes: count all entries, count the entries of each bucket, write the entries. Each bucket has room for those of all triangles.
   enum Pass { kTotal, kCounts, kEntries };
   std::uint64_t total = 0;
   for (const Pass pass : {kTotal, kCounts, kEntries}) {
     if (pass == kCounts && !make_table(memory, total)) return false;
     if (pass == kEntries) lay_out_entries();
-    for (std::int32_t t = 0; t < triangle_count; ++t)
+    for (std::int32_t t = 0; t < triangle_count; ++t) {
+      if (pass == kEntries && !is_active(t)) continue;
       cells_of_triangle(t, [&](int i, int j, int k) {
         ++total;
         if (pass == kTotal) return;
@@ -101,6 +51,7 @@ bool SurfaceIndex::build(SceneMemory& memory, const double* position, const std:
         bucket->key = key(i, j, k);
         ++bucket->count;
       });
+    }
   }
   return true;
 }

@@ -58,50 +58,70 @@ void add_weighted(LocalCompliance& sum, double weight, const LocalCompliance& a)
 }
 
 bool SurfaceMeasure::build(SceneMemory& memory, const double* position, std::int32_t nodes,
-                           const std::int32_t* triangles, std::int32_t triangle_count) {
-  triangles_ = triangles, nodes_ = nodes;
+                           const std::int32_t* triangles, std::int32_t triangle_count, const std::uint8_t* active) {
+  position_ = position, triangles_ = triangles, nodes_ = nodes;
   outward_ = memory.array<Vec3>(static_cast<std::size_t>(nodes));
   spacing_ = memory.array<double>(static_cast<std::size_t>(nodes));
   curvature_ = memory.array<Mat3>(static_cast<std::size_t>(nodes));
   if (memory.failed()) return false;
-  for (std::int32_t t = 0; t < triangle_count; ++t) {
-    const std::int32_t* corner = triangles + 3 * static_cast<std::size_t>(t);
-    const auto at = [&](int v) { return load3(position + 3 * static_cast<std::size_t>(corner[v])); };
-    const Vec3 twice_area = cross(at(1) - at(0), at(2) - at(0));
-    for (int v = 0; v < 3; ++v) {
-      outward_[corner[v]] += twice_area;
-      spacing_[corner[v]] += length(twice_area) / 6;
-    }
-  }
-  for (std::int32_t n = 0; n < nodes; ++n) {
-    outward_[n] = unit_or_zero(outward_[n]);
-    spacing_[n] = std::sqrt(spacing_[n]);
-  }
-  measure_curvature(position, triangle_count);
+  const auto for_each = [&](auto visit) {
+    for (std::int32_t t = 0; t < triangle_count; ++t)
+      if (!active || active[t]) visit(t, triangles + 3 * static_cast<std::size_t>(t));
+  };
+  for_each([&](std::int32_t t, const std::int32_t* corner) {
+    const Vec3 twice = twice_area(t);
+    for (int v = 0; v < 3; ++v) add_area(corner[v], twice);
+  });
+  for (std::int32_t n = 0; n < nodes; ++n) end_area(n);
+  for_each([&](std::int32_t t, const std::int32_t* corner) {
+    const Mat3 turn = turn_of(t);
+    for (int v = 0; v < 3; ++v) add_scaled(curvature_[corner[v]], 1, turn);
+  });
+  for (std::int32_t n = 0; n < nodes; ++n) end_curvature(n);
   return true;
 }
 
-void SurfaceMeasure::measure_curvature(const double* position, std::int32_t triangle_count) {
-  for (std::int32_t t = 0; t < triangle_count; ++t) {
-    const std::int32_t* corner = triangles_ + 3 * static_cast<std::size_t>(t);
-    const auto at = [&](int v) { return load3(position + 3 * static_cast<std::size_t>(corner[v])); };
-    const Vec3 up = unit_or_zero(cross(at(1) - at(0), at(2) - at(0)));
-    Mat3 turn;  // gradient of the normal times the area
-    for (int v = 0; v < 3; ++v) {
-      const Vec3 normal = outward_[corner[v]], rise = cross(up, at((v + 2) % 3) - at((v + 1) % 3));
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) turn.m[i][j] += 0.25 * (normal[i] * rise[j] + normal[j] * rise[i]);
-    }
-    for (int v = 0; v < 3; ++v) add_scaled(curvature_[corner[v]], 1, turn);
-  }
-  for (std::int32_t n = 0; n < nodes_; ++n) {
-    const double area = 3 * spacing_[n] * spacing_[n];
-    Mat3 along, sum;  // projection on the tangent plane
+Vec3 SurfaceMeasure::edge(std::int32_t triangle, int from, int to) const {
+  const auto at = [&](int v) {
+    return load3(position_ + 3 * static_cast<std::size_t>(triangles_[3 * static_cast<std::size_t>(triangle) + v]));
+  };
+  return at(to) - at(from);
+}
+
+Vec3 SurfaceMeasure::twice_area(std::int32_t triangle) const {
+  return cross(edge(triangle, 0, 1), edge(triangle, 0, 2));
+}
+
+void SurfaceMeasure::add_area(std::int32_t node, Vec3 twice_area) {
+  outward_[node] += twice_area;
+  spacing_[node] += length(twice_area) / 6;
+}
+
+void SurfaceMeasure::end_area(std::int32_t node) {
+  outward_[node] = unit_or_zero(outward_[node]);
+  spacing_[node] = std::sqrt(spacing_[node]);
+}
+
+// The gradient of the normal times the area.
+Mat3 SurfaceMeasure::turn_of(std::int32_t triangle) const {
+  const Vec3 up = unit_or_zero(twice_area(triangle));
+  Mat3 turn;
+  for (int v = 0; v < 3; ++v) {
+    const Vec3 normal = outward_[triangles_[3 * static_cast<std::size_t>(triangle) + v]],
+               rise = cross(up, edge(triangle, (v + 1) % 3, (v + 2) % 3));
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) along.m[i][j] = (i == j) - outward_[n][i] * outward_[n][j];
-    if (area > 0) add_scaled(sum, 1 / area, along * curvature_[n] * along);
-    curvature_[n] = sum;
+      for (int j = 0; j < 3; ++j) turn.m[i][j] += 0.25 * (normal[i] * rise[j] + normal[j] * rise[i]);
   }
+  return turn;
+}
+
+void SurfaceMeasure::end_curvature(std::int32_t node) {
+  const double area = 3 * spacing_[node] * spacing_[node];
+  Mat3 along, sum;  // projection on the tangent plane
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) along.m[i][j] = (i == j) - outward_[node][i] * outward_[node][j];
+  if (area > 0) add_scaled(sum, 1 / area, along * curvature_[node] * along);
+  curvature_[node] = sum;
 }
 
 LocalCompliance* SurfaceMeasure::tissue_of_nodes(SceneMemory& memory) {

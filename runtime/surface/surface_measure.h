@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "runtime/surface/node_fans.h"
 #include "runtime/surface/surface_index.h"
 
 namespace palpate {
@@ -47,13 +48,20 @@ LocalCompliance local_compliance(double young, double poisson, StoredElement ele
 
 class SurfaceMeasure {
  public:
-  // position: [nodes][3] m, used during the call; triangles: [triangle_count][3] node indices, checked, borrowed.
+  // position: [nodes][3] m; triangles: [triangle_count][3] node indices, checked; both borrowed. active: [triangle_count], read during the call,
+  // 0: the triangle counts for nothing; nullptr: all count. A node without a triangle has zeros.
   bool build(SceneMemory& memory, const double* position, std::int32_t nodes, const std::int32_t* triangles,
-             std::int32_t triangle_count);
+             std::int32_t triangle_count, const std::uint8_t* active = nullptr);
+  // After fans.change(), of the fans of the same triangles. Cost: the fans of the nodes whose fans changed and of their neighbours.
+  void change(const NodeFans& fans);
 
   // The tissue: one everywhere, or one for each node in an array that the caller fills ([nodes]), before tissue() is called.
   void set_tissue(const LocalCompliance& everywhere) { everywhere_ = everywhere; }
   LocalCompliance* tissue_of_nodes(SceneMemory& memory);
+  // A node that is split off has its origin's.
+  void copy_tissue(std::int32_t to, std::int32_t from) {
+    if (of_node_) of_node_[to] = of_node_[from];
+  }
 
   // K at a node, 1/m, symmetric, in the tangent plane: the gradient of the interpolated normal, averaged over the triangles around
   // the node.
@@ -68,8 +76,14 @@ class SurfaceMeasure {
   LocalCompliance tissue(const SurfacePoint& surface_point) const;
 
  private:
-  void measure_curvature(const double* position, std::int32_t triangle_count);
+  Vec3 edge(std::int32_t triangle, int from, int to) const;
+  Vec3 twice_area(std::int32_t triangle) const;
+  Mat3 turn_of(std::int32_t triangle) const;
+  void add_area(std::int32_t node, Vec3 twice_area);
+  void end_area(std::int32_t node);
+  void end_curvature(std::int32_t node);
 
+  const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
   std::int32_t nodes_ = 0;
   Vec3* outward_ = nullptr;    // [nodes]

@@ -40,12 +40,6 @@ Vec3 SurfaceTree::at_rest(const SurfacePoint& surface_point) const {
   return sum;
 }
 
-std::int32_t SurfaceTree::largest_fan() const {
-  std::int32_t most = 0;
-  for (std::int32_t n = 0; n < surface_nodes_; ++n) most = std::max(most, fan_start_[n + 1] - fan_start_[n]);
-  return most;
-}
-
 Vec3 SurfaceTree::outward_at_rest(std::int32_t triangle) const {
   const std::int32_t* node = corners(triangle);
   const Vec3 a = at_rest(node[0]);
@@ -58,32 +52,31 @@ SurfaceTree::Box SurfaceTree::rest_box(std::int32_t triangle) const {
   return {lower(a, lower(b, c)), upper(a, upper(b, c))};
 }
 
+SurfaceTree::Box SurfaceTree::around_both(const Box& a, const Box& b) {
+  return {lower(a.low, b.low), upper(a.high, b.high)};
+}
+
 bool SurfaceTree::build(SceneMemory& memory, const double* position, std::int32_t nodes, const std::int32_t* triangles,
-                        std::int32_t triangle_count) {
+                        std::int32_t triangle_count, const std::uint8_t* active) {
   position_ = position, triangles_ = triangles, surface_nodes_ = nodes, triangle_count_ = triangle_count;
+  active_ = active;
   const std::size_t count = static_cast<std::size_t>(triangle_count);
   nodes_ = memory.array<Node>(count + 1);  // a leaf has two triangles or more
   order_ = memory.array<std::int32_t>(count);
-  fan_ = memory.array<std::int32_t>(3 * count);
-  fan_start_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes) + 1);
-  if (memory.failed()) return false;
+  if (active) leaf_of_ = memory.array<std::int32_t>(count);
+  if (memory.failed() || !fans_.build(memory, nodes, triangles, triangle_count, active)) return false;
   if (triangle_count == 0) return true;
 
   double edges = 0;
+  std::int32_t active_count = 0;
   for (std::int32_t t = 0; t < triangle_count; ++t) {
-    order_[t] = t;
-    for (int v = 0; v < 3; ++v) {
-      ++fan_start_[corners(t)[v] + 1];
-      edges += length(at_rest(corners(t)[v]) - at_rest(corners(t)[(v + 1) % 3]));
-    }
+    if (!is_active(t)) continue;
+    order_[active_count++] = t;
+    for (int v = 0; v < 3; ++v) edges += length(at_rest(corners(t)[v]) - at_rest(corners(t)[(v + 1) % 3]));
   }
-  mean_edge_ = edges / (3.0 * triangle_count);
-  for (std::int32_t n = 0; n < nodes; ++n) fan_start_[n + 1] += fan_start_[n];
-  // Filled from the back, so that each start moves to its own place.
-  for (std::int32_t t = triangle_count - 1; t >= 0; --t)
-    for (int v = 2; v >= 0; --v) fan_[--fan_start_[corners(t)[v] + 1]] = t;
-  for (std::int32_t n = 0; n < nodes; ++n) fan_start_[n] = fan_start_[n + 1];
-  fan_start_[nodes] = 3 * triangle_count;
+  mean_edge_ = edges / (3.0 * std::max(1, active_count));
+  for (std::int32_t t = 0, at = active_count; at < triangle_count; ++t)
+    if (!is_active(t)) order_[at++] = t;
 
   node_count_ = 1;
   split(-1, 0, 0, triangle_count);
@@ -91,7 +84,8 @@ bool SurfaceTree::build(SceneMemory& memory, const double* position, std::int32_
   return true;
 }
 
-// Makes node `at` of the triangles order_[first .. last - 1], halved along their centres' longest extent.
+// Makes node `at` of the triangles order_[first .. last - 1], halved along their centres' longest extent. Active ones, which stand first, are
+// parted from the others before all else, so that the surface as it is now has the tree that it would have alone.
 std::int32_t SurfaceTree::split(std::int32_t parent, std::int32_t at, std::int32_t first, std::int32_t last) {
   Node& node = nodes_[at];
   node = Node{};
@@ -104,26 +98,31 @@ std::int32_t SurfaceTree::split(std::int32_t parent, std::int32_t at, std::int32
   };
   for (std::int32_t i = first; i < last; ++i) {
     const Box box = rest_box(order_[i]);
-    node.rest = {lower(node.rest.low, box.low), upper(node.rest.high, box.high)};
+    if (is_active(order_[i])) node.rest = around_both(node.rest, box);
     low = lower(low, box.low + box.high), high = upper(high, box.low + box.high);
   }
-  node.seen = node.rest;
-  if (last - first <= kLeaf) {
+  forget(node);
+  const bool is_mixed = is_active(order_[first]) && !is_active(order_[last - 1]);
+  if (last - first <= kLeaf && !is_mixed) {
     std::sort(order_ + first, order_ + last);
-    node.first = first, node.count = last - first;
+    node.first = first, node.places = last - first, node.count = is_active(order_[first]) ? node.places : 0;
+    for (std::int32_t i = first; i < last && leaf_of_; ++i) leaf_of_[order_[i]] = at;
     return at;
   }
   const Vec3 size = high - low;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const std::int32_t middle = first + (last - first) / 2;
+  std::int32_t middle = first + (last - first) / 2;
+  if (is_mixed)
+    for (middle = first; is_active(order_[middle]);) ++middle;
   // Ties are decided by number, so that every C++ library makes the same tree.
-  std::nth_element(order_ + first, order_ + middle, order_ + last, [&](std::int32_t a, std::int32_t b) {
+  const auto is_before = [&](std::int32_t a, std::int32_t b) {
     const double x = twice_centre(a)[axis], y = twice_centre(b)[axis];
     return x != y ? x < y : a < b;
-  });
+  };
+  if (!is_mixed) std::nth_element(order_ + first, order_ + middle, order_ + last, is_before);
   const std::int32_t children = node_count_;
   node_count_ += 2;
-  node.first = children, node.count = 0;
+  node.first = children;
   split(at, children, first, middle);
   split(at, children + 1, middle, last);
   return at;
@@ -133,18 +132,23 @@ void SurfaceTree::set_reach(const double* reach) {
   // Children stand after their parents.
   for (std::int32_t at = node_count_ - 1; at >= 0; --at) {
     Node& node = nodes_[at];
-    if (node.count == 0) {
+    if (node.is_inner()) {
       node.reach = std::max(nodes_[node.first].reach, nodes_[node.first + 1].reach);
       continue;
     }
     node.reach = 0;
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i)
+    for (std::int32_t i = node.first; i < node.first + node.places; ++i)
       for (int v = 0; v < 3; ++v) node.reach = std::max(node.reach, kMargin * reach[corners(order_[i])[v]]);
   }
 }
 
 void SurfaceTree::forget() {
-  for (std::int32_t at = 0; at < node_count_; ++at) nodes_[at].seen = nodes_[at].rest, nodes_[at].path = 0;
+  for (std::int32_t at = 0; at < node_count_; ++at) forget(nodes_[at]);
+}
+
+// What is empty has no path, so that it does not make its parents older.
+void SurfaceTree::forget(Node& node) {
+  node.seen = node.rest, node.path = node.rest.low.x > node.rest.high.x ? INFINITY : 0;
 }
 
 bool SurfaceTree::same(const Box& a, const Box& b) {
@@ -158,7 +162,7 @@ void SurfaceTree::refit(std::int32_t leaf, const Box& box, double path) {
   for (std::int32_t at = nodes_[leaf].parent; at >= 0; at = nodes_[at].parent) {
     Node& node = nodes_[at];
     const Node &a = nodes_[node.first], &b = nodes_[node.first + 1];
-    const Box seen = {lower(a.seen.low, b.seen.low), upper(a.seen.high, b.seen.high)};
+    const Box seen = around_both(a.seen, b.seen);
     const double least = std::min(a.path, b.path);
     if (node.path == least && same(node.seen, seen)) return;  // so are all above it
     node.seen = seen, node.path = least;

@@ -6,6 +6,8 @@
 // triangle that a query looks at are refitted to what the query saw. So a part of the surface that nobody asks about costs
 // nothing, and a part that does not move is looked at once.
 //
+// A box without active triangles is empty, from infinity to minus infinity, so that every query passes it over.
+//
 // The bound is that of energy. With C the compliance and f the nodal forces of a field u = C f, Cauchy and Schwarz give
 //     |u_v| <= reach_v norm,   reach_v^2 = the largest eigenvalue of C_vv,   norm^2 = f^T C f,
 // for every node v, however long the lever from the forces to the node is. The bound holds for the change of a field, too.
@@ -19,6 +21,7 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/step_work.h"
 #include "runtime/base/vec3.h"
+#include "runtime/surface/node_fans.h"
 #include "runtime/surface/surface_index.h"
 
 namespace palpate {
@@ -46,23 +49,33 @@ struct AskedIsField {};
 class SurfaceTree {
  public:
   // position [nodes][3] m and triangles [triangle_count][3] (checked, closed, counter-clockwise from outside) are borrowed.
-  // Reaches are zero: a surface at rest. False where there is no memory. Cost: F log F.
+  // active: [triangle_count], 0: the triangle is in no answer; borrowed; nullptr: all are active, for good. Those that are active are then the
+  // closed surface. Reaches are zero: a surface at rest. False where there is no memory. Cost: F log F.
   bool build(SceneMemory& memory, const double* position, std::int32_t nodes, const std::int32_t* triangles,
-             std::int32_t triangle_count);
-  // reach: [nodes] m / sqrt(J), read during the call.
+             std::int32_t triangle_count, const std::uint8_t* active = nullptr);
+  // As NodeFans::change (node_fans.h). The boxes around these triangles know rest places alone until a query looks at them. Cost: the leaves of these triangles, and their parents.
+  void change(const std::int32_t* triangles, std::int32_t count);
+  // The same of all triangles where the boxes are those of a state that was restored, and stay.
+  void restored();
+  // reach: [nodes] m / sqrt(J), read during the call. Where triangles change, all reaches must be the same, as those of a field whose norm is a
+  // length: they do not follow the corners. And the path must grow by no less than a new corner moves from where the corner before it was.
   void set_reach(const double* reach);
   // Marks where the triangles were seen as part of a saved state (scene_memory.h). A surface at rest needs none of it.
   void keep_seen(SceneMemory& memory) { memory.keep_array(nodes_, static_cast<std::size_t>(node_count_)); }
   // Forgets where the triangles were seen: the surface is at rest, and paths begin at zero again.
   void forget();
 
-  std::int32_t triangle_count() const { return triangle_count_; }
-  // [triangle_count] the triangles leaf by leaf, so that neighbours at rest stand near one another.
+  std::int32_t triangle_count() const { return triangle_count_; }  // inactive ones included
+  bool is_active(std::int32_t triangle) const { return !active_ || active_[triangle] != 0; }
+  // [triangle_count] the triangles leaf by leaf, so that neighbours at rest stand near one another; inactive ones included.
   const std::int32_t* order() const { return order_; }
   std::int32_t surface_nodes() const { return surface_nodes_; }
   double largest_reach() const { return triangle_count_ > 0 ? nodes_[0].reach : 0; }
-  double mean_edge() const { return mean_edge_; }
-  std::int32_t largest_fan() const;  // triangles around one node
+  double mean_edge() const { return mean_edge_; }  // as when it was built, like low() and high()
+  std::int32_t largest_fan() const {
+    return fans_.largest();
+  }  // triangles around one node at most, whichever are active
+  const NodeFans& fans() const { return fans_; }
   Vec3 low() const { return low_; }
   Vec3 high() const { return high_; }
   const std::int32_t* corners(std::int32_t triangle) const {
@@ -75,7 +88,7 @@ class SurfaceTree {
   // Calls visit(triangle) for every triangle around a node.
   template <class Visit>
   void around(std::int32_t node, Visit visit) const {
-    for (std::int32_t f = fan_start_[node]; f < fan_start_[node + 1]; ++f) visit(fan_[f]);
+    fans_.around(node, [&](std::int32_t triangle, int) { visit(triangle); });
   }
 
   // Calls visit(triangle) for every triangle whose box at rest may meet the box [low, high], whatever was seen.
@@ -106,14 +119,19 @@ class SurfaceTree {
     double reach;         // largest of its nodes' reaches
     double path;          // least path at which one of its triangles was seen
     std::int32_t first;   // inner: its first child; the other one follows. leaf: its first triangle in order_
-    std::int32_t count;   // triangles of a leaf; 0: inner
+    std::int32_t count;   // active triangles of a leaf, which stand first
     std::int32_t parent;  // -1: the root
-    std::int32_t unused;  // in the place of padding, which a saved state would hold
+    std::int32_t places;  // triangles of a leaf; 0: inner
+    bool is_inner() const { return places == 0; }
   };
   std::int32_t split(std::int32_t parent, std::int32_t at, std::int32_t first, std::int32_t last);
   Box rest_box(std::int32_t triangle) const;
+  static void forget(Node& node);
+  void sort_leaf(const Node& leaf);
+  void change_leaf(std::int32_t leaf);
   static double gap(const Box& box, Vec3 p);
   static void grow(Box& box, Vec3 p);
+  static Box around_both(const Box& a, const Box& b);
   static bool same(const Box& a, const Box& b);
   static bool apart(const Box& box, double margin, Vec3 low, Vec3 high);
   double distance_bound(const Node& node, Vec3 p, const FieldBound& bound) const;
@@ -126,11 +144,12 @@ class SurfaceTree {
 
   const double* position_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
+  const std::uint8_t* active_ = nullptr;
   std::int32_t surface_nodes_ = 0, triangle_count_ = 0, node_count_ = 0;
   Node* nodes_ = nullptr;
-  std::int32_t* order_ = nullptr;      // [triangles] in the order of the leaves
-  std::int32_t* fan_start_ = nullptr;  // [surface_nodes + 1] into fan_
-  std::int32_t* fan_ = nullptr;        // [3 triangles] the triangles around each node
+  std::int32_t* order_ = nullptr;    // [triangles] in the order of the leaves
+  std::int32_t* leaf_of_ = nullptr;  // [triangles] the leaf of each, where triangles change
+  NodeFans fans_;
   Vec3 low_, high_;
   double mean_edge_ = 0;
 };
@@ -198,7 +217,7 @@ void SurfaceTree::near_at_rest(Vec3 low, Vec3 high, Operations* work, Visit visi
     const Node& node = nodes_[stack[--top]];
     *work += 8 + 20 * node.count;
     if (apart(node.rest, 0, low, high)) continue;
-    if (node.count == 0) stack[top++] = node.first, stack[top++] = node.first + 1;
+    if (node.is_inner()) stack[top++] = node.first, stack[top++] = node.first + 1;
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i]);
   }
 }
@@ -215,7 +234,7 @@ void SurfaceTree::meet(Vec3 low, Vec3 high, const FieldBound& bound, QueryWork* 
     const Node& node = nodes_[at];
     work->add(12);
     if (!may_meet(node, low, high, bound)) continue;
-    if (node.count == 0) {
+    if (node.is_inner()) {
       stack[top++] = node.first, stack[top++] = node.first + 1;
       continue;
     }
@@ -251,7 +270,7 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       pass(node.reach, next.distance);
       continue;
     }
-    if (node.count == 0) {
+    if (node.is_inner()) {
       Waiting near{node.first, distance_bound(nodes_[node.first], p, bound)},
           far{node.first + 1, distance_bound(nodes_[node.first + 1], p, bound)};
       work->add(24);
@@ -304,19 +323,16 @@ void SurfaceTree::decide_side(NearestPoint& nearest, Vec3 p, QueryWork* work, Pl
   if (count < 3) {
     sum = {};
     const std::int32_t node = own[on[0]], other = count == 2 ? own[on[1]] : -1;
-    for (std::int32_t f = fan_start_[node]; f < fan_start_[node + 1]; ++f) {
-      const std::int32_t* around = corners(fan_[f]);
-      if (count == 2 && around[0] != other && around[1] != other && around[2] != other) continue;
+    fans_.around(node, [&](std::int32_t triangle, int v) {
+      const std::int32_t* around = corners(triangle);
+      if (count == 2 && around[0] != other && around[1] != other && around[2] != other) return;
       Vec3 there[3];
       const Vec3 normal = normal_of(around, there);
       work->add(60);
       double weight = 1;
-      if (count == 1) {
-        const int v = around[0] == node ? 0 : around[1] == node ? 1 : 2;
-        weight = corner_angle(there[v], there[(v + 1) % 3], there[(v + 2) % 3]);
-      }
+      if (count == 1) weight = corner_angle(there[v], there[(v + 1) % 3], there[(v + 2) % 3]);
       sum += weight * normal;
-    }
+    });
   }
   nearest.outside = dot(p - closest, sum) >= 0;
 }

@@ -293,8 +293,9 @@ typedef enum palpate_contact_source {
   PALPATE_SOURCE_NEEDLE = 1,
   PALPATE_SOURCE_LINK = 2,      /* of the organ                                        */
   PALPATE_SOURCE_OBSTACLE = 3,  /* a rigid surface                                     */
-  PALPATE_SOURCE_ORGAN = 4,     /* another organ, which touches this one               */
-  PALPATE_SOURCE_WORLD_LINK = 5 /* to another organ or a place of the world            */
+  PALPATE_SOURCE_BLADE = 4,     /* the edge of one                                     */
+  PALPATE_SOURCE_ORGAN = 5,     /* another organ, which touches this one               */
+  PALPATE_SOURCE_WORLD_LINK = 6 /* to another organ or a place of the world            */
 } palpate_contact_source;
 
 /* One node under contact. */

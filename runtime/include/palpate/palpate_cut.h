@@ -6,7 +6,9 @@
  *     def.collision = PALPATE_COLLISION_DEFORMED;
  *     palpate_scene_create(bundle, &def, &scene, &error); // a bundle with [cut] in its boundary file
  *     const double edge[6] = {0.01, 0.02, 0.05, 0.01, 0.02, 0.03}; // m, in the world: from heel to tip
- *     palpate_scene_set_blade(scene, 0, edge, 2, &error); // in each step
+ *     palpate_blade blade = palpate_default_blade();
+ *     blade.points = edge, blade.point_count = 2;
+ *     palpate_scene_set_blade(scene, 0, &blade, &error); // in each step
  *     palpate_scene_touch(scene, tools, tool_count, dt, contacts, contacts_bytes);
  *     int32_t lips = palpate_scene_cut_state(scene)->faces;
  *     if (lips > 0) printf("%d faces are cut\n", lips);
@@ -37,6 +39,8 @@ typedef struct palpate_cut_def {
   int32_t
       cut_operations; /* default 100000 [1000 .. 1000000000]: counted operations of a step for the compliance of what was
                             cut, about a nanosecond each; what is left of it comes in the next steps             */
+  int32_t cut_points; /* default 8 [0 .. 64]: points of edges with toughness, of all blades together           */
+  int32_t reserved;   /* 0                                                                                     */
 } palpate_cut_def;
 PALPATE_API void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes);
 static inline palpate_cut_def palpate_default_cut_def(void) {
@@ -45,21 +49,49 @@ static inline palpate_cut_def palpate_default_cut_def(void) {
   return def;
 }
 
+/* A blade, as it is at the next touch step: the line of its edge, and how tissue resists it. */
 #define PALPATE_MAX_BLADES 4
 #define PALPATE_MAX_BLADE_POINTS 16
+typedef struct palpate_blade {
+  uint32_t struct_bytes; /* sizeof(palpate_blade)                                                                  */
+  int32_t point_count;   /* default 0: the blade is withdrawn; 2 .. PALPATE_MAX_BLADE_POINTS                       */
+  const double* points;  /* [point_count][3] m, in the world, within 1e6 m: along the edge. Read by the call       */
+  double direction[3];   /* default 0 0 0: not needed without toughness; else where the edge looks, in the world, of
+                            length 1                                                                              */
+  double toughness; /* default 0 J/m^2, 0 .. 1e6: the work that a new area of cut takes. 0: the blade feels nothing */
+} palpate_blade;
+PALPATE_API void palpate_init_blade(palpate_blade* blade, size_t struct_bytes);
+static inline palpate_blade palpate_default_blade(void) {
+  palpate_blade blade;
+  palpate_init_blade(&blade, sizeof blade);
+  return blade;
+}
 
-/* Says where the edge of blade 0 .. PALPATE_MAX_BLADES - 1 is at the next touch step: a line of points, [point_count][3] m, in the world. It cuts
- * what lies between its line in the step before and this one, in the organ as it is then deformed; a blade that comes, with other points or
- * behind point_count 0, cuts nothing in its first step. point_count 0: the blade is withdrawn. Tissue that moves past a blade that stands
- * still is cut too. A blade feels no force and holds nothing.
+/* Says where blade 0 .. PALPATE_MAX_BLADES - 1 is at the next touch step. It cuts what lies between its line in the step before and this one, in the
+ * organ as it is then deformed; a blade that comes, with other points or behind point_count 0, cuts nothing in its first step. Tissue that moves past
+ * a blade that stands still is cut too.
  * - Only faces of the region that the bundle's boundary file names are cut.
  * - A cut begins at the surface or at another cut.
+ * - With toughness, tissue holds the edge: each point of it in the region pushes the tissue along `direction` with at most toughness times the
+ *   length of edge that it stands for, and cuts where it would take more; it does not leave the plane of the cut. The scene then needs room for
+ *   8 contact nodes for each point.
  * - While the compliance of an earlier step's cut is not whole (palpate_cut_state.left), blades wait: what they pass is cut after that, along the straight
  *   way between.
- * Refused with PALPATE_ERROR_ARGUMENT: another blade, a scene that does not cut, more points than PALPATE_MAX_BLADE_POINTS or one point alone,
- * numbers that are not finite or beyond 1e6 m. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
-PALPATE_API palpate_status palpate_scene_set_blade(palpate_scene* scene, int32_t blade, const double* points,
-                                                   int32_t point_count, palpate_error* error);
+ * Refused with PALPATE_ERROR_ARGUMENT: another blade, a scene that does not cut, and what palpate_blade does not allow. error may be NULL. Never
+ * allocates or locks. Call it in the thread of palpate_scene_touch. */
+PALPATE_API palpate_status palpate_scene_set_blade(palpate_scene* scene, int32_t blade, const palpate_blade* now,
+                                                   palpate_error* error);
+
+/* A blade after a touch step; the library fills it. In the world. */
+typedef struct palpate_blade_state {
+  double force[3];  /* N, on the blade                                                                            */
+  double torque[3]; /* N m, on it, about the first of its points                                                  */
+  double work;      /* J, that cutting has taken from it since it came                                            */
+  double area;      /* m^2, that its edge has swept in tissue since it came, where it feels it                    */
+  int32_t in_tissue, cuts; /* of its points: that are in the region; that cut in this step                        */
+} palpate_blade_state;
+/* Of blade 0 .. PALPATE_MAX_BLADES - 1, inside the scene and valid until the next step; NULL for another, and for a scene that does not cut. */
+PALPATE_API const palpate_blade_state* palpate_scene_blade_state(const palpate_scene* scene, int32_t blade);
 
 /* At the next touch step, removes the tetrahedra of the region whose middle lies within `radius` m of `centre`, [3] m in the world, in the organ as
  * it is then deformed: those nearest to the centre first, and only those that leave a surface without edges of more than two triangles. The next call

@@ -15,7 +15,7 @@ namespace palpate::tests {
 struct BodyToCut {
   std::vector<double> nodes;
   std::vector<std::int32_t> tetrahedra, triangles;
-  std::vector<std::uint8_t> held;
+  std::vector<std::uint8_t> held, dividable;
 
   CutBody view() const;
   std::int32_t node_count() const { return static_cast<std::int32_t>(nodes.size() / 3); }

@@ -563,6 +563,66 @@ TEST(CutMesh, TetrahedraThatMeetAtAnEdgeOrANodeAloneShareNoNode) {
   for (const std::int32_t node : one) EXPECT_FALSE(two.count(node));
 }
 
+// ---- a part of the body that may be cut -----------------------------------------------------------------------------
+
+// The nodes of x < 2 alone may be divided.
+BodyToCut half_to_cut(std::uint64_t seed) {
+  BodyToCut body = block_to_cut(4, 3, 3, 0.2, seed);
+  for (std::int32_t n = 0; n < body.node_count(); ++n) body.dividable.push_back(body.nodes[3 * n] < 2.5);
+  return body;
+}
+
+TEST(CutMesh, NodesThatMayNotBeDividedStayWhole) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const BodyToCut body = half_to_cut(seed);
+    CutPlay play(body);
+    for (double x = -1; x < 5; x += 0.25) {
+      play.sweep({x, 1.5, -1, x, 1.5, 4}, {x + 0.25, 1.5, -1, x + 0.25, 1.5, 4});
+      ASSERT_EQ(fault_of(play), "") << seed << ' ' << x;
+    }
+    for (const double x : {0.5, 2.0, 3.5}) {
+      const std::array<double, 3> centre{x, 2.5, 2.5};
+      play.mesh.remove_ball(centre.data(), 1, play.positions.data());
+      ASSERT_EQ(fault_of(play), "") << seed << ' ' << x;
+    }
+    EXPECT_GT(play.mesh.nodes(), body.node_count());
+    for (std::int32_t n = body.node_count(); n < play.mesh.nodes(); ++n)
+      EXPECT_TRUE(body.dividable[play.mesh.at_rest(n)]) << seed;
+    long removed = 0;
+    for (std::int32_t t = 0; t < body.tetrahedron_count(); ++t) {
+      if (!play.mesh.is_removed(t)) continue;
+      ++removed;
+      for (int c = 0; c < 4; ++c) EXPECT_TRUE(body.dividable[body.tetrahedra[4 * t + c]]) << seed;
+    }
+    EXPECT_GT(removed, 0);
+    // What has such a node hangs together.
+    std::set<std::int32_t> pieces;
+    for (std::int32_t t = 0; t < body.tetrahedron_count(); ++t)
+      for (int c = 0; c < 4; ++c)
+        if (!body.dividable[body.tetrahedra[4 * t + c]]) pieces.insert(play.mesh.pieces().piece_of(t));
+    EXPECT_EQ(pieces.size(), 1u);
+  }
+}
+
+TEST(CutMesh, ForgetsAllCuts) {
+  RandomCuts cuts(3), again(3);
+  for (int i = 0; i < 40; ++i) ASSERT_EQ(cuts.step(), "") << i;
+  ASSERT_GT(cuts.play.mesh.nodes(), cuts.body.node_count());
+  cuts.play.mesh.forget();
+  cuts.play.positions = cuts.body.nodes;
+  EXPECT_EQ(cuts.play.mesh.nodes(), cuts.body.node_count());
+  EXPECT_EQ(cuts.play.mesh.pending(), 0);
+  ASSERT_EQ(fault_of(cuts.play), "");
+  // The same cuts again have the same result as in a mesh that was never cut.
+  cuts.random = again.random, cuts.blade = again.blade, cuts.velocity = again.velocity, cuts.left = again.left;
+  for (int i = 0; i < 40; ++i) {
+    ASSERT_EQ(cuts.step(), "") << i;
+    ASSERT_EQ(again.step(), "") << i;
+    ASSERT_EQ(cuts.play.mesh.nodes(), again.play.mesh.nodes()) << i;
+    ASSERT_EQ(cuts.play.mesh.surface().count(), again.play.mesh.surface().count()) << i;
+  }
+}
+
 // ---- all of it ----------------------------------------------------------------------------------------------------
 
 TEST(CutMesh, StaysManifoldUnderRandomCuts) {
