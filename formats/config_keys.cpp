@@ -341,6 +341,8 @@ const std::vector<ConfigKey>& config_keys() {
       {S, "blade", "path_csv", "file", "s, `unit`", "-", "as `path`"},
       {S, "blade", "turn", "rows", "s, degrees", "-", "times of at least 0 s, ascending; at most 1e6 degrees"},
       {S, "blade", "cuts", "rows", "s", "-", "ascending times of at least 0 s"},
+      {S, "blade", "toughness", "number", "J/m^2", "-", "above 0, at most 1e6"},
+      {S, "blade", "direction", "point", "-", "-", "not zero; required with `toughness`"},
       {S, "removal", "name", "text", "-", "required", "not empty"},
       {S, "removal", "organ", "text", "-", "-", "an `[[organ]]`; required in a scene of several organs"},
       {S, "removal", "radius", "number", "`unit`", "required", "above 0, at most 1 m"},

@@ -118,14 +118,16 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Obstacle&) const = default;
   };
-  // A line that cuts the organ where it passes (palpate_scene_set_blade of palpate_cut.h). In the world.
+  // A line that cuts the organ where it passes (palpate_blade of palpate_cut.h). In the world.
   struct Blade {
     std::string name;
     std::vector<Vector> edge;                 // m, in the blade's frame, from heel to tip
     std::vector<KeyFrame> path;               // at least one, times ascending
     std::vector<KeyFrame> turn;               // as of a tool
     std::vector<std::array<double, 2>> cuts;  // s: from, until; ascending; empty: always
-    std::size_t organ = 0;                    // of a scene of several organs
+    double toughness = 0;                     // J/m^2; 0: it feels nothing
+    Vector direction{};     // where the edge looks, of any length, in its frame; zero without toughness
+    std::size_t organ = 0;  // of a scene of several organs
     int line = 0;
     bool operator==(const Blade&) const = default;
   };

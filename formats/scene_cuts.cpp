@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "formats/scene_holds.h"
 #include "formats/scene_organs.h"
 
 namespace palpate {
 namespace {
+
+constexpr double kMostToughness = 1e6;  // J/m^2, as palpate_cut.h
 
 // A name that no other table of its kind has, and the table's line.
 template <class Table>
@@ -34,6 +37,16 @@ SceneConfig::Blade read_blade(TomlTable table, const SceneConfig& scene) {
   blade.path = read_way(table, scale, "a blade's path");
   if (table.has("turn")) blade.turn = read_turn(table);
   if (table.has("cuts")) blade.cuts = read_spans(table, "cuts");
+  if (table.has("toughness")) {
+    blade.toughness = table.number("toughness");
+    if (!(blade.toughness > 0 && blade.toughness <= kMostToughness))
+      table.wrong("toughness", "a work of an area, above 0 and at most 1e6 J/m^2");
+    blade.direction = table.vector("direction");
+    const auto& [x, y, z] = blade.direction;
+    if (!(std::hypot(x, y, z) > 0)) table.wrong("direction", "a direction that is not zero");
+  } else if (table.has("direction")) {
+    table.wrong("direction", "toughness beside it, without which the blade feels nothing");
+  }
   blade.organ = read_organ_of(table, scene, true);
   table.finish();
   return blade;

@@ -51,6 +51,7 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
       needles_(style),
       loads_(style),
       obstacles_(style),
+      blades_(style),
       cut_(style),
       events_(style),
       histories_(organs_.size()) {
@@ -73,6 +74,9 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
            "obstacle,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,x_m,y_m,z_m,nodes,slipping,"
            "deepest_m");
     if (!each->is_cut()) continue;
+    if (each->cuts().feels())
+      open(blades_, "blades.csv",
+           "blade,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,work_J,area_m2,in_tissue,cuts");
     open(cut_, "cut.csv", "faces,area_m2,nodes,removed,pieces,waiting,left,rank,is_full");
     open(events_, "events.csv", "event,pieces");
   }
@@ -138,6 +142,16 @@ void HeldCsvFiles::add_obstacles(double time, std::size_t organ) {
           obstacle->position, obstacle->nodes, obstacle->slips, obstacle->deepest);
 }
 
+void HeldCsvFiles::add_blades(double time, std::size_t organ) {
+  const PlayedOrgan& of = *organs_[organ];
+  for (std::size_t i = 0; i < of.cuts().blade_count(); ++i) {
+    const palpate_blade_state* const blade = OrganCuts::blade_state(of.runtime_scene(), i);
+    if (of.cuts().blade(i).toughness > 0 && blade)
+      row(blades_, time, name_of(organ), of.cuts().blade(i).name, blade->force, blade->torque, blade->work, blade->area,
+          blade->in_tissue, blade->cuts);
+  }
+}
+
 void HeldCsvFiles::add_cut_row(double time, std::size_t organ) {
   const palpate_cut_state& cut = histories_[organ].state();
   row(cut_, time, name_of(organ), cut.faces, cut.area, cut.nodes, cut.removed, cut.pieces, cut.waiting, cut.left,
@@ -162,6 +176,7 @@ void HeldCsvFiles::write(double time) {
     if (needles_.is_open()) add_needles(time, k);
     if (loads_.is_open()) add_loads(time, k);
     if (obstacles_.is_open()) add_obstacles(time, k);
+    if (blades_.is_open()) add_blades(time, k);
     if (cut_.is_open()) add_cut(time, k);
   }
   if (world_ && !world_->links().empty()) add_links_between_organs(time);
@@ -170,7 +185,7 @@ void HeldCsvFiles::write(double time) {
 void HeldCsvFiles::close() {
   for (std::size_t k = 0; k < histories_.size(); ++k)
     if (histories_[k].time() >= 0 && histories_[k].time() < time_) add_cut_row(time_, k);
-  for (CsvTable* file : {&links_, &grasps_, &needles_, &loads_, &obstacles_, &cut_, &events_}) file->close();
+  for (CsvTable* file : {&links_, &grasps_, &needles_, &loads_, &obstacles_, &blades_, &cut_, &events_}) file->close();
 }
 
 }  // namespace palpate

@@ -26,7 +26,8 @@ HeldSummary::HeldSummary(const PlayedOrgan& organ)
       needles_(grasps_.size()),
       given_forces_(grasps_.size()),
       loads_(organ.loads().count()),
-      obstacles_(organ.obstacles().count()) {}
+      obstacles_(organ.obstacles().count()),
+      blades_(organ.cuts().blade_count()) {}
 
 void HeldSummary::add(double time) {
   for (std::size_t s = 0; s < links_.size(); ++s)
@@ -41,6 +42,7 @@ void HeldSummary::add(double time) {
   }
   for (std::size_t i = 0; i < loads_.size(); ++i) add_load(i, time);
   for (std::size_t i = 0; i < obstacles_.size(); ++i) add_obstacle(i, time);
+  for (std::size_t i = 0; i < blades_.size(); ++i) add_blade(i, time);
   if (const palpate_cut_state* const cut = OrganCuts::state(organ_.runtime_scene())) cut_.add(*cut, time);
 }
 
@@ -73,6 +75,17 @@ void HeldSummary::add_obstacle(std::size_t i, double time) {
   obstacle.peak_torque = std::max(obstacle.peak_torque, length(state->torque));
   obstacle.deepest = std::max(obstacle.deepest, state->deepest);
   obstacle.most_nodes = std::max(obstacle.most_nodes, state->nodes);
+}
+
+void HeldSummary::add_blade(std::size_t i, double time) {
+  const palpate_blade_state* state = OrganCuts::blade_state(organ_.runtime_scene(), i);
+  if (!state) return;
+  Blade& blade = blades_[i];
+  if (const double force = length(state->force); force > blade.peak_force)
+    blade.peak_force = force, blade.peak_time = time;
+  blade.peak_torque = std::max(blade.peak_torque, length(state->torque));
+  if (state->area < blade.area) blade.work_of_earlier += blade.work, blade.area_of_earlier += blade.area;
+  blade.work = state->work, blade.area = state->area;
 }
 
 void HeldSummary::add_grasp(std::size_t tool, double time) {
@@ -124,6 +137,19 @@ std::optional<double> HeldSummary::first_time_of(const char* event) const {
   for (const CutEvent& one : cut_.events())
     if (std::string_view(one.what) == event) return one.time;
   return {};
+}
+
+nlohmann::ordered_json HeldSummary::blades() const {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < blades_.size(); ++i)
+    if (const Blade& blade = blades_[i]; organ_.cuts().blade(i).toughness > 0)
+      list.push_back({{"name", organ_.cuts().blade(i).name},
+                      {"peak_force_N", blade.peak_force},
+                      {"peak_time_s", blade.peak_time},
+                      {"peak_torque_Nm", blade.peak_torque},
+                      {"work_J", blade.work + blade.work_of_earlier},
+                      {"area_m2", blade.area + blade.area_of_earlier}});
+  return list;
 }
 
 nlohmann::ordered_json HeldSummary::cut() const {
@@ -204,6 +230,12 @@ std::vector<std::string> HeldSummary::lines() const {
                         ? "nothing pressed it"
                         : fmt::format("largest force {:.3g} N, at {:.3g} s; up to {} nodes pressed it",
                                       obstacles_[i].peak_force, obstacles_[i].peak_time, obstacles_[i].most_nodes)));
+  for (std::size_t i = 0; i < blades_.size(); ++i)
+    if (const Blade& blade = blades_[i]; blade.peak_force > 0)
+      lines.push_back(fmt::format("blade \"{}\": largest force {:.3g} N, at {:.3g} s; {:.3g} mJ for {:.3g} cm^2",
+                                  organ_.cuts().blade(i).name, blade.peak_force, blade.peak_time,
+                                  1e3 * (blade.work + blade.work_of_earlier),
+                                  1e4 * (blade.area + blade.area_of_earlier)));
   if (first_time_of(kFirstCut)) {
     const palpate_cut_state& cut = cut_.state();
     const std::string of = organ_.name().empty() ? "" : fmt::format(" of organ \"{}\"", organ_.name());

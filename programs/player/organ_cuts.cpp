@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "formats/errors.h"
+#include "formats/scene_holds.h"
 #include "programs/player/tool_points.h"
 #include "programs/player/tool_turn.h"
 
@@ -30,13 +32,24 @@ std::uint64_t due_until(const SceneConfig::Removal& removal, double time) {
 }  // namespace
 
 OrganCuts::OrganCuts(const SceneConfig& scene) : file_(scene.file.string()) {
-  for (const SceneConfig::Blade& blade : scene.blades) blades_.push_back({blade, blade.edge});
+  for (const SceneConfig::Blade& blade : scene.blades) {
+    const auto& [x, y, z] = blade.direction;
+    const double length = std::sqrt(x * x + y * y + z * z);
+    blades_.push_back({blade, blade.edge, length > 0 ? scaled(blade.direction, 1 / length) : blade.direction});
+  }
   for (const SceneConfig::Removal& removal : scene.removals) removals_.push_back({removal});
+}
+
+int OrganCuts::feeling_points() const {
+  std::size_t points = 0;
+  for (const Blade& blade : blades_)
+    if (blade.of.toughness > 0) points += blade.of.edge.size();
+  return static_cast<int>(points);
 }
 
 void OrganCuts::set(palpate_scene* scene, double time) {
   for (std::size_t i = 0; i < blades_.size(); ++i) {
-    auto& [of, now] = blades_[i];
+    auto& [of, now, direction_of_edge] = blades_[i];
     const bool is_out = !is_there(of, time);
     now.resize(is_out ? 0 : of.edge.size());  // the memory stays
     const SceneConfig::Vector place = position_at(of.path, time);
@@ -45,9 +58,13 @@ void OrganCuts::set(palpate_scene* scene, double time) {
       now[p] = of.turn.empty() ? of.edge[p] : turned(turn, of.edge[p]);
       for (int d = 0; d < 3; ++d) now[p][d] += place[d];
     }
+    palpate_blade blade = palpate_default_blade();
+    blade.points = now.empty() ? nullptr : now[0].data(), blade.point_count = static_cast<std::int32_t>(now.size());
+    blade.toughness = of.toughness;
+    const SceneConfig::Vector direction = turned(turn, direction_of_edge);
+    std::copy(direction.begin(), direction.end(), blade.direction);
     palpate_error error = {};
-    if (palpate_scene_set_blade(scene, static_cast<std::int32_t>(i), now.empty() ? nullptr : now[0].data(),
-                                static_cast<std::int32_t>(now.size()), &error) != PALPATE_OK)
+    if (palpate_scene_set_blade(scene, static_cast<std::int32_t>(i), &blade, &error) != PALPATE_OK)
       throw InputError(fmt::format("{}:{}: blade \"{}\": {}", file_, of.line, of.name, error.text));
   }
   remove_due(scene, time);

@@ -16,10 +16,17 @@ class OrganCuts {
 
   bool any() const { return !blades_.empty() || !removals_.empty(); }
   std::size_t blade_count() const { return blades_.size(); }
+  const SceneConfig::Blade& blade(std::size_t i) const { return blades_[i].of; }
+  // Points of edges that feel the tissue, of all blades together; whether there are any.
+  int feeling_points() const;
+  bool feels() const { return feeling_points() > 0; }
   // Where the edge of a blade is since set(), m, in the world; no points where the blade is withdrawn.
   const std::vector<SceneConfig::Vector>& edge(std::size_t blade) const { return blades_[blade].now; }
   // After a touch step; nullptr: the library's scene does not cut.
   static const palpate_cut_state* state(const palpate_scene* scene) { return palpate_scene_cut_state(scene); }
+  static const palpate_blade_state* blade_state(const palpate_scene* scene, std::size_t i) {
+    return palpate_scene_blade_state(scene, static_cast<std::int32_t>(i));
+  }
   // Puts the blades where they are at a time, s, and removes what is due then: one removal in a step, others in the next steps. Errors: InputError where
   // the library refuses it. Allocates nothing.
   void set(palpate_scene* scene, double time);
@@ -28,6 +35,7 @@ class OrganCuts {
   struct Blade {
     SceneConfig::Blade of;
     std::vector<SceneConfig::Vector> now;
+    SceneConfig::Vector direction;  // of length 1, in its frame
   };
   struct Removal {
     SceneConfig::Removal of;

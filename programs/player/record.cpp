@@ -200,6 +200,8 @@ toml::array blades_of(const SceneConfig& scene) {
     table.insert("edge", std::move(edge));
     if (!blade.turn.empty()) table.insert("turn", frames_of(blade.turn));
     if (!blade.cuts.empty()) table.insert("cuts", rows_of(blade.cuts));
+    if (blade.toughness > 0)
+      table.insert("toughness", blade.toughness), table.insert("direction", numbers(blade.direction));
     list.push_back(std::move(table));
   }
   return list;

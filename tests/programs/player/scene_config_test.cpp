@@ -348,7 +348,8 @@ TEST_F(SceneFile, TakesBladesAndRemovals) {
   const SceneConfig scene =
       read(kPoint + kPath + "[[blade]]\nname = \"scalpel\"\nedge = [[0, 0, 0], [0, 0, -20]]\npath_csv = \"way.csv\"\n" +
                "turn = [[0, 0, 0, 0], [1, 0, 0, 30]]\ncuts = [[0.5, 1], [1.2, 2]]\n" +
-               "[[blade]]\nname = \"knife\"\nedge = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]\n" +
+               "[[blade]]\nname = \"knife\"\nedge = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]\ntoughness = 300\ndirection = "
+               "[0, 0, -2]\n" +
                "[[removal]]\nname = \"hook\"\nradius = 3\npath = [[0, 1, 0, 0], [1, 2, 0, 0]]\ntimes = [[0.2, "
                "0.4]]\nevery = 0.05\n"
                "[[removal]]\nname = \"suction\"\nradius = 4\nposition = [0, 0, 9]\ntime = 1.5\n",
@@ -362,7 +363,10 @@ TEST_F(SceneFile, TakesBladesAndRemovals) {
   EXPECT_DOUBLE_EQ(scalpel.path.at(1).position[0], 0.004);
   EXPECT_EQ(scalpel.turn.at(1).position[2], 30);
   EXPECT_EQ(scalpel.cuts, (std::vector<std::array<double, 2>>{{0.5, 1}, {1.2, 2}}));
+  EXPECT_EQ(scalpel.toughness, 0);
   EXPECT_EQ(scene.blades[1].path.size(), 1u) << "it stays at the origin";
+  EXPECT_EQ(scene.blades[1].toughness, 300);
+  EXPECT_EQ(scene.blades[1].direction, (SceneConfig::Vector{0, 0, -2}));
   ASSERT_EQ(scene.removals.size(), 2u);
   EXPECT_DOUBLE_EQ(scene.removals[0].radius, 0.003);
   EXPECT_EQ(scene.removals[0].every, 0.05);
@@ -390,6 +394,10 @@ TEST_F(SceneFile, RefusesBladesAndRemovalsThatCannotBeWithLineAndKey) {
   refused(edge + "cuts = [[1, 0.5]]\n", "cuts[0]: ");
   refused(edge + "cut = [[0, 1]]\n", "did you mean \"cuts\"");
   refused(edge + "organ = \"liver\"\n", "organ: ");
+  refused(edge + "toughness = 300\n", "the key \"direction\"");
+  refused(edge + "direction = [0, 0, 1]\n", "direction: expected toughness");
+  refused(edge + "toughness = 0\ndirection = [0, 0, 1]\n", "toughness: ");
+  refused(edge + "toughness = 300\ndirection = [0, 0, 0]\n", "direction: ");
   refused(edge + head + edge, "no other [[blade]] has");
   refused(edge, "cut = true in [effects]", "[effects]\ncut = false\n");
   refused(edge, "collision = \"deformed\" beside cut", "[effects]\ncollision = \"rest\"\n");
