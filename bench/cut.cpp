@@ -4,7 +4,7 @@
 //
 // Prints for each mesh the time of a step, as a ratio to one pass that adds up the positions of all nodes, and what a user sees of cuts that
 // part the mesh: how far their lips lie from the blade's plane, the new nodes, the faces that wait; beside them what dividing the tetrahedra
-// along that plane would give.
+// along that plane would give. And what it costs that the surface's tree, index and measure follow a step that cuts, as a ratio to building them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,7 +20,10 @@
 
 #include "formats/tetrahedral_mesh.h"
 #include "runtime/base/vec3.h"
-#include "runtime/cut/cut_mesh.h"
+#include "runtime/cut/cut_triangles.h"
+#include "runtime/surface/surface_index.h"
+#include "runtime/surface/surface_measure.h"
+#include "runtime/surface/surface_tree.h"
 #include "studies/timing/timing.h"
 
 namespace {
@@ -146,7 +149,33 @@ double mean(const std::vector<double>& values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
+// What searches the surface of a scene.
+struct Searches {
+  double build(palpate::SceneMemory& memory, const std::vector<double>& rest, const std::int32_t* triangles,
+               std::int32_t count, const std::uint8_t* active) {
+    const double begin = thread_seconds();
+    const auto nodes = static_cast<std::int32_t>(rest.size() / 3);
+    tree.build(memory, rest.data(), nodes, triangles, count, active);
+    index.build(memory, rest.data(), triangles, count, active);
+    measure.build(memory, rest.data(), nodes, triangles, count, active);
+    return 1e6 * (thread_seconds() - begin);
+  }
+  double change(const palpate::CutTriangles& slots) {
+    const double begin = thread_seconds();
+    tree.change(slots.changed(), slots.changed_count());
+    index.change(slots.changed(), slots.changed_count());
+    measure.change(tree.fans());
+    return 1e6 * (thread_seconds() - begin);
+  }
+  palpate::SurfaceTree tree;
+  palpate::SurfaceIndex index;
+  palpate::SurfaceMeasure measure;
+};
+
+constexpr std::int32_t kReserve = 1 << 14;
+
 struct Seen {
+  std::vector<double> build, follow, changed;  // us of the surface's searches; triangles of a step
   std::vector<double> step, cutting, way, nodes_per_cm2, divided_per_cm2, angles;
   std::vector<double> splinter;         // tetrahedra of each
   std::vector<double> lips, worst_lip;  // from the plane, in edges
@@ -158,12 +187,28 @@ void play_stroke(const Mesh& mesh, const Plane& plane, double half, double speed
   palpate::SceneMemory memory{palpate_allocator{}};
   static palpate::CutMesh cut;
   cut = {};
-  if (const char* const wrong = cut.create(memory, mesh.body(), 1 << 14)) {
+  if (const char* const wrong = cut.create(memory, mesh.body(), kReserve)) {
     std::fprintf(stderr, "cut_bench: %s\n", wrong);
     std::exit(2);
   }
-  std::vector<double> positions = mesh.nodes;
+  std::vector<double> positions = mesh.nodes, rest = mesh.nodes;
+  rest.resize(rest.size() + 3 * std::size_t{kReserve});
+  palpate::CutTriangles slots;
+  Searches searches;
+  slots.create(memory, cut, mesh.body());
+  {
+    palpate::SceneMemory alone{palpate_allocator{}};
+    seen->build.push_back(
+        Searches().build(alone, mesh.nodes, mesh.triangles.data(), mesh.body().triangle_count, nullptr));
+    alone.release_all();
+  }
+  searches.build(memory, rest, slots.triangles(), slots.count(), slots.active());
   const auto follow = [&] {
+    slots.follow(cut);
+    for (std::int32_t n = cut.change().first_node; n < cut.change().end_node; ++n)
+      palpate::store3(mesh.at(static_cast<std::size_t>(cut.at_rest(n))), rest.data() + 3 * static_cast<std::size_t>(n));
+    const double us = searches.change(slots);
+    if (slots.changed_count() > 0) seen->follow.push_back(us), seen->changed.push_back(slots.changed_count());
     for (auto n = static_cast<std::int32_t>(positions.size() / 3); n < cut.nodes(); ++n)
       for (std::size_t d = 0; d < 3; ++d) positions.push_back(positions[3 * static_cast<std::size_t>(cut.from(n)) + d]);
   };
@@ -226,6 +271,13 @@ void report_strokes(const Mesh& mesh, int strokes, double blade, double speed, d
   };
   times("a step", seen.step);
   times("a step that cuts", seen.cutting);
+  const double whole = percentile(seen.build, 0.5), median = percentile(seen.follow, 0.5),
+               high = percentile(seen.follow, 0.99), most = percentile(seen.follow, 1);
+  std::printf(
+      "    the surface follows %.0f triangles (median), %.0f (99 %%): %.1f us (median), %.0f (99 %%), %.0f (worst);\n"
+      "      building it takes %.0f us, %.0f, %.1f and %.1f times as long\n",
+      percentile(seen.changed, 0.5), percentile(seen.changed, 0.99), median, high, most, whole, whole / median,
+      whole / high, whole / most);
   std::printf(
       "    faces that wait: %ld of %ld, in %ld strokes; parted: %ld of %ld, with %ld splinters of %.1f tetrahedra\n",
       seen.waiting, seen.waiting + seen.cut, seen.waits, seen.parted, seen.strokes, seen.splinters,

@@ -54,8 +54,10 @@ enum class SectionId : std::uint32_t {
 enum class MotionKind : std::int32_t { piston = 1, rotation = 2, field = 3, pressure = 4, gravity = 5 };
 inline constexpr std::int32_t kMostMotions = 32;
 
-// Of all corridors together (the section corridor/nodes).
+// Of all [[corridor]] tables together; the section corridor/nodes may have the nodes of a cut's region beside them.
 inline constexpr std::int32_t kMostCorridorNodes = 2000;
+// Of the section cut/nodes: a whole organ of 5,000 vertices, and a little more. 1.3 GB of compliance.
+inline constexpr std::int32_t kMostCutNodes = 6000;
 
 constexpr std::uint64_t element_bytes(ElementType type) {
   switch (type) {

@@ -253,6 +253,7 @@ BundleCounts take_counts(const BundleIndex& index) {
   counts.touchable = dimension(SectionId::touchable, 0);
   counts.motions = find_section(index, SectionId::motion_kinds) ? dimension(SectionId::motion_kinds, 0) : 0;
   counts.corridor = find_section(index, SectionId::corridor_nodes) ? dimension(SectionId::corridor_nodes, 0) : 0;
+  counts.cut = find_section(index, SectionId::cut_nodes) ? dimension(SectionId::cut_nodes, 0) : 0;
   return counts;
 }
 
@@ -270,6 +271,7 @@ std::uint64_t symbol_value(const char* begin, const char* end, const BundleCount
                  {"S", counts.touchable},
                  {"M", counts.motions},
                  {"K", counts.corridor},
+                 {"C", counts.cut},
                  {"*", 0}};
   const auto length = static_cast<std::size_t>(end - begin);
   for (const auto& symbol : symbols)
@@ -358,11 +360,37 @@ BundleStatus check_corridor(const BundleIndex& index, BundleError* error) {
                   " of them; rebuild the bundle",
                   found);
   const std::uint64_t inside = index.counts.nodes - index.counts.surface_nodes;
-  const std::uint64_t most = inside < kMostCorridorNodes ? inside : kMostCorridorNodes;
+  const std::uint64_t limit = kMostCorridorNodes + index.counts.cut, most = inside < limit ? inside : limit;
   if (index.counts.corridor > most)
     return refuse(error, BundleStatus::section, sizeof(BundleHeader),
                   "expected at most %" PRIu64 " corridor nodes, found %" PRIu64 "; rebuild the bundle", most,
                   index.counts.corridor);
+  return BundleStatus::ok;
+}
+
+// The region of a cut has all its sections or none of them, and a block for each pair of its nodes.
+BundleStatus check_cut(const BundleIndex& index, BundleError* error) {
+  const std::uint32_t found = count_of(
+      index, {SectionId::cut_nodes, SectionId::cut_compliance, SectionId::cut_residual, SectionId::cut_reserve});
+  if (found == 0) return BundleStatus::ok;
+  if (found != 4)
+    return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                  "expected cut/nodes, compliance, residual and reserve together, found %" PRIu32
+                  " of them; rebuild the bundle",
+                  found);
+  const std::uint64_t count = index.counts.cut,
+                      most = index.counts.nodes < kMostCutNodes ? index.counts.nodes : kMostCutNodes;
+  if (count > most)
+    return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                  "expected at most %" PRIu64 " nodes in the region of the cut, found %" PRIu64 "; rebuild the bundle",
+                  most, count);
+  const std::uint64_t pairs = count * (count + 1) / 2,
+                      stored = find_section(index, SectionId::cut_compliance)->shape[0];
+  if (stored != pairs)
+    return refuse(error, BundleStatus::section, sizeof(BundleHeader),
+                  "cut/compliance: expected %" PRIu64 " pairs of %" PRIu64 " nodes, found %" PRIu64
+                  "; rebuild the bundle",
+                  pairs, count, stored);
   return BundleStatus::ok;
 }
 
@@ -531,7 +559,7 @@ BundleStatus read_bundle_index(const void* head, std::uint64_t file_bytes, Bundl
   if (status == BundleStatus::ok) status = check_one_store(*index, error);
   if (status != BundleStatus::ok) return status;
   index->counts = take_counts(*index);
-  for (const auto check : {check_counts, check_scale, check_block_count, check_motions, check_corridor})
+  for (const auto check : {check_counts, check_scale, check_block_count, check_motions, check_cut, check_corridor})
     if (status == BundleStatus::ok) status = check(*index, error);
   for (std::uint32_t i = 0; i < index->header.section_count && status == BundleStatus::ok; ++i)
     status = check_shape(*index, i, error);
@@ -563,6 +591,7 @@ BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSection
       {Id::large_order, sections.large_order, rows(Id::large_order), n.nodes},
       {Id::large_support_nodes, sections.large_support_nodes, 2 * rows(Id::large_support_nodes), n.nodes},
       {Id::corridor_nodes, sections.corridor_nodes, n.corridor, n.nodes, n.surface_nodes, true},
+      {Id::cut_nodes, sections.cut_nodes, n.cut, n.nodes, 0, true},
   };
   for (const StoredIndices& one : indices)
     if (ok()) status = check_range_of(index, one, error);

@@ -21,9 +21,9 @@ struct BundleError {
   char text[240] = {};  // what was expected, what was found, what to do
 };
 
-// The sizes that bundle_sections.def calls N, Ns, E, F, R, S, M and K.
+// The sizes that bundle_sections.def calls N, Ns, E, F, R, S, M, K and C.
 struct BundleCounts {
-  std::uint64_t nodes, surface_nodes, tetrahedra, triangles, regions, touchable, motions, corridor;
+  std::uint64_t nodes, surface_nodes, tetrahedra, triangles, regions, touchable, motions, corridor, cut;
 };
 
 // The checked index. It is a copy, so that bytes that change later cannot undo a check.
@@ -60,6 +60,7 @@ struct IndexedSections {
   const std::int32_t* motion_kinds = nullptr;
   const std::uint8_t* motion_pressed = nullptr;
   const std::int32_t* corridor_nodes = nullptr;
+  const std::int32_t* cut_nodes = nullptr;
 };
 BundleStatus check_stored_indices(const BundleIndex& index, const IndexedSections& sections, BundleError* error);
 

@@ -147,7 +147,8 @@ OrganConfig::Response response(TomlTable table) {
   return result;
 }
 
-std::vector<Selector> selectors(TomlTable& table, const char* key = "select");
+// inside: the nodes may lie inside the organ, unless `where` says other.
+std::vector<Selector> selectors(TomlTable& table, const char* key = "select", bool inside = false);
 
 void require_direction(TomlTable& table, const char* key, const std::array<double, 3>& direction) {
   if (direction == std::array<double, 3>{}) table.wrong(key, "a vector that is not zero");
@@ -232,11 +233,12 @@ const SelectorForm& form_of(TomlTable& table) {
                                table.line(), keys, found));
 }
 
-Selector selector(TomlTable table) {
+Selector selector(TomlTable table, bool inside) {
   Selector result;
   result.line = table.line();
   const SelectorForm& form = form_of(table);
-  result.kind = form.kind, result.whole_mesh = form.whole_mesh;
+  result.kind = form.kind;
+  result.whole_mesh = form.whole_mesh || (inside && form.kind != Selector::Kind::facing);
   if (form.table) {
     TomlTable inner = table.table(form.key);
     form.read(inner, result);
@@ -244,7 +246,7 @@ Selector selector(TomlTable table) {
   } else if (form.read) {
     form.read(table, result);
   } else {
-    result.inner = selectors(table, form.key);
+    result.inner = selectors(table, form.key, inside);
   }
   if (table.has("where")) result.whole_mesh = table.choice<bool>("where", {{"surface", false}, {"all", true}});
   if (result.whole_mesh && result.kind == Selector::Kind::facing)
@@ -253,9 +255,9 @@ Selector selector(TomlTable table) {
   return result;
 }
 
-std::vector<Selector> selectors(TomlTable& table, const char* key) {
+std::vector<Selector> selectors(TomlTable& table, const char* key, bool inside) {
   std::vector<Selector> result;
-  for (auto& item : table.one_or_more(key, "select")) result.push_back(selector(item));
+  for (auto& item : table.one_or_more(key, "select")) result.push_back(selector(item, inside));
   return result;
 }
 
@@ -422,6 +424,7 @@ std::map<std::string, std::filesystem::path> files_of(const OrganConfig& organ, 
     if (!motion.file.name.empty()) files["motion_file_sha256 " + motion.file.name] = motion.file.path;
     add(motion.select);
   }
+  if (boundary.cut) add(boundary.cut->region);
   add(boundary.touchable);
   return files;
 }
@@ -444,6 +447,12 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
     throw InputError(fmt::format("{}:{}: expected at most {} [[corridor]] tables, found {}; unite some of them",
                                  file.string(), result.corridors[kMostCorridors].line, kMostCorridors,
                                  result.corridors.size()));
+  if (table.has("cut")) {
+    TomlTable cut = table.table("cut");
+    result.cut = {selectors(cut, "region", true), cut.line()};
+    if (cut.has("reserve")) result.cut->reserve = cut.integer("reserve");
+    cut.finish();
+  }
   if (table.has("touchable")) {
     TomlTable touchable = table.table("touchable");
     result.touchable = selectors(touchable);

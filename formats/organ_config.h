@@ -156,6 +156,14 @@ struct BoundaryConfig {
     bool operator==(const Corridor&) const = default;
   };
   std::vector<Corridor> corridors;
+  // The nodes that a cut at run time may divide. reserve: new nodes that it may make; -1: as many as the region has, 500 at most.
+  struct Cut {
+    std::vector<Selector> region;
+    int line = 0;
+    std::int64_t reserve = -1;
+    bool operator==(const Cut&) const = default;
+  };
+  std::optional<Cut> cut;
   std::vector<Selector> touchable;  // empty: all
   std::optional<std::array<double, 3>> gravity;
   bool store_interior = false, store_large_deformation = false;

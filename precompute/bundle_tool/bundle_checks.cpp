@@ -102,6 +102,8 @@ void check_indices(const BundleFile& file, const SmallSections& s, Checks& check
   if (!pressed.empty()) sections.motion_pressed = pressed.data();
   const auto corridor = file.numbers<std::int32_t>(SectionId::corridor_nodes);
   if (!corridor.empty()) sections.corridor_nodes = corridor.data();
+  const auto cut = file.numbers<std::int32_t>(SectionId::cut_nodes);
+  if (!cut.empty()) sections.cut_nodes = cut.data();
   if (!order.empty()) sections.large_order = order.data();
   if (!supports.empty()) sections.large_support_nodes = supports.data();
   if (!nodes.empty()) {
@@ -178,6 +180,11 @@ void check_mesh(const BundleFile& file, const SmallSections& s, Checks& checks) 
   if (wrong.empty() && stored != outer) wrong = "the triangles are not the outer surface of the tetrahedra";
   std::vector<bool> used(file.index().counts.surface_nodes, false);
   for (const std::int32_t node : s.triangles) used[node] = true;
+  // Of a cut: nodes that may become surface, and those in reserve.
+  for (const std::int32_t node : file.numbers<std::int32_t>(SectionId::cut_nodes))
+    if (static_cast<std::size_t>(node) < used.size()) used[node] = true;
+  if (const auto reserve = file.numbers<std::int32_t>(SectionId::cut_reserve); !reserve.empty())
+    std::fill(used.begin() + std::clamp<std::ptrdiff_t>(reserve[0], 0, std::ssize(used)), used.end(), true);
   if (const auto unused = std::find(used.begin(), used.end(), false); wrong.empty() && unused != used.end())
     wrong = fmt::format("node {} is counted among the surface nodes, but no triangle uses it", unused - used.begin());
   checks.add_faults("surface", wrong, fmt::format("{} triangles, the outer faces of the tetrahedra", stored.size()));

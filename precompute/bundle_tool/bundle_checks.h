@@ -62,6 +62,11 @@ std::map<formats::SectionId, std::uint64_t> check_displacements(const BundleFile
 void check_corridor(const BundleFile& file, const SmallSections& small, const std::vector<Matrix3>& compliance,
                     std::uint64_t seed, Checks& checks);
 
+// The compliance of a cut's region, where there is one: finite, zero on fixed dofs, symmetric; each node has a column, and the numbers are those
+// of the corridor and, of a node's own block, of the touchable column. Reads each byte once.
+void check_cut(const BundleFile& file, const SmallSections& small, const std::vector<Matrix3>& compliance,
+               Checks& checks);
+
 // The tolerance of the provenance or, where that is larger, what double precision allowed; infinite where it states none.
 double stated_tolerance(const BundleFile& file);
 

@@ -18,10 +18,15 @@ using namespace formats;
 namespace {
 
 nlohmann::json counts_json(const BundleCounts& n) {
-  return {{"nodes", n.nodes},           {"surface_nodes", n.surface_nodes},
-          {"tetrahedra", n.tetrahedra}, {"triangles", n.triangles},
-          {"regions", n.regions},       {"touchable", n.touchable},
-          {"motions", n.motions},       {"corridor", n.corridor}};
+  return {{"nodes", n.nodes},
+          {"surface_nodes", n.surface_nodes},
+          {"tetrahedra", n.tetrahedra},
+          {"triangles", n.triangles},
+          {"regions", n.regions},
+          {"touchable", n.touchable},
+          {"motions", n.motions},
+          {"corridor", n.corridor},
+          {"cut", n.cut}};
 }
 
 nlohmann::json materials_json(const BundleFile& file) {
@@ -68,6 +73,23 @@ nlohmann::json corridors_json(const BundleFile& file) {
           {"bytes", bytes},
           {"worst_residual", residual.empty() ? 0.0 : *std::max_element(residual.begin(), residual.end())},
           {"list", list}};
+}
+
+std::string text_in(const nlohmann::json& provenance, const char* key) {
+  return provenance.contains(key) && provenance[key].is_string() ? provenance[key].get<std::string>() : "-";
+}
+
+// What a cut at run time may act on; null where there is nothing.
+nlohmann::json cut_json(const BundleFile& file) {
+  if (file.index().counts.cut == 0) return nullptr;
+  const auto residual = file.numbers<double>(SectionId::cut_residual);
+  std::uint64_t bytes = 0;
+  for (const SectionId id : {SectionId::cut_nodes, SectionId::cut_compliance, SectionId::cut_residual})
+    bytes += file.find(id)->bytes;
+  return {{"nodes", file.index().counts.cut},
+          {"bytes", bytes},
+          {"worst_residual", *std::max_element(residual.begin(), residual.end())},
+          {"is", text_in(file.provenance(), "cut")}};
 }
 
 nlohmann::json certificate_json(const BundleFile& file) {
@@ -232,6 +254,13 @@ void print_corridors(const nlohmann::json& corridors) {
                printable(corridor["is"].get<std::string>()));
 }
 
+void print_cut(const nlohmann::json& cut) {
+  if (cut.is_null()) return;
+  fmt::print("cut         {} nodes, {}; worst residual {:.2g}\n            {}\n", cut["nodes"].get<std::uint64_t>(),
+             bytes_text(cut["bytes"].get<std::uint64_t>()), cut["worst_residual"].get<double>(),
+             printable(cut["is"].get<std::string>()));
+}
+
 // The boxes and areas of the organ, of what may be touched and of what is held.
 void print_regions(const nlohmann::json& regions) {
   for (const char* name : {"organ", "touchable", "held", "supported"}) {
@@ -331,6 +360,7 @@ void print_report(const BundleFile& file, const nlohmann::json& report) {
   print_supports(file, p);
   print_motions(report);
   print_corridors(report["corridors"]);
+  print_cut(report["cut"]);
   const char* label = "materials";
   for (const auto& material : report["materials"]) {
     fmt::print("{:<11} {}: Young {:.6g} Pa, Poisson {:.6g}\n", label, printable(material["name"].get<std::string>()),
@@ -377,6 +407,7 @@ void show_bundle(const std::filesystem::path& path, bool json) {
                            {"materials", materials_json(file)},
                            {"motions", motions_json(file)},
                            {"corridors", corridors_json(file)},
+                           {"cut", cut_json(file)},
                            {"stored", stored_form(file)},
                            {"certificate", certificate_json(file)},
                            {"sections", sections_json(file)}};

@@ -42,6 +42,20 @@ std::vector<std::int32_t> surface_nodes_of(const TetrahedralMesh& mesh) {
   return nodes;
 }
 
+// A cut acts on nodes of the surface through their columns. wanted: of each surface node.
+void check_cut_keeps_columns(const BundleFile& source, const std::vector<std::int32_t>& touchable,
+                             const std::vector<bool>& wanted) {
+  const auto cut = source.numbers<std::int32_t>(SectionId::cut_nodes);
+  const auto lost = std::ranges::count_if(touchable, [&](std::int32_t node) {
+    return !wanted[static_cast<std::size_t>(node)] && std::ranges::binary_search(cut, node);
+  });
+  if (lost > 0)
+    throw InputError(
+        fmt::format("{}: expected that all {} nodes of its cut's region (section cut/nodes) keep their "
+                    "columns, found that {} would lose them; keep them too, or take a bundle without [cut]",
+                    source.path().string(), cut.size(), lost));
+}
+
 // The slots (positions in the section tensors/nodes) of the columns to keep, ascending.
 std::vector<std::size_t> kept_columns(const BundleFile& source, const PackOptions& options) {
   const auto touchable = source.numbers<std::int32_t>(SectionId::touchable);
@@ -80,6 +94,7 @@ std::vector<std::size_t> kept_columns(const BundleFile& source, const PackOption
   if (kept.empty())
     throw InputError(fmt::format("{}: selects none of the {} touchable nodes of {}; it can only choose among those",
                                  file.string(), touchable.size(), source.path().string()));
+  check_cut_keeps_columns(source, touchable, wanted);
   return kept;
 }
 

@@ -175,6 +175,34 @@ void check_corridor_again(const BundleFile& file, const ElasticBody& body, Eleme
                    fmt::format("{} columns", solved.size()), worst, checks);
 }
 
+// A sample of the columns of a cut's region solved again.
+void check_cut_again(const BundleFile& file, const ElasticBody& body, Element element, const VerifyOptions& options,
+                     Checks& checks) {
+  const auto stored = file.numbers<std::int32_t>(SectionId::cut_nodes);
+  if (stored.empty() && body.cut_nodes.empty()) return;
+  if (stored != body.cut_nodes) return checks.add("cut solved again", false, "the inputs give other nodes");
+  const auto drawn = draw(stored.size(), std::min<std::size_t>(stored.size(), options.columns), options.seed);
+  std::vector<std::int32_t> nodes;
+  for (const auto a : drawn) nodes.push_back(stored[a]);
+  const auto solved = solve_columns_independently(body, element, nodes, kTolerance);
+  std::vector<RelativeError> errors(solved.size());
+  for (std::size_t k = 0; k < drawn.size(); ++k)
+    for (std::size_t b = 0; b < stored.size(); ++b) {
+      const auto a = static_cast<std::size_t>(drawn[k]), high = std::max(a, b), low = std::min(a, b);
+      double block[9];
+      file.read(*file.find(SectionId::cut_compliance), (high * (high + 1) / 2 + low) * sizeof block, block,
+                sizeof block);
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j)
+          errors[3 * k + j].add(block[b >= a ? 3 * i + j : 3 * j + i],
+                                solved[3 * k + j][3 * static_cast<std::size_t>(stored[b]) + i]);
+    }
+  double worst = 0;
+  for (const RelativeError& error : errors) worst = std::max(worst, error.value());
+  add_solved_again(file, body, SectionId::cut_residual, "cut solved again", fmt::format("{} columns", solved.size()),
+                   worst, checks);
+}
+
 }  // namespace
 
 void check_against_inputs(const BundleFile& file, const SmallSections& small, const VerifyOptions& options,
@@ -200,6 +228,7 @@ void check_against_inputs(const BundleFile& file, const SmallSections& small, co
   const PetscSession session({});
   check_motions_again(file, body, organ.element, checks);
   check_corridor_again(file, body, organ.element, options, checks);
+  check_cut_again(file, body, organ.element, options, checks);
   std::vector<std::int32_t> nodes;
   for (const auto k : drawn) nodes.push_back(small.touchable[k]);
   const double stored_residual = *std::max_element(small.residual.begin(), small.residual.end());

@@ -30,6 +30,7 @@ void run_checks(const BundleFile& file, const VerifyOptions& options, Checks& ch
 
   const auto known = check_displacements(file, small, compliance, options.seed, checks);
   check_corridor(file, small, compliance, options.seed, checks);
+  check_cut(file, small, compliance, checks);
   check_checksums(file, known, checks);
   if (!options.mesh.empty()) check_against_inputs(file, small, options, checks);
 }

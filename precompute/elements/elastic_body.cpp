@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 
 #include "formats/errors.h"
 #include "formats/program.h"
 #include "precompute/elements/label_nodes.h"
 #include "precompute/elements/place_corridors.h"
+#include "precompute/elements/place_cut.h"
 #include "precompute/elements/place_motions.h"
 #include "precompute/elements/place_supports.h"
 
@@ -37,11 +39,17 @@ std::vector<Material> materials_by_name(const TetrahedralMesh& mesh, const Organ
   return result;
 }
 
-// For each node of the mesh: its number in the body. Surface nodes come first; both groups keep the order of the mesh.
-std::vector<std::int32_t> surface_first(std::size_t count, const std::vector<std::int32_t>& surface_nodes) {
+// For each node of the mesh: its number in the body. Surface nodes come first, then those of `inside`, then the reserve, which the mesh does not have; all
+// groups keep the order of the mesh. surface_count: up to the reserve.
+std::vector<std::int32_t> surface_first(std::size_t count, const std::vector<std::int32_t>& surface_nodes,
+                                        const std::vector<std::int32_t>& inside, std::int32_t reserve,
+                                        std::int32_t* surface_count) {
   std::vector<std::int32_t> order(count, -1);
   std::int32_t next = 0;
   for (const auto n : surface_nodes) order[n] = next++;
+  for (const auto n : inside)
+    if (order[n] < 0) order[n] = next++;
+  *surface_count = next += reserve;
   for (auto& new_node : order)
     if (new_node < 0) new_node = next++;
   return order;
@@ -104,10 +112,23 @@ ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& or
     throw InputError(fmt::format("{}: {}", files.mesh.string(), error.what()));
   }
   const auto surface = nodes_of(body.triangles);
-  const auto order = surface_first(mesh.nodes.size(), surface);
-  body.surface_count = static_cast<std::int32_t>(surface.size());
+  const LabelledNodes labelled = labelled_nodes(mesh, organ, files.image, files.boundary);
+  const auto select_in_mesh = [&](const std::vector<Selector>& selectors) {
+    return select_nodes(selectors, mesh, surface, files.boundary, labelled);
+  };
+  CutPlace cut;
+  if (boundary.cut)
+    cut = place_cut(mesh, select_in_mesh(boundary.cut->region), *boundary.cut, organ.element, files.boundary);
+  const auto order = surface_first(mesh.nodes.size(), surface, cut.nodes, cut.reserve, &body.surface_count);
+  body.reserve = cut.reserve, body.cut_dividable = cut.dividable;
+  for (const auto n : cut.nodes) body.cut_nodes.push_back(order[n]);
+  std::ranges::sort(body.cut_nodes);
 
-  body.nodes.resize(mesh.nodes.size());
+  // The reserve waits at a node of the region.
+  const std::size_t nodes = mesh.nodes.size() + static_cast<std::size_t>(cut.reserve);
+  body.nodes.resize(nodes);
+  for (std::size_t n = 0; n < nodes && cut.reserve > 0; ++n)
+    for (int d = 0; d < 3; ++d) body.nodes[n][d] = mesh.nodes[cut.nodes[0]][d] * organ.mesh_unit.metres;
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     for (int d = 0; d < 3; ++d) body.nodes[order[n]][d] = mesh.nodes[n][d] * organ.mesh_unit.metres;
   check_extent(body, files);
@@ -120,14 +141,14 @@ ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& or
   body.region_names = mesh.region_names;
   body.materials = materials_by_name(mesh, organ, files);
 
-  const LabelledNodes labelled = labelled_nodes(mesh, organ, files.image, files.boundary);
   const auto select = [&](const std::vector<Selector>& selectors) {
-    auto nodes = select_nodes(selectors, mesh, surface, files.boundary, labelled);
-    for (auto& n : nodes) n = order[n];
-    std::sort(nodes.begin(), nodes.end());
-    return nodes;
+    auto selected = select_in_mesh(selectors);
+    for (auto& n : selected) n = order[n];
+    std::sort(selected.begin(), selected.end());
+    return selected;
   };
-  body.fixed.assign(mesh.nodes.size(), {0, 0, 0});
+  body.fixed.assign(nodes, {0, 0, 0});
+  for (std::int32_t n = body.surface_count - cut.reserve; n < body.surface_count; ++n) body.fixed[n] = {1, 1, 1};
   for (const auto& fixed : boundary.fixed)
     for (const auto n : select(fixed.select))
       for (int d = 0; d < 3; ++d) body.fixed[n][d] |= fixed.dofs[d] ? 1 : 0;
@@ -135,10 +156,14 @@ ElasticBody make_elastic_body(const TetrahedralMesh& mesh, const OrganConfig& or
   place_motions(boundary, organ.mesh_unit.metres, files.boundary, select, body);
   place_corridors(boundary, organ.mesh_unit.metres, files.boundary, body);
 
-  std::vector<std::int32_t> every_surface_node(surface.size());
-  std::iota(every_surface_node.begin(), every_surface_node.end(), 0);
-  body.touchable =
-      touchable_nodes(boundary.touchable.empty() ? every_surface_node : select(boundary.touchable), body, files);
+  std::vector<std::int32_t> wanted(static_cast<std::size_t>(body.surface_count));
+  std::iota(wanted.begin(), wanted.end(), 0);
+  if (!boundary.touchable.empty()) {
+    std::vector<std::int32_t> all;
+    std::ranges::set_union(select(boundary.touchable), body.cut_nodes, std::back_inserter(all));
+    wanted = std::move(all);
+  }
+  body.touchable = touchable_nodes(wanted, body, files);
   return body;
 }
 

@@ -40,7 +40,8 @@ struct PlacedCorridor {
   std::vector<std::int32_t> nodes;  // those inside the body of every tetrahedron within the radius, ascending
 };
 
-// Order of the nodes: first those of the outer surface, then the others; both groups in the order of the mesh file.
+// Order of the nodes: first those of the outer surface, then the others; both groups in the order of the mesh file. With [cut] the nodes inside on
+// which a cut acts and its reserve stand between the two, and count as nodes of the surface: they may become such.
 // Tetrahedra keep the order of the file.
 struct ElasticBody {
   std::vector<std::array<double, 3>> nodes;  // m
@@ -56,7 +57,10 @@ struct ElasticBody {
   std::vector<Motion> motions;
   std::vector<PlacedCorridor> corridors;
   std::vector<std::int32_t> corridor_nodes;  // of all corridors, ascending, each >= surface_count; held ones too
-  std::vector<std::int32_t> touchable;       // ascending, each < surface_count, each with a free dof
+  std::size_t cut_dividable = 0;             // nodes that a cut at run time may divide
+  std::vector<std::int32_t> cut_nodes;  // those on which it may act, ascending, each < surface_count; held ones too
+  std::int32_t reserve = 0;             // the last ones below surface_count, in no tetrahedron: new nodes of a cut
+  std::vector<std::int32_t> touchable;  // ascending, each < surface_count, each with a free dof
 };
 
 // Named in error messages.

@@ -96,6 +96,12 @@ std::map<std::string, std::string> corridor_texts(const ElasticBody& body) {
   return texts;
 }
 
+// "412 nodes may be divided; 903 nodes with those beside them".
+std::string cut_text(const ElasticBody& body) {
+  return fmt::format("{} nodes may be divided; {} nodes with those beside them; {} nodes in reserve",
+                     body.cut_dividable, body.cut_nodes.size(), body.reserve);
+}
+
 // A section and its numbers, which the content or this object holds; null where the columns bring them.
 struct FilledSection {
   SectionShape shape;
@@ -211,6 +217,17 @@ void add_corridor(std::vector<FilledSection>& sections, const BundleContent& con
   sections.push_back(held_by_content(SectionId::corridor_residual, {k, 3}, corridor.residual));
 }
 
+void add_cut(std::vector<FilledSection>& sections, const BundleContent& content) {
+  const std::uint64_t c = content.body.cut_nodes.size();
+  if (c == 0) return;
+  sections.push_back(held_by_content(SectionId::cut_nodes, {c}, content.body.cut_nodes));
+  sections.push_back(
+      held_by_content(SectionId::cut_compliance, {c * (c + 1) / 2, 3, 3}, content.corridor.cut_compliance));
+  sections.push_back(held_by_content(SectionId::cut_residual, {c, 3}, content.corridor.cut_residual));
+  const std::int32_t reserve = content.body.reserve;
+  sections.push_back(made(SectionId::cut_reserve, {2}, std::vector{content.body.surface_count - reserve, reserve}));
+}
+
 // The one list of what a bundle holds, in the order of the file.
 std::vector<FilledSection> sections_of(const BundleContent& content) {
   const ElasticBody& body = content.body;
@@ -224,6 +241,7 @@ std::vector<FilledSection> sections_of(const BundleContent& content) {
   add_large_deformation(sections, content);
   add_motions(sections, content);
   add_corridor(sections, content);
+  add_cut(sections, content);
   sections.push_back(held_by_content(SectionId::touchable, {s}, body.touchable));
   sections.push_back({{SectionId::displacement_surface, {s, 3, ns, 3}, content.store}});
   if (content.interior) sections.push_back({{SectionId::displacement_interior, {s, 3, n - ns, 3}, content.store}});
@@ -311,6 +329,7 @@ nlohmann::json provenance_of(const PrecomputeOptions& options, const RunInputs& 
   for (const auto& [key, text] : support_texts(content.body, boundary)) p[key] = text;
   for (const auto& [key, text] : motion_texts(content.body)) p[key] = text;
   for (const auto& [key, text] : corridor_texts(content.body)) p[key] = text;
+  if (!content.body.cut_nodes.empty()) p["cut"] = cut_text(content.body);
   p["preload"] = !content.preload.empty();
   for (const auto& region : organ.regions) {
     p["young_source " + region.name] = region.young.source;

@@ -34,7 +34,7 @@ struct BundleContent {
   formats::ElementType store = formats::ElementType::f32;  // of the displacements: f32 or f64
   std::vector<std::int32_t> elimination_order;             // of the nodes that can move; empty: no large deformation
   TissueLaws laws;                                         // with the order
-  SupportStiffness supports;                               // with the order; empty: the organ has no soft support
+  SupportStiffness supports;  // with the order or a cut's region; empty: the organ has no soft support
 };
 
 // For each region of the body, in its order: the law of its [[region]].

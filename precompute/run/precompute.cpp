@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -126,9 +127,10 @@ std::int64_t stored_nodes(const RunInputs& inputs) {
   return inputs.store_interior ? static_cast<std::int64_t>(inputs.body.nodes.size()) : inputs.body.surface_count;
 }
 
-// The first rank holds them until they are written; so much of the bundle are they, too.
+// Corridors and the region of a cut: the first rank holds them until they are written; so much of the bundle are they, too.
 double corridor_bytes_of(const RunInputs& inputs) {
-  return corridor_bytes(inputs.body.corridor_nodes.size(), static_cast<std::size_t>(stored_nodes(inputs)));
+  return corridor_bytes(inputs.body.corridor_nodes.size(), static_cast<std::size_t>(stored_nodes(inputs))) +
+         cut_bytes(inputs.body.cut_nodes.size());
 }
 
 // memory, sharable: bytes, of the rank with the least, so that all ranks make the same plan and solve every column alike.
@@ -136,14 +138,17 @@ SolverPlan plan_of(const RunInputs& inputs, const Assembled& assembled, const Gr
                    double memory, double sharable, const PrecomputeOptions& options) {
   const ElasticBody& body = inputs.body;
   const std::int64_t stored = stored_nodes(inputs);
+  // Those that are solved beside the touchable ones' columns, for corridors and the region of a cut.
+  std::vector<std::int32_t> others;
+  std::ranges::set_union(body.corridor_nodes, body.cut_nodes, std::back_inserter(others));
   const double row_bytes = 9.0 * static_cast<double>(stored * formats::element_bytes(solved_type(options)));
   const double bundle_bytes = row_bytes * static_cast<double>(body.touchable.size()) + corridor_bytes_of(inputs);
   if (choice.ranks_per_operator > 1)
-    return plan_of_group(choice, 3 * static_cast<std::int64_t>(body.touchable.size() + body.corridor_nodes.size()),
-                         memory, bundle_bytes);
+    return plan_of_group(choice, 3 * static_cast<std::int64_t>(body.touchable.size() + others.size()), memory,
+                         bundle_bytes);
   std::vector<std::int32_t> column_rows;
   for (const auto node : body.touchable) column_rows.push_back(assembled.held.row_of_node[node]);
-  for (const auto node : body.corridor_nodes)
+  for (const auto node : others)
     if (const auto row = assembled.held.row_of_node[node]; row >= 0) column_rows.push_back(row);
   return make_plan({.matrix = assembled.held.matrix,
                     .column_rows = column_rows,
@@ -197,8 +202,11 @@ void tell_solver(const Ranks& ranks) {
 }
 
 void tell_plan(const SolverPlan& plan, const ElasticBody& body, const PrecomputeOptions& options, bool is_first) {
-  const std::string corridors =
+  std::string corridors =
       body.corridor_nodes.empty() ? "" : fmt::format(", {} in corridors", body.corridor_nodes.size());
+  if (!body.cut_nodes.empty())
+    corridors += fmt::format(", {} of a cut's region, {:.3g} MB", body.cut_nodes.size(),
+                             1e-6 * cut_bytes(body.cut_nodes.size()));
   const std::string text =
       fmt::format("mesh    {} nodes ({} surface, {} touchable{}), {} tetrahedra\n{}", body.nodes.size(),
                   body.surface_count, body.touchable.size(), corridors, body.tetrahedra.size(), plan_text(plan));
@@ -287,17 +295,18 @@ struct BeforeColumns {
 
 BegunPart begin_part(ResumablePart& part, const RunInputs& inputs, const PrecomputeOptions& options,
                      const BeforeColumns& before) {
-  const BundleContent content{
-      .body = inputs.body,
-      .interior = inputs.store_interior,
-      .preload = before.preload.displacement,
-      .motions = before.motions,
-      .corridor = before.corridor,
-      .response = inputs.fit,
-      .store = solved_type(options),
-      .elimination_order = elimination_order_of(before.held, before.plan, inputs),
-      .laws = laws_of(inputs.body, inputs.organ),
-      .supports = inputs.large_deformation ? support_stiffness(inputs.body) : SupportStiffness{}};
+  const BundleContent content{.body = inputs.body,
+                              .interior = inputs.store_interior,
+                              .preload = before.preload.displacement,
+                              .motions = before.motions,
+                              .corridor = before.corridor,
+                              .response = inputs.fit,
+                              .store = solved_type(options),
+                              .elimination_order = elimination_order_of(before.held, before.plan, inputs),
+                              .laws = laws_of(inputs.body, inputs.organ),
+                              .supports = inputs.large_deformation || !inputs.body.cut_nodes.empty()
+                                              ? support_stiffness(inputs.body)
+                                              : SupportStiffness{}};
   BegunPart begun;
   begun.provenance = provenance_of(options, inputs, content, before.solver.description(), petsc_options_in_force(),
                                    before.solver.width());
@@ -478,9 +487,10 @@ void run_steps(const PrecomputeOptions& options, Ranks& ranks, Output& output) {
     });
 
   SolvedCorridor corridor;
-  if (!inputs.body.corridor_nodes.empty())
+  if (!inputs.body.corridor_nodes.empty() || !inputs.body.cut_nodes.empty())
     corridor = report.stage("corridors", [&] {
-      const CorridorRequest request{inputs.body.corridor_nodes, inputs.body.surface_count, inputs.store_interior};
+      const CorridorRequest request{inputs.body.corridor_nodes, inputs.body.surface_count, inputs.store_interior,
+                                    inputs.body.cut_nodes};
       SolvedCorridor solved;
       if (group.index() == 0)
         group.together([&] { solved = solve_corridor(assembled.discretisation, assembled.held, request, *solver); });

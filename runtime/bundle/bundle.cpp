@@ -157,6 +157,7 @@ palpate_status check_indices(palpate_bundle& bundle, palpate_error* error) {
   if (status == PALPATE_OK) status = check(SectionId::fixed, &Sections::fixed);
   if (status == PALPATE_OK) status = check(SectionId::displacement_scale, &Sections::displacement_scale);
   if (status == PALPATE_OK) status = check(SectionId::corridor_nodes, &Sections::corridor_nodes);
+  if (status == PALPATE_OK) status = check(SectionId::cut_nodes, &Sections::cut_nodes);
   return status;
 }
 

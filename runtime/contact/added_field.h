@@ -53,6 +53,12 @@ class AddedField {
     change_ += longest_ - most, longest_ = most;
   }
 
+  // A node has from now on what another one has.
+  void copy_node(std::int32_t from, std::int32_t to) {
+    for (float* const field : field_)
+      std::copy_n(field + 3 * static_cast<std::size_t>(from), 3, field + 3 * static_cast<std::size_t>(to));
+  }
+
   Vec3 now(std::int32_t node) const { return read(now_, node); }
   Vec3 before(std::int32_t node) const { return read(before_, node); }
   const float* all() const { return field_[now_]; }

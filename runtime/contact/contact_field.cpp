@@ -11,14 +11,6 @@ namespace {
 constexpr Operations kMostMeasuring = 30'000;
 // Of one 3 x 3 entry of the tensors.
 constexpr Operations kEntry = 15;
-// m, along x, y and z.
-Vec3 way_of(const ContactConstraints& set, std::int32_t p) {
-  const ContactConstraint& constraint = set.constraints[p];
-  Vec3 way;
-  for (int i = 0; i < 3; ++i)
-    if (constraint.axes >> i & 1u) way[i] = set.target[p][i];
-  return constraint.framed ? transposed_times(constraint.frame, way) : way;
-}
 
 // Share of its energy by which the stored tensors' rounding may change the energy of a field: their error, squared for single
 // precision because a field and its change see the same error, but not for half precision or packed blocks.
@@ -104,7 +96,7 @@ void ContactField::set_rest() {
   now_->norm = now_->linear_norm = 0, path_.now += before_->norm;
   if (added_ && offset_) path_.now += added_->change() / reach_;
   path_.set = path_.now;
-  measure_ways();
+  ways_.measure(now_->contacts, now_->contact_count, before_->contacts, before_->contact_count);
 }
 
 void ContactField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, ContactSolver* solver,
@@ -120,7 +112,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   *work += norms.operations;
   now.norm = now.linear_norm = norms.whole;
   gather_contacts(set, norms_, measured);
-  measure_ways();
+  ways_.measure(now_->contacts, now_->contact_count, before_->contacts, before_->contact_count);
   if (added_ && !offset_ && count() > 0) share_added_field();
   if (measured) remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
@@ -143,7 +135,7 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
       *last = {};
       last->id = constraint.id.contact, last->first = constraint.first_node;
       last->ratio = 1, last->kept = true;
-      last->way = way_of(set, p), last->place = constraint.discs[0].place, last->radius = constraint.discs[0].radius;
+      last->way = held_way(set, p), last->place = constraint.discs[0].place, last->radius = constraint.discs[0].radius;
     }
     last->last = constraint.first_node + constraint.node_count;
     for (std::int32_t e = constraint.first_node; e < last->last; ++e) last->force += force_[e];
@@ -160,28 +152,6 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
                       : measured ? std::min(now.norm + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * now.norm)
                                  : now.norm + contact.own;
   }
-}
-
-// As a disc moves over the surface by its radius, what it does to others changes by as much as it does.
-void ContactField::measure_ways() {
-  ways_.deepest = ways_.second = 0, ways_.deepest_id = {};
-  double change = 0;
-  for (std::int32_t c = 0; c < now_->contact_count; ++c) {
-    const Contact& now = now_->contacts[c];
-    const double way = length(now.way);
-    if (way > ways_.deepest)
-      ways_.second = ways_.deepest, ways_.deepest = way, ways_.deepest_id = now.id;
-    else
-      ways_.second = std::max(ways_.second, way);
-    const Contact* const before = find(*before_, now.id);
-    double own = before ? length(now.way - before->way) : way;
-    if (before && now.radius > 0) own += way * std::min(1.0, length(now.place - before->place) / now.radius);
-    change = std::max(change, own);
-  }
-  for (std::int32_t c = 0; c < before_->contact_count; ++c)
-    if (const Contact& before = before_->contacts[c]; !find(*now_, before.id))
-      change = std::max(change, length(before.way));
-  ways_.sum_of_changes += change;
 }
 
 // What each contact makes of the added field, and what that adds to the norms.
@@ -288,9 +258,7 @@ double ContactField::measure_whole_change(Operations most, Operations* work) {
 }
 
 const ContactField::Contact* ContactField::find(const Layer& layer, const ContactId& id) {
-  const Contact *first = layer.contacts, *end = layer.contacts + layer.contact_count;
-  const Contact* at = std::partition_point(first, end, [&](const Contact& c) { return c.id < id; });
-  return at != end && at->id == id ? at : nullptr;
+  return find_contact(layer.contacts, layer.contact_count, id);
 }
 
 double ContactField::own_norm(const ContactId& id) const {

@@ -8,6 +8,7 @@
 #include "runtime/bundle/tensors.h"
 #include "runtime/contact/added_field.h"
 #include "runtime/contact/contact_solver.h"
+#include "runtime/contact/contact_ways.h"
 #include "runtime/contact/displacement_field.h"
 #include "runtime/contact/known_nodes.h"
 #include "runtime/contact/offset.h"
@@ -68,9 +69,7 @@ class ContactField final : public SurfaceField {
     return solver_ ? solver_->beyond_mesh(disc, id, predicted) : Vec3{};
   }
   std::int32_t discs() const override { return solver_ ? solver_->matrix().held().discs : 0; }
-  double deepest_but(const ContactId& id) const override {
-    return ways_.deepest_id == id ? ways_.second : ways_.deepest;
-  }
+  double deepest_but(const ContactId& id) const override { return ways_.deepest_but(id); }
   double sum_of_changes() const override { return ways_.sum_of_changes; }
 
  private:
@@ -116,12 +115,6 @@ class ContactField final : public SurfaceField {
   struct Path {
     double now = 0, set = 0, before = 0;  // sqrt(J); after the last set(); after the one before
   };
-  // m, on which contacts hold their places.
-  struct Ways {
-    double deepest = 0, second = 0, sum_of_changes = 0;
-    ContactId deepest_id;
-    std::int32_t unused = 0;  // in the place of padding, which a saved state would hold
-  };
 
   // The field remembers it until the next set(). Where many nodes have been asked for, it evaluates all others at once.
   Vec3 evaluate_at_node(std::int32_t node, QueryWork* work) override { return known_at(*now_, node, work); }
@@ -163,7 +156,6 @@ class ContactField final : public SurfaceField {
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
   double measure_contacts(double kept, Operations most, Operations* work);
-  void measure_ways();
   Vec3 held_before(std::int32_t node, QueryWork* work);
   double measure_whole_change(Operations most, Operations* work);
   double norm_of_difference(double f, double g, double between) const;
@@ -188,7 +180,7 @@ class ContactField final : public SurfaceField {
   ContactSolver* solver_ = nullptr;   // of the contacts; nullptr where the surface is at rest
   std::int32_t surface_nodes_ = 0;
   Path path_;
-  Ways ways_;
+  ContactWays ways_;
 };
 
 }  // namespace palpate

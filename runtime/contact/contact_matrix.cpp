@@ -92,7 +92,8 @@ bool ContactMatrix::create(SceneMemory& memory, const Limits& limits) {
   memory.keep_array(held_.rows, constraints, held_.count);
   memory.keep_array(held_.constraints, constraints, held_.count);
   memory.keep_array(held_.nodes, nodes, held_.node_count);
-  return compliance_.create(memory, limits.nodes, limits.columns, limits.columns_of_surface, limits.offset) &&
+  return compliance_.create(memory, limits.nodes, limits.columns, limits.columns_of_surface, limits.surface_nodes,
+                            limits.offset) &&
          !memory.failed();
 }
 
@@ -144,7 +145,7 @@ bool ContactMatrix::same(const ContactConstraints& set, const ContactConstraint&
     return false;
   for (std::int32_t v = 0; v < now.node_count; ++v) {
     const ContactNode &a = set.nodes[now.first_node + v], &b = held_.nodes[before.first_node + v];
-    if (a.column != b.column || a.weight != b.weight) return false;
+    if (a.node != b.node || a.weight != b.weight) return false;
   }
   return are_equal(now.local, before.local) && (!now.framed || are_equal(now.frame, before.frame)) &&
          are_equal(now.discs[0], before.discs[0]) && are_equal(now.discs[1], before.discs[1]);

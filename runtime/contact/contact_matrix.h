@@ -29,6 +29,7 @@ class ContactMatrix {
   struct Limits {
     std::int32_t nodes = 0, constraints = 0, columns = 0;  // most of each
     std::int32_t columns_of_surface = 0;                   // of these; the others are those of a corridor
+    std::int32_t surface_nodes = 0;                        // where a body changes (changed_body.h)
     bool predicts = false;                                 // what discs share is asked for
     const Offset* offset = nullptr;
   };

@@ -54,8 +54,12 @@ Vec3 across(Vec3 n, Vec3 like) {
 }
 
 bool ContactPatch::create(SceneMemory& memory, SurfaceIndex* surface, const SurfaceMeasure* measure,
-                          const std::int32_t* triangles, std::int32_t nodes) {
-  surface_ = surface, measure_ = measure, triangles_ = triangles;
+                          const std::int32_t* triangles, std::int32_t nodes, const NodeFans* fans) {
+  surface_ = surface, measure_ = measure, triangles_ = triangles, fans_ = fans;
+  if (fans) {
+    connected_ = memory.array<std::int32_t>(static_cast<std::size_t>(surface->triangle_count()));
+    seen_ = memory.array<std::uint32_t>(static_cast<std::size_t>(surface->triangle_count()));
+  }
   index_of_node_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes));
   if (memory.failed()) return false;
   std::fill(index_of_node_, index_of_node_ + nodes, -1);
@@ -85,9 +89,9 @@ bool ContactPatch::create(SceneMemory& memory, SurfaceIndex* surface, const Surf
 }
 
 // Finds the quadrature points that lie over a triangle, seen along the normal. Where several triangles lie over one point, the
-// triangle nearest to the disc's plane gets it.
-void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b) {
-  if (dot(surface_->outward(triangle), outward) < kFacing) return;
+// triangle nearest to the disc's plane gets it. False where the triangle faces another way or lies beside the disc.
+bool ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b) {
+  if (dot(surface_->outward(triangle), outward) < kFacing) return false;
   double x[3], y[3], z[3];
   for (int k = 0; k < 3; ++k) {
     const Vec3 p = (1 / b) * (surface_->corner(triangle, k) - centre);
@@ -95,9 +99,9 @@ void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward,
   }
   const double left = std::min({x[0], x[1], x[2]}), right = std::max({x[0], x[1], x[2]}),
                low = std::min({y[0], y[1], y[2]}), high = std::max({y[0], y[1], y[2]});
-  if (left > 1 || right < -1 || low > 1 || high < -1) return;
+  if (left > 1 || right < -1 || low > 1 || high < -1) return false;
   const double twice_area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
-  if (!(twice_area > 0)) return;
+  if (!(twice_area > 0)) return false;
   for (int row = bin_of(low, kBins); row <= bin_of(high, kBins); ++row)
     for (int p = bin_begin_[row * kBins + bin_of(left, kBins)]; p < bin_begin_[row * kBins + bin_of(right, kBins) + 1];
          ++p) {
@@ -111,6 +115,27 @@ void ContactPatch::find_points(std::int32_t triangle, Vec3 centre, Vec3 outward,
       if (height > 2 || (hit_[p].triangle >= 0 && hit_[p].height <= height)) continue;
       hit_[p] = {triangle, height, {k[0], k[1], k[2]}};
     }
+  return true;
+}
+
+// Calls find(triangle) for `first` and for what hangs together with it, across the edges of triangles for which find() was true.
+template <class Find>
+void ContactPatch::find_connected(std::int32_t first, Find find) {
+  if (++call_ == 0) std::fill(seen_, seen_ + surface_->triangle_count(), 0u), call_ = 1;
+  std::int32_t count = 0;
+  const auto add = [&](std::int32_t triangle) {
+    if (seen_[triangle] != call_) seen_[triangle] = call_, connected_[count++] = triangle;
+  };
+  add(first);
+  for (std::int32_t i = 0; i < count; ++i) {
+    if (!find(connected_[i]) && i > 0) continue;
+    const std::int32_t* const node = triangles_ + 3 * connected_[i];
+    // The triangle beyond an edge has it the other way round.
+    for (int v = 0; v < 3; ++v)
+      fans_->around(node[v], [&](std::int32_t triangle, int corner) {
+        if (triangles_[3 * triangle + (corner + 2) % 3] == node[(v + 1) % 3]) add(triangle);
+      });
+  }
 }
 
 void ContactPatch::press(const SurfacePoint& surface_point, Vec3 outward, Vec3 tangent, double a, double resolved) {
@@ -118,8 +143,10 @@ void ContactPatch::press(const SurfacePoint& surface_point, Vec3 outward, Vec3 t
   const double b = std::max(a, resolved * measure_->spacing(surface_point));
   for (Hit& hit : hit_) hit.triangle = -1;
   const Vec3 centre = surface_->position(surface_point), other = cross(outward, tangent);
-  const auto find = [&](std::int32_t triangle) { find_points(triangle, centre, outward, tangent, other, b); };
-  if (const double reach = 1 + b / surface_->bucket_size(); reach < kMostReach)
+  const auto find = [&](std::int32_t triangle) { return find_points(triangle, centre, outward, tangent, other, b); };
+  if (fans_)
+    find_connected(surface_point.triangle, find);
+  else if (const double reach = 1 + b / surface_->bucket_size(); reach < kMostReach)
     surface_->near(centre, static_cast<int>(reach), find);
   else
     for (std::int32_t triangle = 0; triangle < surface_->triangle_count(); ++triangle) find(triangle);

@@ -26,9 +26,11 @@ class ContactPatch {
   static constexpr int kRings = 6, kSpokes = 20, kPoints = kRings * kSpokes;
   static constexpr int kMaxNodes = 3 * kPoints;
 
-  // surface, measure and triangles ([F][3]) are borrowed; nodes: Ns. Sets up the quadrature points of the unit disc.
+  // surface, measure and triangles ([F][3]) are borrowed; nodes: Ns. Sets up the quadrature points of the unit disc. fans: of a surface that
+  // changes, whose parts may lie on one another or side by side without hanging together: a disc then has the triangles that hang together with
+  // its own, across edges and within the disc. nullptr: all that are below it.
   bool create(SceneMemory& memory, SurfaceIndex* surface, const SurfaceMeasure* measure, const std::int32_t* triangles,
-              std::int32_t nodes);
+              std::int32_t nodes, const NodeFans* fans = nullptr);
 
   // Of press() and measure_slopes() together.
   static constexpr Operations kToPress = 2000;
@@ -62,7 +64,9 @@ class ContactPatch {
     float height;
     double barycentric[3];
   };
-  void find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b);
+  bool find_points(std::int32_t triangle, Vec3 centre, Vec3 outward, Vec3 u, Vec3 v, double b);
+  template <class Find>
+  void find_connected(std::int32_t first, Find find);
   void gather_nodes(const SurfacePoint& surface_point);
   Vec3 spacing_slope(std::int32_t triangle, Vec3 u, Vec3 v) const;
   void measure_local(const SurfacePoint& surface_point, Vec3 outward, Vec3 u, Vec3 v, double a, double b);
@@ -70,6 +74,10 @@ class ContactPatch {
   SurfaceIndex* surface_ = nullptr;
   const SurfaceMeasure* measure_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
+  const NodeFans* fans_ = nullptr;
+  std::int32_t* connected_ = nullptr;  // [F] where there are fans
+  std::uint32_t* seen_ = nullptr;      // [F] the call that has met a triangle
+  std::uint32_t call_ = 0;
   // Quadrature points of the unit disc and their weights, sorted by the bins of a square grid over the disc.
   double x_[kPoints] = {}, y_[kPoints] = {}, share_[kPoints] = {};
   int bin_begin_[kBins * kBins + 1] = {};

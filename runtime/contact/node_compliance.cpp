@@ -48,9 +48,11 @@ bool self_compliance(const double stiffness[9], Mat3* compliance) {
 }
 
 bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int32_t columns, std::int32_t of_surface,
-                            const Offset* offset) {
+                            std::int32_t surface_nodes, const Offset* offset) {
+  offset_ = offset;
+  keys_ = changed() ? surface_nodes : columns;
   const std::size_t entries = static_cast<std::size_t>(capacity),
-                    nodes = static_cast<std::size_t>(std::min(capacity, columns));  // each column has one slot
+                    nodes = static_cast<std::size_t>(std::min(capacity, keys_));  // each key has one slot
   stride_ = nodes | 1;  // odd, so that a column of matrices does not fall into few sets of the cache
   matrix_ = memory.array<Mat3>(nodes * stride_);
   self_ = memory.array<Mat3>(nodes);
@@ -60,22 +62,22 @@ bool NodeCompliance::create(SceneMemory& memory, std::int32_t capacity, std::int
   taken_in_ = memory.array<std::uint32_t>(nodes);
   by_column_ = memory.array<std::int32_t>(nodes);
   new_ = memory.array<std::int32_t>(nodes);
-  slot_of_column_ = memory.array<std::int32_t>(static_cast<std::size_t>(columns));
+  slot_of_key_ = memory.array<std::int32_t>(static_cast<std::size_t>(keys_));
   slot_of_contact_node_ = memory.array<std::int32_t>(entries);
   if (memory.failed()) return false;
-  capacity_ = static_cast<std::int32_t>(nodes), columns_ = columns, of_surface_ = of_surface, offset_ = offset;
+  capacity_ = static_cast<std::int32_t>(nodes), of_surface_ = of_surface;
   forget();
   return true;
 }
 
 void NodeCompliance::release(std::int32_t slot) {
-  slot_of_column_[column_[slot]] = -1;
+  slot_of_key_[key_of(node_[slot], column_[slot])] = -1;
   column_[slot] = -1;
 }
 
 void NodeCompliance::forget() {
   std::fill(column_, column_ + capacity_, -1);
-  std::fill(slot_of_column_, slot_of_column_ + columns_, -1);
+  std::fill(slot_of_key_, slot_of_key_ + keys_, -1);
   slots_ = 0, version_ = version_of_offset();
 }
 
@@ -85,13 +87,20 @@ bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int
   bool finite = true;
   const bool follows = this->follows();
   if (follows) offset_->followers().find_response(node_[a], response_);
+  ChangedBody* const changed = this->changed();
+  if (changed && count > 0) changed->find_response(node_[a]);
   for (std::int32_t k = 0; k < count; ++k) {
     const std::int32_t b = earlier[k];
     Mat3 &ba = matrix_[static_cast<std::size_t>(b) * stride_ + a],
          &ab = matrix_[static_cast<std::size_t>(a) * stride_ + b];
-    ba = tensors.displacement(node_[b], column_[a]);
-    if (column_[a] < of_surface_) ba = ba * self_[a];
+    if (changed && column_[a] == column_[b]) {
+      ba = self_[a];  // not read, so that nodes that were one differ by what the changed body adds alone
+    } else {
+      ba = tensors.displacement(at_rest(b), column_[a]);
+      if (column_[a] < of_surface_) ba = ba * self_[a];
+    }
     if (follows) add_scaled(ba, -1, offset_->followers().between(node_[b], response_));
+    if (changed) add_scaled(ba, 1, changed->between(node_[b]));
     ab = transposed(ba);
     finite = finite && is_finite(ba);
   }
@@ -101,7 +110,7 @@ bool NodeCompliance::read(const Tensors& tensors, std::int32_t a, const std::int
 bool NodeCompliance::read_self(const Tensors& tensors, std::int32_t a) {
   if (column_[a] < of_surface_)
     return self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column_[a]), &self_[a]);
-  self_[a] = tensors.displacement(node_[a], column_[a]);
+  self_[a] = tensors.displacement(at_rest(a), column_[a]);
   return is_finite(self_[a]);
 }
 
@@ -109,6 +118,11 @@ bool NodeCompliance::read_self(const Tensors& tensors, std::int32_t a) {
 bool NodeCompliance::take_self(std::int32_t a) {
   Mat3& own = matrix_[static_cast<std::size_t>(a) * stride_ + a];
   own = self_[a];
+  if (ChangedBody* const changed = this->changed()) {
+    changed->find_response(node_[a]);
+    add_scaled(own, 1, changed->between(node_[a]));
+    return is_finite(own);
+  }
   if (!follows()) return true;
   offset_->followers().find_response(node_[a], response_);
   add_scaled(own, -1, offset_->followers().between(node_[a], response_));
@@ -123,7 +137,9 @@ bool NodeCompliance::read_new(const Tensors& tensors) {
     by_column_[used++] = slot;
     if (is_new(slot) && !read_self(tensors, slot)) return false;
   }
-  std::sort(by_column_, by_column_ + used, [&](std::int32_t a, std::int32_t b) { return column_[a] < column_[b]; });
+  std::sort(by_column_, by_column_ + used, [&](std::int32_t a, std::int32_t b) {
+    return column_[a] != column_[b] ? column_[a] < column_[b] : node_[a] < node_[b];
+  });
   for (std::int32_t p = 0; p < used; ++p)
     if (is_new(by_column_[p])) new_[coming++] = by_column_[p];
 
@@ -135,7 +151,7 @@ bool NodeCompliance::read_new(const Tensors& tensors) {
     const std::int32_t a = by_column_[p];
     const bool all = is_new(a);
     const std::int32_t* const earlier = all ? by_column_ : new_;
-    for (std::int32_t k = 0; k < (all ? p : before); ++k) tensors.prefetch(node_[earlier[k]], column_[a]);
+    for (std::int32_t k = 0; k < (all ? p : before); ++k) tensors.prefetch(at_rest(earlier[k]), column_[a]);
   };
   ask(0);
   for (std::int32_t p = 0; p < used; ++p) {
@@ -151,14 +167,15 @@ bool NodeCompliance::read_new(const Tensors& tensors) {
 bool NodeCompliance::hold(const Tensors& tensors, const ContactConstraints& set) {
   ++round_;
   for (std::int32_t e = 0; e < set.node_count; ++e)
-    if (const std::int32_t slot = slot_of_column_[set.nodes[e].column]; slot >= 0) held_in_[slot] = round_;
+    if (const std::int32_t slot = slot_of_key_[key_of(set.nodes[e].node, set.nodes[e].column)]; slot >= 0)
+      held_in_[slot] = round_;
   for (std::int32_t slot = 0; slot < slots_; ++slot)
     if (in_use(slot) && held_in_[slot] != round_) release(slot);
   std::int32_t free = 0;
   bool more = false;
   for (std::int32_t e = 0; e < set.node_count; ++e) {
     const ContactNode& held = set.nodes[e];
-    std::int32_t& slot = slot_of_column_[held.column];
+    std::int32_t& slot = slot_of_key_[key_of(held.node, held.column)];
     if (slot < 0) {
       while (free < slots_ && in_use(free)) ++free;
       slot = free;

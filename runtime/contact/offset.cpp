@@ -68,9 +68,11 @@ void Offset::end_last_step() {
 }
 
 void Offset::begin_step() {
+  if (changed_) changed_->begin_step(*this);
   stepped_ = change();
   for (std::int32_t m = 0; m < count(); ++m) step_[m] = now_[m] - before_[m];
   if (first_) std::copy_n(now_, count(), before_);
+  if (first_ && changed_) changed_->keep_moved();
   first_ = 0;
 }
 

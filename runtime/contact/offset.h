@@ -6,6 +6,8 @@
 // their amounts by g = -V^-1 B^T f. They are eliminated: contacts see W = C - B V^-1 B^T (node_compliance.h), are solved once, and g follows.
 // The organ has the displacement u = o + C f + B g.
 //
+// Where the mesh has changed (changed_body.h), o is what the rows make of the changed body. Amounts that follow do not go with it.
+//
 // A scene has one offset, to which effects add rows in their prepare(): of the bundle, or C f for a load f. Each effect writes the amounts of
 // its own rows. The shape has the rows too. Where it shows the nodes inside, and where the scene has a corridor or a body that does not respond
 // linearly, the rows have the nodes inside, because what holds nodes there asks for them, and so does that body. The amounts reach the shape in
@@ -16,6 +18,7 @@
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/bundle/offset_rows.h"
+#include "runtime/contact/changed_body.h"
 #include "runtime/contact/contact_constraints.h"
 #include "runtime/contact/offset_followers.h"
 
@@ -29,7 +32,11 @@ class Offset {
   // With all rows; `longest` is filled in here. Without rows o is zero.
   bool create(SceneMemory& memory, std::int32_t constraint_capacity);
 
-  bool exists() const { return rows_.count > 0; }
+  // A body whose mesh may change: before create(). borrowed.
+  void change_body(ChangedBody* changed) { changed_ = changed; }
+  ChangedBody* changed() const { return changed_; }
+
+  bool exists() const { return rows_.count > 0 || changed_; }
   std::int32_t count() const { return rows_.count; }
   const OffsetRows& rows() const { return rows_; }
 
@@ -72,9 +79,16 @@ class Offset {
   Vec3 given_by(const double* amounts, std::int32_t node) const;  // under other amounts [count]
 
   // m, o of a node: now; in the step before; from the end of the last step to the beginning of this one.
-  Vec3 now(std::int32_t node) const { return rows_.sum_at(now_, node); }
-  Vec3 before(std::int32_t node) const { return rows_.sum_at(before_, node); }
-  Vec3 step_of(std::int32_t node) const { return rows_.sum_at(step_, node); }
+  Vec3 now(std::int32_t node) const {
+    return !changed_ ? rows_.sum_at(now_, node) : by_rows(now_, node) + changed_->moved().now(node);
+  }
+  Vec3 before(std::int32_t node) const {
+    return !changed_ ? rows_.sum_at(before_, node) : by_rows(before_, node) + changed_->moved().before(node);
+  }
+  Vec3 step_of(std::int32_t node) const {
+    if (!changed_) return rows_.sum_at(step_, node);
+    return by_rows(step_, node) + (changed_->moved().now(node) - changed_->moved().before(node));
+  }
   // m, now: of the weighted mean that a constraint of `set` holds.
   Vec3 held_by(const ContactConstraints& set, const ContactConstraint& constraint) const;
   // m: what is left of the target of constraint p.
@@ -85,12 +99,22 @@ class Offset {
 
   // m, upper bounds over the surface: of o now, where other amounts have begun to follow with what that has changed in it; of its change from
   // the end of the last step to the beginning of this one, and from the beginning of the last step to now.
-  double longest() const { return length_of(now_, nullptr) + restarted_; }
+  double longest() const {
+    const double length = length_of(now_, nullptr) + restarted_;
+    return changed_ ? length + changed_->moved().longest() : length;
+  }
   double stepped() const { return stepped_; }
-  double change() const { return length_of(now_, before_); }
+  double change() const {
+    const double length = length_of(now_, before_);
+    return changed_ ? length + changed_->moved().change() : length;
+  }
 
  private:
   double length_of(const double* amounts, const double* from) const;
+  // m, of a node of the changed body: that of the rows alone.
+  Vec3 by_rows(const double* amounts, std::int32_t node) const {
+    return rows_.sum_at(amounts, changed_->at_rest(node));
+  }
 
   OffsetRows rows_;
   ContactConstraints acting_;
@@ -102,6 +126,7 @@ class Offset {
   const double* volume_of_ = nullptr;  // [volume_rows]^2
   std::int32_t volume_rows_ = 0;
   OffsetFollowers followers_;
+  ChangedBody* changed_ = nullptr;
   std::int32_t version_ = 0, first_ = 1;
   double stepped_ = 0, restarted_ = 0;
 };

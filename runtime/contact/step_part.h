@@ -32,6 +32,8 @@ class StepPart {
   // Forgets what earlier steps have left: for the tool in place t; for all that belongs to no tool.
   virtual void forget_tool(std::int32_t) {}
   virtual void forget_rest() {}
+  // A saved state has been copied back (scene_memory.h): before all else, makes anew what the state does not hold.
+  virtual void restored() {}
   // The host has the tool in place t forgotten, after forget_tool(t).
   virtual void reset_tool(std::int32_t) {}
 

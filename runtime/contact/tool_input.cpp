@@ -16,7 +16,7 @@ bool is_sound_grip(const palpate_grip& grip, const InputLimits& limits) {
   const int kind = enum_number(grip.kind);
   if (kind == PALPATE_GRIP_NODE) return grip.node >= 0 && grip.node < limits.surface_nodes;
   if (kind != PALPATE_GRIP_SURFACE_POINT) return false;
-  return limits.has_triangles && is_sound_place(grip.triangle, grip.barycentric, limits.triangles);
+  return limits.has_triangles && is_sound_place(grip.triangle, grip.barycentric, limits);
 }
 
 // Whether each effect has one part at most, and a sound one.
@@ -70,8 +70,8 @@ bool is_sound_point(const double* p) {
   return std::fabs(p[0]) <= kFarthest && std::fabs(p[1]) <= kFarthest && std::fabs(p[2]) <= kFarthest;  // false for NaN
 }
 
-bool is_sound_place(std::int32_t triangle, const double* barycentric, std::int32_t triangles) {
-  if (triangle < 0 || triangle >= triangles) return false;
+bool is_sound_place(std::int32_t triangle, const double* barycentric, const InputLimits& organ) {
+  if (triangle < 0 || triangle >= organ.triangles || (organ.active && !organ.active[triangle])) return false;
   double sum = 0;
   for (int v = 0; v < 3; ++v) {
     if (!(barycentric[v] >= -1e-6 && barycentric[v] <= 1 + 1e-6)) return false;

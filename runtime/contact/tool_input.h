@@ -60,8 +60,9 @@ constexpr ToolPart alone(ToolPart part) {
 // The bounds that the checks hold the input to.
 struct InputLimits {
   std::int32_t surface_nodes = 0, triangles = 0, max_tools = 0, max_points = 0;
-  bool has_triangles = false;                 // the scene has triangles, so grips may name surface points
-  bool has_positions = false;                 // the scene has the surface nodes' positions, which torques need
+  const std::uint8_t* active = nullptr;  // [triangles], of a surface that changes; nullptr: all triangles are active
+  bool has_triangles = false;            // the scene has triangles, so grips may name surface points
+  bool has_positions = false;            // the scene has the surface nodes' positions, which torques need
   const ToolPart* part[kMostToolParts] = {};  // nullptr: tools may not have it
 
   // How the part of that effect is read; nullptr: tools may not have one.
@@ -73,7 +74,8 @@ struct InputLimits {
 };
 
 bool is_sound_point(const double* p);
-bool is_sound_place(std::int32_t triangle, const double* barycentric, std::int32_t triangles);
+// On a triangle that is part of the surface.
+bool is_sound_place(std::int32_t triangle, const double* barycentric, const InputLimits& organ);
 
 // What a tool has besides its arrays. It outlives a step, because a tool with bad input keeps its last good one; a saved state
 // holds all of it.

@@ -179,6 +179,7 @@ void reset_touch(const palpate_scene_def& def, TouchState& state) {
 }
 
 void touch_restored(const StepContext& context, TouchState& state) {
+  for (StepPart* part : state.parts.all()) part->restored();
   state.solver.restored(context.tensors);
   state.body->restored();
   state.displacement.restored(context.tensors);

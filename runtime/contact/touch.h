@@ -38,16 +38,23 @@ struct BoundContact {
 
 // The organ's surface at rest. Arrays belong to the scene; nullptr where no effect needs them.
 struct TouchedSurface {
-  const std::int32_t* triangles = nullptr;  // [F][3] copied from the bundle and checked
-  const double* rest = nullptr;             // [Ns][3] m, positions without contacts, preload included
-  const double* rest_of_all = nullptr;      // [N][3] m, the same of all nodes, where contacts may hold some inside
-  std::int32_t* column_of_node = nullptr;   // [Ns] tensor column of each surface node; -1: none
+  const std::int32_t* triangles = nullptr;  // [triangle_count][3] copied from the bundle and checked
+  std::int32_t triangle_count = 0;
+  // Of a scene whose surface changes (surface_change.h); nullptr: all triangles are the surface, and each of its nodes has some.
+  const std::uint8_t* active = nullptr;    // [triangle_count]
+  const NodeFans* fans = nullptr;          // the tree's
+  std::uint64_t changes = 0;               // how often it has changed
+  const double* rest = nullptr;            // [Ns][3] m, positions without contacts, preload included
+  const double* rest_of_all = nullptr;     // [N][3] m, the same of all nodes, where contacts may hold some inside
+  std::int32_t* column_of_node = nullptr;  // [Ns] tensor column of each surface node; -1: none
   SurfaceIndex index;
   SurfaceMeasure measure;         // where contacts have frames (needs_contact_frames)
   ContactPatch patch;             // of one disc after the other
   BoundSurface* bound = nullptr;  // that tools meet; nullptr: they meet the mesh's
   double* node_reach = nullptr;   // [Ns] m / sqrt(J), as surface_tree.h explains, where someone asks for it
 
+  bool is_active(std::int32_t triangle) const { return !active || active[triangle] != 0; }
+  bool has_triangles(std::int32_t node) const { return !fans || fans->has(node); }
   // m, at rest, of a node that a contact holds; zero where a scene of grips alone knows no positions.
   Vec3 place(std::int32_t node) const {
     const double* const of = rest_of_all ? rest_of_all : rest;

@@ -75,11 +75,12 @@ bool triangles_cross(const Vec3 a[3], const std::int32_t node_a[3], const Vec3 b
   return false;
 }
 
-bool CrossingCheck::create(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
-                           std::int32_t triangle_count, const palpate_crossings_def& def) {
-  def_ = def, rest_ = rest, nodes_ = nodes, triangles_ = triangles, triangle_count_ = triangle_count;
-  while (leaves_ < triangle_count / kLeaf + 1) leaves_ *= 2;
-  order_ = memory.array<std::int32_t>(static_cast<std::size_t>(triangle_count));
+bool CrossingCheck::create(SceneMemory& memory, const double* rest, std::int32_t nodes, const ShapedSurface& surface,
+                           const palpate_crossings_def& def) {
+  def_ = def, rest_ = rest, nodes_ = nodes;
+  triangles_ = surface.triangles, triangle_count_ = surface.triangle_count, active_ = surface.active;
+  while (leaves_ < triangle_count_ / kLeaf + 1) leaves_ *= 2;
+  order_ = memory.array<std::int32_t>(static_cast<std::size_t>(triangle_count_));
   boxes_ = memory.array<Box>(2 * static_cast<std::size_t>(leaves_) - 1);
   positions_ = memory.array<float>(3 * static_cast<std::size_t>(nodes));
   finding_ = memory.array<palpate_crossing>(kMostKept), kept_ = memory.array<palpate_crossing>(kMostKept);
@@ -87,8 +88,8 @@ bool CrossingCheck::create(SceneMemory& memory, const double* rest, std::int32_t
   calls_ = def.crossings_calls;
   SceneMemory scratch = memory.of_same_host();
   SurfaceTree at_rest;
-  const bool made = at_rest.build(scratch, rest, nodes, triangles, triangle_count);
-  if (made) std::copy_n(at_rest.order(), triangle_count, order_);
+  const bool made = at_rest.build(scratch, rest, nodes, triangles_, triangle_count_);
+  if (made) std::copy_n(at_rest.order(), triangle_count_, order_);
   scratch.release_all();
   return made;
 }
@@ -132,7 +133,8 @@ Operations CrossingCheck::refit() {
   empty(box);
   for (int child = 1; leaf < 0 && child < 3; ++child)
     palpate::grow(box, boxes_[2 * at + child].low, boxes_[2 * at + child].high);
-  for (std::int32_t i = first_of(leaf); leaf >= 0 && i < first_of(leaf + 1); ++i) grow(box, order_[i]);
+  for (std::int32_t i = first_of(leaf); leaf >= 0 && i < first_of(leaf + 1); ++i)
+    if (is_active(order_[i])) grow(box, order_[i]);
   return leaf < 0 ? 20 : 100;
 }
 
@@ -162,6 +164,7 @@ Operations CrossingCheck::compare(std::int32_t leaf, std::int32_t other) {
     for (std::int32_t j = leaf == other ? i + 1 : first_of(other); j < first_of(other + 1); ++j) {
       const std::int32_t a = std::min(order_[i], order_[j]), b = std::max(order_[i], order_[j]);
       work += 15;
+      if (!is_active(a) || !is_active(b)) continue;
       Box box_a, box_b;
       empty(&box_a), empty(&box_b);
       grow(&box_a, a), grow(&box_b, b);

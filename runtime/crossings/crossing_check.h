@@ -11,6 +11,7 @@
 #include "runtime/base/step_work.h"
 #include "runtime/base/vec3.h"
 #include "runtime/include/palpate/palpate_crossings.h"
+#include "runtime/shape/shape.h"
 
 namespace palpate {
 
@@ -29,9 +30,9 @@ class CrossingCheck {
  public:
   static constexpr std::int32_t kMostKept = 64;
 
-  // rest: [nodes][3] m; triangles: [triangle_count][3]. Both are borrowed. False where there is no memory.
-  bool create(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
-              std::int32_t triangle_count, const palpate_crossings_def& def);
+  // rest: [nodes][3] m; surface: its triangles. Both are borrowed. False where there is no memory.
+  bool create(SceneMemory& memory, const double* rest, std::int32_t nodes, const ShapedSurface& surface,
+              const palpate_crossings_def& def);
 
   std::int32_t nodes() const { return nodes_; }
   std::int32_t operations() const { return def_.crossings_operations; }
@@ -59,10 +60,12 @@ class CrossingCheck {
   void end();
   void grow(Box* box, std::int32_t triangle) const;
   void corners(std::int32_t triangle, Vec3 corner[3]) const;
+  bool is_active(std::int32_t triangle) const { return !active_ || active_[triangle] != 0; }
 
   palpate_crossings_def def_ = {};
   const double* rest_ = nullptr;
   const std::int32_t* triangles_ = nullptr;
+  const std::uint8_t* active_ = nullptr;
   std::int32_t nodes_ = 0, triangle_count_ = 0, leaves_ = 1;
   std::int32_t* order_ = nullptr;  // [triangles] leaf by leaf
   Box* boxes_ = nullptr;           // [2 leaves - 1]; the leaves are the last ones

@@ -36,8 +36,7 @@ palpate_status build(EffectBuild& build) {
   auto* const check = memory.make<CrossingCheck>();
   build.state = check;
   const TouchedSurface& surface = build.scene.touch.surface;
-  return check && check->create(memory, surface.rest, build.reader.surface_nodes(), surface.triangles,
-                                build.reader.triangles(),
+  return check && check->create(memory, surface.rest, build.reader.surface_nodes(), build.scene.shape.surface,
                                 part_of<palpate_crossings_def>(build.scene.def, crossings_effect))
              ? PALPATE_OK
              : build.reader.no_memory("crossings");

@@ -204,14 +204,18 @@ void Blades::request(TouchStep& step, const PlacedMesh& mesh) {
       point.along = point.across = -1;
       if (!is_felt(blade) || !can_hold(point.edge, mesh)) continue;
       const Frame frame = frame_of(blade, i);
+      // A node that is held moves nowhere: the rows are of the others.
       std::int32_t node[4];
+      double weight[4];
       Vec3 rest;
-      for (int c = 0; c < 4; ++c) {
-        node[c] = mesh.scene_node[mesh.nodes[4 * point.edge.tetrahedron + c]];
-        rest += point.edge.weight[c] * touch.surface.place(node[c]);
-      }
       RowWish wish({{kBladeSource, b, i}, 0});
-      wish.node = node, wish.weight = point.edge.weight, wish.count = 4;
+      wish.node = node, wish.weight = weight;
+      for (int c = 0; c < 4; ++c) {
+        const std::int32_t n = mesh.scene_node[mesh.nodes[4 * point.edge.tetrahedron + c]];
+        rest += point.edge.weight[c] * touch.surface.place(n);
+        if (touch.surface.column_of_node[n] >= 0) node[wish.count] = n, weight[wish.count++] = point.edge.weight[c];
+      }
+      if (wish.count == 0) continue;
       const Vec3 row[3] = {frame.direction, frame.across, frame.along};
       wish.set_frame(row);
       const Vec3 way = now(point) - rest;

@@ -23,12 +23,12 @@ namespace palpate {
 
 constexpr ContactSource kBladeSource{PALPATE_SOURCE_BLADE};
 
-// The mesh as it is in a step. nodes: [tetrahedra][4] of the corners; position: [nodes][3] m.
+// The mesh as it is in a step.
 struct PlacedMesh {
   const RestMesh* rest = nullptr;
-  const std::int32_t* nodes = nullptr;
-  const double* position = nullptr;
-  const std::int32_t* scene_node = nullptr;  // [nodes]
+  const std::int32_t* nodes = nullptr;       // [tetrahedra][4] of the corners
+  const double* position = nullptr;          // [nodes][3] m
+  const std::int32_t* scene_node = nullptr;  // [nodes] the node that it is in the touch
   Vec3 corner(std::int32_t c) const { return load3(position + 3 * static_cast<std::size_t>(nodes[c])); }
 };
 

@@ -1,15 +1,22 @@
 #include "runtime/cut/cut_basis.h"
 
+#include <algorithm>
+
 #include "runtime/cut/dense_loops.h"
 
 namespace palpate {
 
 bool CutSlots::create(SceneMemory& memory, const PairCompliance& source, std::int32_t nodes, std::int32_t most) {
-  source_ = &source, most_ = most, stride_ = static_cast<std::size_t>(padded_row(3 * most));
+  source_ = &source, most_ = most, nodes_ = nodes, stride_ = static_cast<std::size_t>(padded_row(3 * most));
   slot_of_node_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes));
   node_ = memory.array<std::int32_t>(static_cast<std::size_t>(most));
   pairs_ = memory.array<double>(3 * static_cast<std::size_t>(most) * stride_);
   return !memory.failed();
+}
+
+void CutSlots::forget() {
+  std::fill_n(slot_of_node_, nodes_, 0);
+  count_ = 0;
 }
 
 std::int32_t CutSlots::take(std::int32_t node) {
@@ -28,13 +35,18 @@ std::int32_t CutSlots::take(std::int32_t node) {
 }
 
 bool CutBasis::create(SceneMemory& memory, std::int32_t most, std::int32_t slots, std::int32_t most_entries) {
-  most_ = most, most_entries_ = most_entries;
+  most_ = most, most_entries_ = most_entries, slots_ = slots;
   first_ = memory.array<std::int32_t>(static_cast<std::size_t>(most) + 1);
   slot_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_entries));
   force_ = memory.array<double>(3 * static_cast<std::size_t>(most_entries));
   jump_ = memory.array<std::int32_t>(static_cast<std::size_t>(most));
   nodal_ = memory.array<std::int32_t>(static_cast<std::size_t>(slots));
   return !memory.failed();
+}
+
+void CutBasis::forget() {
+  std::fill_n(nodal_, slots_, 0);
+  count_ = 0;
 }
 
 std::int32_t CutBasis::begin(std::int32_t jump) {
@@ -93,10 +105,15 @@ void CutBasis::weigh(const double* fields, std::size_t field_stride, int count, 
 }
 
 bool CutSites::create(SceneMemory& memory, std::int32_t nodes, std::int32_t most) {
-  most_ = most;
+  most_ = most, nodes_ = nodes;
   first_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes));
   sites_ = memory.array<Site>(static_cast<std::size_t>(most));
   return !memory.failed();
+}
+
+void CutSites::forget() {
+  std::fill_n(first_, nodes_, 0);
+  count_ = 0;
 }
 
 CutSites::Site* CutSites::find_or_add(std::int32_t node, std::int32_t region) {

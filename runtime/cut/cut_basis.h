@@ -14,6 +14,7 @@ namespace palpate {
 class CutSlots {
  public:
   bool create(SceneMemory& memory, const PairCompliance& source, std::int32_t nodes, std::int32_t most);
+  void forget();
   // The slot of a node, which gets one if it has none. -1: no slot is left; -2: a pair is not known.
   std::int32_t take(std::int32_t node);
   std::int32_t find(std::int32_t node) const { return slot_of_node_[node] - 1; }
@@ -32,13 +33,14 @@ class CutSlots {
   std::int32_t* node_ = nullptr;          // [most]
   double* pairs_ = nullptr;               // [3 most][stride]
   std::size_t stride_ = 0;
-  std::int32_t count_ = 0, most_ = 0;
+  std::int32_t count_ = 0, most_ = 0, nodes_ = 0;
 };
 
 class CutBasis {
  public:
   bool create(SceneMemory& memory, std::int32_t most, std::int32_t slots, std::int32_t most_entries);
 
+  void forget();
   std::int32_t count() const { return count_; }
   bool has_room(std::int32_t patterns) const { return count_ + patterns <= most_; }
   // A pattern is begun, gets its forces, and is then the last one. jump: 3 n + axis of the n-th new node, -1: none.
@@ -67,7 +69,7 @@ class CutBasis {
   double* force_ = nullptr;        // [3] of each
   std::int32_t* jump_ = nullptr;   // [most]
   std::int32_t* nodal_ = nullptr;  // [slots] first pattern, plus 1
-  std::int32_t count_ = 0, most_ = 0, most_entries_ = 0;
+  std::int32_t count_ = 0, most_ = 0, most_entries_ = 0, slots_ = 0;
 };
 
 // Which patterns the gradients of an averaging site began as.
@@ -77,6 +79,7 @@ class CutSites {
     std::int32_t node, region, pattern, next;  // next: plus 1
   };
   bool create(SceneMemory& memory, std::int32_t nodes, std::int32_t most);
+  void forget();
   // nullptr: no room.
   Site* find_or_add(std::int32_t node, std::int32_t region);
   // The site goes to another node; what that node had there is forgotten.
@@ -85,7 +88,7 @@ class CutSites {
  private:
   std::int32_t* first_ = nullptr;  // [nodes] plus 1
   Site* sites_ = nullptr;
-  std::int32_t count_ = 0, most_ = 0;
+  std::int32_t count_ = 0, most_ = 0, nodes_ = 0;
 };
 
 }  // namespace palpate

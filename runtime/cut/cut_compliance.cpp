@@ -45,6 +45,12 @@ bool CutCompliance::create(SceneMemory& memory, const HyperelasticBody& body, co
   return !memory.failed();
 }
 
+void CutCompliance::forget() {
+  tissue_.forget(), slots_.forget(), basis_.forget(), sites_.forget();
+  std::fill_n(matrix_, static_cast<std::size_t>(capacity_.patterns) * stride_, 0.0);
+  ++version_;
+}
+
 CutResult CutCompliance::apply(const CutChange& change) {
   CutResult result;
   const auto note = [&](const Unit& unit) {
@@ -485,13 +491,19 @@ bool CutCompliance::find_patterns(std::int32_t node, double* field, double* weig
 }
 
 bool CutCompliance::find_response(std::int32_t node, double* response) {
-  const std::int32_t rank = basis_.count();
   if (!find_patterns(node, scratch_.field, scratch_.weighed, response)) return false;
   std::fill_n(row(response, 3), 3 * stride_, 0.0);
-  row_products(matrix_, rank, response, 3, stride_, padded_row(rank), scratch_.product, kMostColumns);
-  for (int i = 0; i < 3; ++i)
-    for (std::int32_t p = 0; p < rank; ++p) row(response, 3 + i)[p] = scratch_.product[p * kMostColumns + i];
+  multiply(response, 3, row(response, 3));
   return true;
+}
+
+void CutCompliance::multiply(const double* x, int columns, double* product) const {
+  const std::int32_t rank = basis_.count(), padded = padded_row(rank);
+  row_products(matrix_, rank, x, columns, stride_, padded, scratch_.product, kMostColumns);
+  for (int i = 0; i < columns; ++i) {
+    for (std::int32_t p = 0; p < rank; ++p) row(product, i)[p] = scratch_.product[p * kMostColumns + i];
+    std::fill(row(product, i) + rank, row(product, i) + padded, 0.0);
+  }
 }
 
 bool CutCompliance::fill(SceneMemory& memory, const std::int32_t* nodes, std::int32_t count, double* c) const {

@@ -53,6 +53,9 @@ class CutCompliance {
   bool create(SceneMemory& memory, const HyperelasticBody& body, const PairCompliance& source,
               const CutCapacity& capacity);
 
+  // Back to the uncut body.
+  void forget();
+
   // Cost of a split node or a removed tetrahedron, rank r and k columns (3; 6 of p1, 10 of p1-anp): 2 k r^2 multiply-adds, k r times the nodes
   // of a pattern, and the reads of the nodes that are new.
   CutResult apply(const CutChange& change);
@@ -61,6 +64,13 @@ class CutCompliance {
 
   const CutTissue& tissue() const { return tissue_; }
   std::int32_t rank() const { return basis_.count(); }
+  // A pattern stays as it is and keeps its number; each change may add some behind the others, also one that is not made.
+  const CutBasis& basis() const { return basis_; }
+  // Numbers of a row over all patterns, of which those beyond rank() are zero in M.
+  std::size_t stride() const { return stride_; }
+  // M x of some rows, [columns][stride()] each; columns: at most kMostColumns. The rows of x are zero from rank() to padded_row() of it, and
+  // so are those of the product.
+  void multiply(const double* x, int columns, double* product) const;
   // Numbers of a response; changes with no change of the mesh.
   std::size_t response_numbers() const { return 6 * stride_; }
   // Goes up by one with each change: responses that were found before are then those of another body.
@@ -85,6 +95,7 @@ class CutCompliance {
   void add_force(const double* response, Vec3 force);
   void end_forces();
   std::int32_t slots() const { return slots_.count(); }
+  std::int32_t most_slots() const { return capacity_.nodes; }
   std::int32_t node_of_slot(std::int32_t slot) const { return slots_.nodes()[slot]; }
   Vec3 pseudo_force(std::int32_t slot) const { return pseudo_force_[slot]; }
   // m, of a new node against its origin; zero of other nodes.

@@ -37,6 +37,7 @@ class CutLog {
   std::int32_t left() const { return (used_ - at_) / 2; }
   Unit next() const { return unit_at(change_, at_); }
   void done() { at_ += 2; }
+  CutChange last() const { return unit_at(change_, change_).change; }
   // The compliance takes none of what is left.
   void drop_rest() { used_ = at_, log_[change_] = used_ - change_; }
   // Calls visit(unit) for all that it has.

@@ -1,28 +1,69 @@
-// (stands in until the body is there)
+// The linear organ whose mesh is cut, as the body of a touch (contact/body.h). Contacts are solved as those of the uncut organ are, with
+// the compliance and the offset of the cut one; the surface's displacements are a field of its own.
+//
+// An effect creates it in its prepare() and hands it the changes of the mesh between steps, or where a step begins. It refuses what this body does
+// not know: volumes that are held (offset_followers.h), contacts that hold nodes inside, displacements of nodes inside.
 #pragma once
 
+#include <cstdint>
+
 #include "runtime/contact/body.h"
+#include "runtime/contact/touch.h"
 #include "runtime/cut/cut_compliance.h"
-#include "runtime/scene/scene.h"
+#include "runtime/cut/cut_field.h"
+#include "runtime/cut/cut_response.h"
 
 namespace palpate {
 
 class CutOrgan final : public Body {
  public:
-  struct Source {
-    const HyperelasticBody* body;
-    const void* pairs;
-    std::int32_t nodes, new_nodes, rank;
+  // All borrowed.
+  struct Parts {
+    const HyperelasticBody* body = nullptr;  // whose reserve nodes are in no tetrahedron
+    const Tensors* tensors = nullptr;
+    const std::int32_t* touchable = nullptr;  // [columns of the surface] the node of each
+    // Of the nodes on which the cut may act, and where it knows them in double precision. CutResponse::Source.
+    const PairCompliance* pairs = nullptr;
+    const std::int32_t* pair_nodes = nullptr;
+    const double* preload = nullptr;  // [nodes][3] m; nullptr: none
+    std::int32_t pair_count = 0;
+    std::int32_t surface_nodes = 0, first_reserve = 0;  // the surface nodes from there on are in reserve
+    std::int32_t contact_nodes = 0, constraints = 0;    // of a step, at most
+    CutCapacity capacity;                               // new_nodes: at most those in reserve
   };
-  bool create(SceneMemory&, const Source&) { return true; }
-  bool build(SceneMemory&, palpate_scene&) { return true; }
-  void add_node(std::int32_t, std::int32_t) {}
-  CutOutcome hold(std::int32_t, double) { return CutOutcome::made; }
-  CutOutcome split(const CutChange&, std::int32_t) { return CutOutcome::made; }
-  CutOutcome remove(const CutChange&, std::int32_t) { return CutOutcome::made; }
-  std::int32_t rank() const { return 0; }
-  double most_operations() const { return 0; }
-  void forget_cut() {}
+  // Makes itself the body of the touch, before its offset and contacts are built. False where memory ends.
+  bool create(SceneMemory& memory, const Parts& parts, TouchState& touch);
+
+  // A change of the mesh, with the numbers of CutCompliance: new nodes are those behind all of the bundle's mesh, and the k-th is the k-th surface
+  // node in reserve. Made until one part cannot be (CutResult). What the surface shows stays as it is until the next solve. replayed: of a
+  // saved state, before Body::restored() and ContactSolver::restored(), in the order in which the changes came.
+  CutResult take_change(const CutChange& change, bool replayed = false);
+  // The same of a piece that is to stay where it is.
+  CutOutcome ground(std::int32_t node, double stiffness, bool replayed = false);
+  // m, on which a new node's displacement is longer than that of the body, since a host knows the place at rest of the node in reserve.
+  void bring(std::int32_t surface_node, Vec3 from_reserve) {
+    brought_[surface_node - response_.first_new()] = from_reserve;
+  }
+  // Back to the uncut body, as a new scene has it; so does Body::forget(). replayed: before the changes of a saved state.
+  void forget_changes(bool replayed = false);
+
+  const CutCompliance& compliance() const { return compliance_; }
+  const CutResponse& response() const { return response_; }
+  std::int32_t surface_node(std::int32_t node) const { return response_.surface_node(node); }
+
+  SurfaceField* surface_field() override { return &field_; }
+  void move_surface(TouchStep& step, const ContactConstraints& set) override;
+  void write(const TouchStep& step) const override;
+  void forget() override;
+
+ private:
+  void follow(bool replayed);
+
+  TouchState* touch_ = nullptr;
+  CutCompliance compliance_;
+  CutResponse response_;
+  CutField field_;
+  Vec3* brought_ = nullptr;  // [nodes in reserve] m
 };
 
 }  // namespace palpate

@@ -15,14 +15,20 @@ constexpr double kHoldsPiece = 5;
 const char* CutScene::create(SceneMemory& memory, const Source& source) {
   source_ = source;
   if (const char* const wrong = mesh_.create(memory, source.body, source.new_nodes)) return wrong;
-  const auto nodes = static_cast<std::size_t>(source.body.node_count + source.new_nodes);
-  position_ = memory.array<double>(3 * nodes);
-  if (!log_.create(memory, kLoggedOfNode * source.new_nodes + kLoggedOfTetrahedron * source.body.tetrahedron_count) ||
-      !loose_.create(memory, mesh_, source.can_hold) || !surface_.create(memory, mesh_, source.node))
+  const std::int32_t nodes = source.body.node_count + source.new_nodes;
+  const auto all = static_cast<std::size_t>(nodes), reserve = 3 * static_cast<std::size_t>(source.new_nodes);
+  position_ = memory.array<double>(3 * all), reserve_ = memory.array<double>(reserve);
+  number_ = memory.array<std::int32_t>(all), node_ = memory.array<std::int32_t>(all);
+  if (memory.failed()) return nullptr;
+  for (std::int32_t n = 0; n < nodes; ++n)
+    number_[n] = n < source.body.node_count ? n : source.first_reserve + n - source.body.node_count;
+  std::copy_n(source.rest + 3 * source.first_reserve, reserve, reserve_);
+  const std::int32_t logged = kLoggedOfNode * source.new_nodes + kLoggedOfTetrahedron * source.body.tetrahedron_count;
+  if (!log_.create(memory, logged) || !loose_.create(memory, mesh_, source.can_hold) ||
+      !surface_.create(memory, mesh_, number_))
     return nullptr;
   blades_.create(memory, source.can_hold);
   memory.keep(removal_), memory.keep(told_);
-  tell();
   return nullptr;
 }
 
@@ -41,53 +47,68 @@ double CutScene::cost_of(CutLog::Unit::Kind kind, std::int32_t rank) {
   return kind == CutLog::Unit::split ? 2e4 + square : 4e4 + 2 * square;
 }
 
-void CutScene::begin_step(TouchStep& step) {
-  TouchState& touch = *step.state;
+void CutScene::begin_step(TouchStep&) {
   double left = static_cast<double>(source_.operations);
   follow(&left);
   if (removal_.radius > 0 || blades_.are_there()) {
-    place_nodes(touch);
-    blades_.begin_step(placed(), touch.organ);
-    while (!told_.is_full && log_.left() == 0 && change_mesh(touch)) {
-      take_change(touch);
+    place_nodes();
+    blades_.begin_step(placed(), touch().organ);
+    while (!told_.is_full && log_.left() == 0 && change_mesh()) {
+      take_change();
       follow(&left);
+      place_nodes();
     }
   }
   tell();
 }
 
-// Gives the compliance what the log has for it, within the operations that are left.
+// Gives the compliance what the log has for it, within the operations that are left. Then the surface shows the change.
 void CutScene::follow(double* left) {
+  if (log_.left() == 0) return;
   while (log_.left() > 0 && *left > 0) {
     const CutLog::Unit unit = log_.next();
-    *left -= cost_of(unit.kind, source_.organ->rank());
-    if (!take(unit)) {
+    *left -= cost_of(unit.kind, source_.organ->compliance().rank());
+    if (!take(unit, false)) {
       // What is tied together stays so.
       told_.is_full = 1;
       log_.drop_rest();
-      return;
+      break;
     }
     log_.done();
   }
+  if (log_.left() == 0 && !told_.is_full) surface_.show(mesh_, log_.last(), source_.touched), ++told_.surface;
 }
 
-bool CutScene::take(const CutLog::Unit& unit) {
-  switch (unit.kind) {
-    case CutLog::Unit::hold:
-      return source_.organ->hold(unit.number, kHoldsPiece) == CutOutcome::made;
-    case CutLog::Unit::split:
-      return source_.organ->split(unit.change, unit.number) == CutOutcome::made;
-    case CutLog::Unit::remove:
-      break;
+// replayed: of a state that was restored.
+bool CutScene::take(const CutLog::Unit& unit, bool replayed) {
+  CutOrgan& organ = *source_.organ;
+  if (unit.kind == CutLog::Unit::hold) return organ.ground(unit.number, kHoldsPiece, replayed) == CutOutcome::made;
+  CutChange one;
+  if (unit.kind == CutLog::Unit::split) {
+    one = unit.change;
+    one.new_nodes += unit.number, one.new_node_count = 1;
+    one.removed_count = 0;
+  } else {
+    one.removed = unit.change.removed + unit.number, one.removed_count = 1;
   }
-  return source_.organ->remove(unit.change, unit.number) == CutOutcome::made;
+  if (organ.take_change(one, replayed).outcome != CutOutcome::made) return false;
+  if (unit.kind == CutLog::Unit::split) add_node(one.new_nodes->node);
+  return true;
+}
+
+// A new node lies where the one that it comes from lies.
+void CutScene::add_node(std::int32_t n) {
+  const std::int32_t node = number_[n], from = number_[mesh_.from(n)];
+  std::copy_n(source_.rest + 3 * from, 3, source_.rest + 3 * node);
+  touch().surface.measure.copy_tissue(node, from);
+  source_.organ->bring(node, load3(source_.rest + 3 * node) - load3(reserve_ + 3 * (node - source_.first_reserve)));
 }
 
 // The next of what hosts ask for: the removal, then each blade. Returns whether there was one.
-bool CutScene::change_mesh(const TouchState& touch) {
+bool CutScene::change_mesh() {
   if (removal_.radius > 0) {
     double centre[3];
-    store3(touch.organ.point_to_organ(load3(removal_.centre)), centre);
+    store3(touch().organ.point_to_organ(load3(removal_.centre)), centre);
     mesh_.remove_ball(centre, removal_.radius, position_);
     removal_.radius = 0;
     blades_.leave([&](std::int32_t t) { return mesh_.is_removed(t); });
@@ -100,28 +121,25 @@ bool CutScene::change_mesh(const TouchState& touch) {
   return true;
 }
 
-void CutScene::place_nodes(const TouchState& touch) {
+void CutScene::place_nodes() {
+  const std::int32_t made = made_nodes();
   for (std::int32_t n = 0; n < mesh_.nodes(); ++n) {
-    const std::int32_t node = source_.node[n];
+    node_[n] = n < made ? number_[n] : node_[mesh_.from(n)];
+    const std::int32_t node = node_[n];
     const bool is_known = node < source_.surface_nodes;
-    store3(is_known ? touch.surface.place(node) + touch.displacement.at_node(node) : load3(source_.body.nodes + 3 * n),
-           position_ + 3 * n);
+    store3(is_known ? touch().surface.place(node) + touch().displacement.at_node(node)
+                    : load3(source_.body.nodes + 3 * static_cast<std::size_t>(n)),
+           position_ + 3 * static_cast<std::size_t>(n));
   }
 }
 
-void CutScene::take_change(TouchState& touch) {
+void CutScene::take_change() {
   const CutMeshChange& change = mesh_.change();
   if (change.full) told_.is_full = 1;
   if (change.tetrahedra.count == 0 && change.removed_tetrahedra.count == 0) return;
-  ++told_.surface;
   told_.faces += change.cut_faces, told_.removed += change.removed_tetrahedra.count;
   for (std::int32_t i = change.first_triangle; i < change.end_triangle; ++i) told_.area += area_of_cut(i);
-  for (std::int32_t n = change.first_node; n < change.end_node; ++n) {
-    std::copy_n(position_ + 3 * mesh_.from(n), 3, position_ + 3 * n);
-    add_node(touch, n);
-  }
   log_change();
-  surface_.take_change(mesh_, touch);
 }
 
 // m^2, at rest, of a new triangle: of the two lips of a cut face one counts.
@@ -156,32 +174,24 @@ void CutScene::log_change() {
   for (std::int32_t i = 0; i < change.removed_tetrahedra.count; ++i) log_.add(CutLog::Unit::remove, i);
 }
 
-// A new node lies where the one that it comes from lies, and has its column.
-void CutScene::add_node(TouchState& touch, std::int32_t n) {
-  const std::int32_t node = source_.node[n], from = source_.node[mesh_.from(n)];
-  std::copy_n(touch.surface.rest + 3 * from, 3, source_.rest + 3 * node);
-  touch.surface.column_of_node[node] = touch.surface.column_of_node[from];
-  source_.organ->add_node(n, mesh_.from(n));
-}
-
 void CutScene::tell() {
   told_.nodes = mesh_.nodes() - source_.body.node_count, told_.pieces = mesh_.pieces().count();
-  told_.waiting = mesh_.pending(), told_.left = log_.left(), told_.rank = source_.organ->rank();
+  told_.waiting = mesh_.pending(), told_.left = log_.left(), told_.rank = source_.organ->compliance().rank();
 }
 
+// The body has forgotten its changes before.
 void CutScene::forget_rest() {
   mesh_.forget(), log_.forget(), blades_.forget(), loose_.forget();
   removal_ = {}, told_ = {};
-  source_.organ->forget_cut();
-  surface_.take_all(mesh_, *source_.touch);
+  std::copy_n(reserve_, 3 * static_cast<std::size_t>(source_.new_nodes), source_.rest + 3 * source_.first_reserve);
+  surface_.forget(mesh_, source_.touched);
   tell();
 }
 
 void CutScene::restored() {
-  source_.organ->forget_cut();
-  for (std::int32_t n = source_.body.node_count; n < mesh_.nodes(); ++n) add_node(*source_.touch, n);
-  log_.for_each_done([&](const CutLog::Unit& unit) { take(unit); });
-  surface_.restored(mesh_, *source_.touch);
+  source_.organ->forget_changes(true);
+  log_.for_each_done([&](const CutLog::Unit& unit) { take(unit, true); });
+  surface_.restored(touch());
 }
 
 }  // namespace palpate

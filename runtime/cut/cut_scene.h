@@ -18,21 +18,19 @@ class CutScene final : public RowSource {
  public:
   // All borrowed.
   struct Source {
-    TouchState* touch;
-    CutOrgan* organ;
+    SceneSurface::Touched touched;
+    CutOrgan* organ = nullptr;
     CutBody body;
-    const std::uint8_t* can_hold;  // [body's nodes] 1: the compliance knows the node
-    const std::int32_t* node;      // [body's nodes and new ones] the scene's node
-    double* rest;                  // [Ns][3] m: TouchedSurface::rest
-    std::int32_t surface_nodes;    // Ns
-    std::int32_t new_nodes, rank;  // at most
-    Operations operations;         // of a step, at most, for the compliance
+    const std::uint8_t* can_hold = nullptr;         // [body's nodes] 1: the compliance knows the node
+    double* rest = nullptr;                         // [Ns][3] m: TouchedSurface::rest, in which new nodes get places
+    std::int32_t surface_nodes = 0;                 // Ns
+    std::int32_t first_reserve = 0, new_nodes = 0;  // the scene's node of the first new one; new ones at most
+    std::int32_t rank = 0;                          // at most
+    Operations operations = 0;                      // of a step, at most, for the compliance
   };
   // The sentence of what is wrong with the body; nullptr: nothing, unless the memory has failed.
   const char* create(SceneMemory& memory, const Source& source);
   SceneSurface& surface() { return surface_; }
-  // [Ns][3] m: TouchedSurface::rest, in which new nodes get places.
-  void place_at_rest(double* rest) { source_.rest = rest; }
 
   // Of palpate_cut.h, checked.
   void set_blade(std::int32_t blade, const palpate_blade& now) { blades_.set(blade, now); }
@@ -45,8 +43,7 @@ class CutScene final : public RowSource {
   void request(TouchStep& step) override { blades_.request(step, placed()); }
   void take_reactions(TouchStep& step, bool solved) override { blades_.take_reactions(step, solved); }
   void forget_rest() override;
-  // After a state has been restored.
-  void restored();
+  void restored() override;
 
   // That a step may count on top of all else.
   double most_operations() const;
@@ -55,16 +52,18 @@ class CutScene final : public RowSource {
   struct Removal {
     double centre[3], radius;  // m, in the world; radius 0: none is asked for
   };
-  PlacedMesh placed() const { return {&mesh_.state().rest(), mesh_.nodes_of(0), position_, source_.node}; }
+  PlacedMesh placed() const { return {&mesh_.state().rest(), mesh_.nodes_of(0), position_, node_}; }
+  TouchState& touch() const { return *source_.touched.touch; }
   static double cost_of(CutLog::Unit::Kind kind, std::int32_t rank);
   void follow(double* left);
-  bool take(const CutLog::Unit& unit);
-  bool change_mesh(const TouchState& touch);
-  void place_nodes(const TouchState& touch);
-  void take_change(TouchState& touch);
+  bool take(const CutLog::Unit& unit, bool replayed);
+  bool change_mesh();
+  void place_nodes();
+  void take_change();
   double area_of_cut(std::int32_t triangle) const;
   void log_change();
-  void add_node(TouchState& touch, std::int32_t n);
+  std::int32_t made_nodes() const { return source_.body.node_count + source_.organ->response().new_nodes(); }
+  void add_node(std::int32_t n);
   void tell();
 
   Source source_ = {};
@@ -73,7 +72,11 @@ class CutScene final : public RowSource {
   Blades blades_;
   LoosePieces loose_;
   SceneSurface surface_;
-  double* position_ = nullptr;  // [body's nodes and new ones][3] m, of the mesh's nodes as they are
+  std::int32_t* number_ = nullptr;  // [body's nodes and new ones] the scene's node
+  // The same, where nodes that the compliance does not have yet are those from which they come; and m, [][3], where they are.
+  std::int32_t* node_ = nullptr;
+  double* position_ = nullptr;
+  double* reserve_ = nullptr;  // [new nodes][3] m: places at rest of the nodes in reserve
   Removal removal_ = {};
   palpate_cut_state told_ = {};
 };

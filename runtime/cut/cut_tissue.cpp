@@ -13,7 +13,7 @@ bool CutTissue::create(SceneMemory& memory, const HyperelasticBody& body, std::i
   parent_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_new));
   origin_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_new));
   if (memory.failed()) return false;
-  std::copy(body.tetrahedra, body.tetrahedra + corners, corners_);
+  forget();
   for (std::size_t c = 0; c < corners; ++c) ++first_[corners_[c] + 1];
   for (std::size_t n = 0; n < nodes; ++n) {
     largest_star_ = std::max(largest_star_, 1 + 3 * first_[n + 1]);
@@ -24,6 +24,13 @@ bool CutTissue::create(SceneMemory& memory, const HyperelasticBody& body, std::i
   for (std::size_t n = 0; n < nodes; ++n) first_[n] = first_[n + 1];
   first_[nodes] = static_cast<std::int32_t>(corners);
   return true;
+}
+
+void CutTissue::forget() {
+  const std::size_t tetrahedra = static_cast<std::size_t>(body_->tetrahedron_count);
+  std::copy_n(body_->tetrahedra, 4 * tetrahedra, corners_);
+  std::fill_n(removed_, tetrahedra, std::uint8_t{0});
+  new_count_ = 0;
 }
 
 void CutTissue::add_node(std::int32_t from) {

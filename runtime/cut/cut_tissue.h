@@ -54,6 +54,8 @@ class CutTissue {
   std::int32_t tetrahedra() const { return body_->tetrahedron_count; }
   std::int32_t region(std::int32_t e) const { return body_->region[e]; }
 
+  void forget();  // back to the body at rest
+
   void add_node(std::int32_t from);  // gets the number nodes()
   void take_node_back() { --new_count_; }
   void move_corner(std::int32_t e, std::int32_t from, std::int32_t to);

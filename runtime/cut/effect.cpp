@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "runtime/base/error_text.h"
 #include "runtime/cut/cut_region.h"
@@ -29,6 +30,7 @@ constexpr EffectNeed kNeeds[] = {
 // The effect's state: what it made of the bundle, the body of the touch and the part of the step.
 struct CutOfScene {
   CutRegion region;
+  std::optional<RegionPairs> pairs;
   CutOrgan organ;
   CutScene scene;
 };
@@ -59,56 +61,70 @@ const char* pass_of(const palpate_scene_def& def) {
 
 // Of a step without a change: the field at all nodes of the surface.
 palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load&) {
-  const double numbers = 3.0 * cut_of(&scene)->organ.rank() * scene.tensors.surface_nodes;
+  const double numbers = 3.0 * cut_of(&scene)->organ.compliance().rank() * scene.tensors.surface_nodes;
   return {8 * numbers, 2 * numbers, 0};
 }
 
 double most_of_body(const palpate_scene& scene) {
-  return cut_of(&scene)->organ.most_operations();
+  return cut_of(scene.def).cut_rank * 3.0 * scene.tensors.surface_nodes / kDense;
 }
 
 double most_of_changes(const palpate_scene& scene, double) {
   return cut_of(&scene)->scene.most_operations();
 }
 
+// Memory of the pairs of these nodes grows with their square; a cut of this rank acts on fewer.
+std::int32_t slots_of(const palpate_cut_def& def, const CutRegion& region) {
+  return std::min(region.node_count, def.cut_rank + def.cut_rank / 4);
+}
+
 // What the organ has to be before the core is built: its triangles, and the body of the touch.
 palpate_status prepare(EffectBuild& build) {
   palpate_scene& scene = build.scene;
-  SectionReader& reader = build.reader;
+  const SectionReader& reader = build.reader;
   SceneMemory& memory = reader.memory();
+  const palpate_cut_def& def = cut_of(scene.def);
   auto* const cut = memory.make<CutOfScene>();
   if (!cut) return reader.no_memory("cut");
   build.state = cut;
   CutRegion& region = cut->region;
-  if (const palpate_status status = read_cut_region(reader, scene.tensors, scene.touchable, &region)) return status;
-  const palpate_cut_def& def = cut_of(scene.def);
+  TouchedSurface& surface = scene.touch.surface;
+  const double* rest = nullptr;
+  palpate_status status = read_cut_region(reader, scene.tensors, scene.touchable, &region);
+  if (status == PALPATE_OK) status = reader.read_rest(scene.def, reader.counts().surface_nodes, &rest);
+  CutOrgan::Parts organ;
+  if (status == PALPATE_OK) status = reader.map_preload(scene.def, &organ.preload);
+  if (status != PALPATE_OK) return status;
   CutScene::Source source;
-  source.touch = &scene.touch, source.organ = &cut->organ;
-  source.body = region.mesh, source.can_hold = region.may_divide, source.node = region.scene_node;
-  source.surface_nodes = reader.surface_nodes();
+  source.touched = {&scene.touch, scene.def.max_tools, scene.def.max_points};
+  source.organ = &cut->organ, source.body = region.mesh, source.can_hold = region.may_divide;
+  source.rest = const_cast<double*>(rest), source.surface_nodes = reader.surface_nodes();
+  source.first_reserve = region.first_reserve;
   source.new_nodes = def.cut_nodes > 0 ? std::min(def.cut_nodes, region.reserve) : region.reserve;
   source.rank = def.cut_rank, source.operations = def.cut_operations;
+  organ.body = &region.body, organ.tensors = &scene.tensors, organ.touchable = scene.touchable;
+  organ.pairs = &cut->pairs.emplace(scene.tensors, region.pairs);
+  organ.pair_nodes = region.nodes, organ.pair_count = region.node_count;
+  organ.surface_nodes = reader.surface_nodes(), organ.first_reserve = region.first_reserve;
+  organ.contact_nodes = scene.def.max_contact_nodes, organ.constraints = scene.touch.most_constraints;
+  organ.capacity.nodes = slots_of(def, region), organ.capacity.new_nodes = source.new_nodes;
+  organ.capacity.patterns = def.cut_rank;
   if (const char* const wrong = cut->scene.create(memory, source))
     return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
                 "cut: %s; rebuild the bundle", wrong);
-  CutOrgan::Source organ;
-  organ.body = &region.body, organ.pairs = &region.pairs, organ.new_nodes = source.new_nodes, organ.rank = source.rank;
-  organ.nodes = region.node_count;
-  if (!cut->organ.create(memory, organ)) return reader.no_memory("cut");
-  const SceneSurface& surface = cut->scene.surface();
-  scene.touch.surface.triangles = surface.triangles();
-  scene.touch.body = &cut->organ;
-  return memory.failed() ? reader.no_memory("cut") : PALPATE_OK;
+  if (memory.failed() || !cut->organ.create(memory, organ, scene.touch)) return reader.no_memory("cut");
+  surface.triangles = cut->scene.surface().triangles(), surface.triangle_count = cut->scene.surface().capacity();
+  surface.active = cut->scene.surface().active(), surface.rest = rest;
+  scene.shape.surface = {surface.triangles, static_cast<std::int32_t>(reader.counts().triangles), nullptr};
+  return PALPATE_OK;
 }
 
 // After the surface and the limits of contacts are known.
 palpate_status build(EffectBuild& build) {
   palpate_scene& scene = build.scene;
-  CutOfScene* const cut = cut_of(&scene);
-  cut->scene.place_at_rest(const_cast<double*>(scene.touch.surface.rest));
-  scene.touch.parts.ask(&cut->scene);
-  const bool made = cut->organ.build(build.reader.memory(), scene);
-  return made && !build.reader.memory().failed() ? PALPATE_OK : build.reader.no_memory("cut");
+  scene.touch.held = scene.shape.held = {build.reader.surface_nodes(), false};
+  scene.touch.parts.ask(&cut_of(&scene)->scene);
+  return PALPATE_OK;
 }
 
 constexpr EffectBody kBody = {pass_of, predict, most_of_body};

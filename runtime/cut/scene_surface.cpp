@@ -2,43 +2,40 @@
 
 #include <algorithm>
 
+#include "runtime/contact/surface_change.h"
+
 namespace palpate {
 
 bool SceneSurface::create(SceneMemory& memory, const CutMesh& mesh, const std::int32_t* node) {
   const CutBody& body = mesh.state().rest().body();
   outside_ = body.triangle_count;
-  return triangles_.create(memory, mesh, body, node);
+  if (!triangles_.create(memory, mesh, body, node)) return false;
+  triangles_.keep(memory);
+  return true;
 }
 
-void SceneSurface::take_change(const CutMesh& mesh, TouchState& touch) {
-  triangles_.follow(mesh);
-  update(touch);
-  // An old patch may lie on triangles that have other corners now, and what was far from the surface may be near a lip.
-  touch.rows.forget();
-  for (PointState* const points : touch.points.of_tool)
-    for (PointState* point = points; point && point->known; ++point) {
-      point->clear = {};
-      if (point->contact && !active()[point->anchor.triangle]) *point = {};
-    }
+void SceneSurface::show(const CutMesh& mesh, const CutChange& change, const Touched& of) {
+  triangles_.begin();
+  for (std::int32_t i = 0; i < change.moved_count; ++i) triangles_.follow(mesh, change.moved[i].tetrahedron);
+  for (std::int32_t i = 0; i < change.removed_count; ++i) triangles_.follow(mesh, change.removed[i]);
+  update(of);
 }
 
-void SceneSurface::update(TouchState& touch) {
-  const std::int32_t *const changed = triangles_.changed(), count = triangles_.changed_count();
-  touch.surface.index.change(changed, count);
-  touch.tree.change(changed, count);
-  touch.surface.measure.change(touch.tree.fans());
-}
-
-void SceneSurface::take_all(const CutMesh& mesh, TouchState& touch) {
+void SceneSurface::forget(const CutMesh& mesh, const Touched& of) {
   triangles_.follow_all(mesh);
-  update(touch);
+  update(of);
 }
 
-void SceneSurface::restored(const CutMesh& mesh, TouchState& touch) {
-  triangles_.follow_all(mesh);
-  touch.surface.index.change(triangles_.changed(), triangles_.changed_count());
+// An old patch may lie on triangles that have other corners now.
+void SceneSurface::update(const Touched& of) {
+  change_surface(*of.touch, of.tools, of.points, triangles_.changed(), triangles_.changed_count());
+  of.touch->rows.forget();
+}
+
+void SceneSurface::restored(TouchState& touch) {
+  for (std::int32_t triangle = 0; triangle < capacity(); ++triangle) touch.surface.index.change(&triangle, 1);
   touch.tree.restored();
-  touch.surface.measure.change(touch.tree.fans());
+  if (touch.surface.measure.is_built()) touch.surface.measure.change(touch.tree.fans());
 }
 
 std::int32_t SceneSurface::write(std::int32_t* triangles, std::uint8_t* is_lip, std::int32_t most) const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/contact/touch.h"
+#include "runtime/cut/cut_log.h"
 #include "runtime/cut/cut_triangles.h"
 
 namespace palpate {
@@ -17,18 +18,24 @@ class SceneSurface {
   const std::int32_t* triangles() const { return triangles_.triangles(); }
   const std::uint8_t* active() const { return triangles_.active(); }
 
-  // The mesh's last change, once the new nodes have places at rest. Contacts on triangles that are gone end, and all points are tested anew. Cost: the
-  // change.
-  void take_change(const CutMesh& mesh, TouchState& touch);
-  // The mesh as it is: back at rest; of a state that was restored, whose tree knows where it has seen the triangles.
-  void take_all(const CutMesh& mesh, TouchState& touch);
-  void restored(const CutMesh& mesh, TouchState& touch);
+  // Whose surface it is: with so many tools and points of each.
+  struct Touched {
+    TouchState* touch = nullptr;
+    std::int32_t tools = 0, points = 0;
+  };
+  // Shows the log's last change, once the new nodes have places at rest. Contacts on triangles that are gone end, and all points are tested anew.
+  // Cost: the change.
+  void show(const CutMesh& mesh, const CutChange& change, const Touched& of);
+  // Shows the body at rest.
+  void forget(const CutMesh& mesh, const Touched& of);
+  // The triangles are those of a state that was restored, and so is what the tree has seen.
+  void restored(TouchState& touch);
 
   // palpate_scene_cut_surface().
   std::int32_t write(std::int32_t* triangles, std::uint8_t* is_lip, std::int32_t most) const;
 
  private:
-  void update(TouchState& touch);
+  void update(const Touched& of);
 
   CutTriangles triangles_;
   std::int32_t outside_ = 0;  // triangles of the body at rest

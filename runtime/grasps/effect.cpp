@@ -42,9 +42,8 @@ double most_operations(const palpate_scene& scene, double change) {
 
 bool is_sound_grasp(const palpate_grasp& grasp, const InputLimits& limits) {
   Pose pose;
-  if (!is_sound_place(grasp.triangle, grasp.barycentric, limits.triangles)) return false;
-  if (grasp.opposite_triangle != -1 &&
-      !is_sound_place(grasp.opposite_triangle, grasp.opposite_barycentric, limits.triangles))
+  if (!is_sound_place(grasp.triangle, grasp.barycentric, limits)) return false;
+  if (grasp.opposite_triangle != -1 && !is_sound_place(grasp.opposite_triangle, grasp.opposite_barycentric, limits))
     return false;
   return is_position(grasp.position) && read_pose(grasp.position, grasp.orientation, &pose) && grasp.radius > 0 &&
          grasp.radius <= 1 && grasp.closing >= 0 && grasp.closing <= 1 && grasp.friction >= 0 && grasp.clamp_force >= 0;

@@ -15,4 +15,9 @@ palpate_status read_laws(const SectionReader& reader, const char* effect, Tissue
 // of_arrays: takes the checked copies of the tetrahedra and their regions.
 palpate_status read_tetrahedra(const SectionReader& of_arrays, HyperelasticBody* body);
 
+palpate_status read_fixed(const SectionReader& reader, HyperelasticBody* body);
+
+// Foundations and springs, where the bundle has them. of_scratch: takes their nodes.
+palpate_status read_supports(const SectionReader& reader, const SectionReader& of_scratch, HyperelasticBody* body);
+
 }  // namespace palpate

@@ -64,39 +64,7 @@ palpate_status read_large_body(const SectionReader& reader, HyperelasticBody* bo
   const char* const effect = "deformation LARGE";
   palpate_status status = read_body(reader, effect, body, laws);
   if (status == PALPATE_OK) status = read_laws(reader, effect, laws);
-  if (status == PALPATE_OK) status = reader.map(SectionId::fixed, &body->fixed);
-  if (status != PALPATE_OK) return status;
-  formats::IndexedSections sections;
-  sections.fixed = body->fixed;
-  return reader.check(sections);
-}
-
-// Foundations and springs, where the bundle has them. The arrays are needed until the body is made.
-palpate_status read_supports(const SectionReader& reader, const SectionReader& of_scratch, HyperelasticBody* body) {
-  const formats::SectionEntry *const nodes = reader.find(SectionId::large_support_nodes),
-                                     *const stiffness = reader.find(SectionId::large_support_stiffness);
-  if (!nodes && !stiffness) return PALPATE_OK;
-  if (!nodes || !stiffness || nodes->shape[0] != stiffness->shape[0])
-    return fail(
-        reader.error(), PALPATE_ERROR_CONTENT, (nodes ? nodes : stiffness)->offset,
-        "large/support: expected as many pairs of nodes as 3 x 3 stiffnesses, found other numbers of them; rebuild "
-        "the bundle");
-  const std::uint64_t pairs = nodes->shape[0];
-  palpate_status status = of_scratch.copy_indices(SectionId::large_support_nodes, 2 * pairs,
-                                                  &formats::IndexedSections::large_support_nodes, &body->support_nodes);
-  if (status == PALPATE_OK) status = reader.map(SectionId::large_support_stiffness, &body->support_stiffness);
-  if (status != PALPATE_OK) return status;
-  for (std::uint64_t p = 0; p < pairs; ++p) {
-    const std::int32_t *const pair = body->support_nodes + 2 * p, *const before = p > 0 ? pair - 2 : nullptr;
-    const bool ascends = !before || before[0] < pair[0] || (before[0] == pair[0] && before[1] < pair[1]);
-    if (pair[0] > pair[1] || !ascends) return reader.not_usable(SectionId::large_support_nodes, 2 * p);
-    const double* const k = body->support_stiffness + 9 * p;
-    for (int i = 0; i < 9; ++i)
-      if (!(std::fabs(k[i]) <= 1e15) || (pair[0] == pair[1] && k[i] != k[i % 3 * 3 + i / 3]))
-        return reader.not_usable(SectionId::large_support_stiffness, 9 * p + static_cast<std::uint64_t>(i));
-  }
-  body->support_count = static_cast<std::int32_t>(pairs);
-  return PALPATE_OK;
+  return status == PALPATE_OK ? read_fixed(reader, body) : status;
 }
 
 // Each node that can move stands once in the order.

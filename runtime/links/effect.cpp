@@ -44,7 +44,7 @@ palpate_status build(EffectBuild& build) {
   if (!links) return build.reader.no_memory("links");
   build.state = links;
   scene.touch.parts.ask(links);
-  const LinkedOrgan organ = linked_organ(scene.def, scene.touch, build.reader.triangles(), scene.tensors.stiffness);
+  const LinkedOrgan organ = linked_organ(scene.def, scene.touch, scene.tensors.stiffness);
   return links->create(memory, organ, most_links(scene.def), build.pass) ? PALPATE_OK : build.reader.no_memory("links");
 }
 

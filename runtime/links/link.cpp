@@ -45,10 +45,11 @@ void find_disc(const DiscSource& source, const SurfacePoint& place, double radiu
   std::copy(disc.weight, disc.weight + disc.count, to->weight);
 }
 
-const char* fault_of(const palpate_link_end& end, std::int32_t triangles) {
+const char* fault_of(const palpate_link_end& end, const LinkSurface* surface) {
   if (!is_known(enum_number(end.kind), PALPATE_END_WORLD)) return "an end of kind SURFACE_POINT or WORLD";
   if (end.kind == PALPATE_END_WORLD) return is_position(end.point) ? nullptr : "an end's point within 1e6 m";
-  if (end.triangle < 0 || end.triangle >= triangles) return "an end's triangle from 0 to F-1";
+  if (end.triangle < 0 || !surface || end.triangle >= surface->triangle_count) return "an end's triangle from 0 to F-1";
+  if (surface->active && !surface->active[end.triangle]) return "an end's triangle that is part of the surface";
   double sum = 0;
   for (const double k : end.barycentric) {
     if (!(k >= -1e-6 && k <= 1 + 1e-6)) return "barycentric weights from 0 to 1";
@@ -73,7 +74,7 @@ const char* fault_of(const Link* links, std::int32_t index, std::int32_t count, 
   const palpate_link& link = links[index].given;
   if (!is_known(enum_number(link.kind), PALPATE_LINK_CLIP)) return "a kind THREAD, SPRING or CLIP";
   for (int e = 0; e < 2; ++e)
-    if (const char* fault = fault_of(link.ends[e], surface[e] ? surface[e]->triangle_count : 0)) return fault;
+    if (const char* fault = fault_of(link.ends[e], surface[e])) return fault;
   if (link.ends[0].kind == PALPATE_END_WORLD && link.ends[1].kind == PALPATE_END_WORLD)
     return "at least one end on the organ's surface";
   if (!(link.rest_length >= 0 && link.rest_length <= kFarthest)) return "a rest_length from 0 to 1e6 m";

@@ -91,8 +91,9 @@ struct Link {
 // The surface that ends take hold of; borrowed. The disc's patch and measure are nullptr where contacts are no discs.
 struct LinkSurface {
   DiscSource disc;
-  const std::int32_t* triangles;  // [F][3]
+  const std::int32_t* triangles;  // [triangle_count][3]
   std::int32_t triangle_count;
+  const std::uint8_t* active;  // as in TouchedSurface
 };
 
 // What is wrong with link number `index` of the `count` links of a list, with the organs of its ends; nullptr: nothing. links: the list as far

@@ -8,9 +8,9 @@
 
 namespace palpate {
 
-LinkedOrgan linked_organ(const palpate_scene_def& def, TouchState& touch, std::int32_t triangles,
-                         const double* stiffness) {
-  LinkedOrgan organ = {&touch, {touch.surface.discs(), touch.surface.triangles, triangles}, stiffness};
+LinkedOrgan linked_organ(const palpate_scene_def& def, TouchState& touch, const double* stiffness) {
+  TouchedSurface& surface = touch.surface;
+  LinkedOrgan organ = {&touch, {surface.discs(), surface.triangles, surface.triangle_count, surface.active}, stiffness};
   if (def.contact != PALPATE_CONTACT_PATCH) organ.surface.disc.measure = nullptr, organ.surface.disc.patch = nullptr;
   return organ;
 }

@@ -19,8 +19,7 @@ struct LinkedOrgan {
   LinkSurface surface;
   const double* stiffness;  // [S][3][3] N/m, of each column
 };
-LinkedOrgan linked_organ(const palpate_scene_def& def, TouchState& touch, std::int32_t triangles,
-                         const double* stiffness);
+LinkedOrgan linked_organ(const palpate_scene_def& def, TouchState& touch, const double* stiffness);
 
 class LinkList {
  public:

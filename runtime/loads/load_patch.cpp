@@ -55,7 +55,7 @@ bool find_patch(SceneMemory& memory, SurfaceIndex& surface, const std::int32_t* 
   double* const area = scratch.array<double>(static_cast<std::size_t>(nodes));
   if (!area) return false;
   for (std::int32_t t = 0; t < surface.triangle_count(); ++t)
-    if (dot(surface.outward(t), outward) > kFaces)
+    if (surface.is_active(t) && dot(surface.outward(t), outward) > kFaces)
       patch->area += add_triangle(surface, triangles, t, middle, radius, area);
   if (patch->area == 0) {
     patch->area = std::numbers::pi * radius * radius;

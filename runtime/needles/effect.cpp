@@ -102,7 +102,7 @@ palpate_status create(const SectionReader& reader, palpate_scene& scene, Pass pa
 bool is_sound_needle(const palpate_needle& needle, const InputLimits& limits) {
   constexpr double most = 1e6, off = 1e-3;
   const auto up_to = [](double x, double end) { return x >= 0 && x <= end; };
-  return is_sound_place(needle.triangle, needle.barycentric, limits.triangles) && is_sound_point(needle.tip) &&
+  return is_sound_place(needle.triangle, needle.barycentric, limits) && is_sound_point(needle.tip) &&
          std::fabs(length(load3(needle.direction)) - 1) <= off && needle.radius > 0 && needle.radius <= 0.01 &&
          up_to(needle.friction, most) && up_to(needle.cutting_force, most) && up_to(needle.puncture_force, most) &&
          needle.spacing >= 1e-4 && needle.spacing <= 1;

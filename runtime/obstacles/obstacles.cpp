@@ -173,7 +173,9 @@ void Obstacles::search(std::int32_t i, std::int32_t* next_held) {
   if (first == *next_held && is_far(i)) return;
   for (std::int32_t node = 0, held = first; node < tree_->surface_nodes(); ++node) {
     const Held* const before = held < *next_held && held_[held].node == node ? &held_[held++] : nullptr;
-    if (touch_->surface.column_of_node[node] < 0 || (!before && moved(i, node) < due(i, node))) continue;
+    const TouchedSurface& surface = touch_->surface;
+    if (surface.column_of_node[node] < 0 || !surface.has_triangles(node)) continue;
+    if (!before && moved(i, node) < due(i, node)) continue;
     found_count_ += look(i, node, before, &found_[found_count_]);
   }
 }

@@ -27,7 +27,7 @@ palpate_status build(EffectBuild& build) {
   const OffsetRows& motions = scene.touch.offset.rows();
   double reach = 1;
   const bool made =
-      build_tree(memory, scene.touch, reader.surface_nodes(), reader.triangles(), query->tree()) &&
+      build_tree(memory, scene.touch, reader.surface_nodes(), query->tree()) &&
       set_reaches(reader, *scene.touch.body, scene.tensors, scene.touchable, fine, motions, query->tree(), &reach) &&
       query->create(memory, &scene.tensors, scene.touchable, def.max_contact_nodes, fine,
                     scene.touch.body->surface_field() != nullptr, scene.touch.body->added() ? reach : 0, motions,

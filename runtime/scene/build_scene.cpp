@@ -83,9 +83,15 @@ palpate_status read_tensors(const SectionReader& reader, std::int32_t max_loaded
   return PALPATE_OK;
 }
 
-palpate_status read_triangles(const SectionReader& reader, const std::int32_t** out) {
-  return reader.copy_indices(SectionId::triangles, 3 * reader.counts().triangles, &formats::IndexedSections::triangles,
-                             out);
+// A body whose surface changes has brought triangles of its own, for either half.
+palpate_status read_triangles(const SectionReader& reader, palpate_scene& scene) {
+  TouchedSurface& surface = scene.touch.surface;
+  if (surface.triangles) return PALPATE_OK;
+  surface.triangle_count = reader.triangles();
+  const palpate_status status = reader.copy_indices(SectionId::triangles, 3 * reader.counts().triangles,
+                                                    &formats::IndexedSections::triangles, &surface.triangles);
+  scene.shape.surface = {surface.triangles, surface.triangle_count, nullptr};
+  return status;
 }
 
 // A measured curve. which: 0 for P, 1 for Q, in material/response/range.
@@ -107,11 +113,13 @@ palpate_status read_curve(const SectionReader& reader, const char* effect, Secti
 
 // The search structure over the rest positions and, where contacts have frames, normals, spacing and curvature.
 palpate_status build_surface(const SectionReader& reader, const palpate_scene_def& def, TouchState& touch) {
-  if (!touch.surface.index.build(reader.memory(), touch.surface.rest, touch.surface.triangles, reader.triangles()))
+  TouchedSurface& surface = touch.surface;
+  if (surface.active) surface.fans = &touch.tree.fans();
+  if (!surface.index.build(reader.memory(), surface.rest, surface.triangles, surface.triangle_count, surface.active))
     return reader.no_memory("surface");
   if (!needs_contact_frames(def)) return PALPATE_OK;
-  const bool measured = touch.surface.measure.build(reader.memory(), touch.surface.rest, reader.surface_nodes(),
-                                                    touch.surface.triangles, reader.triangles());
+  const bool measured = surface.measure.build(reader.memory(), surface.rest, reader.surface_nodes(), surface.triangles,
+                                              surface.triangle_count, surface.active);
   return measured ? PALPATE_OK : reader.no_memory("surface");
 }
 
@@ -120,7 +128,7 @@ palpate_status build_patches(const SectionReader& reader, TouchState& touch) {
           read_tissue(reader.bundle(), reader.memory(), touch.surface.measure, reader.error()))
     return status;
   const bool made = touch.surface.patch.create(reader.memory(), &touch.surface.index, &touch.surface.measure,
-                                               touch.surface.triangles, reader.surface_nodes());
+                                               touch.surface.triangles, reader.surface_nodes(), touch.surface.fans);
   return made ? PALPATE_OK : reader.no_memory("patches");
 }
 
@@ -157,8 +165,7 @@ palpate_status build_collision(const SectionReader& reader, palpate_scene& scene
   const palpate_scene_def& def = scene.def;
   TouchState& touch = scene.touch;
   const bool deformed = def.collision == PALPATE_COLLISION_DEFORMED;
-  if (!build_tree(reader.memory(), touch, reader.surface_nodes(), reader.triangles(), touch.tree))
-    return reader.no_memory("collision");
+  if (!build_tree(reader.memory(), touch, reader.surface_nodes(), touch.tree)) return reader.no_memory("collision");
   const auto create_field = [&] {
     touch.field = touch.body->surface_field();
     if (touch.field) return true;
@@ -208,7 +215,8 @@ palpate_status build_contacts(const SectionReader& reader, palpate_scene& scene)
   TouchState& touch = scene.touch;
   SceneMemory& memory = reader.memory();
   InputLimits limits;
-  limits.surface_nodes = reader.surface_nodes(), limits.triangles = reader.triangles();
+  limits.surface_nodes = reader.surface_nodes(), limits.triangles = touch.surface.triangle_count;
+  limits.active = touch.surface.active;
   limits.max_tools = def.max_tools, limits.max_points = def.max_points;
   limits.has_triangles = touch.surface.triangles != nullptr;
   memory.keep(touch.step);
@@ -229,6 +237,7 @@ palpate_status build_contacts(const SectionReader& reader, palpate_scene& scene)
   ContactSolver::Limits solver;
   solver.of.nodes = def.max_contact_nodes, solver.of.constraints = constraints;
   solver.of.columns = scene.tensors.all_columns(), solver.of.columns_of_surface = scene.tensors.columns;
+  solver.of.surface_nodes = reader.surface_nodes();
   solver.of.offset = &touch.offset;
   touch.work.create(def.max_operations);
   memory.keep(touch.work);
@@ -454,8 +463,8 @@ palpate_status build_scene(palpate_scene& scene, palpate_error* error) {
     }
   };
   prepare(true);
-  step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, &touch.surface.triangles); });
-  step(needs_rest(def, scene.uses), use.surface,
+  step(needs_triangles(def, scene.uses), use.surface, [&] { return read_triangles(reader, scene); });
+  step(needs_rest(def, scene.uses) && !touch.surface.rest, use.surface,
        [&] { return reader.read_rest(def, reader.counts().surface_nodes, &touch.surface.rest); });
   step(needs_surface(def, scene.uses), use.surface, [&] { return build_surface(reader, def, touch); });
   prepare(false);

@@ -116,14 +116,14 @@ palpate_step_flags palpate_scene_shape(palpate_scene* scene, const palpate_conta
 palpate_step_flags palpate_scene_normals(palpate_scene* scene, const palpate_shape_out* shape, float* normals,
                                          int32_t node_capacity) {
   palpate_shape_out shaped = {};
-  if (!scene || !scene->touch.surface.triangles || !palpate::read_host_struct(shape, &shaped))
+  if (!scene || !scene->shape.surface.triangles || !palpate::read_host_struct(shape, &shaped))
     return PALPATE_STEP_BAD_INPUT;
   const std::int32_t nodes = scene->tensors.surface_nodes;
   if (!shaped.positions || !normals || shaped.node_count < nodes || node_capacity < nodes)
     return PALPATE_STEP_BAD_INPUT;
   if (!palpate::is_aligned(shaped.positions) || !palpate::is_aligned(normals)) return PALPATE_STEP_BAD_INPUT;
-  const auto triangles = static_cast<std::int32_t>(scene->context.bundle.index.counts.triangles);
+  const palpate::ShapedSurface& of = scene->shape.surface;
   const bool all_finite =
-      palpate::find_vertex_normals(shaped.positions, nodes, scene->touch.surface.triangles, triangles, normals);
+      palpate::find_vertex_normals(shaped.positions, nodes, of.triangles, of.triangle_count, of.active, normals);
   return all_finite ? 0 : PALPATE_STEP_BAD_INPUT;
 }

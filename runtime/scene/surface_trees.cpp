@@ -61,11 +61,11 @@ bool set_reaches(const SectionReader& reader, Body& body, const Tensors& tensors
   return made;
 }
 
-bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
-                SurfaceTree& tree) {
-  const BoundSurface* const bound = touch.surface.bound;
+bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, SurfaceTree& tree) {
+  const TouchedSurface& surface = touch.surface;
+  const BoundSurface* const bound = surface.bound;
   return bound ? tree.build(memory, bound->rest(), bound->vertex_count(), bound->triangles(), bound->triangle_count())
-               : tree.build(memory, touch.surface.rest, nodes, touch.surface.triangles, triangles);
+               : tree.build(memory, surface.rest, nodes, surface.triangles, surface.triangle_count, surface.active);
 }
 
 }  // namespace palpate

@@ -7,8 +7,7 @@
 namespace palpate {
 
 // Of the surface that tools meet. False where memory ends.
-bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, std::int32_t triangles,
-                SurfaceTree& tree);
+bool build_tree(SceneMemory& memory, const TouchState& touch, std::int32_t nodes, SurfaceTree& tree);
 
 // How far a field of unit norm can move each node (surface_tree.h). A node without a column gets the largest reach. Of a body
 // with a field of its own norms are lengths. Where a field is added that is known by its length, all nodes get the largest reach, *same. of_nodes:

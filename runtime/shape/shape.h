@@ -10,6 +10,14 @@
 
 namespace palpate {
 
+// The triangles of the surface, where someone asks for them. Where the surface changes they are a copy for the shape half, since the touch may
+// run beside it.
+struct ShapedSurface {
+  const std::int32_t* triangles = nullptr;  // [triangle_count][3]
+  std::int32_t triangle_count = 0;
+  const std::uint8_t* active = nullptr;  // [triangle_count]; nullptr: all are part of the surface
+};
+
 // What the shape half alone reads and writes. Arrays belong to the scene.
 //
 // A step gathers the tensor columns of all contact nodes into the arrays over columns: each contact node has three, one
@@ -20,8 +28,9 @@ struct ShapeState {
   DisplacementRows interior;                         // numbers is nullptr where the shape ends at the surface
   const float* rest = nullptr;                       // [nodes][3] m, positions without contacts, preload included
   std::int32_t nodes = 0;                            // Ns for the surface, N for the volume
-  HeldField held;                                    // as in the touch
-  OffsetRows moved_surface, moved_interior;          // of the offset; numbers nullptr: there is none
+  ShapedSurface surface;
+  HeldField held;                            // as in the touch
+  OffsetRows moved_surface, moved_interior;  // of the offset; numbers nullptr: there is none
   ResponseCurve radial;
   std::int32_t* slot_of_column = nullptr;  // [S] 1 + first of its three entries in the arrays below; 0 between steps
   double* sum = nullptr;                   // [3 max_contact_nodes] m, u~ of a column, summed over contacts

@@ -7,10 +7,11 @@
 namespace palpate {
 
 bool find_vertex_normals(const float* positions, std::int32_t nodes, const std::int32_t* triangles,
-                         std::int32_t triangle_count, float* normals) {
+                         std::int32_t triangle_count, const std::uint8_t* active, float* normals) {
   bool all_finite = true;
   std::fill(normals, normals + 3 * static_cast<std::size_t>(nodes), 0.0f);
   for (std::int32_t t = 0; t < triangle_count; ++t) {
+    if (active && !active[t]) continue;
     const std::int32_t* node = triangles + 3 * static_cast<std::size_t>(t);
     Vec3 corner[3];
     for (int v = 0; v < 3; ++v) {

@@ -7,9 +7,9 @@
 
 namespace palpate {
 
-// positions: [nodes][3] m; triangles: [triangle_count][3], checked; normals: [nodes][3], filled: of unit length, or zero where a
-// vertex has none. A triangle with a corner that is not finite does not count. Returns false where there was one.
+// positions: [nodes][3] m; triangles: [triangle_count][3], checked; active: [triangle_count], 0: the triangle does not count; nullptr: all do;
+// normals: [nodes][3], filled: of unit length, or zero where a vertex has none. A triangle with a corner that is not finite does not count. Returns false where there was one.
 bool find_vertex_normals(const float* positions, std::int32_t nodes, const std::int32_t* triangles,
-                         std::int32_t triangle_count, float* normals);
+                         std::int32_t triangle_count, const std::uint8_t* active, float* normals);
 
 }  // namespace palpate

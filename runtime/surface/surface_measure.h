@@ -52,6 +52,7 @@ class SurfaceMeasure {
   // 0: the triangle counts for nothing; nullptr: all count. A node without a triangle has zeros.
   bool build(SceneMemory& memory, const double* position, std::int32_t nodes, const std::int32_t* triangles,
              std::int32_t triangle_count, const std::uint8_t* active = nullptr);
+  bool is_built() const { return outward_ != nullptr; }
   // After fans.change(), of the fans of the same triangles. Cost: the fans of the nodes whose fans changed and of their neighbours.
   void change(const NodeFans& fans);
 

@@ -1,5 +1,7 @@
 #include "runtime/world/organ_surface.h"
 
+#include <algorithm>
+
 namespace palpate {
 namespace {
 
@@ -10,11 +12,10 @@ constexpr double kFolded = 0.5;     // cosine of 60 degrees
 
 bool OrganSurface::create(SceneMemory& memory, palpate_scene& organ) {
   TouchState& touch = organ.touch;
-  tree_ = &touch.tree, deformed_ = &touch.deformed;
+  tree_ = &touch.tree, deformed_ = &touch.deformed, touched_ = &touch.surface;
   if (const TouchedSurface& mesh = touch.surface; mesh.bound) {
-    const auto triangles = static_cast<std::int32_t>(organ.context.bundle.index.counts.triangles);
     tree_ = &own_tree_, deformed_ = &own_deformed_;
-    if (!tree_->build(memory, mesh.rest, organ.tensors.surface_nodes, mesh.triangles, triangles) ||
+    if (!tree_->build(memory, mesh.rest, organ.tensors.surface_nodes, mesh.triangles, mesh.triangle_count) ||
         !deformed_->create(memory, tree_, touch.field, nullptr))
       return false;
     tree_->set_reach(mesh.node_reach);
@@ -26,14 +27,27 @@ bool OrganSurface::create(SceneMemory& memory, palpate_scene& organ) {
   now_ = memory.array<Vec3>(static_cast<std::size_t>(tree->surface_nodes()));
   seen_ = memory.array<std::uint64_t>(static_cast<std::size_t>(tree->surface_nodes()));
   if (memory.failed()) return false;
-  for (std::int32_t t = 0; t < tree->triangle_count(); ++t) {
-    const std::int32_t* const corner = tree->corners(t);
-    const Vec3 a = tree->at_rest(corner[0]);
-    const Vec3 twice = cross(tree->at_rest(corner[1]) - a, tree->at_rest(corner[2]) - a);
+  measure();
+  return true;
+}
+
+void OrganSurface::measure() {
+  changes_ = touched_->changes;
+  std::fill(normal_, normal_ + tree_->surface_nodes(), Vec3{});
+  std::fill(area_, area_ + tree_->surface_nodes(), 0.0);
+  for (std::int32_t t = 0; t < tree_->triangle_count(); ++t) {
+    if (!tree_->is_active(t)) continue;
+    const std::int32_t* const corner = tree_->corners(t);
+    const Vec3 a = tree_->at_rest(corner[0]);
+    const Vec3 twice = cross(tree_->at_rest(corner[1]) - a, tree_->at_rest(corner[2]) - a);
     for (int v = 0; v < 3; ++v) normal_[corner[v]] += twice, area_[corner[v]] += length(twice) / 6;
   }
-  for (std::int32_t n = 0; n < tree->surface_nodes(); ++n) normal_[n] = unit_or_zero(normal_[n]);
-  return true;
+  for (std::int32_t n = 0; n < tree_->surface_nodes(); ++n) normal_[n] = unit_or_zero(normal_[n]);
+}
+
+void OrganSurface::begin_step() {
+  ++step_;
+  if (changes_ != touched_->changes) measure();
 }
 
 void OrganSurface::forget() {

@@ -28,13 +28,16 @@ class OrganSurface {
   // Unit, outward, at a place of the deformed surface: between the normals of its corners. flat: of its triangle now. Where corners are
   // not evaluated yet in this step, each of their triangles is looked at.
   Vec3 normal(const SurfacePoint& place, Vec3 flat);
-  // The surface has moved: what was evaluated of it is forgotten.
-  void begin_step() { ++step_; }
+  // The surface has moved: what was evaluated of it is forgotten. Where its triangles have changed, it is measured anew.
+  void begin_step();
 
  private:
   // A corner whose normal at rest differs from its triangle's by more than 25 degrees lies on an edge of the organ and counts as flat.
+  void measure();
   bool is_smooth(std::int32_t corner, Vec3 flat_at_rest) const;
 
+  const TouchedSurface* touched_ = nullptr;
+  std::uint64_t changes_ = 0;  // of the surface, when it was measured
   SurfaceTree* tree_ = nullptr;
   DeformedSurface* deformed_ = nullptr;
   SurfaceTree own_tree_;

@@ -164,8 +164,9 @@ void PairSearch::measure_motion(OrganGroup& group) const {
   const OrganSurface &of_a = surface_[group.a], &of_b = surface_[group.b];
   OrganGroup::Motion& motion = *group.motion;
   const double path_a = of_a.deformed().path(), path_b = of_b.deformed().path();
-  // An organ that was reset alone: everything is looked at.
-  if (path_a < motion.path_a || path_b < motion.path_b)
+  const std::uint64_t changes = a.surface.changes + b.surface.changes;
+  // An organ that was reset alone, or whose surface has other triangles: everything is looked at.
+  if (path_a < motion.path_a || path_b < motion.path_b || changes != motion.changes)
     std::fill(group.look, group.look + of_a.tree().surface_nodes(), OrganGroup::Look{});
   const Pose &now_a = a.organ.pose(), &now_b = b.organ.pose();
   group.pose_a_before = motion.pose_a, group.pose_b_before = motion.pose_b;
@@ -178,7 +179,7 @@ void PairSearch::measure_motion(OrganGroup& group) const {
         longest_way(motion.pose_a, motion.pose_b, {now_a, of_a.tree().low() - room, of_a.tree().high() + room}, now_b);
     motion.pose_a = now_a, motion.pose_b = now_b;
   }
-  motion.path_a = path_a, motion.path_b = path_b;
+  motion.path_a = path_a, motion.path_b = path_b, motion.changes = changes;
 }
 
 void PairSearch::look_after(OrganGroup& group, std::int32_t vertex, double room, double per_path) const {
@@ -480,8 +481,9 @@ bool PairSearch::search_group(std::int32_t g, std::int32_t* next_held) {
   std::int32_t held = first;
   const std::int32_t vertices = surface_[group.a].tree().surface_nodes();
   for (std::int32_t v = 0; v < vertices; ++v) {
-    const bool is_held = held < *next_held && pairs_[held].vertex == v;
-    OrganPair* const before = is_held ? pairs_ + held++ : nullptr;
+    OrganPair* const before = held < *next_held && pairs_[held].vertex == v ? pairs_ + held++ : nullptr;
+    if (!touch(group.a).surface.has_triangles(v)) continue;
+    const bool is_held = before && touch(group.b).surface.is_active(before->triangle);
     if (!is_due(group, v)) {
       if (is_held) found_[found_count_++] = *before;
       deep = deep || group.look[v].deep;
@@ -535,6 +537,7 @@ std::uint32_t PairSearch::search() {
 void PairSearch::find_overlaps(OrganGroup& group) {
   const OrganSurface &of_a = surface_[group.a], &of_b = surface_[group.b];
   for (std::int32_t v = 0; v < of_a.tree().surface_nodes(); ++v) {
+    if (!touch(group.a).surface.has_triangles(v)) continue;
     const Vec3 p = to_second(group, of_a.tree().at_rest(v));
     NearestPoint nearest = of_b.deformed().nearest({}, p, group.reach);
     if (nearest.surface_point.triangle < 0) continue;

@@ -64,6 +64,7 @@ struct OrganGroup {
   struct Motion {
     double way = 0;  // m, a bound on how far the poses have moved any vertex of a against b, summed over the steps
     double path_a = 0, path_b = 0;  // sqrt(J), of the fields in the last step
+    std::uint64_t changes = 0;      // of the triangles of both, then
     Pose pose_a, pose_b;
   };
   Motion* motion = nullptr;

@@ -9,8 +9,7 @@ bool WorldLinks::create(SceneMemory& memory, palpate_scene* const* organs, std::
                         std::int32_t capacity) {
   for (std::int32_t k = 0; k < organ_count; ++k) {
     palpate_scene& organ = *organs[k];
-    organ_[k] =
-        linked_organ(organ.def, organ.touch, organ.context.bundle.index.counts.triangles, organ.tensors.stiffness);
+    organ_[k] = linked_organ(organ.def, organ.touch, organ.tensors.stiffness);
     if (organ.def.contact == PALPATE_CONTACT_PATCH) most_nodes_ = LinkEnd::kMostNodes;
   }
   return LinkList::create(memory, organ_, organ_count, true, capacity);

@@ -14,7 +14,7 @@ CutChange OwnedChange::get() const {
           static_cast<std::int32_t>(removed.size())};
 }
 
-void CutBody::apply(const OwnedChange& change) {
+void CutReference::apply(const OwnedChange& change) {
   for (const auto& made : change.new_nodes) {
     const auto from = static_cast<std::size_t>(made.from);
     body_.nodes.push_back(body_.nodes[from]);
@@ -25,14 +25,14 @@ void CutBody::apply(const OwnedChange& change) {
   for (const auto e : change.removed) left_[static_cast<std::size_t>(e)] = 0;
 }
 
-std::array<double, 3> CutBody::centre(std::size_t e) const {
+std::array<double, 3> CutReference::centre(std::size_t e) const {
   std::array<double, 3> sum{};
   for (const auto n : body_.tetrahedra[e])
     for (std::size_t i = 0; i < 3; ++i) sum[i] += body_.nodes[static_cast<std::size_t>(n)][i] / 4;
   return sum;
 }
 
-ElasticBody CutBody::now() const {
+ElasticBody CutReference::now() const {
   ElasticBody result = body_;
   result.tetrahedra.clear(), result.region.clear();
   for (std::size_t e = 0; e < body_.tetrahedra.size(); ++e)

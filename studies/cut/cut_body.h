@@ -20,9 +20,9 @@ struct OwnedChange {
   CutChange get() const;
 };
 
-class CutBody {
+class CutReference {
  public:
-  explicit CutBody(ElasticBody rest) : body_(rest), rest_(std::move(rest)), left_(body_.tetrahedra.size(), 1) {}
+  explicit CutReference(ElasticBody rest) : body_(rest), rest_(std::move(rest)), left_(body_.tetrahedra.size(), 1) {}
   const ElasticBody& rest() const { return rest_; }
   // Nodes with the new ones, tetrahedra with their corners now; removed ones are still there.
   const std::vector<std::array<std::int32_t, 4>>& corners() const { return body_.tetrahedra; }

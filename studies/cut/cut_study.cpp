@@ -71,7 +71,7 @@ Plan plan_of(const ElasticBody& body, const std::string& kind) {
   const auto distance = [&](const std::array<double, 3>& p) {
     return std::hypot(p[0] - middle[0], p[1] - middle[1], p[2] - middle[2]);
   };
-  const CutBody uncut(body);
+  const CutReference uncut(body);
   std::vector<std::pair<double, std::int32_t>> found;
   if (kind == "split") {
     std::vector<int> sides(body.nodes.size(), 0);
@@ -283,7 +283,7 @@ class Study {
   Setting setting_;
   Plan plan_;
   std::size_t most_, done_ = 0;
-  CutBody body_;
+  CutReference body_;
   Nodes region_, listed_, first_tetrahedra_;
   SceneMemory memory_{palpate_allocator{}};
   std::unique_ptr<LargeBody> large_;

@@ -1,4 +1,4 @@
-// palpate-bundle on bundles with corridors: what it shows, checks, compares and keeps.
+// palpate-bundle on bundles with corridors and the region of a cut: what it shows, checks, compares and keeps.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -176,6 +176,92 @@ TEST(CorridorSections, ThatTheInputsDoNotGiveAreFound) {
   palpate_bundle("verify " + bundle.file);
   const ProgramRun ended = verify_with_inputs(bundle.file, 3);
   EXPECT_THAT(ended.errors, HasSubstr("corridors solved again does not hold"));
+}
+
+// ---- the region of a cut --------------------------------------------------------------------------------------------
+
+// The corridor's nodes, and two of the surface of which the first is held.
+const BundleParts& box_with_cut() {
+  static const BundleParts parts = [] {
+    BundleParts made = box();
+    add_cut(made, body(), {0, 40, 56, 58, 61, 63});
+    return made;
+  }();
+  return parts;
+}
+
+TEST(CutSections, AreShownAndHold) {
+  BundleParts parts = box_with_cut();
+  parts.provenance.replace(1, 0, R"("cut":"2 nodes may be divided; 6 nodes with those beside them",)");
+  const std::string file = written(parts);
+  EXPECT_THAT(palpate_bundle("info " + file).out,
+              HasSubstr("cut         6 nodes, 1.7 kB; worst residual 1e-15\n"
+                        "            2 nodes may be divided; 6 nodes with those beside them\n"));
+  EXPECT_EQ(info_of(file)["cut"]["bytes"], 4 * 6 + 36 * 6 * 7 + 8 * 3 * 6);
+  EXPECT_TRUE(info_of(written(box()))["cut"].is_null());
+  const ProgramRun verified = palpate_bundle("verify " + file);
+  EXPECT_THAT(verified.out, HasSubstr("ok       cut                  6 nodes, worst residual 1e-15"));
+  EXPECT_THAT(verified.out, HasSubstr("ok       cut beside tensors"));
+}
+
+template <class Number, class Change>
+void fault_of_cut(SectionId id, const std::string& sentence, const Change& change, const std::string& check = "cut") {
+  const ProgramRun ended =
+      palpate_bundle("verify " + written(changed<Number>(box_with_cut(), id, change), "broken"), 3);
+  EXPECT_THAT(ended.errors, HasSubstr(check + " does not hold: ")) << ended.out;
+  EXPECT_THAT(ended.errors, HasSubstr(sentence));
+}
+
+TEST(CutSections, ThatBreakALawAreFound) {
+  using Id = SectionId;
+  // Blocks of 9: of the pairs (0, 0), (40, 0), (40, 40), (56, 0), (56, 40), (56, 56), ...
+  fault_of_cut<double>(Id::cut_compliance, "nan",
+                       [](auto& x) { x[20] = std::numeric_limits<double>::quiet_NaN(); });
+  fault_of_cut<double>(Id::cut_compliance, "nodes 40 and 0: a fixed dof has", [](auto& x) { x[9] = 1e-9; });
+  fault_of_cut<double>(Id::cut_compliance, "nodes 40 and 40 is not symmetric",
+                       [](auto& x) { x[19] = std::nextafter(x[19], 1.0); });
+  fault_of_cut<double>(Id::cut_compliance, "node 40: not positive", [](auto& x) { x[18] = -x[18]; });
+  fault_of_cut<double>(Id::cut_compliance, "and the corridor has", [](auto& x) { x[45] *= 1.000001; });
+  fault_of_cut<double>(Id::cut_residual, "node 40: residual 1e-09", [](auto& x) { x[3] = 1e-9; });
+  fault_of_cut<std::int32_t>(Id::cut_nodes, "node 57: inside the organ, and corridor/nodes",
+                             [](auto& x) { x[3] = 57; });
+  fault_of_cut<std::int32_t>(
+      Id::cut_nodes, "element 1 is 0", [](auto& x) { x[1] = 0; }, "stored indices");
+  // The block of a touchable node, a thousandth too large.
+  fault_of_cut<double>(
+      Id::cut_compliance, "relative difference",
+      [](auto& x) {
+        for (std::size_t i = 18; i < 27; ++i) x[i] *= 1.001;
+      },
+      "cut beside tensors");
+}
+
+TEST(CutSections, AreKeptByEveryPackThatKeepsTheirColumns) {
+  write_inputs("[cut]\nregion = { sphere = { center = [50, 40, 30], radius = 8 } }\n");
+  const std::string bundle = precompute();
+  const ProgramRun verified = verify_with_inputs(bundle, 0);
+  EXPECT_THAT(verified.out, HasSubstr("\"name\": \"cut solved again\""));
+  for (const std::string options : {"--precision f16", "--low-rank 1e-2"}) {
+    const std::string file = scratch("packed").string();
+    palpate_bundle("pack " + bundle + " -o " + file + " " + options);
+    EXPECT_THAT(palpate_bundle("verify " + file).out, HasSubstr("ok       cut beside tensors"));
+    std::filesystem::remove(file);
+  }
+  const ProgramRun ended = palpate_bundle("pack " + bundle + " -o " + scratch("less").string() + " --mesh " +
+                                              scratch("msh").string() + " --patch y0",
+                                          2);
+  EXPECT_THAT(ended.errors, HasSubstr("cut/nodes"));
+  const std::string wide = file_bytes(scratch("boundary.toml"));
+  write_bytes(scratch("boundary.toml"), std::regex_replace(wide, std::regex("radius = 8"), "radius = 20"));
+  EXPECT_THAT(verify_with_inputs(bundle, 3).errors, HasSubstr("cut solved again"));
+}
+
+TEST(CutSections, AreCompared) {
+  const std::string a = written(box_with_cut(), "a.h5");
+  palpate_bundle("diff " + a + " " + a);
+  const std::string b =
+      written(changed<double>(box_with_cut(), SectionId::cut_compliance, [](auto& x) { x[18] *= 2; }), "b.h5");
+  EXPECT_THAT(palpate_bundle("diff " + a + " " + b, 3).out, HasSubstr("cut/compliance: 1 of 189"));
 }
 
 }  // namespace

@@ -63,6 +63,7 @@ void read_as_bundle(const std::vector<std::uint8_t>& bytes) {
   sections.compliance_blocks = section<std::int32_t>(index, bytes, SectionId::compliance_blocks);
   sections.compliance_scale = section<float>(index, bytes, SectionId::compliance_scale);
   sections.corridor_nodes = section<std::int32_t>(index, bytes, SectionId::corridor_nodes);
+  sections.cut_nodes = section<std::int32_t>(index, bytes, SectionId::cut_nodes);
   if (check_stored_indices(index, sections, &error) != BundleStatus::ok || !sections.compliance_blocks) return;
   read_corners(index, bytes, sections);
 }

@@ -323,6 +323,70 @@ TEST(HostileBundle, WithACorridorOfAnotherShapeIsRefused) {
   EXPECT_NE(std::string(error.text).find("corridor nodes, found 9"), std::string::npos) << error.text;
 }
 
+// Of the corridor's bundle with the region of a cut: the corridor's nodes and two of the surface.
+std::string bundle_with_cut() {
+  static const std::string bytes = [] {
+    const tests::DenseBody dense = tests::dense_box({});
+    tests::BundleParts parts = tests::dense_bundle(dense);
+    tests::add_corridor(parts, dense, {56, 58, 63});
+    tests::add_cut(parts, dense, {40, 41, 56, 58, 63});
+    return bytes_of(parts);
+  }();
+  return bytes;
+}
+
+TEST(HostileBundle, WithAPartOfACutsRegionOrAnotherShapeIsRefused) {
+  using Id = SectionId;
+  EXPECT_EQ(Forgery(bundle_with_cut()).status(), BundleStatus::ok);
+  constexpr Id all[] = {Id::cut_nodes, Id::cut_compliance, Id::cut_residual};
+  for (unsigned kept = 0; kept < 8; ++kept) {
+    Forgery forgery(bundle_with_cut());
+    std::erase_if(forgery.entries, [&](const SectionEntry& e) {
+      for (unsigned i = 0; i < 3; ++i)
+        if (e.id == static_cast<std::uint32_t>(all[i])) return (kept >> i & 1u) == 0;
+      return false;
+    });
+    EXPECT_EQ(forgery.status(), kept == 0 || kept == 7 ? BundleStatus::ok : BundleStatus::section) << kept;
+  }
+  for (const Id id : all) {
+    Forgery forgery(bundle_with_cut());
+    SectionEntry& entry = forgery.entry(id);
+    entry.bytes = entry.bytes / entry.shape[0] * 4, entry.shape[0] = 4;
+    EXPECT_EQ(forgery.status(), BundleStatus::section) << static_cast<unsigned>(id);
+  }
+  // More nodes than the body has, and than are allowed: the limits come before any product.
+  for (const std::uint64_t count : {std::uint64_t{65}, std::uint64_t{0x7fffffff}}) {
+    Forgery forgery(bundle_with_cut());
+    std::uint64_t end = forgery.header.file_bytes;
+    for (const auto& [id, rows] : {std::pair{Id::cut_nodes, count}, {Id::cut_residual, count}}) {
+      SectionEntry& entry = forgery.entry(id);
+      entry.bytes = entry.bytes / entry.shape[0] * rows, entry.shape[0] = rows;
+      entry.offset = (end + 4095) / 4096 * 4096, end = entry.offset + entry.bytes;
+    }
+    forgery.header.file_bytes = end;
+    BundleError error;
+    EXPECT_EQ(status_of(forgery.sealed(), end, &error), BundleStatus::section);
+    EXPECT_NE(std::string(error.text).find("in the region of the cut"), std::string::npos) << error.text;
+  }
+}
+
+TEST(HostileBundle, WithNodesOfACutThatDoNotAscendIsRefused) {
+  const std::string whole = bundle_with_cut();
+  BundleIndex index;
+  ASSERT_EQ(read_bundle_index(whole.data(), whole.size(), &index, nullptr), BundleStatus::ok);
+  EXPECT_EQ(index.counts.cut, 5u);
+  const auto status = [&](const std::vector<std::int32_t>& nodes) {
+    IndexedSections sections;
+    sections.cut_nodes = nodes.data();
+    return check_stored_indices(index, sections, nullptr);
+  };
+  EXPECT_EQ(status({0, 41, 56, 58, 63}), BundleStatus::ok) << "nodes of the surface are allowed";
+  EXPECT_EQ(status({40, 41, 56, 58, 64}), BundleStatus::content);
+  EXPECT_EQ(status({-1, 41, 56, 58, 63}), BundleStatus::content);
+  EXPECT_EQ(status({41, 40, 56, 58, 63}), BundleStatus::content);
+  EXPECT_EQ(status({40, 40, 56, 58, 63}), BundleStatus::content);
+}
+
 TEST(HostileBundle, WithCorridorNodesThatDoNotAscendInsideIsRefused) {
   const std::string whole = bundle_with_corridor();
   BundleIndex index;

@@ -334,6 +334,38 @@ TEST(BoundaryConfig, RefusesEachFaultOfACorridorInOneSentenceWithItsLine) {
   EXPECT_THAT(refusal(read_boundary_config, many), HasSubstr(":85: expected at most 16"));
 }
 
+const std::string kCut = R"(name = "scalpel"
+[[fixed]]
+dofs = "xyz"
+select = { everything = true }
+[cut]
+region = [{ sphere = { center = [1, 2, 3], radius = 4 } },
+          { and = [{ everything = true }, { box = { min = [0, 0, 0], max = [1, 1, 1] }, where = "surface" }] }]
+)";
+
+TEST(BoundaryConfig, ReadsTheRegionOfACutWithNodesInsideUnlessItSaysOther) {
+  const BoundaryConfig boundary = read_text(read_boundary_config, kCut);
+  ASSERT_TRUE(boundary.cut);
+  EXPECT_EQ(boundary.cut->line, 5);
+  ASSERT_EQ(boundary.cut->region.size(), 2u);
+  EXPECT_EQ(boundary.cut->region[0].kind, Selector::Kind::sphere);
+  EXPECT_TRUE(boundary.cut->region[0].whole_mesh);
+  EXPECT_TRUE(boundary.cut->region[1].inner[0].whole_mesh);
+  EXPECT_FALSE(boundary.cut->region[1].inner[1].whole_mesh);
+  EXPECT_FALSE(boundary.fixed[0].select[0].whole_mesh) << "elsewhere nodes are those of the surface";
+  EXPECT_FALSE(read_text(read_boundary_config, kCorridors).cut);
+}
+
+TEST(BoundaryConfig, RefusesEachFaultOfACutInOneSentenceWithItsLine) {
+  expect_refusals(read_boundary_config, kCut,
+                  {
+                      {"region = [{ sphere", "regions = [{ sphere", "the key \"region\""},
+                      {"radius = 4", "radius = -4", "radius: "},
+                      {"[cut]", "[cut]\ndepth = 3", "unknown key \"depth\""},
+                      {"sphere =", "facing = { direction = [0, 0, 1], within = 40 }, sphere =", "exactly one of"},
+                  });
+}
+
 TEST(BoundaryConfig, RefusesEachFaultOfASoftSupportInOneSentenceWithItsLine) {
   const auto with = [](const std::string& from, const std::string& to) {
     return refusal(read_boundary_config, replaced(kSupports, from, to));

@@ -374,6 +374,51 @@ TEST_F(Program, StoresCorridorsBesideTheSameColumnsInEveryForm) {
   EXPECT_TRUE(nothing_left("off.h5"));
 }
 
+TEST_F(Program, StoresTheRegionOfACutBesideTheSameColumnsInEveryForm) {
+  const std::string cut = "[cut]\nregion = { sphere = { center = [60, 50, 40], radius = 25 } }\n";
+  write("bc.toml", kBoundary);
+  const std::string plain = made("plain.h5");
+  write("bc.toml", kBoundary + cut);
+  const std::string bytes = made("one.h5");
+  EXPECT_THAT(said_, HasSubstr(" of a cut's region, "));
+  EXPECT_EQ(bytes, made("two.h5", "", 2));
+  const std::string packed = made("small.h5", "--low-rank 1e-2 --store f16");
+  const auto nodes = section<std::int32_t>(bytes, SectionId::cut_nodes);
+  const auto compliance = section<double>(bytes, SectionId::cut_compliance);
+  ASSERT_GT(nodes.size(), 10u);
+  EXPECT_EQ(index_of(bytes).counts.cut, nodes.size());
+  EXPECT_EQ(compliance.size(), 9 * nodes.size() * (nodes.size() + 1) / 2);
+  const auto surface = static_cast<std::int32_t>(index_of(bytes).counts.surface_nodes);
+  std::vector<std::int32_t> inside;
+  std::copy_if(nodes.begin(), nodes.end(), std::back_inserter(inside), [&](std::int32_t n) { return n >= surface; });
+  ASSERT_FALSE(inside.empty());
+  EXPECT_EQ(section<std::int32_t>(bytes, SectionId::corridor_nodes), inside);
+  for (const SectionId id : {SectionId::displacement_surface, SectionId::force, SectionId::residual})
+    EXPECT_EQ(section<char>(bytes, id), section<char>(plain, id));
+  for (const SectionId id : {SectionId::cut_nodes, SectionId::cut_compliance, SectionId::cut_residual}) {
+    EXPECT_EQ(formats::find_section(index_of(plain), id), nullptr);
+    EXPECT_EQ(section<char>(bytes, id), section<char>(packed, id)) << "packing keeps them";
+  }
+  EXPECT_THAT(text_section(bytes, SectionId::provenance),
+              HasSubstr(" nodes may be divided; " + std::to_string(nodes.size()) + " nodes with those beside them"));
+}
+
+TEST_F(Program, RefusesARegionOfACutThatItCannotStore) {
+  const auto refused = [&](const std::string& more, const std::string& sentence) {
+    write("bc.toml", kBoundary + more);
+    EXPECT_EQ(run("x.h5"), 2) << said_;
+    EXPECT_THAT(said_, HasSubstr(sentence));
+    EXPECT_TRUE(nothing_left("x.h5"));
+  };
+  const std::string cut = "[cut]\nregion = { sphere = { center = [60, 50, 40], radius = 25 } }\n";
+  refused("[cut]\nregion = { sphere = { center = [600, 50, 40], radius = 25 } }\n", "bc.toml:9: ");
+  refused(cut + "[touchable]\nselect = { patch = \"y0\" }\n", "bc.toml:8: [cut] region: ");
+  EXPECT_THAT(said_, HasSubstr("[touchable]"));
+  write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p2-p0\""));
+  refused(cut, "bc.toml:8: [cut] ");
+  EXPECT_THAT(said_, HasSubstr("p2-p0"));
+}
+
 TEST_F(Program, RefusesBadInputWithOneSentenceAndLeavesNothing) {
   const auto refused = [&](const std::string& more, const std::string& sentence, int ranks = 0) {
     EXPECT_EQ(run("x.h5", more, ranks), 2) << said_;

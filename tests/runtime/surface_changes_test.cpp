@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <random>
+#include <set>
 #include <vector>
 
 #include "runtime/contact/contact_patch.h"
@@ -107,6 +109,10 @@ struct Changing {
       for (int i = 0; i < 12; ++i) faces.push_back(inner[static_cast<std::size_t>(below(inner.size()))]);
       play.mesh.cut(faces.data(), static_cast<std::int32_t>(faces.size()));
     }
+    return take_over(before);
+  }
+  // What the mesh has changed since it had so many nodes.
+  Numbers take_over(std::int32_t before) {
     slots.follow(play.mesh);
     for (std::int32_t n = before; n < play.mesh.nodes(); ++n) {
       store3(load3(&surface.rest[3 * static_cast<std::size_t>(play.mesh.at_rest(n))]),
@@ -395,6 +401,101 @@ TEST(SurfaceChanges, ATreeOfNoActiveTriangleFindsNothing) {
   const Searches fresh(surface, false);
   expect_same_measures(searches.measure, fresh.measure, surface.nodes());
   EXPECT_GE(searches.tree.nearest({}, 1, {}, &work, place, AskedIsField{}).surface_point.triangle, 0);
+}
+
+// ---- discs -----------------------------------------------------------------------------------------------------------
+
+// A block of 4 x 5 x 2 cells that may be cut along x = 2, where y is below 3.
+struct Slit {
+  Slit() : body(block_to_cut(4, 5, 2, 0, 0)), of(body, 1), searches(of.surface, true) {
+    searches.measure.set_tissue(local_compliance(3000, 0.45, StoredElement::p1));
+    EXPECT_TRUE(
+        all.create(of.memory, &searches.index, &searches.measure, of.surface.triangles.data(), of.surface.nodes()));
+    EXPECT_TRUE(connected.create(of.memory, &searches.index, &searches.measure, of.surface.triangles.data(),
+                                 of.surface.nodes(), &searches.tree.fans()));
+  }
+  void cut() {
+    Numbers faces;
+    for (const std::int32_t face : of.inner) {
+      int in_plane = 0;
+      for (const std::uint8_t corner : kFaceCorners[face % 4]) {
+        const double* const p =
+            &body.nodes[3 *
+                        static_cast<std::size_t>(body.tetrahedra[static_cast<std::size_t>(4 * (face / 4) + corner)])];
+        in_plane += p[0] == 2 && p[1] <= 3;
+      }
+      if (in_plane == 3) faces.push_back(face);
+    }
+    of.play.mesh.cut(faces.data(), static_cast<std::int32_t>(faces.size()));
+    ASSERT_EQ(of.play.mesh.pending(), 0);
+    searches.change(of.take_over(body.node_count()));
+  }
+  // The triangles whose nodes a disc at the place of the active surface that is nearest to p, and faces along `facing`, may hold: on which side
+  // of the plane they lie.
+  std::set<int> sides(Vec3 p, Vec3 facing, double radius, double* sum = nullptr) {
+    SurfacePoint at;
+    double best = INFINITY;
+    for (const std::int32_t t : of.surface.active_ones()) {
+      double k[3];
+      const double d = closest_on_triangle(p, searches.index.corner(t, 0), searches.index.corner(t, 1),
+                                           searches.index.corner(t, 2), k);
+      if (dot(searches.index.outward(t), facing) < 0.9 || d >= best) continue;
+      best = d, at = surface_point_of(t, k);
+    }
+    connected.press(at, facing, across(facing, {}), radius);
+    std::set<int> found;
+    if (sum) *sum = 0;
+    for (int e = 0; e < connected.count(); ++e) {
+      if (sum) *sum += connected.weights()[e];
+      // A node's side is that of the tetrahedra that have it.
+      for (std::int32_t t = 0; t < body.tetrahedron_count(); ++t) {
+        const std::int32_t* const node = of.play.mesh.nodes_of(t);
+        double x = 0;
+        for (int v = 0; v < 4; ++v) x += 0.25 * of.surface.rest[3 * static_cast<std::size_t>(node[v])];
+        if (std::find(node, node + 4, connected.nodes()[e]) != node + 4) found.insert(x < 2 ? -1 : 1);
+      }
+    }
+    return found;
+  }
+
+  BodyToCut body;
+  Changing of;
+  Searches searches;
+  ContactPatch all, connected;
+};
+
+TEST(SurfaceChanges, ADiscOnAnUncutSurfaceHasTheNodesThatItHasWithoutFans) {
+  Slit slit;
+  for (int i = 0; i < 200; ++i) {
+    const SurfacePoint at = slit.searches.index.nearest(slit.of.somewhere());
+    const Vec3 up = slit.searches.index.outward(at.triangle);
+    const double radius = slit.of.between(0.05, 1.5);
+    slit.all.press(at, up, across(up, {}), radius);
+    slit.connected.press(at, up, across(up, {}), radius);
+    std::map<std::int32_t, double> all, connected;
+    for (int e = 0; e < slit.all.count(); ++e) all[slit.all.nodes()[e]] = slit.all.weights()[e];
+    for (int e = 0; e < slit.connected.count(); ++e) connected[slit.connected.nodes()[e]] = slit.connected.weights()[e];
+    for (const auto& [node, weight] : all) ASSERT_NEAR(connected[node], weight, 1e-9);
+    for (const auto& [node, weight] : connected) ASSERT_NEAR(all[node], weight, 1e-9);
+  }
+}
+
+TEST(SurfaceChanges, ADiscDoesNotReachAcrossACut) {
+  Slit slit;
+  const Vec3 up{0, 0, 1}, right{1, 0, 0};
+  EXPECT_EQ(slit.sides({1.8, 1, 2}, up, 0.6), (std::set<int>{-1, 1}));
+  slit.cut();
+  double sum = 0;
+  // Beside the cut on either side; a third of the disc hangs over the cut.
+  EXPECT_EQ(slit.sides({1.8, 1, 2}, up, 0.6, &sum), std::set<int>{-1});
+  EXPECT_LT(sum, 0.9);
+  EXPECT_GT(sum, 0.4);
+  EXPECT_EQ(slit.sides({2.2, 1, 2}, up, 0.6), std::set<int>{1});
+  // Over the end of the cut, where its sides hang together.
+  EXPECT_EQ(slit.sides({1.8, 3.2, 2}, up, 0.6), (std::set<int>{-1, 1}));
+  // On the lips, which lie on one another.
+  EXPECT_EQ(slit.sides({2, 1, 1}, right, 0.6), std::set<int>{-1});
+  EXPECT_EQ(slit.sides({2, 1, 1}, -1 * right, 0.6), std::set<int>{1});
 }
 
 }  // namespace

@@ -49,6 +49,21 @@ void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<
   parts.set(SectionId::corridor_residual, {k, 3}, residual);
 }
 
+void add_cut(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes) {
+  using formats::SectionId;
+  const Eigen::MatrixXd c = dense_compliance(dense);
+  std::vector<double> compliance, residual;
+  for (std::size_t a = 0; a < nodes.size(); ++a) {
+    for (std::size_t b = 0; b <= a; ++b)
+      for (Eigen::Index i = 0; i < 9; ++i) compliance.push_back(c(3 * nodes[a] + i / 3, 3 * nodes[b] + i % 3));
+    for (Eigen::Index j = 0; j < 3; ++j) residual.push_back(c.col(3 * nodes[a] + j).isZero(0) ? 0 : 1e-15);
+  }
+  const std::uint64_t count = nodes.size();
+  parts.set(SectionId::cut_nodes, {count}, nodes);
+  parts.set(SectionId::cut_compliance, {count * (count + 1) / 2, 3, 3}, compliance);
+  parts.set(SectionId::cut_residual, {count, 3}, residual);
+}
+
 void add_whole_corridor(BundleParts& parts, const DenseBody& dense) {
   std::vector<std::int32_t> inside(dense.body.mesh.nodes.size() - static_cast<std::size_t>(dense.body.surface_nodes));
   std::iota(inside.begin(), inside.end(), dense.body.surface_nodes);

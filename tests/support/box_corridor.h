@@ -15,6 +15,9 @@ Eigen::VectorXd solve_imposed(const Eigen::MatrixXd& k, const std::vector<bool>&
 // Adds the corridor's sections to a bundle of the body. nodes: inside it, ascending. The interior is added where the body has one.
 void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes);
 
+// Adds the sections of a cut's region. nodes: ascending.
+void add_cut(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes);
+
 // Through every node inside the body.
 void add_whole_corridor(BundleParts& parts, const DenseBody& dense);
 

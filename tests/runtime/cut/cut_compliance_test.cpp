@@ -82,7 +82,7 @@ struct Cut {
 
   Element element;
   LargeBody large;
-  CutBody body;
+  CutReference body;
   FactoredBody uncut;
   StoredPairs pairs;
   SceneMemory memory{palpate_allocator{}};
@@ -140,7 +140,7 @@ TEST(CutCompliance, ThePartsOfTheStiffnessAreThatOfThePrecomputation) {
 
 // A node splits along a plane through it.
 template <class Random>
-OwnedChange random_split(const CutBody& body, Random& random) {
+OwnedChange random_split(const CutReference& body, Random& random) {
   const auto node = static_cast<std::int32_t>(random() % static_cast<unsigned>(body.nodes()));
   double normal[3];
   for (double& x : normal) x = static_cast<double>(random() % 2001) / 1000 - 1;
@@ -184,7 +184,7 @@ TEST(CutCompliance, ARandomChangeIsThatOfTheStiffness) {
 }
 
 // The tetrahedra beyond a plane get copies of a node on it.
-OwnedChange split_along(const CutBody& body, std::int32_t node, int axis) {
+OwnedChange split_along(const CutReference& body, std::int32_t node, int axis) {
   const auto along = static_cast<std::size_t>(axis);
   return body.split(node, [&](std::size_t e) { return body.centre(e)[along] > body.position(node)[along]; });
 }
@@ -202,7 +202,8 @@ std::vector<std::int32_t> nodes_of_plane(const ElasticBody& body, int axis, doub
   return nodes;
 }
 
-std::vector<std::int32_t> nearest_tetrahedra(const CutBody& body, const std::array<double, 3>& at, std::size_t count) {
+std::vector<std::int32_t> nearest_tetrahedra(const CutReference& body, const std::array<double, 3>& at,
+                                             std::size_t count) {
   std::vector<std::pair<double, std::int32_t>> found;
   for (std::size_t e = 0; e < body.corners().size(); ++e) {
     const auto c = body.centre(e);
@@ -215,7 +216,7 @@ std::vector<std::int32_t> nearest_tetrahedra(const CutBody& body, const std::arr
 }
 
 // Old and new nodes, every `step`-th.
-std::vector<std::int32_t> some_nodes(const CutBody& body, std::int32_t step) {
+std::vector<std::int32_t> some_nodes(const CutReference& body, std::int32_t step) {
   std::vector<std::int32_t> nodes;
   for (std::int32_t n = body.nodes() - 1; n >= 0; n -= step) {
     bool used = false;

@@ -1,0 +1,302 @@
+#include "runtime/cut/cut_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace palpate {
+namespace {
+
+// m: farther than any organ reaches.
+constexpr double kFar = 1e3;
+
+double longest(const float* u, std::size_t numbers) {
+  float most = 0;
+  for (std::size_t i = 0; i < numbers; i += 3)
+    most = std::max(most, u[i] * u[i] + u[i + 1] * u[i + 1] + u[i + 2] * u[i + 2]);
+  return std::sqrt(static_cast<double>(most)) * (1 + 1e-6);
+}
+double longest_difference(const float* u, const float* v, std::size_t numbers) {
+  float most = 0;
+  for (std::size_t i = 0; i < numbers; i += 3) {
+    const float x = u[i] - v[i], y = u[i + 1] - v[i + 1], z = u[i + 2] - v[i + 2];
+    most = std::max(most, x * x + y * y + z * z);
+  }
+  return std::sqrt(static_cast<double>(most)) * (1 + 1e-6);
+}
+
+}  // namespace
+
+bool CutField::create(SceneMemory& memory, const Tensors* tensors, CutResponse* response, const Offset* offset,
+                      ContactSolver* solver, const Limits& limits) {
+  tensors_ = tensors, response_ = response, offset_ = offset, solver_ = solver;
+  numbers_ = 3 * static_cast<std::size_t>(response->surface_nodes());
+  const auto nodes = static_cast<std::size_t>(limits.nodes), contacts = static_cast<std::size_t>(limits.constraints),
+             rows = CutResponse::kMostRows * response->stride(), parts = (kMostParts + 1) * numbers_;
+  nodes_ = memory.array<ContactNode>(nodes), force_ = memory.array<Vec3>(nodes);
+  predicted_force_ = memory.array<Vec3>(nodes);
+  for (float** field : {&now_, &before_, &predicted_}) *field = memory.array<float>(numbers_);
+  for (float** field : {&parts_, &parts_before_}) *field = memory.array<float>(parts);
+  for (Contact** list : {&contacts_, &last_}) *list = memory.array<Contact>(contacts);
+  line_ = memory.array<double>(numbers_), product_ = memory.array<double>(CutResponse::kMostRows * numbers_);
+  x_ = memory.array<double>(rows), y_ = memory.array<double>(rows);
+  if (!loads_.create(memory, limits.nodes)) return false;
+  for (std::int32_t* number : {&node_count_, &contact_count_, &last_count_, &moves_, &solved_, &changed_})
+    memory.keep(*number);
+  for (double* norm : {&norm_, &norm_before_, &path_, &path_set_, &path_before_}) memory.keep(*norm);
+  memory.keep(ways_);
+  memory.keep_array(nodes_, nodes, node_count_), memory.keep_array(force_, nodes, node_count_);
+  for (float** field : {&now_, &before_}) memory.keep_array(*field, numbers_);
+  for (float** field : {&parts_, &parts_before_}) memory.keep_array(*field, kMostParts * numbers_);
+  memory.keep_array(contacts_, contacts, contact_count_), memory.keep_array(last_, contacts, last_count_);
+  return !memory.failed();
+}
+
+void CutField::forget() {
+  for (float* field : {now_, before_}) std::fill_n(field, numbers_, 0.0f);
+  node_count_ = contact_count_ = last_count_ = moves_ = solved_ = changed_ = 0;
+  norm_ = norm_before_ = path_ = path_set_ = path_before_ = predicted_norm_ = predicted_apart_ = 0;
+  ways_ = {}, asked_ = {};
+  is_set_ = true;
+}
+
+void CutField::copy_node(std::int32_t from, std::int32_t to) {
+  const auto copy = [&](float* field) {
+    std::copy_n(field + 3 * static_cast<std::size_t>(from), 3, field + 3 * static_cast<std::size_t>(to));
+  };
+  copy(now_), copy(before_), copy(predicted_);
+  for (std::int32_t p = 0; p <= kMostParts; ++p) copy(part(parts_, p)), copy(part(parts_before_, p));
+}
+
+void CutField::begin_moved() {
+  is_set_ = false;
+  path_ += offset_->stepped();
+}
+
+// ---- a step's forces -------------------------------------------------------------------------------------------------
+
+void CutField::gather(const ContactConstraints& set, const Vec3* force) {
+  for (std::int32_t p = 0; p < set.constraint_count; ++p) {
+    const ContactConstraint& constraint = set.constraints[p];
+    Contact* contact = contact_count_ > 0 ? &contacts_[contact_count_ - 1] : nullptr;
+    if (!contact || contact->id != constraint.id.contact) {
+      contact = &contacts_[contact_count_++];
+      *contact = Contact{};
+      contact->id = constraint.id.contact, contact->first = constraint.first_node;
+      contact->part = contact_count_ <= kMostParts ? contact_count_ - 1 : -2;
+      contact->way = held_way(set, p), contact->place = constraint.discs[0].place;
+      contact->radius = constraint.discs[0].radius;
+    }
+    contact->last = constraint.first_node + constraint.node_count;
+    for (std::int32_t e = constraint.first_node; e < contact->last; ++e) contact->force += force[e];
+  }
+  if (contact_count_ == 1) contacts_[0].part = -1;
+}
+
+bool CutField::same_forces(const ContactConstraints& set, const Vec3* force, bool solved) const {
+  const auto equal = [](const auto* now, const auto* before, std::int32_t count) {
+    return std::memcmp(now, before, static_cast<std::size_t>(count) * sizeof *now) == 0;
+  };
+  return solved == (solved_ != 0) && changed_ == 0 &&
+         (!solved || (set.node_count == node_count_ && equal(set.nodes, nodes_, node_count_) &&
+                      equal(force, force_, node_count_)));
+}
+
+void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved, Operations* work) {
+  const bool same = same_forces(set, force, solved);
+  std::swap(contacts_, last_);
+  last_count_ = contact_count_, contact_count_ = 0;
+  is_set_ = true, asked_ = {};
+  norm_before_ = norm_, path_before_ = path_set_;
+  if (solved) gather(set, force);
+  ways_.measure(contacts_, contact_count_, last_, last_count_);
+  solved_ = solved, changed_ = 0;
+  node_count_ = solved ? set.node_count : 0;
+  std::copy_n(set.nodes, node_count_, nodes_), std::copy_n(force, node_count_, force_);
+  if (same && last_count_ == contact_count_) {
+    keep_fields();
+    *work += static_cast<Operations>(numbers_) / kDense;
+  } else {
+    find_fields();
+    *work += operations_of(contact_count_ < 2 ? contact_count_ : 1 + std::min(contact_count_, kMostParts));
+  }
+  path_set_ = path_;
+}
+
+void CutField::keep_fields() {
+  std::copy_n(now_, numbers_, before_);
+  for (std::int32_t c = 0; c < contact_count_; ++c) {
+    Contact& contact = contacts_[c];
+    contact.own = last_[c].own, contact.without = last_[c].without, contact.own_change = 0;
+    if (contact.part >= 0) std::copy_n(part(parts_, contact.part), numbers_, part(parts_before_, contact.part));
+  }
+}
+
+void CutField::find_fields() {
+  std::swap(now_, before_), std::swap(parts_, parts_before_);
+  Part parts[CutResponse::kMostRows] = {{0, node_count_, now_}};
+  int count = 1;
+  for (std::int32_t c = 0; c < contact_count_ && contacts_[c].part >= 0; ++c) {
+    if (count == CutResponse::kMostRows) evaluate(force_, parts, count), count = 0;
+    parts[count++] = {contacts_[c].first, contacts_[c].last, part(parts_, contacts_[c].part)};
+  }
+  evaluate(force_, parts, count);
+  norm_ = longest(now_, numbers_);
+  moves_ = norm_ > 0;
+  const double change = longest_difference(now_, before_, numbers_);
+  path_ += change;
+  for (std::int32_t c = 0; c < contact_count_; ++c) {
+    Contact& contact = contacts_[c];
+    const Contact* const before = find_contact(last_, last_count_, contact.id);
+    if (contact.part == -2) {
+      contact.own = contact.without = contact.own_change = kFar;
+      continue;
+    }
+    const float* const own = contact.part < 0 ? now_ : part(parts_, contact.part);
+    contact.own = contact.part < 0 ? norm_ : longest(own, numbers_);
+    contact.without = contact.part < 0 ? 0 : longest_difference(now_, own, numbers_);
+    contact.own_change =
+        !before ? contact.own
+        : before->part == -2
+            ? kFar
+            : longest_difference(own, before->part < 0 ? before_ : part(parts_before_, before->part), numbers_);
+  }
+}
+
+// line_: C f of the forces on some contact nodes. A new node has the rows of the node that it comes from.
+void CutField::evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last) {
+  loads_.begin(*tensors_);
+  for (std::int32_t e = first; e < last; ++e) loads_.add(nodes_[e].column, solver_->modified(e, force[e]));
+  constexpr std::int32_t kRun = 64;
+  const std::int32_t at_rest = response_->first_new();
+  for (std::int32_t n = 0; n < at_rest; n += kRun) {
+    const std::int32_t count = std::min(kRun, at_rest - n);
+    double* const to = line_ + 3 * static_cast<std::size_t>(n);
+    if (!tensors_->compliance) {
+      loads_.at_run(n, count, to);
+      continue;
+    }
+    for (std::int32_t k = 0; k < count; ++k) store3(loads_.at_node(n + k), to + 3 * k);
+  }
+  for (std::int32_t n = at_rest; n < response_->nodes(); ++n)
+    std::copy_n(line_ + 3 * static_cast<std::size_t>(response_->at_rest(n)), 3,
+                line_ + 3 * static_cast<std::size_t>(n));
+}
+
+void CutField::evaluate(const Vec3* force, const Part* parts, int count) {
+  const auto stride = response_->stride();
+  const bool is_cut = response_->is_cut();
+  if (is_cut) {
+    std::fill_n(x_, static_cast<std::size_t>(count) * stride, 0.0);
+    for (int p = 0; p < count; ++p)
+      for (std::int32_t e = parts[p].first; e < parts[p].last; ++e)
+        if (!is_zero(force[e]))
+          response_->add_force(nodes_[e].node, force[e], x_ + static_cast<std::size_t>(p) * stride);
+    response_->multiply(x_, count, y_);
+    response_->spread(y_, count, product_);
+  }
+  const std::size_t moving = 3 * static_cast<std::size_t>(response_->nodes());
+  for (int p = 0; p < count; ++p) {
+    float* const field = parts[p].field;
+    evaluate_line(force, parts[p].first, parts[p].last);
+    for (std::size_t i = 0; i < moving; ++i)
+      field[i] = static_cast<float>(
+          is_cut ? line_[i] + product_[i * CutResponse::kMostRows + static_cast<std::size_t>(p)] : line_[i]);
+    std::fill(field + moving, field + numbers_, 0.0f);
+  }
+}
+
+// Of so many fields in a step.
+Operations CutField::operations_of(int fields) const {
+  const auto numbers = static_cast<Operations>(numbers_), rank = Operations{response_->rank()};
+  return fields * (numbers * (node_count_ + rank) + rank * rank) / kDense + numbers / kDense;
+}
+
+// ---- what is asked ---------------------------------------------------------------------------------------------------
+
+void CutField::end(const ContactId& id) {
+  auto* const own = const_cast<Contact*>(find(id));
+  if (!own || own->ended != 0) return;
+  own->ended = 1;
+  if (solved_) solver_->end(id);
+}
+
+Vec3 CutField::evaluate_at_node(std::int32_t node, QueryWork* work) {
+  work->add(3);
+  return read(now_, node) + moved_at_node(node);
+}
+
+Vec3 CutField::before_at_node(std::int32_t node, QueryWork* work) {
+  work->add(3);
+  return read(before_, node) + (is_set_ ? offset_->now(node) : offset_->before(node));
+}
+
+Vec3 CutField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {
+  const Contact* const contact = find(id);
+  if (!contact) return at_node(node, work);
+  work->add(6);
+  if (contact->part == -1) return moved_at_node(node);
+  std::int32_t which = contact->part;
+  if (which < 0) {
+    which = kMostParts;
+    if (asked_ != id) {
+      if (!work->take(operations_of(1))) return {};
+      const Part part_of_contact = {contact->first, contact->last, part(parts_, which)};
+      evaluate(force_, &part_of_contact, 1);
+      asked_ = id;
+    }
+  }
+  return read(now_, node) - read(part(parts_, which), node) + moved_at_node(node);
+}
+
+Operations CutField::operations_to_predict(const ContactId& id) const {
+  return solved_ ? solver_->operations_to_predict(id) + operations_of(1) : 0;
+}
+
+bool CutField::predict_without(const ContactId& id, Operations most, Operations* work) {
+  const Operations own = operations_of(1);
+  double norm = 0, apart = 0;  // sqrt(J), of the reactions
+  if (!solved_ || own > most || !solver_->predict_without(id, most - own, predicted_force_, &norm, &apart, work))
+    return false;
+  const auto is_gone = [&](const Contact& c) { return c.ended != 0 || c.id == id; };
+  if (std::all_of(contacts_, contacts_ + contact_count_, is_gone)) {
+    std::fill_n(predicted_, numbers_, 0.0f);
+    predicted_norm_ = 0, predicted_apart_ = norm_;
+    return true;
+  }
+  const Part all = {0, node_count_, predicted_};
+  evaluate(predicted_force_, &all, 1);
+  *work += own;
+  predicted_norm_ = longest(predicted_, numbers_);
+  predicted_apart_ = longest_difference(predicted_, now_, numbers_);
+  return true;
+}
+
+Vec3 CutField::predicted_at_node(std::int32_t node, QueryWork* work) {
+  work->add(3);
+  return read(predicted_, node) + moved_at_node(node);
+}
+
+bool CutField::pulls_among_others(const ContactId& id, Vec3 outward) const {
+  const Contact* const own = find(id);
+  return own && contact_count_ > 1 && dot(own->force, outward) > 0;
+}
+
+double CutField::own_norm(const ContactId& id) const {
+  const Contact* const contact = find(id);
+  return contact ? contact->own : 0;
+}
+
+double CutField::norm_without(const ContactId& id) const {
+  const Contact* const contact = find(id);
+  return offset_->longest() + (contact ? contact->without : norm_);
+}
+
+double CutField::last_change_without(const ContactId& id) const {
+  const Contact *const now = find(id), *const before = find_contact(last_, last_count_, id);
+  const double own = now ? now->own_change : before ? before->own : 0;
+  return std::min(last_change() + own,
+                  (now ? now->without : norm_) + (before ? before->without : norm_before_) + offset_->change());
+}
+
+}  // namespace palpate

@@ -1,0 +1,90 @@
+#include "runtime/cut/cut_organ.h"
+
+#include <algorithm>
+
+#include "runtime/base/contact_nodes.h"
+#include "runtime/contact/touch_step.h"
+
+namespace palpate {
+
+bool CutOrgan::create(SceneMemory& memory, const Parts& parts, TouchState& touch) {
+  touch_ = &touch;
+  CutResponse::Source source;
+  source.compliance = &compliance_, source.tensors = parts.tensors, source.touchable = parts.touchable;
+  source.pairs = parts.pairs, source.pair_nodes = parts.pair_nodes, source.pair_count = parts.pair_count;
+  source.preload = parts.preload, source.rest_nodes = parts.body->node_count;
+  source.surface_nodes = parts.surface_nodes, source.first_reserve = parts.first_reserve;
+  source.responses = parts.contact_nodes;
+  const std::int32_t reserve = parts.surface_nodes - parts.first_reserve;
+  CutCapacity capacity = parts.capacity;
+  capacity.new_nodes = std::min(capacity.new_nodes, reserve);
+  brought_ = memory.array<Vec3>(static_cast<std::size_t>(reserve));
+  if (!compliance_.create(memory, *parts.body, *parts.pairs, capacity) || !response_.create(memory, source) ||
+      !field_.create(memory, parts.tensors, &response_, &touch.offset, &touch.solver,
+                     {parts.contact_nodes, parts.constraints}))
+    return false;
+  response_.keep(memory);
+  touch.body = this;
+  touch.offset.change_body(&response_);
+  return !memory.failed();
+}
+
+CutResult CutOrgan::take_change(const CutChange& change, bool replayed) {
+  const CutResult result = compliance_.apply(change);
+  follow(replayed);
+  return result;
+}
+
+CutOutcome CutOrgan::ground(std::int32_t node, double stiffness, bool replayed) {
+  const CutOutcome outcome = compliance_.ground(node, stiffness);
+  follow(replayed);
+  return outcome;
+}
+
+// The compliance has read all pairs that Z asks for.
+void CutOrgan::follow(bool replayed) {
+  const std::int32_t before = response_.nodes();
+  response_.take_change(replayed);
+  if (!replayed) field_.note_change();
+  std::int32_t* const column = touch_->surface.column_of_node;
+  for (std::int32_t own = before; own < response_.nodes(); ++own) {
+    column[own] = column[response_.at_rest(own)];
+    if (!replayed) field_.copy_node(response_.parent(own), own);
+  }
+}
+
+void CutOrgan::forget_changes(bool replayed) {
+  std::int32_t* const column = touch_->surface.column_of_node;
+  for (std::int32_t own = response_.first_new(); own < response_.nodes(); ++own) column[own] = -1;
+  std::fill_n(brought_, response_.surface_nodes() - response_.first_new(), Vec3{});
+  compliance_.forget();
+  response_.forget(replayed);
+  if (!replayed) field_.note_change();
+}
+
+void CutOrgan::forget() {
+  forget_changes();
+  field_.forget();
+}
+
+void CutOrgan::move_surface(TouchStep& step, const ContactConstraints& set) {
+  Operations work = 0;
+  field_.set(set, step.state->force, step.is_solved, &work);
+  step.state->work.owe(work);
+}
+
+void CutOrgan::write(const TouchStep& step) const {
+  Body::write(step);
+  const Offset& offset = step.state->offset;
+  float* const field = field_behind(*step.out);
+  const std::int32_t nodes = std::min(step.state->held.nodes, response_.nodes());
+  for (std::int32_t n = 0; n < nodes; ++n) {
+    Vec3 u = field_.by_contacts(n) + offset.now(n);
+    if (n >= response_.first_new()) u += brought_[n - response_.first_new()];
+    for (int i = 0; i < 3; ++i) field[3 * n + i] = static_cast<float>(u[i]);
+  }
+  std::fill(field + 3 * static_cast<std::size_t>(nodes), field + 3 * static_cast<std::size_t>(step.state->held.nodes),
+            0.0f);
+}
+
+}  // namespace palpate

@@ -1,0 +1,219 @@
+#include "runtime/cut/cut_response.h"
+
+#include <algorithm>
+
+#include "runtime/contact/node_compliance.h"
+#include "runtime/contact/offset.h"
+#include "runtime/cut/dense_loops.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::int32_t kPatternsAtOnce = 16;
+// Forces of a pattern at most: nodes of one change.
+constexpr std::int32_t kMostEntries = kPatternsAtOnce * 1024;
+
+}  // namespace
+
+bool CutResponse::create(SceneMemory& memory, const Source& source) {
+  source_ = source, stride_ = source.compliance->stride();
+  const auto nodes = static_cast<std::size_t>(source.surface_nodes), numbers = 3 * nodes,
+             responses = static_cast<std::size_t>(source.responses),
+             slots = static_cast<std::size_t>(source.compliance->most_slots());
+  z_ = memory.array<double>(numbers * stride_);
+  origin_ = memory.array<std::int32_t>(nodes), others_ = memory.array<std::int32_t>(nodes);
+  column_ = memory.array<std::int32_t>(nodes);
+  response_ = memory.array<double>(3 * responses * stride_), response_of_ = memory.array<std::int32_t>(responses);
+  amount_ = memory.array<double>(kMostOffsetRows);
+  scratch_.column = memory.array<double>(3 * numbers);
+  scratch_.pair_row = memory.array<double>(9 * static_cast<std::size_t>(source.pair_count));
+  scratch_.pattern = memory.array<double>(static_cast<std::size_t>(kPatternsAtOnce) * numbers);
+  scratch_.x = memory.array<double>(stride_), scratch_.y = memory.array<double>(stride_);
+  scratch_.spread = memory.array<double>(numbers * kMostRows);
+  scratch_.moved = memory.array<float>(numbers);
+  scratch_.slot_moved = memory.array<Vec3>(slots);
+  scratch_.entry = memory.array<Entry>(kMostEntries);
+  scratch_.first = memory.array<std::int32_t>(slots), scratch_.slot = memory.array<std::int32_t>(slots);
+  if (!moved_.create(memory, source.surface_nodes, source.surface_nodes)) return false;
+  for (std::int32_t n = 0; n < source.surface_nodes; ++n) origin_[n] = n, column_[n] = -1;
+  for (std::int32_t k = 0; k < source.tensors->columns; ++k) column_[source.touchable[k]] = k;
+  std::int32_t* const listed = others_;  // 1 where a node is, first
+  for (std::int32_t k = 0; k < source.pair_count; ++k) listed[source.pair_nodes[k]] = 1;
+  for (std::int32_t n = 0; n < source.first_reserve; ++n)
+    if (!listed[n]) others_[other_count_++] = n;
+  std::fill_n(response_of_, source.responses, -1);
+  return true;
+}
+
+void CutResponse::keep(SceneMemory& memory) {
+  memory.keep(changed_);
+  memory.keep_array(amount_, kMostOffsetRows);
+}
+
+void CutResponse::forget(bool replayed) {
+  for (std::int32_t n = source_.first_reserve; n < nodes(); ++n) origin_[n] = n;
+  new_count_ = filled_ = 0;
+  ++version_;
+  std::fill_n(scratch_.moved, 3 * static_cast<std::size_t>(source_.surface_nodes), 0.0f);
+  std::fill_n(response_of_, source_.responses, -1);
+  if (replayed) return;
+  moved_.forget(), changed_ = 0;
+  std::fill_n(amount_, kMostOffsetRows, 0.0);
+}
+
+// ---- Z ---------------------------------------------------------------------------------------------------------------
+
+bool CutResponse::take_change(bool replayed) {
+  const CutTissue& tissue = source_.compliance->tissue();
+  const std::int32_t before = new_count_;
+  for (std::int32_t node = source_.rest_nodes + new_count_; node < tissue.nodes(); ++node, ++new_count_) {
+    const std::int32_t own = surface_node(node), parent = surface_node(tissue.parent(node));
+    origin_[own] = origin_[parent];
+    for (int i = 0; i < 3; ++i)
+      std::copy_n(row(parent) + static_cast<std::size_t>(i) * stride_, filled_,
+                  row(own) + static_cast<std::size_t>(i) * stride_);
+    if (!replayed) moved_.copy_node(parent, own);
+  }
+  bool known = true;
+  const std::int32_t rank = source_.compliance->rank(), first = filled_;
+  for (; filled_ < rank && known; filled_ = std::min(rank, filled_ + kPatternsAtOnce))
+    known = fill(filled_, std::min(rank, filled_ + kPatternsAtOnce));
+  const bool changed = new_count_ > before || rank > first || compliance_version_ != source_.compliance->version();
+  compliance_version_ = source_.compliance->version();
+  if (!changed) return known;
+  ++version_;
+  if (!replayed) changed_ = 1;
+  std::fill_n(response_of_, source_.responses, -1);
+  return known;
+}
+
+// scratch_.column: C of the surface nodes at rest for unit forces on a node at rest.
+bool CutResponse::read_column(std::int32_t node) {
+  const auto numbers = 3 * static_cast<std::size_t>(source_.surface_nodes);
+  const std::int32_t column = node < source_.surface_nodes ? column_[node] : -1;
+  double* const c = scratch_.column;
+  Mat3 self;
+  const Tensors& tensors = *source_.tensors;
+  if (column >= 0 && !self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column), &self)) return false;
+  for (std::int32_t k = 0; k < other_count_; ++k) {
+    const std::int32_t n = others_[k];
+    Mat3 of;
+    if (column >= 0) of = tensors.displacement(n, column) * self;
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t i = 0; i < 3; ++i) c[j * numbers + 3 * static_cast<std::size_t>(n) + i] = of.m[i][j];
+  }
+  if (source_.pair_count == 0) return true;
+  const auto stride = 3 * static_cast<std::size_t>(source_.pair_count);
+  if (!source_.pairs->read(node, source_.pair_nodes, source_.pair_count, scratch_.pair_row, stride)) return false;
+  for (std::size_t j = 0; j < 3; ++j)
+    for (std::int32_t k = 0; k < source_.pair_count; ++k)
+      for (std::size_t i = 0; i < 3; ++i)
+        c[j * numbers + 3 * static_cast<std::size_t>(source_.pair_nodes[k]) + i] =
+            scratch_.pair_row[j * stride + 3 * static_cast<std::size_t>(k) + i];
+  return true;
+}
+
+// Patterns first .. end - 1, slot by slot.
+bool CutResponse::fill(std::int32_t first, std::int32_t end) {
+  const CutCompliance& compliance = *source_.compliance;
+  const CutBasis& basis = compliance.basis();
+  const auto numbers = 3 * static_cast<std::size_t>(source_.surface_nodes);
+  std::int32_t entries = 0, slots = 0;
+  for (std::int32_t p = first; p < end; ++p)
+    basis.for_each_force(p, [&](std::int32_t slot, Vec3 force) {
+      if (entries == kMostEntries) return;
+      if (scratch_.first[slot] == 0) scratch_.slot[slots++] = slot;
+      scratch_.entry[entries] = {p, scratch_.first[slot], force};
+      scratch_.first[slot] = ++entries;
+    });
+  std::fill_n(scratch_.pattern, static_cast<std::size_t>(end - first) * numbers, 0.0);
+  bool known = entries < kMostEntries;
+  for (std::int32_t s = 0; s < slots; ++s) {
+    const std::int32_t slot = scratch_.slot[s];
+    known = known && read_column(compliance.node_of_slot(slot));
+    for (std::int32_t at = scratch_.first[slot]; at > 0 && known; at = scratch_.entry[at - 1].next) {
+      const Entry& entry = scratch_.entry[at - 1];
+      double* const to = scratch_.pattern + static_cast<std::size_t>(entry.pattern - first) * numbers;
+      for (int j = 0; j < 3; ++j) {
+        const double force = entry.force[j], *const from = scratch_.column + static_cast<std::size_t>(j) * numbers;
+        if (force == 0) continue;
+        for (std::size_t i = 0; i < numbers; ++i) to[i] += force * from[i];
+      }
+    }
+    scratch_.first[slot] = 0;
+  }
+  if (!known) return false;
+  const CutTissue& tissue = compliance.tissue();
+  for (std::int32_t n = 0; n < nodes(); ++n) {
+    const std::size_t from = 3 * static_cast<std::size_t>(origin_[n]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      double* const z = row(n) + i * stride_;
+      for (std::int32_t p = first; p < end; ++p)
+        z[p] = scratch_.pattern[static_cast<std::size_t>(p - first) * numbers + from + i];
+    }
+  }
+  // The jump of a new node moves it and those that come from it.
+  for (std::int32_t own = source_.rest_nodes; own < tissue.nodes(); ++own)
+    for (std::int32_t node = own; tissue.is_new(node); node = tissue.parent(node))
+      for (std::int32_t p = first; p < end; ++p)
+        if (const std::int32_t jump = basis.jump(p); jump >= 0 && jump / 3 == node - source_.rest_nodes)
+          row(surface_node(own))[static_cast<std::size_t>(jump % 3) * stride_ + static_cast<std::size_t>(p)] += 1;
+  return true;
+}
+
+// ---- what it answers -------------------------------------------------------------------------------------------------
+
+void CutResponse::find_response(std::int32_t node) {
+  const std::int32_t* const known = std::find(response_of_, response_of_ + source_.responses, node);
+  response_at_ = static_cast<std::int32_t>(known - response_of_);
+  if (response_at_ < source_.responses || filled_ == 0) return;
+  response_at_ = next_response_, next_response_ = (next_response_ + 1) % source_.responses;
+  response_of_[response_at_] = node;
+  multiply(row(node), 3, response_ + 3 * static_cast<std::size_t>(response_at_) * stride_);
+}
+
+Mat3 CutResponse::between(std::int32_t other) const {
+  Mat3 c;
+  if (filled_ == 0) return c;
+  const double* const response = response_ + 3 * static_cast<std::size_t>(response_at_) * stride_;
+  row_products(row(other), 3, response, 3, stride_, padded_row(filled_), &c.m[0][0], 3);
+  return c;
+}
+
+void CutResponse::add_force(std::int32_t node, Vec3 force, double* x) const {
+  for (int i = 0; i < 3; ++i) {
+    const double* const z = row(node) + static_cast<std::size_t>(i) * stride_;
+    for (std::int32_t p = 0; p < filled_; ++p) x[p] += force[i] * z[p];
+  }
+}
+
+void CutResponse::spread(const double* y, int count, double* out) const {
+  row_products(z_, 3 * nodes(), y, count, stride_, padded_row(filled_), out, kMostRows);
+}
+
+// o at the slots' nodes, what the patterns make of it, and what that moves.
+void CutResponse::begin_step(const Offset& offset) {
+  const bool same = std::equal(offset.amounts(), offset.amounts() + offset.count(), amount_);
+  if (same && changed_ == 0) return moved_.keep();
+  std::copy_n(offset.amounts(), offset.count(), amount_), changed_ = 0;
+  if (filled_ == 0 || (!source_.preload && offset.count() == 0)) return moved_.keep();
+  const CutCompliance& compliance = *source_.compliance;
+  const OffsetRows& rows = offset.rows();
+  std::fill_n(scratch_.x, stride_, 0.0);
+  for (std::int32_t s = 0; s < compliance.slots(); ++s) {
+    const std::int32_t node = compliance.node_of_slot(s);
+    Vec3& u = scratch_.slot_moved[s] = {};
+    if (node < rows.nodes || rows.inside) u = rows.sum_at(amount_, node);
+    if (source_.preload) u += load3(source_.preload + 3 * static_cast<std::size_t>(node));
+  }
+  for (std::int32_t p = 0; p < filled_; ++p)
+    compliance.basis().for_each_force(
+        p, [&](std::int32_t slot, Vec3 force) { scratch_.x[p] += dot(force, scratch_.slot_moved[slot]); });
+  multiply(scratch_.x, 1, scratch_.y);
+  spread(scratch_.y, 1, scratch_.spread);
+  for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes()); ++i)
+    scratch_.moved[i] = static_cast<float>(scratch_.spread[i * kMostRows]);
+  moved_.set(scratch_.moved, scratch_.moved, 0);
+}
+
+}  // namespace palpate
