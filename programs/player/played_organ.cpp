@@ -30,6 +30,20 @@ bool inside(const Vector& p, const Vector& low, const Vector& high) {
   return true;
 }
 
+// In triangles: those in the region of a cut that lie inside are touchable too, once they are on a lip.
+std::vector<std::int32_t> touchable_on_surface(const palpate_bundle* bundle) {
+  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  std::vector<char> in_triangle(static_cast<std::size_t>(info.surface_node_count));
+  const std::int32_t* corners = palpate_bundle_triangles(bundle);
+  for (std::ptrdiff_t c = 0; c < 3 * std::ptrdiff_t{info.triangle_count}; ++c)
+    in_triangle[static_cast<std::size_t>(corners[c])] = 1;
+  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
+  std::vector<std::int32_t> nodes;
+  std::copy_if(touchable, touchable + info.touchable_count, std::back_inserter(nodes),
+               [&](std::int32_t node) { return in_triangle[static_cast<std::size_t>(node)] != 0; });
+  return nodes;
+}
+
 std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
                                         const std::filesystem::path& file) {
   std::vector<palpate_grip> grips;
@@ -85,8 +99,7 @@ SceneDef half_of(SceneDef def, Half half) {
 
 std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const palpate_bundle* bundle,
                                         const std::filesystem::path& file) {
-  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
-  const std::vector<std::int32_t> candidates(touchable, touchable + palpate_bundle_describe(bundle).touchable_count);
+  const std::vector<std::int32_t> candidates = touchable_on_surface(bundle);
   std::vector<std::int32_t> nodes;
   if (grip.nearest && !candidates.empty()) {
     const auto nearer = [&](std::int32_t a, std::int32_t b) {
