@@ -120,7 +120,7 @@ struct Organ {
   LargeBody large;
   FactoredBody uncut;
   StoredTensors stored;
-  CutBody cut;
+  CutReference cut;
   std::vector<std::int32_t> listed;
   std::unique_ptr<StoredPairs> pairs;
   SceneMemory memory{palpate_allocator{}};

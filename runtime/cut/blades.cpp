@@ -22,8 +22,8 @@ double volume(const Vec3 x[4]) {
 
 }  // namespace
 
-void Blades::create(SceneMemory& memory, const std::uint8_t* can_hold) {
-  can_hold_ = can_hold;
+void Blades::create(SceneMemory& memory, const std::uint8_t* can_hold, std::int32_t points) {
+  can_hold_ = can_hold, points_ = std::clamp(points, 2, PALPATE_MAX_BLADE_POINTS);
   memory.keep(blades_), memory.keep(turn_);
   forget();
 }
@@ -35,13 +35,37 @@ void Blades::forget() {
 
 void Blades::set(std::int32_t blade, const palpate_blade& now) {
   Blade& of = blades_[blade];
-  if (now.point_count != of.count) {
+  const bool is_held = now.toughness > 0 && now.point_count > 0;
+  const std::int32_t count = is_held ? points_ : now.point_count;
+  if (count != of.count || now.point_count != of.given) {
     of = {};
     of.is_new = 1;
   }
-  of.count = now.point_count, of.toughness = now.toughness;
+  of.count = count, of.given = now.point_count, of.toughness = now.toughness;
   std::copy_n(now.direction, 3, of.sent_direction);
-  for (std::int32_t i = 0; i < of.count; ++i) std::copy_n(now.points + 3 * i, 3, of.points[i].sent);
+  if (is_held)
+    divide_line(now, of);
+  else
+    for (std::int32_t i = 0; i < of.count; ++i) std::copy_n(now.points + 3 * i, 3, of.points[i].sent);
+}
+
+// Points at equal distances along the line.
+void Blades::divide_line(const palpate_blade& given, Blade& blade) {
+  const auto at = [&](std::int32_t i) { return load3(given.points + 3 * i); };
+  double whole = 0;
+  for (std::int32_t i = 0; i + 1 < given.point_count; ++i) whole += length(at(i + 1) - at(i));
+  std::int32_t segment = 0;
+  double before = 0;  // m, to the segment's begin
+  for (std::int32_t i = 0; i < blade.count; ++i) {
+    const double wanted = whole * i / (blade.count - 1);
+    double own = length(at(segment + 1) - at(segment));
+    while (segment + 2 < given.point_count && before + own < wanted) {
+      before += own, ++segment;
+      own = length(at(segment + 1) - at(segment));
+    }
+    const double share = own > 0 ? std::clamp((wanted - before) / own, 0.0, 1.0) : 0;
+    store3((1 - share) * at(segment) + share * at(segment + 1), blade.points[i].sent);
+  }
 }
 
 bool Blades::are_there() const {
@@ -57,13 +81,15 @@ Vec3 Blades::position(const Place& place, const PlacedMesh& mesh) {
   return sum;
 }
 
-// Cost: a pass over all tetrahedra.
+// At the node that is nearest. Cost: a pass over the nodes.
 std::int32_t Blades::nearest_tetrahedron(Vec3 p, const PlacedMesh& mesh) {
   std::int32_t nearest = 0;
   double least = INFINITY;
-  for (std::int32_t t = 0; t < mesh.rest->tetrahedra(); ++t) {
-    const Vec3 away = mesh.corner(4 * t) - p;
-    if (dot(away, away) < least) least = dot(away, away), nearest = t;
+  for (std::int32_t n = 0; n < mesh.rest->body().node_count; ++n) {
+    const Vec3 away = load3(mesh.position + 3 * static_cast<std::size_t>(n)) - p;
+    if (!(dot(away, away) < least)) continue;
+    const RestMesh::Star star = mesh.rest->star(n);
+    if (star.first != star.last) least = dot(away, away), nearest = *star.first / 4;
   }
   return nearest;
 }

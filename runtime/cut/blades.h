@@ -36,8 +36,8 @@ class Blades {
  public:
   static constexpr std::int32_t kRowsOfPoint = 2, kNodesOfPoint = 8;
 
-  // can_hold: [nodes at rest] 1 where a node has a column; borrowed.
-  void create(SceneMemory& memory, const std::uint8_t* can_hold);
+  // can_hold: [nodes at rest] 1 where the compliance knows a node; borrowed. points: of an edge that tissue holds.
+  void create(SceneMemory& memory, const std::uint8_t* can_hold, std::int32_t points);
   void forget();
   void set(std::int32_t blade, const palpate_blade& now);
   bool are_there() const;
@@ -81,7 +81,8 @@ class Blades {
   struct Blade {
     Point points[PALPATE_MAX_BLADE_POINTS];
     double sent_direction[3], direction[3], toughness;
-    std::int32_t count, is_new;  // 1: its points have no places yet
+    std::int32_t count, given;    // points; of the host's line
+    std::int32_t is_new, unused;  // 1: its points have no places yet
     palpate_blade_state state;
   };
   struct Frame {
@@ -95,9 +96,11 @@ class Blades {
   static std::int32_t nearest_tetrahedron(Vec3 p, const PlacedMesh& mesh);
   bool can_hold(const Place& place, const PlacedMesh& mesh) const;
   void go_on(Blade& blade, std::int32_t i, const PlacedMesh& mesh);
-  void measure(Blade& blade);
+  static void divide_line(const palpate_blade& given, Blade& blade);
+  static void measure(Blade& blade);
 
   const std::uint8_t* can_hold_ = nullptr;
+  std::int32_t points_ = 2;
   Blade blades_[PALPATE_MAX_BLADES] = {};
   std::int32_t turn_ = 0;
   int asked_ = 0;

@@ -25,6 +25,7 @@ class CutScene final : public RowSource {
     double* rest = nullptr;                         // [Ns][3] m: TouchedSurface::rest, in which new nodes get places
     std::int32_t surface_nodes = 0;                 // Ns
     std::int32_t first_reserve = 0, new_nodes = 0;  // the scene's node of the first new one; new ones at most
+    std::int32_t blade_points = 0;                  // of an edge that tissue holds
     std::int32_t rank = 0;                          // at most
     Operations operations = 0;                      // of a step, at most, for the compliance
   };

@@ -20,7 +20,7 @@ constexpr EffectKey kKeys[] = {
     {PALPATE_CUT_KEY(cut_nodes), PALPATE_KEY_COUNT, "", "", 0, 100'000},
     {PALPATE_CUT_KEY(cut_rank), PALPATE_KEY_COUNT, "", "", 16, 4096},
     {PALPATE_CUT_KEY(cut_operations), PALPATE_KEY_COUNT, "", "", 1000, 1'000'000'000},
-    {PALPATE_CUT_KEY(cut_points), PALPATE_KEY_COUNT, "", "", 0, 64},
+    {PALPATE_CUT_KEY(cut_points), PALPATE_KEY_COUNT, "", "", 2, PALPATE_MAX_BLADE_POINTS},
 };
 constexpr EffectNeed kNeeds[] = {
     {"collision", 1u << PALPATE_COLLISION_DEFORMED,
@@ -44,7 +44,7 @@ const palpate_cut_def& cut_of(const palpate_scene_def& def) {
 }
 
 RowBudget rows(const palpate_scene_def& def) {
-  const std::int32_t points = cut_of(def).cut_points;
+  const std::int32_t points = PALPATE_MAX_BLADES * cut_of(def).cut_points;
   return {Blades::kRowsOfPoint * points, Blades::kNodesOfPoint * points, Blades::kNodesOfPoint * points};
 }
 
@@ -101,10 +101,10 @@ palpate_status prepare(EffectBuild& build) {
   source.rest = const_cast<double*>(rest), source.surface_nodes = reader.surface_nodes();
   source.first_reserve = region.first_reserve;
   source.new_nodes = def.cut_nodes > 0 ? std::min(def.cut_nodes, region.reserve) : region.reserve;
-  source.rank = def.cut_rank, source.operations = def.cut_operations;
+  source.rank = def.cut_rank, source.operations = def.cut_operations, source.blade_points = def.cut_points;
   organ.body = &region.body, organ.tensors = &scene.tensors, organ.touchable = scene.touchable;
   organ.pairs = &cut->pairs.emplace(scene.tensors, region.pairs);
-  organ.pair_nodes = region.nodes, organ.pair_count = region.node_count;
+  organ.pair_nodes = region.nodes, organ.pair_count = 0;
   organ.surface_nodes = reader.surface_nodes(), organ.first_reserve = region.first_reserve;
   organ.contact_nodes = scene.def.max_contact_nodes, organ.constraints = scene.touch.most_constraints;
   organ.capacity.nodes = slots_of(def, region), organ.capacity.new_nodes = source.new_nodes;
@@ -115,8 +115,10 @@ palpate_status prepare(EffectBuild& build) {
   if (memory.failed() || !cut->organ.create(memory, organ, scene.touch)) return reader.no_memory("cut");
   surface.triangles = cut->scene.surface().triangles(), surface.triangle_count = cut->scene.surface().capacity();
   surface.active = cut->scene.surface().active(), surface.rest = rest;
-  scene.shape.surface = {surface.triangles, static_cast<std::int32_t>(reader.counts().triangles), nullptr};
-  return PALPATE_OK;
+  // The shape half, which may run beside the touch, has the bundle's own triangles.
+  scene.shape.surface.triangle_count = reader.triangles();
+  return reader.copy_indices(SectionId::triangles, 3 * reader.counts().triangles, &formats::IndexedSections::triangles,
+                             &scene.shape.surface.triangles);
 }
 
 // After the surface and the limits of contacts are known.
@@ -168,7 +170,7 @@ void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes) {
   palpate_cut_def defaults = {};
   defaults.part.effect = &palpate::cut_effect;
   defaults.cut = PALPATE_CUT_ON;
-  defaults.cut_rank = 600, defaults.cut_operations = 100'000, defaults.cut_points = 8;
+  defaults.cut_rank = 600, defaults.cut_operations = 100'000, defaults.cut_points = 12;
   palpate::write_host_struct(defaults, def, struct_bytes);
 }
 

@@ -38,8 +38,8 @@ bool LoosePieces::is_of(std::int32_t piece, std::int32_t node) const {
   return false;
 }
 
-// The nodes that hold it already count. Old nodes come first: they can be held before the change is made. The second one is far from the first, the third
-// far from their line.
+// The nodes that hold it already count. Old nodes come first: they can be held before the change is made. The last node that the change makes is none of
+// them: before it is made, the piece hangs on the node that it comes from. The second one is far from the first, the third far from their line.
 std::int32_t LoosePieces::find_holds(std::int32_t piece, std::int32_t node[3]) const {
   const CutPiece& of = mesh_->pieces().piece(piece);
   if (of.tetrahedra == 0 || of.is_held) return 0;
@@ -48,17 +48,22 @@ std::int32_t LoosePieces::find_holds(std::int32_t piece, std::int32_t node[3]) c
   for (std::int32_t i = 0; i < count_ && known < 3; ++i)
     if (is_of(piece, held_[i])) corner[known++] = held_[i];
   if (known == 3) return 0;
-  const std::int32_t first_new = mesh_->change().first_node, begin = known;
+  const std::int32_t first_new = mesh_->change().first_node, begin = known,
+                     tetrahedra = mesh_->state().rest().tetrahedra();
+  std::int32_t last = first_new;
+  for (std::int32_t t = of.first; t < tetrahedra; ++t)
+    if (!mesh_->is_removed(t) && mesh_->pieces().piece_of(t) == piece)
+      last = std::max(last, *std::max_element(mesh_->nodes_of(t), mesh_->nodes_of(t) + 4));
   for (int turn = 0; turn < 2 && known < 3; ++turn) {  // of old nodes, then of all
     known = begin;
     for (; known < 3; ++known) {
       double best = known == 2 ? kLeastHeight : 0;
       std::int32_t found = -1;
-      for (std::int32_t t = of.first; t < mesh_->state().rest().tetrahedra(); ++t) {
+      for (std::int32_t t = of.first; t < tetrahedra; ++t) {
         if (mesh_->is_removed(t) || mesh_->pieces().piece_of(t) != piece) continue;
         for (int c = 0; c < 4; ++c) {
           const std::int32_t n = mesh_->nodes_of(t)[c];
-          if ((turn == 0 && n >= first_new) || !can_hold_[mesh_->at_rest(n)]) continue;
+          if (n >= (turn == 0 ? first_new : last) || !can_hold_[mesh_->at_rest(n)]) continue;
           const double worth = known == 0   ? 1
                                : known == 1 ? length(at_rest(n) - at_rest(corner[0]))
                                             : height_of(at_rest(corner[0]), at_rest(corner[1]), at_rest(n));

@@ -39,8 +39,9 @@ typedef struct palpate_cut_def {
   int32_t
       cut_operations; /* default 100000 [1000 .. 1000000000]: counted operations of a step for the compliance of what was
                             cut, about a nanosecond each; what is left of it comes in the next steps             */
-  int32_t cut_points; /* default 8 [0 .. 64]: points of edges with toughness, of all blades together           */
-  int32_t reserved;   /* 0                                                                                     */
+  int32_t
+      cut_points; /* default 12 [2 .. 16]: points of an edge with toughness, at equal distances, at which tissue holds it */
+  int32_t reserved; /* 0                                                                                     */
 } palpate_cut_def;
 PALPATE_API void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes);
 static inline palpate_cut_def palpate_default_cut_def(void) {
@@ -72,9 +73,8 @@ static inline palpate_blade palpate_default_blade(void) {
  * a blade that stands still is cut too.
  * - Only faces of the region that the bundle's boundary file names are cut.
  * - A cut begins at the surface or at another cut.
- * - With toughness, tissue holds the edge: each point of it in the region pushes the tissue along `direction` with at most toughness times the
- *   length of edge that it stands for, and cuts where it would take more; it does not leave the plane of the cut. The scene then needs room for
- *   8 contact nodes for each point.
+ * - With toughness, tissue holds the edge: each of cut_points points along it that is in the region pushes the tissue along `direction` with at most toughness times the
+ *   length of edge that it stands for, and cuts where it would take more; it does not leave the plane of the cut.
  * - While the compliance of an earlier step's cut is not whole (palpate_cut_state.left), blades wait: what they pass is cut after that, along the straight
  *   way between.
  * Refused with PALPATE_ERROR_ARGUMENT: another blade, a scene that does not cut, and what palpate_blade does not allow. error may be NULL. Never

@@ -215,7 +215,7 @@ struct CutScene {
   }
 
   const Block& block;
-  CutBody cut;
+  CutReference cut;
   LargeBody large;
   FactoredBody uncut;
   VectorXd preload_force, row_force;
@@ -240,7 +240,7 @@ std::vector<std::int32_t> nodes_of_plane(const ElasticBody& body, std::int32_t c
   });
   return nodes;
 }
-OwnedChange split_below(const CutBody& body, std::int32_t node) {
+OwnedChange split_below(const CutReference& body, std::int32_t node) {
   return body.split(node, [&](std::size_t e) { return body.centre(e)[2] < body.position(node)[2]; });
 }
 
@@ -586,7 +586,7 @@ TEST(CutOrgan, ASavedStateGoesOnAndAForgottenCutIsNone) {
   ASSERT_EQ(two.apply(split_below(two.cut, plane[30])).outcome, CutOutcome::made);  // of another past
   play(two, 3);
   two.made.organ->forget_changes(true);
-  two.cut = CutBody(block.elastic);
+  two.cut = CutReference(block.elastic);
   for (const OwnedChange& change : one.changes) {
     ASSERT_EQ(two.apply(change, true).outcome, CutOutcome::made);
   }
