@@ -9,9 +9,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::string_view kNotInFiles[] = {"queries",   "report",        "motions",    "grasps",
-                                            "needles",   "force_control", "cut_points", "max_tools",
-                                            "max_links", "torque_limit",  "torque_slew"};
+constexpr std::string_view kNotInFiles[] = {"queries",       "report",    "motions",   "grasps",       "needles",
+                                            "force_control", "max_tools", "max_links", "torque_limit", "torque_slew"};
 
 bool is_in_files(const palpate_key& field) {
   const std::string_view name = field.name;

@@ -156,6 +156,20 @@ def triangles_of(surface):
     return vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
 
 
+def split_by_lips(surface):
+    """(The surface without the lips of cuts, the lips): VTK data with the points of an outer surface; None where there are no lips."""
+    lip = surface.GetCellData().GetArray("lip")
+    if lip is None or not vtk_to_numpy(lip).any():
+        return surface, None
+    triangles, is_lip = triangles_of(surface), vtk_to_numpy(lip) > 0
+    parts = []
+    for chosen in (~is_lip, is_lip):
+        part = poly_data(surface.GetPoints(), triangles[chosen])
+        part.GetPointData().DeepCopy(surface.GetPointData())
+        parts.append(part)
+    return parts
+
+
 def plain_actor(data, colour, opacity=1.0, edges=None):
     actor = set_up(vtk.vtkActor(), Mapper=set_up(vtk.vtkDataSetMapper(), InputData=data, ScalarVisibility=False))
     look = set_up(actor.GetProperty(), Color=colour, Opacity=opacity, Ambient=0.25, Diffuse=0.8, Specular=0.12, SpecularPower=20)

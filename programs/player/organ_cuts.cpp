@@ -40,13 +40,6 @@ OrganCuts::OrganCuts(const SceneConfig& scene) : file_(scene.file.string()) {
   for (const SceneConfig::Removal& removal : scene.removals) removals_.push_back({removal});
 }
 
-int OrganCuts::feeling_points() const {
-  std::size_t points = 0;
-  for (const Blade& blade : blades_)
-    if (blade.of.toughness > 0) points += blade.of.edge.size();
-  return static_cast<int>(points);
-}
-
 void OrganCuts::set(palpate_scene* scene, double time) {
   for (std::size_t i = 0; i < blades_.size(); ++i) {
     auto& [of, now, direction_of_edge] = blades_[i];

@@ -3,6 +3,7 @@
 
 #include <palpate/palpate_complete.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -17,9 +18,11 @@ class OrganCuts {
   bool any() const { return !blades_.empty() || !removals_.empty(); }
   std::size_t blade_count() const { return blades_.size(); }
   const SceneConfig::Blade& blade(std::size_t i) const { return blades_[i].of; }
-  // Points of edges that feel the tissue, of all blades together; whether there are any.
-  int feeling_points() const;
-  bool feels() const { return feeling_points() > 0; }
+  // Blades that feel the tissue; whether there are any.
+  int feeling_blades() const {
+    return static_cast<int>(std::ranges::count_if(blades_, [](const Blade& blade) { return blade.of.toughness > 0; }));
+  }
+  bool feels() const { return feeling_blades() > 0; }
   // Where the edge of a blade is since set(), m, in the world; no points where the blade is withdrawn.
   const std::vector<SceneConfig::Vector>& edge(std::size_t blade) const { return blades_[blade].now; }
   // After a touch step; nullptr: the library's scene does not cut.

@@ -264,6 +264,7 @@ file = "fine.ply"
 @limits.crossings_operations@
 @limits.cut_rank@
 @limits.cut_operations@
+@limits.cut_points@
 [[tool]]
 name = "probe"
 capsule = { radius = 4, length = 60, @capsule.axis,@ samples = 4 }
