@@ -34,17 +34,17 @@ bool CutField::create(SceneMemory& memory, const Tensors* tensors, CutResponse* 
   const auto nodes = static_cast<std::size_t>(limits.nodes), contacts = static_cast<std::size_t>(limits.constraints),
              rows = CutResponse::kMostRows * response->stride(), parts = (kMostParts + 1) * numbers_;
   nodes_ = memory.array<ContactNode>(nodes), force_ = memory.array<Vec3>(nodes);
-  predicted_force_ = memory.array<Vec3>(nodes);
-  for (float** field : {&now_, &before_, &predicted_}) *field = memory.array<float>(numbers_);
+  scratch_.force = memory.array<Vec3>(nodes);
+  for (float** field : {&now_, &before_, &predicted_.field}) *field = memory.array<float>(numbers_);
   for (float** field : {&parts_, &parts_before_}) *field = memory.array<float>(parts);
   for (Contact** list : {&contacts_, &last_}) *list = memory.array<Contact>(contacts);
-  line_ = memory.array<double>(numbers_), product_ = memory.array<double>(CutResponse::kMostRows * numbers_);
-  x_ = memory.array<double>(rows), y_ = memory.array<double>(rows);
-  if (!loads_.create(memory, limits.nodes)) return false;
+  scratch_.line = memory.array<double>(numbers_),
+  scratch_.product = memory.array<double>(CutResponse::kMostRows * numbers_);
+  scratch_.x = memory.array<double>(rows), scratch_.y = memory.array<double>(rows);
+  if (!scratch_.loads.create(memory, limits.nodes)) return false;
   for (std::int32_t* number : {&node_count_, &contact_count_, &last_count_, &moves_, &solved_, &changed_})
     memory.keep(*number);
-  for (double* norm : {&norm_, &norm_before_, &path_, &path_set_, &path_before_}) memory.keep(*norm);
-  memory.keep(ways_);
+  memory.keep(norms_), memory.keep(ways_);
   memory.keep_array(nodes_, nodes, node_count_), memory.keep_array(force_, nodes, node_count_);
   for (float** field : {&now_, &before_}) memory.keep_array(*field, numbers_);
   for (float** field : {&parts_, &parts_before_}) memory.keep_array(*field, kMostParts * numbers_);
@@ -55,8 +55,8 @@ bool CutField::create(SceneMemory& memory, const Tensors* tensors, CutResponse* 
 void CutField::forget() {
   for (float* field : {now_, before_}) std::fill_n(field, numbers_, 0.0f);
   node_count_ = contact_count_ = last_count_ = moves_ = solved_ = changed_ = 0;
-  norm_ = norm_before_ = path_ = path_set_ = path_before_ = predicted_norm_ = predicted_apart_ = 0;
-  ways_ = {}, asked_ = {};
+  predicted_.norm = predicted_.apart = 0;
+  norms_ = {}, ways_ = {}, asked_ = {};
   is_set_ = true;
 }
 
@@ -64,13 +64,13 @@ void CutField::copy_node(std::int32_t from, std::int32_t to) {
   const auto copy = [&](float* field) {
     std::copy_n(field + 3 * static_cast<std::size_t>(from), 3, field + 3 * static_cast<std::size_t>(to));
   };
-  copy(now_), copy(before_), copy(predicted_);
+  copy(now_), copy(before_), copy(predicted_.field);
   for (std::int32_t p = 0; p <= kMostParts; ++p) copy(part(parts_, p)), copy(part(parts_before_, p));
 }
 
 void CutField::begin_moved() {
   is_set_ = false;
-  path_ += offset_->stepped();
+  norms_.path += offset_->stepped();
 }
 
 // ---- a step's forces -------------------------------------------------------------------------------------------------
@@ -107,7 +107,7 @@ void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved
   std::swap(contacts_, last_);
   last_count_ = contact_count_, contact_count_ = 0;
   is_set_ = true, asked_ = {};
-  norm_before_ = norm_, path_before_ = path_set_;
+  norms_.before = norms_.now, norms_.path_before = norms_.path_set;
   if (solved) gather(set, force);
   ways_.measure(contacts_, contact_count_, last_, last_count_);
   solved_ = solved, changed_ = 0;
@@ -120,7 +120,7 @@ void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved
     find_fields();
     *work += operations_of(contact_count_ < 2 ? contact_count_ : 1 + std::min(contact_count_, kMostParts));
   }
-  path_set_ = path_;
+  norms_.path_set = norms_.path;
 }
 
 void CutField::keep_fields() {
@@ -141,10 +141,10 @@ void CutField::find_fields() {
     parts[count++] = {contacts_[c].first, contacts_[c].last, part(parts_, contacts_[c].part)};
   }
   evaluate(force_, parts, count);
-  norm_ = longest(now_, numbers_);
-  moves_ = norm_ > 0;
+  norms_.now = longest(now_, numbers_);
+  moves_ = norms_.now > 0;
   const double change = longest_difference(now_, before_, numbers_);
-  path_ += change;
+  norms_.path += change;
   for (std::int32_t c = 0; c < contact_count_; ++c) {
     Contact& contact = contacts_[c];
     const Contact* const before = find_contact(last_, last_count_, contact.id);
@@ -153,7 +153,7 @@ void CutField::find_fields() {
       continue;
     }
     const float* const own = contact.part < 0 ? now_ : part(parts_, contact.part);
-    contact.own = contact.part < 0 ? norm_ : longest(own, numbers_);
+    contact.own = contact.part < 0 ? norms_.now : longest(own, numbers_);
     contact.without = contact.part < 0 ? 0 : longest_difference(now_, own, numbers_);
     contact.own_change =
         !before ? contact.own
@@ -163,37 +163,37 @@ void CutField::find_fields() {
   }
 }
 
-// line_: C f of the forces on some contact nodes. A new node has the rows of the node that it comes from.
+// scratch_.line: C f of the forces on some contact nodes. A new node has the rows of the node that it comes from.
 void CutField::evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last) {
-  loads_.begin(*tensors_);
-  for (std::int32_t e = first; e < last; ++e) loads_.add(nodes_[e].column, solver_->modified(e, force[e]));
+  scratch_.loads.begin(*tensors_);
+  for (std::int32_t e = first; e < last; ++e) scratch_.loads.add(nodes_[e].column, solver_->modified(e, force[e]));
   constexpr std::int32_t kRun = 64;
   const std::int32_t at_rest = response_->first_new();
   for (std::int32_t n = 0; n < at_rest; n += kRun) {
     const std::int32_t count = std::min(kRun, at_rest - n);
-    double* const to = line_ + 3 * static_cast<std::size_t>(n);
+    double* const to = scratch_.line + 3 * static_cast<std::size_t>(n);
     if (!tensors_->compliance) {
-      loads_.at_run(n, count, to);
+      scratch_.loads.at_run(n, count, to);
       continue;
     }
-    for (std::int32_t k = 0; k < count; ++k) store3(loads_.at_node(n + k), to + 3 * k);
+    for (std::int32_t k = 0; k < count; ++k) store3(scratch_.loads.at_node(n + k), to + 3 * k);
   }
   for (std::int32_t n = at_rest; n < response_->nodes(); ++n)
-    std::copy_n(line_ + 3 * static_cast<std::size_t>(response_->at_rest(n)), 3,
-                line_ + 3 * static_cast<std::size_t>(n));
+    std::copy_n(scratch_.line + 3 * static_cast<std::size_t>(response_->at_rest(n)), 3,
+                scratch_.line + 3 * static_cast<std::size_t>(n));
 }
 
 void CutField::evaluate(const Vec3* force, const Part* parts, int count) {
   const auto stride = response_->stride();
   const bool is_cut = response_->is_cut();
   if (is_cut) {
-    std::fill_n(x_, static_cast<std::size_t>(count) * stride, 0.0);
+    std::fill_n(scratch_.x, static_cast<std::size_t>(count) * stride, 0.0);
     for (int p = 0; p < count; ++p)
       for (std::int32_t e = parts[p].first; e < parts[p].last; ++e)
         if (!is_zero(force[e]))
-          response_->add_force(nodes_[e].node, force[e], x_ + static_cast<std::size_t>(p) * stride);
-    response_->multiply(x_, count, y_);
-    response_->spread(y_, count, product_);
+          response_->add_force(nodes_[e].node, force[e], scratch_.x + static_cast<std::size_t>(p) * stride);
+    response_->multiply(scratch_.x, count, scratch_.y);
+    response_->spread(scratch_.y, count, scratch_.product);
   }
   const std::size_t moving = 3 * static_cast<std::size_t>(response_->nodes());
   for (int p = 0; p < count; ++p) {
@@ -201,7 +201,8 @@ void CutField::evaluate(const Vec3* force, const Part* parts, int count) {
     evaluate_line(force, parts[p].first, parts[p].last);
     for (std::size_t i = 0; i < moving; ++i)
       field[i] = static_cast<float>(
-          is_cut ? line_[i] + product_[i * CutResponse::kMostRows + static_cast<std::size_t>(p)] : line_[i]);
+          is_cut ? scratch_.line[i] + scratch_.product[i * CutResponse::kMostRows + static_cast<std::size_t>(p)]
+                 : scratch_.line[i]);
     std::fill(field + moving, field + numbers_, 0.0f);
   }
 }
@@ -256,25 +257,25 @@ Operations CutField::operations_to_predict(const ContactId& id) const {
 bool CutField::predict_without(const ContactId& id, Operations most, Operations* work) {
   const Operations own = operations_of(1);
   double norm = 0, apart = 0;  // sqrt(J), of the reactions
-  if (!solved_ || own > most || !solver_->predict_without(id, most - own, predicted_force_, &norm, &apart, work))
+  if (!solved_ || own > most || !solver_->predict_without(id, most - own, scratch_.force, &norm, &apart, work))
     return false;
   const auto is_gone = [&](const Contact& c) { return c.ended != 0 || c.id == id; };
   if (std::all_of(contacts_, contacts_ + contact_count_, is_gone)) {
-    std::fill_n(predicted_, numbers_, 0.0f);
-    predicted_norm_ = 0, predicted_apart_ = norm_;
+    std::fill_n(predicted_.field, numbers_, 0.0f);
+    predicted_.norm = 0, predicted_.apart = norms_.now;
     return true;
   }
-  const Part all = {0, node_count_, predicted_};
-  evaluate(predicted_force_, &all, 1);
+  const Part all = {0, node_count_, predicted_.field};
+  evaluate(scratch_.force, &all, 1);
   *work += own;
-  predicted_norm_ = longest(predicted_, numbers_);
-  predicted_apart_ = longest_difference(predicted_, now_, numbers_);
+  predicted_.norm = longest(predicted_.field, numbers_);
+  predicted_.apart = longest_difference(predicted_.field, now_, numbers_);
   return true;
 }
 
 Vec3 CutField::predicted_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return read(predicted_, node) + moved_at_node(node);
+  return read(predicted_.field, node) + moved_at_node(node);
 }
 
 bool CutField::pulls_among_others(const ContactId& id, Vec3 outward) const {
@@ -289,14 +290,14 @@ double CutField::own_norm(const ContactId& id) const {
 
 double CutField::norm_without(const ContactId& id) const {
   const Contact* const contact = find(id);
-  return offset_->longest() + (contact ? contact->without : norm_);
+  return offset_->longest() + (contact ? contact->without : norms_.now);
 }
 
 double CutField::last_change_without(const ContactId& id) const {
   const Contact *const now = find(id), *const before = find_contact(last_, last_count_, id);
   const double own = now ? now->own_change : before ? before->own : 0;
   return std::min(last_change() + own,
-                  (now ? now->without : norm_) + (before ? before->without : norm_before_) + offset_->change());
+                  (now ? now->without : norms_.now) + (before ? before->without : norms_.before) + offset_->change());
 }
 
 }  // namespace palpate

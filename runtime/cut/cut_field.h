@@ -48,11 +48,11 @@ class CutField final : public SurfaceField {
   Operations operations_to_predict(const ContactId& id) const override;
   Vec3 predicted_at_node(std::int32_t node, QueryWork* work) override;
   bool pulls_among_others(const ContactId& id, Vec3 outward) const override;
-  double predicted_norm() const override { return predicted_norm_ + offset_->longest(); }
-  double predicted_apart() const override { return predicted_apart_; }
-  double norm() const override { return norm_ + offset_->longest(); }
-  double path() const override { return path_; }
-  double last_change() const override { return path_ - path_before_; }
+  double predicted_norm() const override { return predicted_.norm + offset_->longest(); }
+  double predicted_apart() const override { return predicted_.apart; }
+  double norm() const override { return norms_.now + offset_->longest(); }
+  double path() const override { return norms_.path; }
+  double last_change() const override { return norms_.path - norms_.path_before; }
   double own_norm(const ContactId& id) const override;
   double norm_without(const ContactId& id) const override;
   double last_change_without(const ContactId& id) const override;
@@ -106,20 +106,26 @@ class CutField final : public SurfaceField {
   Vec3* force_ = nullptr;                             // [nodes] N
   float *now_ = nullptr, *before_ = nullptr;          // [surface nodes][3] m, by the contacts
   float *parts_ = nullptr, *parts_before_ = nullptr;  // [kMostParts + 1][surface nodes][3] m
-  float* predicted_ = nullptr;                        // the same, of a prediction
   Contact *contacts_ = nullptr, *last_ = nullptr;     // [constraints] ascending; of this step and the last
   std::int32_t node_count_ = 0, contact_count_ = 0, last_count_ = 0, moves_ = 0, solved_ = 0;
   std::int32_t changed_ = 0;  // 1: the cut has, since the last set()
-  double norm_ = 0, norm_before_ = 0, path_ = 0, path_set_ = 0, path_before_ = 0;
-  double predicted_norm_ = 0, predicted_apart_ = 0;
+  struct Norms {  // m: of now_ and before_; of all changes, now, after the last set() and after the one before
+    double now = 0, before = 0, path = 0, path_set = 0, path_before = 0;
+  } norms_;
+  struct Prediction {
+    float* field = nullptr;      // [surface nodes][3] m
+    double norm = 0, apart = 0;  // m
+  } predicted_;
   ContactWays ways_;
   ContactId asked_;     // the contact whose part is the last one of parts_
   bool is_set_ = true;  // since begin_moved()
-  LoadField loads_;
-  double* line_ = nullptr;              // [surface nodes][3] m, C f
-  double *x_ = nullptr, *y_ = nullptr;  // [kMostRows][stride]
-  double* product_ = nullptr;           // [surface nodes][3][kMostRows]
-  Vec3* predicted_force_ = nullptr;     // [nodes] N
+  struct Scratch {
+    LoadField loads;
+    double* line = nullptr;             // [surface nodes][3] m, C f
+    double *x = nullptr, *y = nullptr;  // [kMostRows][stride]
+    double* product = nullptr;          // [surface nodes][3][kMostRows]
+    Vec3* force = nullptr;              // [nodes] N, of a prediction
+  } scratch_;
 };
 
 }  // namespace palpate
