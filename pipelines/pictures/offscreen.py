@@ -114,7 +114,9 @@ def read_if_there(scene, name):
 
 
 def frame_of_peak(scene):
-    """The frame at which the forces on tools and obstacles and the links' tensions together are largest."""
+    """The frame at which the forces on tools and obstacles and the links' tensions together are largest; of a scene that has cut, the last one."""
+    if any(int(row["faces"]) + int(row["removed"]) > 0 for row in read_if_there(scene, "cut.csv")):
+        return read_frames(scene)[-1]
     total = {}
     for row in read_csv(os.path.join(scene, "forces.csv")):
         time = float(row["time_s"])

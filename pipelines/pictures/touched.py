@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force, coloured by displacement, with its outline at rest,
-the tools and obstacles, the tools' paths and the forces on both in one scale, a legend of what is seen, the links, the discs of grasps and the needles,
-the lips of cuts and the edges of blades, from two sides."""
+"""touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force (of a scene that has cut, at its end), coloured by displacement,
+with its outline at rest, the tools and obstacles, the tools' paths and the forces on both in one scale, a legend of what is seen, the links, the discs of
+grasps and the needles, the lips of cuts and the edges of blades, from two sides."""
 import os
 
 import h5py

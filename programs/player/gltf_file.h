@@ -60,7 +60,7 @@ class GltfFile {
   struct Organ {
     std::size_t surface;  // that it has now
     std::string name;
-    CutSurface cut;
+    PresentSurface cut;
     int surfaces = 1;  // that it has had
   };
   void begin_cut(Organ& organ);

@@ -86,7 +86,7 @@ void OrganCuts::remove_due(palpate_scene* scene, double time) {
   removals_[next].waits = false, turn_ = next + 1;
 }
 
-bool CutSurface::follow(const palpate_scene* scene) {
+bool PresentSurface::follow(const palpate_scene* scene) {
   const palpate_cut_state* const state = OrganCuts::state(scene);
   if (!state || (followed_ && state->surface == version_)) return false;
   followed_ = true, version_ = state->surface;
@@ -94,6 +94,17 @@ bool CutSurface::follow(const palpate_scene* scene) {
   triangles_.resize(3 * static_cast<std::size_t>(count)), is_lip_.resize(static_cast<std::size_t>(count));
   palpate_scene_cut_surface(scene, triangles_.data(), is_lip_.data(), count);
   return true;
+}
+
+void place_new_nodes(const palpate_scene* scene, const double* nodes, const palpate_shape_out& shape) {
+  std::vector<std::int32_t> pairs(2 * static_cast<std::size_t>(palpate_scene_cut_nodes(scene, nullptr, 0)));
+  const auto count = static_cast<std::int32_t>(pairs.size() / 2);
+  palpate_scene_cut_nodes(scene, pairs.data(), count);
+  for (std::size_t i = 0; i < pairs.size(); i += 2)
+    for (std::ptrdiff_t d = 0; d < 3; ++d) {
+      const std::ptrdiff_t own = 3 * std::ptrdiff_t{pairs[i]} + d, from = 3 * std::ptrdiff_t{pairs[i + 1]} + d;
+      shape.displacements[own] += static_cast<float>(nodes[own] - nodes[from]);
+    }
 }
 
 bool CutHistory::add(const palpate_cut_state& state, double time) {

@@ -55,7 +55,7 @@ class OrganCuts {
 };
 
 // The surface of an organ that is cut, as it is now.
-class CutSurface {
+class PresentSurface {
  public:
   // Whether it has changed since the last call; at the first call it has. False for a scene that does not cut.
   bool follow(const palpate_scene* scene);
@@ -68,6 +68,10 @@ class CutSurface {
   std::vector<std::int32_t> triangles_;
   std::vector<std::uint8_t> is_lip_;
 };
+
+// Makes the displacements of a shape's new nodes those from where they lie at rest. The library's are from where the bundle has them. nodes: the bundle's
+// [node][3] m.
+void place_new_nodes(const palpate_scene* scene, const double* nodes, const palpate_shape_out& shape);
 
 // What happened to a cut, as events.csv names it.
 inline constexpr const char *kFirstCut = "first cut", *kPieceCameOff = "piece came off", *kFull = "full";

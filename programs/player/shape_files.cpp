@@ -410,7 +410,7 @@ struct ShapeFiles::Organ : MovedGrid {
   Frame frame;
   std::unique_ptr<Skin> skin;          // with a render mesh
   std::unique_ptr<InsideData> inside;  // where the scene looks inside
-  CutSurface cut;
+  PresentSurface cut;
   std::vector<std::unique_ptr<CarriedGrid>> carried;
 
   Organ(const PlayedOrgan& organ, const BundleFields& fields, std::string file_name, const Frame& in_world)

@@ -106,6 +106,7 @@ TEST_F(CutScene, CutsAsFarAsTheBladeComesAndWritesTheSurfaceThatIsLeft) {
   first.expect_closed(), last.expect_closed();
   // Nothing pulls, so that the cut does not open.
   EXPECT_NEAR(last.area_of_lips(), 2 * cut["area_m2"].get<double>(), 1e-9);
+  EXPECT_LT(summary_of()["largest_displacement_m"].get<double>(), 1e-6) << "new nodes lie where they come from";
   EXPECT_THAT(file_bytes(folder_ / "out/shapes.pvd"), HasSubstr("shapes/blades_000006.vtu"));
 }
 
