@@ -58,20 +58,20 @@ std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const pal
   return grips;
 }
 
-SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& held, const PlayedNeedles& needles,
-                   int feeling_blades) {
+SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& held, const PlayedNeedles& needles) {
   SceneDef def = scene.def;
   def.dent.dent = PALPATE_DENT_OFF;  // until there is a mesh to draw it on
   def.max_tools = static_cast<int>(scene.tools.size());
   if (def.max_points == 0) def.max_points = std::max(1, max_points);
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
-  constexpr int nodes_of_blade_point = 8;                                                   // of palpate_cut.h
+  constexpr int nodes_of_blade_point = 8;  // of the library's blades, each of which may feel the tissue
+  const int nodes_of_blades =
+      def.cut.cut == PALPATE_CUT_ON ? nodes_of_blade_point * PALPATE_MAX_BLADES * def.cut.cut_points : 0;
   const int nodes_per_point = def.contact == PALPATE_CONTACT_PATCH ? 100 : 3, most = 3000;  // of palpate.h
   if (def.max_contact_nodes == 0)
     def.max_contact_nodes = std::min(
         most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) + held.most_nodes() +
-                  needles.most_nodes() + nodes_of_blade_point * feeling_blades * def.cut.cut_points +
-                  (scene.obstacles.empty() ? 0 : def.obstacles.max_nodes));
+                  needles.most_nodes() + nodes_of_blades + (scene.obstacles.empty() ? 0 : def.obstacles.max_nodes));
   def.links.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps.grasps = held.has_grasps();
   def.needles.needles = needles.any(), def.needles.needle_places = needles.places();
   def.motions.motions = !scene.motions.empty();
@@ -173,7 +173,7 @@ int PlayedOrgan::points_and_grips() const {
 }
 
 SceneDef PlayedOrgan::definition(int max_points) {
-  SceneDef def = half_of(scene_def(scene_, max_points, *held_, *needles_, cuts_->feeling_blades()), half_);
+  SceneDef def = half_of(scene_def(scene_, max_points, *held_, *needles_), half_);
   scene_.def.shape = def.shape, scene_.def.inside.inside = def.inside.inside;
   scene_.def.crossings.crossings = def.crossings.crossings;
   contact_node_limit_ = def.max_contact_nodes;

@@ -454,6 +454,11 @@ struct ShapeFiles::Organ : MovedGrid {
     lip->SetNumberOfTuples(static_cast<vtkIdType>(is_lip.size()));
     std::copy(is_lip.begin(), is_lip.end(), lip->GetPointer(0));
     lip->Modified();
+    std::vector<std::int32_t> made(2 *
+                                   static_cast<std::size_t>(palpate_scene_cut_nodes(of.runtime_scene(), nullptr, 0)));
+    palpate_scene_cut_nodes(of.runtime_scene(), made.data(), static_cast<std::int32_t>(made.size() / 2));
+    for (std::size_t i = 0; i < made.size(); i += 2) fixed->SetValue(made[i], fixed->GetValue(made[i + 1]));
+    fixed->Modified();
   }
 
   // The corners of the triangles that cross.

@@ -251,7 +251,7 @@ TEST_F(CutScene, ExplainsWhatItCosts) {
 
 TEST_F(CutScene, RefusesABundleThatCannotBeCutAndABladeThatTheLibraryRefuses) {
   write_scene(kFar + "[[blade]]\nname = \"scalpel\"\nedge = [[0, 0, 0], [0, 0, 1]]\nposition = [0, 0, 2e9]\n");
-  expect_refused("scene.toml -o out", "scene.toml:8: blade \"scalpel\": expected ");
+  expect_refused("scene.toml -o out", "scene.toml:8: blade \"scalpel\": blade 0: expected ");
   write_bundle(folder_ / "box.h5", tiny_bundle());
   write_scene(kFar + blade("20"));
   expect_refused("scene.toml -o out", "cut");
