@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "formats/scene_cuts.h"
 #include "formats/scene_effects.h"
 #include "formats/scene_holds.h"
 #include "formats/scene_organs.h"
@@ -168,6 +169,8 @@ SceneConfig read_scene_config(const std::filesystem::path& file) {
   for (TomlTable& motion : root.tables("motion")) scene.motions.push_back(read_motion(motion, scene));
   for (TomlTable& load : root.tables("load")) scene.loads.push_back(read_load(load, scene));
   for (TomlTable& obstacle : root.tables("obstacle")) scene.obstacles.push_back(read_obstacle(obstacle, scene));
+  for (TomlTable& blade : root.tables("blade")) scene.blades.push_back(read_blade(blade, scene));
+  for (TomlTable& removal : root.tables("removal")) scene.removals.push_back(read_removal(removal, scene));
   for (TomlTable& carried : root.tables("carried")) scene.carried.push_back(read_carried(carried, scene));
   if (scene.tools.size() > kMaxTools)
     root.contradicts("tool", 0, fmt::format("at most {} tools", kMaxTools), std::to_string(scene.tools.size()));

@@ -118,6 +118,30 @@ struct SceneConfig : SceneEffects {
     int line = 0;
     bool operator==(const Obstacle&) const = default;
   };
+  // A line that cuts the organ where it passes (palpate_blade of palpate_cut.h). In the world.
+  struct Blade {
+    std::string name;
+    std::vector<Vector> edge;                 // m, in the blade's frame, from heel to tip
+    std::vector<KeyFrame> path;               // at least one, times ascending
+    std::vector<KeyFrame> turn;               // as of a tool
+    std::vector<std::array<double, 2>> cuts;  // s: from, until; ascending; empty: always
+    double toughness = 0;                     // J/m^2; 0: it feels nothing
+    Vector direction{};     // where the edge looks, of any length, in its frame; zero without toughness
+    std::size_t organ = 0;  // of a scene of several organs
+    int line = 0;
+    bool operator==(const Blade&) const = default;
+  };
+  // Tissue that is taken away around a place (palpate_scene_remove_tissue of palpate_cut.h). In the world.
+  struct Removal {
+    std::string name;
+    std::vector<KeyFrame> path;                // at least one, times ascending
+    double radius = 0;                         // m
+    std::vector<std::array<double, 2>> times;  // s: from, until; ascending; once where both are the same
+    double every = 0.02;                       // s, from one removal to the next
+    std::size_t organ = 0;                     // of a scene of several organs
+    int line = 0;
+    bool operator==(const Removal&) const = default;
+  };
   // A surface that the tissue carries along (palpate_scene_carry of palpate.h).
   struct Carried {
     std::string name;            // letters, digits, - and _
@@ -198,6 +222,8 @@ struct SceneConfig : SceneEffects {
   std::vector<Motion> motions;
   std::vector<Load> loads;
   std::vector<Obstacle> obstacles;
+  std::vector<Blade> blades;
+  std::vector<Removal> removals;
   std::vector<Carried> carried;
   double metres_per_unit = 1;      // of the file's lengths, for amounts of pistons
   double csv_metres_per_unit = 1;  // of lengths in the CSV files of the results
@@ -210,7 +236,7 @@ struct SceneConfig : SceneEffects {
 // Errors: InputError with file, line, key, expected and found.
 SceneConfig read_scene_config(const std::filesystem::path& file);
 
-// The scene of one organ of several: with its bundle, effects, links and motions, the obstacles that hold it off, and
+// The scene of one organ of several: with its bundle, effects, links, motions and blades, the obstacles that hold it off, and
 // with all tools, which hold this organ alone.
 SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "formats/scene_cuts.h"
 #include "formats/scene_holds.h"
 #include "formats/scene_organs.h"
 
@@ -9,11 +10,6 @@ namespace palpate {
 namespace {
 
 constexpr int kMaxLinks = 1000;
-
-// What an effect is, as a scene file would say it: law = "sticking".
-std::string in_words(const char* name, const SceneDef& def) {
-  return fmt::format("{} = \"{}\"", name, word_of(name, def));
-}
 
 // A radius selects the contact model patch; with another contact model named, the radius would be ignored, so it is refused.
 void choose_contact(SceneConfig& scene, const TomlTable& root, bool names_contact) {
@@ -155,6 +151,7 @@ void settle_effects(SceneConfig& scene, const TomlTable& root, NamedEffects name
   check_moves(scene.loads, "load", scene, root, named.collision);
   check_loads(scene, root);
   check_obstacles(scene, root, named.collision);
+  check_cuts(scene, root, named);
   check_links(scene, root);
   check_dent_and_friction(scene, root);
   check_inside(scene, root);

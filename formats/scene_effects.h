@@ -14,9 +14,10 @@ SceneConfig::Carried read_carried(TomlTable table, const SceneConfig& scene);
 
 // Which effects the file names; for the others the scene has a say.
 struct NamedEffects {
-  bool contact = false, collision = false;
+  bool contact = false, collision = false, cut = false;
   void add(TomlTable effects) {
     contact = contact || effects.has("contact"), collision = collision || effects.has("collision");
+    cut = cut || effects.has("cut");
   }
 };
 

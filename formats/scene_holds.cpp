@@ -17,12 +17,6 @@ using Rows = std::vector<std::array<double, 2>>;
 constexpr double kMaxRadius = 1;          // m, as palpate.h
 constexpr std::size_t kMaxPlaces = 1000;  // of one link; as many as palpate.h has links
 
-double radius_of(TomlTable& table, double scale) {
-  const double radius = positive(table, "radius", "a length above 0") * scale;
-  if (radius > kMaxRadius) table.wrong("radius", "a length of at most 1 m");
-  return radius;
-}
-
 // Rows [t, value]: values of `least` or more; with `above`, above it.
 Rows read_rows(TomlTable& table, const char* key, const char* shown, double scale, bool above) {
   Rows rows = timed_rows<2>(table, key, shown);
@@ -49,6 +43,12 @@ Rows number_or_rows(TomlTable& table, const char* number, const char* rows, cons
 
 }  // namespace
 
+double read_radius(TomlTable& table, double scale) {
+  const double radius = positive(table, "radius", "a length above 0") * scale;
+  if (radius > kMaxRadius) table.wrong("radius", "a length of at most 1 m");
+  return radius;
+}
+
 SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene) {
   using Kind = SceneConfig::Link::Kind;
   const double scale = scene.metres_per_unit;
@@ -61,7 +61,7 @@ SceneConfig::Link read_link(TomlTable table, const SceneConfig& scene) {
   link.rest_length = number_or_rows(table, "rest_length", "rest_lengths", "[t, length]", scale, false);
   link.stiffness = number_or_rows(table, "stiffness", "stiffnesses", "[t, stiffness]", 1, true);
   if (table.has("breaking_force")) link.breaking_force = positive(table, "breaking_force", "a force above 0 N");
-  if (table.has("radius")) link.radius = radius_of(table, scale);
+  if (table.has("radius")) link.radius = read_radius(table, scale);
   link.organs = read_organs_of(table, scene, link.places.size());
   link.organ = read_organ_of(table, scene, link.organs.empty());
   const int stretches = stretches_of(link);
@@ -130,7 +130,7 @@ SceneConfig::Load read_load(TomlTable table, const SceneConfig& scene) {
     table.wrong(table.has("at") ? "near" : "at", "either at = \"foremost\" or near = [x, y, z], not both");
   if (table.has("at")) load.at = read_at(table);
   if (table.has("near")) load.near = scaled(table.vector("near"), scene.metres_per_unit);
-  load.radius = radius_of(table, scene.metres_per_unit);
+  load.radius = read_radius(table, scene.metres_per_unit);
   const char* given = nullptr;
   for (const char* key : {"force", "forces", "traction", "tractions"}) {
     if (!table.has(key)) continue;
@@ -172,7 +172,7 @@ void read_kind(TomlTable& table, double scale, SceneConfig::Obstacle& obstacle) 
     if (size.size() != 2 || !(size[0] > 0 && size[1] > 0)) table.wrong("size", "two lengths above 0");
     obstacle.size = {scale * size[0], scale * size[1]};
   }
-  if (obstacle.kind == Kind::disc) obstacle.size[0] = radius_of(table, scale);
+  if (obstacle.kind == Kind::disc) obstacle.size[0] = read_radius(table, scale);
   if (obstacle.kind == Kind::mesh) {
     obstacle.surface = {table.path("file", "\"rib.stl\""), scale};
     if (table.has("unit")) obstacle.surface->metres_per_unit = table.choice("unit", scene_lengths());
@@ -195,16 +195,7 @@ SceneConfig::Obstacle read_obstacle(TomlTable table, const SceneConfig& scene) {
   for (const SceneConfig::Obstacle& other : scene.obstacles)
     if (other.name == obstacle.name) table.wrong("name", "a name that no other [[obstacle]] has");
   read_kind(table, scale, obstacle);
-  if (table.has("position")) {
-    for (const char* key : {"path", "path_csv"})
-      if (table.has(key)) table.wrong(key, "no path beside position, where the obstacle stays");
-    obstacle.path = {{0, scaled(table.vector("position"), scale)}};
-  } else if (table.has("path") || table.has("path_csv")) {
-    obstacle.path = read_path(table, scale, "an obstacle's path", "");
-    if (obstacle.path.empty()) table.wrong("path", "one row [t, x, y, z] or more");
-  } else {
-    obstacle.path = {{0, {}}};
-  }
+  obstacle.path = read_way(table, scale, "an obstacle's path");
   if (table.has("turn")) obstacle.turn = read_turn(table);
   if (table.has("friction")) obstacle.friction = friction(table);
   if (table.has("depth")) obstacle.depth = positive(table, "depth", "a length above 0") * scale;
@@ -224,7 +215,7 @@ SceneConfig::Grasp read_grasp(TomlTable table, double scale) {
   grasp.line = table.line();
   grasp.near = scaled(table.vector("near"), scale);
   if (table.has("opposite")) grasp.opposite = scaled(table.vector("opposite"), scale);
-  grasp.radius = radius_of(table, scale);
+  grasp.radius = read_radius(table, scale);
   if (table.has("closing")) grasp.closing = read_rows(table, "closing", "[t, length]", scale, false);
   if (!grasp.closing.empty() && !grasp.opposite)
     table.wrong("closing", "opposite = [x, y, z] as well, since two discs close on tissue between them");
@@ -314,6 +305,18 @@ std::vector<SceneConfig::KeyFrame> read_path(TomlTable& table, double scale, con
                         ? timed_rows<4>(table, "path", "[t, x, y, z]")
                         : timed_csv_rows<4>(table.path("path_csv", "\"path.csv\""), what, "four numbers", "time,x,y,z"),
                     scale);
+}
+
+std::vector<SceneConfig::KeyFrame> read_way(TomlTable& table, double scale, const char* what) {
+  const bool has_path = table.has("path"), has_csv = table.has("path_csv");
+  if (table.has("position")) {
+    if (has_path || has_csv) table.wrong(has_path ? "path" : "path_csv", "no path beside position, where it stays");
+    return {{0, scaled(table.vector("position"), scale)}};
+  }
+  if (!has_path && !has_csv) return {{0, {}}};
+  std::vector<SceneConfig::KeyFrame> path = read_path(table, scale, what, "");
+  if (path.empty()) table.wrong("path", "one row [t, x, y, z] or more");
+  return path;
 }
 
 std::vector<SceneConfig::KeyFrame> read_turn(TomlTable& tool) {

@@ -105,6 +105,11 @@ std::vector<SceneConfig::KeyFrame> key_frames(const std::vector<std::array<doubl
 SceneConfig::Motion read_motion(TomlTable table, const SceneConfig& scene);
 SceneConfig::Load read_load(TomlTable table, const SceneConfig& scene);
 SceneConfig::Obstacle read_obstacle(TomlTable table, const SceneConfig& scene);
+// m, above 0, at most 1 m: the key `radius`.
+double read_radius(TomlTable& table, double scale);
+// Where what the scene moves is: one row of the key `position`, or the rows of `path` or `path_csv`; without all of them the origin. what: "an obstacle's
+// path".
+std::vector<SceneConfig::KeyFrame> read_way(TomlTable& table, double scale, const char* what);
 // The rows of the key `path`, or of the file of `path_csv`, of which there must be exactly one. what: "a tool's path"; otherwise: the end of the
 // sentence that refuses both and neither.
 std::vector<SceneConfig::KeyFrame> read_path(TomlTable& table, double scale, const char* what, const char* otherwise);

@@ -79,6 +79,10 @@ std::string word_of(const char* name, const SceneDef& def) {
   return word_of(*find_config_key(scene_keys(), ConfigFile::scene, "effects", name)->field, def);
 }
 
+std::string in_words(const char* name, const SceneDef& def) {
+  return fmt::format("{} = \"{}\"", name, word_of(name, def));
+}
+
 bool have_equal_fields(const SceneDef& a, const SceneDef& b) {
   return std::ranges::all_of(scene_keys(), [&](const ConfigKey& key) {
     return !key.field || palpate_key_number(key.field, &a) == palpate_key_number(key.field, &b);

@@ -15,6 +15,9 @@ const std::vector<ConfigKey>& scene_keys();
 std::string word_of(const palpate_key& field, const SceneDef& def);
 std::string word_of(const char* name, const SceneDef& def);
 
+// What an effect is, as a scene file would say it: law = "sticking".
+std::string in_words(const char* name, const SceneDef& def);
+
 // Whether all that a file sets is equal, but for the terms of a relaxation.
 bool have_equal_fields(const SceneDef& a, const SceneDef& b);
 

@@ -142,6 +142,8 @@ SceneConfig organ_scene(const SceneConfig& scene, std::size_t organ) {
   std::erase_if(one.motions, of_another);
   std::erase_if(one.loads, of_another);
   std::erase_if(one.carried, of_another);
+  std::erase_if(one.blades, of_another);
+  std::erase_if(one.removals, of_another);
   std::erase_if(one.obstacles, [&](const SceneConfig::Obstacle& obstacle) {
     return std::ranges::find(obstacle.organs, organ) == obstacle.organs.end();
   });

@@ -44,9 +44,9 @@ fs::path target_of(const Options& options) {
   return options.output.empty() ? fs::path(options.scene.stem()) : options.output;
 }
 
-const std::vector<std::string> kResults = {"forces.csv",  "contacts.csv", "links.csv",     "grasps.csv",
-                                           "needles.csv", "loads.csv",    "obstacles.csv", "organs.csv",
-                                           "pairs.csv",   "shapes",       "shapes.pvd",    "summary.json"};
+const std::vector<std::string> kResults = {"forces.csv", "contacts.csv",  "links.csv",  "grasps.csv", "needles.csv",
+                                           "loads.csv",  "obstacles.csv", "blades.csv", "cut.csv",    "events.csv",
+                                           "organs.csv", "pairs.csv",     "shapes",     "shapes.pvd", "summary.json"};
 
 HeldCsvFiles held_files(const fs::path& folder, const CsvStyle& style, const Player& player) {
   return {folder, style, {&player.organ()}};

@@ -4,7 +4,7 @@ LARGER_RESOLUTIONS := 100000
 RESOLUTION ?= 1700
 # The goals that print the documents' figures take the set with which these were measured.
 BC ?= $(if $(filter accuracy large-deformation bench% docs-speed,$(MAKECMDGOALS)),right-side,abdomen)
-SCENES ?= push push-response drag tools stroke lift suture retract $(filter breathing biopsy biopsy-breathing,$(BC))
+SCENES ?= push push-response drag tools stroke lift suture retract $(filter breathing biopsy biopsy-breathing cut,$(BC))
 
 # A resolution is about the number of vertices: 1700 has 1,696 and a smallest dihedral angle of 25 degrees, 20000 has 19,656 and
 # 22 degrees. --size: largest edge inside, mm.

@@ -114,7 +114,9 @@ def read_if_there(scene, name):
 
 
 def frame_of_peak(scene):
-    """The frame at which the forces on tools and obstacles and the links' tensions together are largest."""
+    """The frame at which the forces on tools and obstacles and the links' tensions together are largest; of a scene that has cut, the last one."""
+    if any(int(row["faces"]) + int(row["removed"]) > 0 for row in read_if_there(scene, "cut.csv")):
+        return read_frames(scene)[-1]
     total = {}
     for row in read_csv(os.path.join(scene, "forces.csv")):
         time = float(row["time_s"])
@@ -154,6 +156,20 @@ def surface_of(grid):
 def triangles_of(surface):
     """[n, 3] points of the triangles of an outer surface."""
     return vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+
+
+def split_by_lips(surface):
+    """(The surface without the lips of cuts, the lips): VTK data with the points of an outer surface; None where there are no lips."""
+    lip = surface.GetCellData().GetArray("lip")
+    if lip is None or not vtk_to_numpy(lip).any():
+        return surface, None
+    triangles, is_lip = triangles_of(surface), vtk_to_numpy(lip) > 0
+    parts = []
+    for chosen in (~is_lip, is_lip):
+        part = poly_data(surface.GetPoints(), triangles[chosen])
+        part.GetPointData().DeepCopy(surface.GetPointData())
+        parts.append(part)
+    return parts
 
 
 def plain_actor(data, colour, opacity=1.0, edges=None):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force, coloured by displacement, with its outline at rest,
-the tools and obstacles, the tools' paths and the forces on both in one scale, a legend of what is seen, the links, the discs of grasps and the needles,
-from two sides."""
+"""touched.py SCENE_FOLDER -o PNG: the organ, or all organs, at the scene's largest force (of a scene that has cut, at its end), coloured by displacement,
+with its outline at rest, the tools and obstacles, the tools' paths and the forces on both in one scale, a legend of what is seen, the links, the discs of
+grasps and the needles, the lips of cuts and the edges of blades, from two sides."""
 import os
 
 import h5py
@@ -26,6 +26,7 @@ THREAD, THREAD_HEX, SLACK, DISC = (0.10, 0.25, 0.85), "#1a40d9", (0.65, 0.70, 0.
 LINE, TAUT, BROKEN = 3, 1, 2  # a VTK cell; conditions of a link
 GLASS = 0.45  # opacity of an organ with a needle inside
 BONE, BONE_GLASS = (0.86, 0.80, 0.66), 0.5  # an obstacle, through which the organ is seen
+LIP, BLADE = (0.80, 0.16, 0.20), (0.05, 0.05, 0.05)
 AROUND = 0.12  # of the organ's size: what of an obstacle is farther from the organ's box is not drawn
 
 
@@ -191,6 +192,16 @@ def obstacle_actors(file, now, size):
     return [offscreen.plain_actor(near, BONE, opacity=BONE_GLASS), offscreen.line_actor(edges, EDGE, width=3)]
 
 
+def blade_actors(file, size):
+    """The edges of blades."""
+    if not os.path.exists(file):
+        return []
+    grid = offscreen.read_grid(file)
+    points = offscreen.points_of(grid)
+    cells = [grid.GetCell(cell) for cell in range(grid.GetNumberOfCells())]
+    return [offscreen.path_line(points[[cell.GetPointId(i) for i in range(cell.GetNumberOfPoints())]], 0.006 * size, BLADE) for cell in cells]
+
+
 def obstacle_forces(scene, time, points, first):
     """Of each obstacle that an organ presses: the middle of the nodes that do, mm, weighted by their force; the force on it, N."""
     numbers, forces, nodes = {}, {}, {}
@@ -295,7 +306,9 @@ def main():
     triangles = offscreen.triangles_of(surface)
     shown = np.linalg.norm(offscreen.point_data(surface, "displacement"), axis=1) / offscreen.MILLIMETRE
     needles = needles_in([file.replace("organ_", "held_") for file in organ_files])
-    actors = [offscreen.coloured_actor(surface, shown, (0, largest), COLOURS, edges=EDGE)]
+    own, lips = offscreen.split_by_lips(surface)
+    actors = [offscreen.coloured_actor(own, shown, (0, largest), COLOURS, edges=EDGE)]
+    actors += [offscreen.plain_actor(lips, LIP, edges=EDGE)] if lips else []
     actors[0].GetProperty().SetOpacity(GLASS if needles else 1)
     held = offscreen.cells_where(surface, offscreen.point_data(surface, "fixed") > 0)
     if held.GetNumberOfCells():
@@ -307,6 +320,8 @@ def main():
     actors += more
     obstacles = obstacle_actors(tools_file.replace("tools_", "obstacles_"), now, size)
     actors += obstacles
+    blades = [actor for file in organ_files for actor in blade_actors(file.replace("organ_", "blades_"), size)]
+    actors += blades
     tensions = []
     for organ_file in organ_files:
         more, labels, seen = held_actors(organ_file.replace("organ_", "held_"), surface, size)
@@ -341,6 +356,8 @@ def main():
     legend += [(Line2D([], [], color=BORDER, linewidth=3), "between tissues")] if borders else []
     legend += [(Line2D([], [], color=THREAD_HEX, linewidth=3), "link")] if any(each.get("links") for each in [*organs, summary]) else []
     legend += [(Patch(facecolor=BONE), "obstacle")] if obstacles else []
+    legend += [(Patch(facecolor=LIP), "lip of a cut")] if lips else []
+    legend += [(Line2D([], [], color=BLADE, linewidth=4), "edge of a blade")] if blades else []
     legend += [(Patch(facecolor=STEEL), "needle")] if needles else []
     legend += [(Patch(facecolor=DISC), "disc of a grasp")] if any(tool.get("grasp") for tool in summary["tools"]) else []
     handles, names = zip(*legend)

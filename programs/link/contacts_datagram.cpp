@@ -168,6 +168,11 @@ void check_deformation(const SceneConfig& scene) {
           fmt::format("{}: {}: expected a scene without [[{}]], since a datagram holds contacts and "
                       "not the amounts of {}s, found {}; play the scene with palpate-run or palpate-igtl",
                       scene.file.string(), key, key, key, count));
+  if (scene.def.cut.cut != PALPATE_CUT_OFF)
+    throw InputError(
+        fmt::format("{}: expected a scene that does not cut, since a datagram holds contacts and not the mesh, found "
+                    "[[blade]], [[removal]] or cut = true; play the scene with palpate-run or palpate-igtl",
+                    scene.file.string()));
   for (const SceneConfig::Tool& tool : scene.tools)
     if (tool.needle)
       throw InputError(fmt::format(

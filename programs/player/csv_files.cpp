@@ -33,6 +33,7 @@ void add_nodes(CsvTable& file, const SceneConfig& scene, const palpate_contacts&
     if (node.source == PALPATE_SOURCE_TOOL) return scene.tools[node.index].name;
     return std::string(node.source == PALPATE_SOURCE_NEEDLE     ? "needle"
                        : node.source == PALPATE_SOURCE_OBSTACLE ? "obstacle"
+                       : node.source == PALPATE_SOURCE_BLADE    ? "blade"
                        : node.source == PALPATE_SOURCE_ORGAN    ? "organ"
                                                                 : "link");
   };

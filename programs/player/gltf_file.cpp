@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "formats/atomic_file.h"
 #include "formats/errors.h"
@@ -86,6 +87,21 @@ void animate(Buffers& buffers, std::size_t node, int times, const Floats& places
   }
 }
 
+// Shows a node at its shapes alone, by its scale.
+void show_while(Buffers& buffers, std::size_t node, const Floats& times, std::size_t first, std::size_t count,
+                Json& samplers, Json& channels) {
+  Floats at, scales;
+  const auto add = [&](std::size_t shape, float scale) {
+    if (shape >= times.size()) return;
+    at.push_back(times[shape]), scales.insert(scales.end(), 3, scale);
+  };
+  if (first > 0) add(0, 0);
+  add(first, 1), add(first + count, 0);
+  channels.push_back(Json{{"sampler", samplers.size()}, {"target", {{"node", node}, {"path", "scale"}}}});
+  samplers.push_back(
+      Json{{"input", buffers.add_scalars(at)}, {"output", buffers.add_vectors(scales, 0)}, {"interpolation", "STEP"}});
+}
+
 void append_word(std::string& out, std::size_t word) {
   const auto value = static_cast<std::uint32_t>(word);
   out.append(reinterpret_cast<const char*>(&value), 4);
@@ -131,7 +147,8 @@ void GltfFile::begin(const PlayedOrgan& organ, const std::string& name, const pa
   if (organ.scene().def.shape == PALPATE_SHAPE_OFF)
     throw InputError(
         fmt::format("{}: effects.shape: expected surface or volume for --export, found off", scene_.file.string()));
-  Surface& surface = surfaces_.emplace_back(Surface{&organ, name, pose, {}, {}, {}, {}, {}});
+  Surface& surface = surfaces_.emplace_back(Surface{&organ, name, pose});
+  organs_.push_back({surfaces_.size() - 1, name, {}});
   if (const RenderMesh* mesh = organ.render_mesh()) {
     surface.indices = mesh->indices, surface.rest = mesh->positions, surface.rest_normals = mesh->normals;
     return;
@@ -139,11 +156,13 @@ void GltfFile::begin(const PlayedOrgan& organ, const std::string& name, const pa
   const palpate_bundle_info info = palpate_bundle_describe(organ.bundle());
   const std::int32_t* triangles = palpate_bundle_triangles(organ.bundle());
   surface.indices.assign(triangles, triangles + 3 * static_cast<std::size_t>(info.triangle_count));
+  surface.nodes.resize(static_cast<std::size_t>(info.surface_node_count));
+  std::iota(surface.nodes.begin(), surface.nodes.end(), 0);
 }
 
 void GltfFile::begin_obstacles() {
   std::vector<const PlayedOrgan*> organs;
-  for (const Surface& surface : surfaces_) organs.push_back(surface.organ);
+  for (const Organ& organ : organs_) organs.push_back(surfaces_[organ.surface].organ);
   for (ShownObstacle& obstacle : shown_obstacles(organs)) obstacles_.push_back({std::move(obstacle), {}, {}});
 }
 
@@ -156,7 +175,35 @@ void GltfFile::add_obstacles() {
   }
 }
 
-void GltfFile::add(Surface& surface, const ShapeRecord& shape) {
+// The surface that a cut has made of an organ's: with the nodes that it has, each once, and the lips behind the others.
+void GltfFile::begin_cut(Organ& organ) {
+  if (const Surface& before = surfaces_[organ.surface]; !before.displacements.empty()) {
+    Surface next{before.organ, fmt::format("{} {}", organ.name, ++organ.surfaces), before.pose};
+    surfaces_.push_back(std::move(next));
+    organ.surface = surfaces_.size() - 1;
+  }
+  Surface& surface = surfaces_[organ.surface];
+  surface.first = times_.size() - 1, surface.indices.clear(), surface.nodes.clear();
+  const std::vector<std::int32_t>& triangles = organ.cut.triangles();
+  std::vector<std::uint32_t> own(static_cast<std::size_t>(surface.organ->shape_node_count()));
+  for (const std::int32_t node : triangles) own[static_cast<std::size_t>(node)] = 1;
+  for (std::size_t n = 0; n < own.size(); ++n)
+    if (own[n])
+      own[n] = static_cast<std::uint32_t>(surface.nodes.size()), surface.nodes.push_back(static_cast<std::int32_t>(n));
+  for (const bool lips : {false, true})
+    for (std::size_t corner = 0; corner < triangles.size(); ++corner)
+      if ((organ.cut.is_lip()[corner / 3] != 0) == lips)
+        surface.indices.push_back(own[static_cast<std::size_t>(triangles[corner])]), surface.lips += lips;
+}
+
+void GltfFile::add(std::size_t k, const ShapeRecord& shape) {
+  Organ& organ = organs_[k];
+  const PlayedOrgan& played = *surfaces_[organ.surface].organ;
+  if (!played.render_mesh() && organ.cut.follow(played.runtime_scene())) begin_cut(organ);
+  add_shape(surfaces_[organ.surface], shape);
+}
+
+void GltfFile::add_shape(Surface& surface, const ShapeRecord& shape) {
   if (surface.organ->render_mesh()) {
     const std::size_t numbers = surface.rest.size();
     surface.displacements.push_back(difference({shape.skin_positions, shape.skin_positions + numbers}, surface.rest));
@@ -164,10 +211,14 @@ void GltfFile::add(Surface& surface, const ShapeRecord& shape) {
         difference({shape.skin_normals, shape.skin_normals + numbers}, surface.rest_normals));
     return;
   }
-  const std::size_t numbers =
-      3 * static_cast<std::size_t>(palpate_bundle_describe(surface.organ->bundle()).surface_node_count);
-  const Floats positions(shape.positions, shape.positions + numbers);
-  surface.displacements.emplace_back(shape.displacements, shape.displacements + numbers);
+  const auto of_surface = [&](const float* of_shape) {
+    Floats numbers;
+    for (const std::int32_t node : surface.nodes)
+      for (int d = 0; d < 3; ++d) numbers.push_back(of_shape[3 * static_cast<std::ptrdiff_t>(node) + d]);
+    return numbers;
+  };
+  const Floats positions = of_surface(shape.positions);
+  surface.displacements.push_back(of_surface(shape.displacements));
   if (surface.rest.empty()) {
     surface.rest = difference(positions, surface.displacements.back());
     surface.rest_normals = smooth_normals(surface.rest, surface.indices);
@@ -177,13 +228,13 @@ void GltfFile::add(Surface& surface, const ShapeRecord& shape) {
 
 void GltfFile::add(const ShapeRecord& shape) {
   times_.push_back(static_cast<float>(shape.time));
-  add(surfaces_[0], shape);
+  add(0, shape);
   add_obstacles();
 }
 
 void GltfFile::add(const WorldShapeRecord& shapes) {
   times_.push_back(static_cast<float>(shapes.organs[0].time));
-  for (std::size_t k = 0; k < surfaces_.size(); ++k) add(surfaces_[k], shapes.organs[k]);
+  for (std::size_t k = 0; k < organs_.size(); ++k) add(k, shapes.organs[k]);
   add_obstacles();
 }
 
@@ -191,15 +242,26 @@ void GltfFile::write() const {
   Buffers buffers;
   const bool alone = surfaces_.size() == 1 && !surfaces_[0].pose && obstacles_.empty();  // without a world's node
   const double half = std::sqrt(0.5);                                                    // a quarter turn about x
-  const int times = buffers.add_scalars(times_), weights = buffers.add_scalars(one_at_a_time(times_.size()));
-  Json nodes = Json::array(), meshes = Json::array(), channels = Json::array(), in_world = Json::array();
-  Json samplers = Json::array({Json{{"input", times}, {"output", weights}, {"interpolation", "LINEAR"}}});
+  const int lip = obstacles_.empty() ? 1 : 2;                                            // material
+  Json nodes = Json::array(), meshes = Json::array(), channels = Json::array(), in_world = Json::array(),
+       samplers = Json::array();
+  const auto add_weights = [&](int at, std::size_t count) {
+    const int weights = buffers.add_scalars(one_at_a_time(count));
+    samplers.push_back(Json{{"input", at}, {"output", weights}, {"interpolation", "LINEAR"}});
+    return samplers.size() - 1;
+  };
+  const bool any_lasts = std::ranges::any_of(surfaces_, [&](const Surface& surface) { return lasts(surface); });
+  int times = -1;  // of all shapes
+  if (any_lasts || !obstacles_.empty()) times = buffers.add_scalars(times_);
+  if (any_lasts) add_weights(times, times_.size());  // sampler 0
   if (!alone) nodes.push_back({{"name", scene_.name}, {"rotation", {-half, 0, 0, half}}});
   for (const Surface& surface : surfaces_) {
-    Json primitive = {{"mode", kTriangles}, {"material", 0}, {"indices", buffers.add_indices(surface.indices)}};
+    const auto lips = surface.indices.end() - static_cast<std::ptrdiff_t>(surface.lips);
+    Json primitive = {
+        {"mode", kTriangles}, {"material", 0}, {"indices", buffers.add_indices({surface.indices.begin(), lips})}};
     primitive["attributes"] = {{"POSITION", buffers.add_vectors(surface.rest, kVertices)},
                                {"NORMAL", buffers.add_vectors(surface.rest_normals, kVertices)}};
-    for (std::size_t i = 0; i < times_.size(); ++i)
+    for (std::size_t i = 0; i < surface.displacements.size(); ++i)
       primitive["targets"].push_back(Json{{"POSITION", buffers.add_vectors(surface.displacements[i], kVertices)},
                                           {"NORMAL", buffers.add_vectors(surface.normal_change[i], kVertices)}});
     Json node = {{"name", surface.name}, {"mesh", meshes.size()}};
@@ -211,10 +273,23 @@ void GltfFile::write() const {
       node["rotation"] = {-half, 0, 0, half};
     }
     if (!alone) in_world.push_back(nodes.size());
-    channels.push_back(Json{{"sampler", 0}, {"target", {{"node", nodes.size()}, {"path", "weights"}}}});
+    std::size_t sampler = 0;
+    if (!lasts(surface)) {
+      const auto first = times_.begin() + static_cast<std::ptrdiff_t>(surface.first);
+      const std::size_t count = surface.displacements.size();
+      sampler = add_weights(buffers.add_scalars({first, first + static_cast<std::ptrdiff_t>(count)}), count);
+      node["scale"] = Floats(3, surface.first == 0 ? 1 : 0);
+      show_while(buffers, nodes.size(), times_, surface.first, count, samplers, channels);
+    }
+    channels.push_back(Json{{"sampler", sampler}, {"target", {{"node", nodes.size()}, {"path", "weights"}}}});
     nodes.push_back(node);
+    Json primitives = Json::array({primitive});
+    if (surface.lips > 0) {
+      primitive["material"] = lip, primitive["indices"] = buffers.add_indices({lips, surface.indices.end()});
+      primitives.push_back(primitive);
+    }
     meshes.push_back(
-        Json{{"name", surface.name}, {"primitives", Json::array({primitive})}, {"weights", Floats(times_.size(), 0)}});
+        Json{{"name", surface.name}, {"primitives", primitives}, {"weights", Floats(surface.displacements.size(), 0)}});
   }
   for (const Obstacle& obstacle : obstacles_) {
     const RenderMesh& surface = *obstacle.of.surface;
@@ -246,6 +321,8 @@ void GltfFile::write() const {
   document["meshes"] = meshes;
   document["materials"] = list(material("tissue", {0.32, 0.07, 0.06, 1}, false));
   if (!obstacles_.empty()) document["materials"].push_back(material("obstacle", {0.55, 0.58, 0.62, 1}, true));
+  if (std::ranges::any_of(surfaces_, &Surface::lips))
+    document["materials"].push_back(material("lip", {0.62, 0.20, 0.17, 1}, false));
   document["animations"] = list({{"name", scene_.name}, {"samplers", samplers}, {"channels", channels}});
   document["accessors"] = buffers.accessors;
   document["bufferViews"] = buffers.views;

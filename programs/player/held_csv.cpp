@@ -50,7 +50,11 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
       grasps_(style),
       needles_(style),
       loads_(style),
-      obstacles_(style) {
+      obstacles_(style),
+      blades_(style),
+      cut_(style),
+      events_(style),
+      histories_(organs_.size()) {
   for (const PlayedOrgan* each : organs_) {
     if (!each->held().links().empty()) open_links();
     if (each->held().has_grasps())
@@ -69,6 +73,12 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
       open(obstacles_, "obstacles.csv",
            "obstacle,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,x_m,y_m,z_m,nodes,slipping,"
            "deepest_m");
+    if (!each->is_cut()) continue;
+    if (each->cuts().feels())
+      open(blades_, "blades.csv",
+           "blade,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,work_J,area_m2,in_tissue,cuts");
+    open(cut_, "cut.csv", "faces,area_m2,nodes,removed,pieces,waiting,left,rank,is_full");
+    open(events_, "events.csv", "event,pieces");
   }
 }
 
@@ -132,19 +142,50 @@ void HeldCsvFiles::add_obstacles(double time, std::size_t organ) {
           obstacle->position, obstacle->nodes, obstacle->slips, obstacle->deepest);
 }
 
+void HeldCsvFiles::add_blades(double time, std::size_t organ) {
+  const PlayedOrgan& of = *organs_[organ];
+  for (std::size_t i = 0; i < of.cuts().blade_count(); ++i) {
+    const palpate_blade_state* const blade = OrganCuts::blade_state(of.runtime_scene(), i);
+    if (of.cuts().blade(i).toughness > 0 && blade)
+      row(blades_, time, name_of(organ), of.cuts().blade(i).name, blade->force, blade->torque, blade->work, blade->area,
+          blade->in_tissue, blade->cuts);
+  }
+}
+
+void HeldCsvFiles::add_cut_row(double time, std::size_t organ) {
+  const palpate_cut_state& cut = histories_[organ].state();
+  row(cut_, time, name_of(organ), cut.faces, cut.area, cut.nodes, cut.removed, cut.pieces, cut.waiting, cut.left,
+      cut.rank, cut.is_full);
+}
+
+void HeldCsvFiles::add_cut(double time, std::size_t organ) {
+  const palpate_cut_state* const state = OrganCuts::state(organs_[organ]->runtime_scene());
+  CutHistory& history = histories_[organ];
+  const std::size_t known = history.events().size();
+  if (!state || !history.add(*state, time)) return;
+  add_cut_row(time, organ);
+  for (std::size_t i = known; i < history.events().size(); ++i)
+    row(events_, time, name_of(organ), std::string(history.events()[i].what), history.events()[i].pieces);
+}
+
 void HeldCsvFiles::write(double time) {
+  time_ = time;
   for (std::size_t k = 0; k < organs_.size(); ++k) {
     if (links_.is_open()) add_links(time, k);
     if (grasps_.is_open()) add_grasps(time, k);
     if (needles_.is_open()) add_needles(time, k);
     if (loads_.is_open()) add_loads(time, k);
     if (obstacles_.is_open()) add_obstacles(time, k);
+    if (blades_.is_open()) add_blades(time, k);
+    if (cut_.is_open()) add_cut(time, k);
   }
   if (world_ && !world_->links().empty()) add_links_between_organs(time);
 }
 
 void HeldCsvFiles::close() {
-  for (CsvTable* file : {&links_, &grasps_, &needles_, &loads_, &obstacles_}) file->close();
+  for (std::size_t k = 0; k < histories_.size(); ++k)
+    if (histories_[k].time() >= 0 && histories_[k].time() < time_) add_cut_row(time_, k);
+  for (CsvTable* file : {&links_, &grasps_, &needles_, &loads_, &obstacles_, &blades_, &cut_, &events_}) file->close();
 }
 
 }  // namespace palpate

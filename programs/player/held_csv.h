@@ -1,4 +1,4 @@
-// links.csv, grasps.csv, needles.csv, loads.csv and obstacles.csv of a played scene, in SI units. docs/outputs.md says what each column is.
+// links.csv, grasps.csv, needles.csv, loads.csv, obstacles.csv, blades.csv, cut.csv and events.csv of a played scene, in SI units. docs/outputs.md says what each column is.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +12,10 @@ namespace palpate {
 
 // links.csv: one row per touch and stretch of a link, in the frame of its organ, or in the world where it is between organs. grasps.csv: one row
 // per touch and tool that may grasp. needles.csv: one row per touch and tool with a needle. loads.csv: one row
-// per touch and load. obstacles.csv: one row per touch and obstacle, of several organs and those that it holds off. A scene without links, grasps,
-// needles, loads or obstacles has no such file.
+// per touch and load. obstacles.csv: one row per touch and obstacle, of several organs and those that it holds off. blades.csv: one row
+// per touch and blade that feels the tissue. cut.csv: of an organ that is
+// cut, one row for the first touch, for each touch that changed the cut, and for the last one. events.csv: one row per event of a cut. A scene without links,
+// grasps, needles, loads, obstacles or the effect cut has no such file.
 class HeldCsvFiles {
  public:
   // organs: those of the scene, whose names are a column where there are several. They must outlive this.
@@ -38,6 +40,9 @@ class HeldCsvFiles {
   void add_needles(double time, std::size_t organ);
   void add_loads(double time, std::size_t organ);
   void add_obstacles(double time, std::size_t organ);
+  void add_blades(double time, std::size_t organ);
+  void add_cut(double time, std::size_t organ);
+  void add_cut_row(double time, std::size_t organ);
   // A row that begins with the time and, where there are several organs, with their name.
   template <typename... Cells>
   void row(CsvTable& file, double time, const std::string& organ, const Cells&... cells) {
@@ -52,7 +57,9 @@ class HeldCsvFiles {
   std::vector<std::string> names_;
   const WorldPlayer* world_ = nullptr;
   std::filesystem::path folder_;
-  CsvTable links_, grasps_, needles_, loads_, obstacles_;
+  CsvTable links_, grasps_, needles_, loads_, obstacles_, blades_, cut_, events_;
+  std::vector<CutHistory> histories_;  // [organ]
+  double time_ = 0;                    // s, of the last touch
 };
 
 // "open", "holds", "slips", "let go".

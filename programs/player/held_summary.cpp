@@ -26,7 +26,8 @@ HeldSummary::HeldSummary(const PlayedOrgan& organ)
       needles_(grasps_.size()),
       given_forces_(grasps_.size()),
       loads_(organ.loads().count()),
-      obstacles_(organ.obstacles().count()) {}
+      obstacles_(organ.obstacles().count()),
+      blades_(organ.cuts().blade_count()) {}
 
 void HeldSummary::add(double time) {
   for (std::size_t s = 0; s < links_.size(); ++s)
@@ -41,6 +42,8 @@ void HeldSummary::add(double time) {
   }
   for (std::size_t i = 0; i < loads_.size(); ++i) add_load(i, time);
   for (std::size_t i = 0; i < obstacles_.size(); ++i) add_obstacle(i, time);
+  for (std::size_t i = 0; i < blades_.size(); ++i) add_blade(i, time);
+  if (const palpate_cut_state* const cut = OrganCuts::state(organ_.runtime_scene())) cut_.add(*cut, time);
 }
 
 void HeldSummary::add_given_force(std::size_t tool, double time) {
@@ -72,6 +75,17 @@ void HeldSummary::add_obstacle(std::size_t i, double time) {
   obstacle.peak_torque = std::max(obstacle.peak_torque, length(state->torque));
   obstacle.deepest = std::max(obstacle.deepest, state->deepest);
   obstacle.most_nodes = std::max(obstacle.most_nodes, state->nodes);
+}
+
+void HeldSummary::add_blade(std::size_t i, double time) {
+  const palpate_blade_state* state = OrganCuts::blade_state(organ_.runtime_scene(), i);
+  if (!state) return;
+  Blade& blade = blades_[i];
+  if (const double force = length(state->force); force > blade.peak_force)
+    blade.peak_force = force, blade.peak_time = time;
+  blade.peak_torque = std::max(blade.peak_torque, length(state->torque));
+  if (state->area < blade.area) blade.work_of_earlier += blade.work, blade.area_of_earlier += blade.area;
+  blade.work = state->work, blade.area = state->area;
 }
 
 void HeldSummary::add_grasp(std::size_t tool, double time) {
@@ -117,6 +131,44 @@ nlohmann::ordered_json HeldSummary::obstacles() const {
                     {"most_nodes", obstacles_[i].most_nodes},
                     {"deepest_m", obstacles_[i].deepest}});
   return list;
+}
+
+std::optional<double> HeldSummary::first_time_of(const char* event) const {
+  for (const CutEvent& one : cut_.events())
+    if (std::string_view(one.what) == event) return one.time;
+  return {};
+}
+
+nlohmann::ordered_json HeldSummary::blades() const {
+  auto list = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < blades_.size(); ++i)
+    if (const Blade& blade = blades_[i]; organ_.cuts().blade(i).toughness > 0)
+      list.push_back({{"name", organ_.cuts().blade(i).name},
+                      {"peak_force_N", blade.peak_force},
+                      {"peak_time_s", blade.peak_time},
+                      {"peak_torque_Nm", blade.peak_torque},
+                      {"work_J", blade.work + blade.work_of_earlier},
+                      {"area_m2", blade.area + blade.area_of_earlier}});
+  return list;
+}
+
+nlohmann::ordered_json HeldSummary::cut() const {
+  if (!organ_.is_cut()) return nullptr;
+  const palpate_cut_state& state = cut_.state();
+  auto pieces = nlohmann::ordered_json::array();
+  for (const CutEvent& event : cut_.events())
+    if (std::string_view(event.what) == kPieceCameOff) pieces.push_back(event.time);
+  return {{"faces", state.faces},
+          {"area_m2", state.area},
+          {"nodes", state.nodes},
+          {"removed", state.removed},
+          {"pieces", state.pieces},
+          {"waiting", state.waiting},
+          {"left", state.left},
+          {"rank", state.rank},
+          {"first_s", or_null(first_time_of(kFirstCut))},
+          {"pieces_s", pieces},
+          {"full_s", or_null(first_time_of(kFull))}};
 }
 
 nlohmann::ordered_json HeldSummary::grasp(std::size_t tool) const {
@@ -178,6 +230,18 @@ std::vector<std::string> HeldSummary::lines() const {
                         ? "nothing pressed it"
                         : fmt::format("largest force {:.3g} N, at {:.3g} s; up to {} nodes pressed it",
                                       obstacles_[i].peak_force, obstacles_[i].peak_time, obstacles_[i].most_nodes)));
+  for (std::size_t i = 0; i < blades_.size(); ++i)
+    if (const Blade& blade = blades_[i]; blade.peak_force > 0)
+      lines.push_back(fmt::format("blade \"{}\": largest force {:.3g} N, at {:.3g} s; {:.3g} mJ for {:.3g} cm^2",
+                                  organ_.cuts().blade(i).name, blade.peak_force, blade.peak_time,
+                                  1e3 * (blade.work + blade.work_of_earlier),
+                                  1e4 * (blade.area + blade.area_of_earlier)));
+  if (first_time_of(kFirstCut)) {
+    const palpate_cut_state& cut = cut_.state();
+    const std::string of = organ_.name().empty() ? "" : fmt::format(" of organ \"{}\"", organ_.name());
+    lines.push_back(fmt::format("cut{}: {} faces, {:.3g} cm^2, {} tetrahedra removed, {} {}", of, cut.faces,
+                                1e4 * cut.area, cut.removed, cut.pieces, cut.pieces == 1 ? "piece" : "pieces"));
+  }
   return lines;
 }
 
@@ -201,6 +265,15 @@ std::vector<std::string> HeldSummary::warnings() const {
     if (organ_.needles().of(t) && !needles_[t].stuck().empty())
       sentences.push_back(fmt::format("the needle of tool \"{}\" was {}", name, needles_[t].stuck()));
   }
+  if (organ_.is_cut() && organ_.cuts().any() && !first_time_of(kFirstCut))
+    sentences.push_back(
+        "nothing was cut or removed: no blade went from outside through the [cut] region of the bundle, and no removal "
+        "reached it");
+  if (const auto full = first_time_of(kFull))
+    sentences.push_back(fmt::format(
+        "from {:.4g} s on nothing more was cut: {} new nodes and rank {} are all that the bundle and the scene allow; "
+        "raise `reserve` in [cut] of the boundary file, `cut_nodes` or `cut_rank` in [limits]",
+        *full, cut_.state().nodes, cut_.state().rank));
   return sentences;
 }
 

@@ -30,6 +30,20 @@ bool inside(const Vector& p, const Vector& low, const Vector& high) {
   return true;
 }
 
+// In triangles: those in the region of a cut that lie inside are touchable too, once they are on a lip.
+std::vector<std::int32_t> touchable_on_surface(const palpate_bundle* bundle) {
+  const palpate_bundle_info info = palpate_bundle_describe(bundle);
+  std::vector<char> in_triangle(static_cast<std::size_t>(info.surface_node_count));
+  const std::int32_t* corners = palpate_bundle_triangles(bundle);
+  for (std::ptrdiff_t c = 0; c < 3 * std::ptrdiff_t{info.triangle_count}; ++c)
+    in_triangle[static_cast<std::size_t>(corners[c])] = 1;
+  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
+  std::vector<std::int32_t> nodes;
+  std::copy_if(touchable, touchable + info.touchable_count, std::back_inserter(nodes),
+               [&](std::int32_t node) { return in_triangle[static_cast<std::size_t>(node)] != 0; });
+  return nodes;
+}
+
 std::vector<palpate_grip> resolve_grips(const SceneConfig::Tool& tool, const palpate_bundle* bundle,
                                         const std::filesystem::path& file) {
   std::vector<palpate_grip> grips;
@@ -50,11 +64,14 @@ SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& h
   def.max_tools = static_cast<int>(scene.tools.size());
   if (def.max_points == 0) def.max_points = std::max(1, max_points);
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
+  constexpr int nodes_of_blade_point = 8;  // of the library's blades, each of which may feel the tissue
+  const int nodes_of_blades =
+      def.cut.cut == PALPATE_CUT_ON ? nodes_of_blade_point * PALPATE_MAX_BLADES * def.cut.cut_points : 0;
   const int nodes_per_point = def.contact == PALPATE_CONTACT_PATCH ? 100 : 3, most = 3000;  // of palpate.h
   if (def.max_contact_nodes == 0)
     def.max_contact_nodes = std::min(
         most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) + held.most_nodes() +
-                  needles.most_nodes() + (scene.obstacles.empty() ? 0 : def.obstacles.max_nodes));
+                  needles.most_nodes() + nodes_of_blades + (scene.obstacles.empty() ? 0 : def.obstacles.max_nodes));
   def.links.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps.grasps = held.has_grasps();
   def.needles.needles = needles.any(), def.needles.needle_places = needles.places();
   def.motions.motions = !scene.motions.empty();
@@ -73,6 +90,7 @@ SceneDef half_of(SceneDef def, Half half) {
     def.collision = PALPATE_COLLISION_OFF, def.contact = PALPATE_CONTACT_NODE, def.law = PALPATE_LAW_STICKING;
     def.force = PALPATE_FORCE_OFF, def.relaxation.terms = 0;
     def.links.max_links = def.grasps.grasps = def.force_control.force_control = 0;
+    def.cut.cut = PALPATE_CUT_OFF;
   }
   return def;
 }
@@ -81,8 +99,7 @@ SceneDef half_of(SceneDef def, Half half) {
 
 std::vector<std::int32_t> gripped_nodes(const SceneConfig::Grip& grip, const palpate_bundle* bundle,
                                         const std::filesystem::path& file) {
-  const std::int32_t* touchable = palpate_bundle_touchable(bundle);
-  const std::vector<std::int32_t> candidates(touchable, touchable + palpate_bundle_describe(bundle).touchable_count);
+  const std::vector<std::int32_t> candidates = touchable_on_surface(bundle);
   std::vector<std::int32_t> nodes;
   if (grip.nearest && !candidates.empty()) {
     const auto nearer = [&](std::int32_t a, std::int32_t b) {
@@ -124,6 +141,7 @@ PlayedOrgan::PlayedOrgan(SceneConfig scene, std::filesystem::path bundle, Half h
   motions_ = std::make_unique<OrganMotions>(scene_, bundle_.get());
   loads_ = std::make_unique<OrganLoads>(scene_, bundle_.get());
   obstacles_ = std::make_unique<OrganObstacles>(scene_);
+  cuts_ = std::make_unique<OrganCuts>(scene_);
 }
 
 void PlayedOrgan::hear(void* organ, palpate_log_level level, const char* text) {
@@ -179,6 +197,7 @@ SceneDef PlayedOrgan::definition(int max_points) {
   if (half_ != Half::shape) obstacles_->put(&def.obstacles);
   holds_ = def.links.max_links > 0 || def.grasps.grasps;
   pierced_ = def.needles.needles != 0, forced_ = def.force_control.force_control != 0;
+  is_cut_ = def.cut.cut == PALPATE_CUT_ON;
   moves_ = (motions_->any() || loads_->any() || obstacles_->any()) && half_ != Half::shape;
   return def;
 }
@@ -201,6 +220,7 @@ void PlayedOrgan::move(double time) {
   if (holds_) held_->close_grasps(time), held_->hold_links(runtime_scene_, time);
   if (moves_)
     motions_->set(runtime_scene_, time), loads_->set(runtime_scene_, time), obstacles_->set(runtime_scene_, time);
+  if (is_cut_) cuts_->set(runtime_scene_, time);
 }
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 #include "formats/scene_config.h"
 #include "programs/player/held_tissue.h"
 #include "programs/player/organ_crossings.h"
+#include "programs/player/organ_cuts.h"
 #include "programs/player/organ_inside.h"
 #include "programs/player/organ_loads.h"
 #include "programs/player/organ_motions.h"
@@ -57,6 +58,9 @@ class PlayedOrgan {
   const OrganMotions& motions() const { return *motions_; }
   const OrganLoads& loads() const { return *loads_; }
   const OrganObstacles& obstacles() const { return *obstacles_; }
+  const OrganCuts& cuts() const { return *cuts_; }
+  bool is_cut() const { return is_cut_; }                         // whether the library's scene cuts
+  const std::string& name() const { return name_; }               // among several organs
   OrganCrossings* crossings() const { return crossings_.get(); }  // nullptr: the scene does not look for them
   OrganInside* inside() const { return inside_.get(); }           // nullptr: the scene does not look inside
 
@@ -79,7 +83,7 @@ class PlayedOrgan {
   int contact_node_limit() const { return contact_node_limit_; }
   int shape_node_count() const;  // nodes that palpate_scene_shape fills
 
-  // Gives the library's scene its links, jaws, motions, loads and obstacles at a time, s. Allocates nothing.
+  // Gives the library's scene its links, jaws, motions, loads, obstacles, blades and removals at a time, s. Allocates nothing.
   void move(double time);
 
  private:
@@ -106,6 +110,7 @@ class PlayedOrgan {
   std::unique_ptr<OrganMotions> motions_;
   std::unique_ptr<OrganLoads> loads_;
   std::unique_ptr<OrganObstacles> obstacles_;
+  std::unique_ptr<OrganCuts> cuts_;
   std::unique_ptr<OrganCrossings> crossings_;
   std::unique_ptr<OrganInside> inside_;
   palpate_scene* runtime_scene_ = nullptr;
@@ -114,6 +119,7 @@ class PlayedOrgan {
   bool pierced_ = false;  // and needles
   bool forced_ = false;   // and tools with forces
   bool moves_ = false;    // and motions, loads and obstacles, which this sets
+  bool is_cut_ = false;   // and is cut
 };
 
 }  // namespace palpate

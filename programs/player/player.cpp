@@ -69,6 +69,7 @@ Timing Player::play(const std::function<void(const TouchRecord&)>& on_touch,
     out.displacements = displacements.data(), out.positions = positions.data(), out.node_capacity = node_count;
     if (before) before();
     auto shape_flags = timed(timing.shape_us, [&] { return palpate_scene_shape(runtime_scene(), contacts, &out); });
+    if (organ_.is_cut()) place_new_nodes(runtime_scene(), palpate_bundle_nodes(organ_.bundle()), out);
     if (render_mesh()) {
       palpate_skin_out skin = palpate_default_skin_out();
       skin.positions = skin_positions.data(), skin.normals = skin_normals.data(),

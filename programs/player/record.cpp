@@ -53,6 +53,7 @@ toml::table fields_of(const std::string& name, const SceneDef& def) {
 toml::table effects_of(const SceneConfig& scene) {
   toml::table table = fields_of("effects", scene.def);
   table.erase("dent"), table.erase("inside"), table.erase("crossings");
+  if (scene.def.cut.cut == PALPATE_CUT_OFF) table.erase("cut");
   return table;
 }
 
@@ -60,6 +61,8 @@ toml::table limits_of(const SceneConfig& scene) {
   toml::table table = fields_of("limits", scene.def);
   table.erase("crossings_calls"), table.erase("crossings_operations");
   if (scene.obstacles.empty()) table.erase("obstacle_nodes");
+  if (scene.def.cut.cut == PALPATE_CUT_OFF)
+    for (const char* key : {"cut_nodes", "cut_rank", "cut_operations", "cut_points"}) table.erase(key);
   if (scene.displacement) table.insert("displacement", *scene.displacement);
   return table;
 }
@@ -188,6 +191,38 @@ toml::array obstacles_of(const SceneConfig& scene, const fs::path& folder) {
   return list;
 }
 
+toml::array blades_of(const SceneConfig& scene) {
+  toml::array list;
+  for (const SceneConfig::Blade& blade : scene.blades) {
+    toml::array edge;
+    for (const auto& point : blade.edge) edge.push_back(numbers(point));
+    toml::table table{{"name", blade.name}, {"path", frames_of(blade.path)}};
+    table.insert("edge", std::move(edge));
+    if (!blade.turn.empty()) table.insert("turn", frames_of(blade.turn));
+    if (!blade.cuts.empty()) table.insert("cuts", rows_of(blade.cuts));
+    if (blade.toughness > 0)
+      table.insert("toughness", blade.toughness), table.insert("direction", numbers(blade.direction));
+    list.push_back(std::move(table));
+  }
+  return list;
+}
+
+toml::array removals_of(const SceneConfig& scene) {
+  toml::array list;
+  for (const SceneConfig::Removal& removal : scene.removals) {
+    toml::table table{{"name", removal.name},
+                      {"path", frames_of(removal.path)},
+                      {"radius", removal.radius},
+                      {"every", removal.every}};
+    if (removal.times[0][0] == removal.times[0][1])
+      table.insert("time", removal.times[0][0]);
+    else
+      table.insert("times", rows_of(removal.times));
+    list.push_back(std::move(table));
+  }
+  return list;
+}
+
 toml::array motions_of(const Player& player) {
   toml::array list;
   const auto& motions = player.scene().motions;
@@ -257,6 +292,8 @@ toml::table resolved_scene(const Player& player) {
   if (!scene.motions.empty()) table.insert("motion", motions_of(player));
   if (!scene.loads.empty()) table.insert("load", loads_of(scene));
   if (!scene.obstacles.empty()) table.insert("obstacle", obstacles_of(scene, {}));
+  if (!scene.blades.empty()) table.insert("blade", blades_of(scene));
+  if (!scene.removals.empty()) table.insert("removal", removals_of(scene));
   return table;
 }
 
@@ -296,8 +333,8 @@ void check_bundle(const Player& player, const fs::path& bundle) {
 void refuse_other_scene(const fs::path& record, const Player& recorded, const fs::path& file, const fs::path& bundle) {
   const toml::table expected = resolved_scene(recorded);
   const toml::table found = resolved_scene(Player(read_scene_config(file), bundle));
-  for (const char* key :
-       {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link", "motion", "load", "obstacle"}) {
+  for (const char* key : {"name", "effects", "limits", "rate", "relaxation", "surface", "tool", "link", "motion",
+                          "load", "obstacle", "blade", "removal"}) {
     const toml::node *a = expected.get(key), *b = found.get(key);
     const bool same = a && b ? a->visit([&](const auto& node) {
       const auto* other = b->as<std::decay_t<decltype(node)>>();

@@ -23,9 +23,15 @@ double duration_of(const SceneConfig& scene) {
   for (const auto& motion : scene.motions)
     if (!motion.amounts.empty()) last = std::max(last, motion.amounts.back()[0]);
   for (const auto& load : scene.loads) last = std::max(last, load.vectors.back().time);
-  for (const auto& obstacle : scene.obstacles)
-    for (const auto* frames : {&obstacle.path, &obstacle.turn})
-      if (!frames->empty()) last = std::max(last, frames->back().time);
+  const auto add_ways = [&](const auto& moved) {
+    for (const auto& one : moved)
+      for (const auto* frames : {&one.path, &one.turn})
+        if (!frames->empty()) last = std::max(last, frames->back().time);
+  };
+  add_ways(scene.obstacles), add_ways(scene.blades);
+  for (const auto& blade : scene.blades)
+    if (!blade.cuts.empty()) last = std::max(last, blade.cuts.back()[1]);
+  for (const auto& removal : scene.removals) last = std::max({last, removal.path.back().time, removal.times.back()[1]});
   return last;
 }
 

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// s, the last key frame of all tools, links, motions and loads.
+// s, the last key frame of all tools, links, motions, loads, obstacles, blades and removals.
 double duration_of(const SceneConfig& scene);
 // Steps of the whole scene, both ends included.
 std::uint64_t touch_count_of(const SceneConfig& scene);

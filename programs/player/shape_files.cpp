@@ -342,6 +342,25 @@ void write_loads(const PlayedOrgan& organ, const std::filesystem::path& file) {
   write_grid(grid, file);
 }
 
+// A line for each blade that is there. Edges are in the world.
+void write_blades(const OrganCuts& cuts, const std::filesystem::path& file) {
+  vtkNew<vtkUnstructuredGrid> grid;
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkIntArray> blade;
+  points->SetDataTypeToDouble();
+  grid->SetPoints(points);
+  blade->SetName("blade");
+  grid->GetCellData()->AddArray(blade);
+  for (std::size_t i = 0; i < cuts.blade_count(); ++i) {
+    std::vector<vtkIdType> ids;
+    for (const auto& point : cuts.edge(i)) ids.push_back(points->InsertNextPoint(point.data()));
+    if (ids.empty()) continue;
+    grid->InsertNextCell(VTK_POLY_LINE, static_cast<vtkIdType>(ids.size()), ids.data());
+    blade->InsertNextValue(static_cast<int>(i));
+  }
+  write_grid(grid, file);
+}
+
 }  // namespace
 
 // The surfaces of all obstacles, in the world. The cells stay, and the points move.
@@ -383,7 +402,7 @@ struct ShapeFiles::Obstacles {
 
 struct ShapeFiles::Organ : MovedGrid {
   vtkNew<vtkDoubleArray> contact_force;
-  vtkNew<vtkUnsignedCharArray> fixed, crosses;
+  vtkNew<vtkUnsignedCharArray> fixed, crosses, lip;
   vtkNew<vtkIntArray> region;
 
   const PlayedOrgan& of;
@@ -391,6 +410,7 @@ struct ShapeFiles::Organ : MovedGrid {
   Frame frame;
   std::unique_ptr<Skin> skin;          // with a render mesh
   std::unique_ptr<InsideData> inside;  // where the scene looks inside
+  PresentSurface cut;
   std::vector<std::unique_ptr<CarriedGrid>> carried;
 
   Organ(const PlayedOrgan& organ, const BundleFields& fields, std::string file_name, const Frame& in_world)
@@ -400,7 +420,9 @@ struct ShapeFiles::Organ : MovedGrid {
     const palpate_bundle_info info = palpate_bundle_describe(of.bundle());
     const bool volume = of.scene().def.shape == PALPATE_SHAPE_VOLUME;
     const vtkIdType rows = volume ? info.node_count : info.surface_node_count;
-    if (volume)
+    if (of.is_cut())
+      lip->SetName("lip"), grid->GetCellData()->AddArray(lip);
+    else if (volume)
       add_cells(grid, VTK_TETRA, 4, palpate_bundle_tetrahedra(of.bundle()), info.tetrahedron_count);
     else
       add_cells(grid, VTK_TRIANGLE, 3, palpate_bundle_triangles(of.bundle()), info.triangle_count);
@@ -411,7 +433,7 @@ struct ShapeFiles::Organ : MovedGrid {
       const auto* dof = fields.fixed.data() + 3 * n;
       fixed->SetValue(n, dof[0] && dof[1] && dof[2] ? 1 : 0);
     }
-    if (volume) add_region(fields);
+    if (volume && !of.is_cut()) add_region(fields);
     if (of.crossings()) add_point_data(grid, crosses, "crosses", 1, rows);
     if (!of.inside()) return;
     inside = std::make_unique<InsideData>(grid, rows);
@@ -425,6 +447,20 @@ struct ShapeFiles::Organ : MovedGrid {
     grid->GetCellData()->AddArray(region);
   }
 
+  // The cells of an organ whose surface a cut has changed.
+  void take_cut() {
+    const std::vector<std::uint8_t>& is_lip = cut.is_lip();
+    add_cells(grid, VTK_TRIANGLE, 3, cut.triangles().data(), static_cast<int>(is_lip.size()));
+    lip->SetNumberOfTuples(static_cast<vtkIdType>(is_lip.size()));
+    std::copy(is_lip.begin(), is_lip.end(), lip->GetPointer(0));
+    lip->Modified();
+    std::vector<std::int32_t> made(2 *
+                                   static_cast<std::size_t>(palpate_scene_cut_nodes(of.runtime_scene(), nullptr, 0)));
+    palpate_scene_cut_nodes(of.runtime_scene(), made.data(), static_cast<std::int32_t>(made.size() / 2));
+    for (std::size_t i = 0; i < made.size(); i += 2) fixed->SetValue(made[i], fixed->GetValue(made[i + 1]));
+    fixed->Modified();
+  }
+
   // The corners of the triangles that cross.
   void mark(const palpate_crossings_out& found) {
     crosses->Fill(0);
@@ -435,6 +471,7 @@ struct ShapeFiles::Organ : MovedGrid {
   }
 
   void move_to(const ShapeRecord& shape) {
+    if (cut.follow(of.runtime_scene())) take_cut();
     const std::size_t values = 3 * static_cast<std::size_t>(shape.node_count);
     std::copy_n(shape.positions, values, positions->GetPointer(0));
     std::copy_n(shape.displacements, values, displacement->GetPointer(0));
@@ -508,6 +545,7 @@ void ShapeFiles::write_organ(Organ& organ, const ShapeRecord& shape, std::vector
   if (organ.of.holds_tissue() || organ.of.has_needles())
     write_held(organ.of, organ.frame, organ.positions->GetPointer(0), next("held"));
   if (organ.of.loads().any()) write_loads(organ.of, next("loads"));
+  if (organ.of.cuts().blade_count() > 0) write_blades(organ.of.cuts(), next("blades"));
 }
 
 void ShapeFiles::write(const ShapeRecord& shape) {

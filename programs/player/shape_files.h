@@ -11,8 +11,8 @@
 // tool (the same of the tool of a disc or a needle), tension (N) and condition (those of palpate.h; of a needle, its own). With loads, loads_000000.vtu
 // has a vertex for each, where its patch is; point data: load (its index), force (N) and displacement (m). Links between organs are a part of their own, links_000000.vtu, of the same
 // form. With obstacles, obstacles_000000.vtu has their triangles where they are in the world; point data: obstacle (its index) and force (N, of all organs
-// on it, at each of its points). With obstacles, obstacles_000000.vtu has their triangles where they
-// are in the world; point data: obstacle (its index) and force (N, of all organs on it, at each of its points). Of several organs each has files of its own, organ_NAME_000000.vtu, and all
+// on it, at each of its points). An organ that is cut is the triangles of its present surface, with SHAPE volume too; cell data: lip (1: of a cut, 0: the
+// bundle's own). With blades, blades_000000.vtu has a line for each that is there, in the world; cell data: blade (its index). Of several organs each has files of its own, organ_NAME_000000.vtu, and all
 // of them are in the world's frame.
 #pragma once
 

@@ -174,6 +174,8 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
     if (!organs_[k].of.organ->held().links().empty()) organ["links"] = organs_[k].held.links();
     if (organs_[k].of.organ->loads().any()) organ["loads"] = organs_[k].held.loads();
     if (organs_[k].of.organ->obstacles().any()) organ["obstacles"] = organs_[k].held.obstacles();
+    if (organs_[k].of.organ->is_cut()) organ["cut"] = organs_[k].held.cut();
+    if (organs_[k].of.organ->cuts().feels()) organ["blades"] = organs_[k].held.blades();
     out["organs"].push_back(organ);
   }
   if (scene_.pairs > 0)
@@ -206,6 +208,8 @@ std::string Summary::text(const Timing& timing, const std::vector<BundleFields>&
   if (one_organ && !organs_[0].of.organ->held().links().empty()) out["links"] = organs_[0].held.links();
   if (one_organ && organs_[0].of.organ->loads().any()) out["loads"] = organs_[0].held.loads();
   if (one_organ && organs_[0].of.organ->obstacles().any()) out["obstacles"] = organs_[0].held.obstacles();
+  if (one_organ && organs_[0].of.organ->is_cut()) out["cut"] = organs_[0].held.cut();
+  if (one_organ && organs_[0].of.organ->cuts().feels()) out["blades"] = organs_[0].held.blades();
   out["touches_with_flag"] = counts_by_name(touch_flags_);
   out["shapes_with_flag"] = counts_by_name(shape_flags_);
   out["timing_us"] = {{"touch", percentiles(timing.touch_us)}, {"shape", percentiles(timing.shape_us)}};

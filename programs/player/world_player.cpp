@@ -139,6 +139,9 @@ Timing WorldPlayer::play(const std::function<void(const WorldTouchRecord&)>& on_
                                                &buffers[k].out);
       return 0;
     });
+    for (std::size_t k = 0; k < organs_.size(); ++k)
+      if (organs_[k]->is_cut() && buffers[k].out.node_capacity > 0)
+        place_new_nodes(organs_[k]->runtime_scene(), palpate_bundle_nodes(organs_[k]->bundle()), buffers[k].out);
     if (std::any_of(organs_.begin(), organs_.end(), [](const auto& organ) { return organ->inside() != nullptr; }))
       timed(timing.inside_us, [&] {
         for (std::size_t k = 0; k < organs_.size(); ++k)

@@ -96,6 +96,16 @@ bool CutScene::take(const CutLog::Unit& unit, bool replayed) {
   return true;
 }
 
+std::int32_t CutScene::write_nodes(std::int32_t* nodes, std::int32_t most) const {
+  const std::int32_t first = source_.body.node_count, count = made_nodes() - first;
+  for (std::int32_t i = 0; i < std::min(count, most); ++i) {
+    std::int32_t from = first + i;
+    while (from >= first) from = mesh_.from(from);
+    nodes[2 * i] = number_[first + i], nodes[2 * i + 1] = number_[from];
+  }
+  return count;
+}
+
 // A new node lies where the one that it comes from lies.
 void CutScene::add_node(std::int32_t n) {
   const std::int32_t node = number_[n], from = number_[mesh_.from(n)];

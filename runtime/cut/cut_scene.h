@@ -33,6 +33,8 @@ class CutScene final : public RowSource {
   // The sentence of what is wrong with the body; nullptr: nothing, unless the memory has failed.
   const char* create(SceneMemory& memory, const Source& source);
   SceneSurface& surface() { return surface_; }
+  // palpate_scene_cut_nodes().
+  std::int32_t write_nodes(std::int32_t* nodes, std::int32_t most) const;
   const CutMesh& mesh() const { return mesh_; }
 
   // Of palpate_cut.h, checked.

@@ -222,3 +222,8 @@ int32_t palpate_scene_cut_surface(const palpate_scene* scene, int32_t* triangles
   palpate::CutOfScene* const cut = palpate::cut_of(scene);
   return cut ? cut->scene.surface().write(triangles, is_lip, capacity) : 0;
 }
+
+int32_t palpate_scene_cut_nodes(const palpate_scene* scene, int32_t* nodes, int32_t capacity) {
+  palpate::CutOfScene* const cut = palpate::cut_of(scene);
+  return cut ? cut->scene.write_nodes(nodes, capacity) : 0;
+}

@@ -1,6 +1,7 @@
-// write_tiny_bundle FILE [long | nodule | healthy | large | motions | corridor]: writes the box bundle of tests/support; long: a box so long that
+// write_tiny_bundle FILE [long | nodule | healthy | large | motions | corridor | cut]: writes the box bundle of tests/support; long: a box so long that
 // blocks have low rank; nodule: a larger box with a cube ten times as stiff inside; healthy: the same, as stiff as the rest; large: with what large deformation needs; motions: with
-// those of box_motions.h; corridor: a box of 6 x 7 x 7 cells of frame LPS, with a corridor of all nodes inside it.
+// those of box_motions.h; corridor: a box of 6 x 7 x 7 cells of frame LPS, with a corridor of all nodes inside it;
+// cut: a box of 6 x 4 x 4 cells that may be cut everywhere.
 #include <algorithm>
 #include <functional>
 #include <string_view>
@@ -48,12 +49,13 @@ BundleParts bundle_with_corridor() {
 int main(int argc, char** argv) {
   const std::string_view form = argc == 3 ? argv[2] : "";
   const bool known = form == "" || form == "long" || form == "nodule" || form == "healthy" || form == "large" ||
-                     form == "motions" || form == "corridor";
+                     form == "motions" || form == "corridor" || form == "cut";
   if (argc < 2 || argc > 3 || !known) return 2;
   const TinyBox long_box{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}};
   BundleParts parts = form == "nodule"     ? bundle_with_nodule(10)
                       : form == "healthy"  ? bundle_with_nodule(1)
                       : form == "corridor" ? bundle_with_corridor()
+                      : form == "cut"      ? cut_box({.cells = {6, 4, 4}}, 100)
                                            : tiny_bundle(form == "long" ? long_box : TinyBox{});
   if (form == "large") add_large_deformation(parts);
   if (form == "motions") add_motions(parts, box_on_supports(false));

@@ -245,6 +245,7 @@ unit = "mm"
 @effects.preload@
 @effects.inside@
 @effects.crossings@
+@effects.cut@
 [surface]
 file = "fine.ply"
 @surface.unit@
@@ -261,6 +262,9 @@ file = "fine.ply"
 @limits.operations@
 @limits.crossings_calls@
 @limits.crossings_operations@
+@limits.cut_rank@
+@limits.cut_operations@
+@limits.cut_points@
 [[tool]]
 name = "probe"
 capsule = { radius = 4, length = 60, @capsule.axis,@ samples = 4 }
@@ -277,7 +281,7 @@ radius = 0.5
 @needle.puncture_force@
 @needle.cutting_force@
 )",
-                                   {"organ", "world", "carried", "load", "obstacle"});
+                                   {"organ", "world", "carried", "load", "obstacle", "blade", "removal"});
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
 unit = "mm"
 [[load]]
@@ -307,6 +311,24 @@ points = [[0, 0, 0]]
 path = [[0, 0, 0, 0]]
 )",
                                    {}, {"obstacle"});
+  expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
+unit = "mm"
+[[blade]]
+name = "scalpel"
+edge = [[0, 0, 0], [0, 0, 1]]
+@blade.position@
+[[removal]]
+name = "hook"
+radius = 4
+position = [0, 0, 0]
+time = 1
+@removal.every@
+[[tool]]
+name = "probe"
+points = [[0, 0, 0]]
+path = [[0, 0, 0, 0]]
+)",
+                                   {}, {"blade", "removal"});
   expect_the_defaults<SceneConfig>(ConfigFile::scene, read_scene_config, R"(name = "push"
 unit = "mm"
 [effects]

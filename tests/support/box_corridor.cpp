@@ -65,6 +65,22 @@ void add_cut(BundleParts& parts, const DenseBody& dense, const std::vector<std::
   parts.set(SectionId::cut_reserve, {2}, std::vector<std::int32_t>{dense.body.surface_nodes, 0});
 }
 
+BundleParts cut_box(const TinyBox& box, std::int32_t reserve) {
+  DenseBody dense = dense_box(box);
+  auto& nodes = dense.body.mesh.nodes;
+  std::vector<std::int32_t> all(nodes.size());
+  std::iota(all.begin(), all.end(), 0);
+  const std::array<double, 3> waits = nodes.back();
+  nodes.resize(nodes.size() + static_cast<std::size_t>(reserve), waits);
+  dense.fixed.resize(3 * nodes.size(), 1);
+  dense.body.surface_nodes = static_cast<std::int32_t>(nodes.size());
+  BundleParts parts = dense_bundle(dense);
+  add_cut(parts, dense, all);
+  parts.set(formats::SectionId::cut_reserve, {2},
+            std::vector<std::int32_t>{dense.body.surface_nodes - reserve, reserve});
+  return parts;
+}
+
 void add_whole_corridor(BundleParts& parts, const DenseBody& dense) {
   std::vector<std::int32_t> inside(dense.body.mesh.nodes.size() - static_cast<std::size_t>(dense.body.surface_nodes));
   std::iota(inside.begin(), inside.end(), dense.body.surface_nodes);

@@ -18,6 +18,9 @@ void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<
 // Adds the sections of a cut's region. nodes: ascending.
 void add_cut(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes);
 
+// A box that may be cut everywhere: all nodes inside it are nodes of the surface with columns, and so are the last `reserve` ones, in no tetrahedron.
+BundleParts cut_box(const TinyBox& box, std::int32_t reserve);
+
 // Through every node inside the body.
 void add_whole_corridor(BundleParts& parts, const DenseBody& dense);
 

@@ -121,6 +121,11 @@ PALPATE_API const palpate_cut_state* palpate_scene_cut_state(const palpate_scene
 PALPATE_API int32_t palpate_scene_cut_surface(const palpate_scene* scene, int32_t* triangles, uint8_t* is_lip,
                                               int32_t capacity);
 
+/* The nodes that cuts have made, as [count][2] nodes of a shape: the new one, and the bundle's that it comes from, at whose place it lies at rest. Fills
+ * `nodes` with the first `capacity` pairs, and returns the count; 0 for a scene that does not cut. A shape gives the displacement of a new node from where
+ * the bundle has it, which is no place of the organ; its position is right. Call it in the thread of palpate_scene_touch. */
+PALPATE_API int32_t palpate_scene_cut_nodes(const palpate_scene* scene, int32_t* nodes, int32_t capacity);
+
 #ifdef __cplusplus
 } /* extern "C" */
 #endif

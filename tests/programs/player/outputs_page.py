@@ -134,6 +134,26 @@ points = [[0, 0, 0]]
 disc_radius = 5
 path = [[0, 45, 25, 42], [0.1, 45, 25, 37]]
 """
+# It may be cut everywhere.
+CUT = """
+name = "cut"
+bundle = "cut.h5"
+unit = "mm"
+[[tool]]
+name = "finger"
+points = [[0, 0, 0]]
+path = [[0, 45, 25, 60]]
+[[blade]]
+name = "scalpel"
+edge = [[0, -40, 0], [0, 40, 0]]
+path = [[0, 40, 25, 45], [0.1, 40, 25, 20]]
+toughness = 100
+direction = [0, 0, -1]
+"""
+CUT_WORLD = CUT.replace('bundle = "cut.h5"', "").replace("[[tool]]", """[[organ]]
+name = "box"
+bundle = "cut.h5"
+[[tool]]""").replace('name = "scalpel"', 'name = "scalpel"\norgan = "box"')
 TETRAHEDRON = """ply
 format ascii 1.0
 element vertex 4
@@ -162,12 +182,14 @@ def play(text, out, *more):
 
 
 def setUpModule():
-    for form in "", "large", "corridor":
+    for form in "", "large", "corridor", "cut":
         subprocess.run([WRITE_TINY_BUNDLE, FOLDER / f"{form or 'box'}.h5", *filter(None, [form])], check=True)
     (FOLDER / "tumour.ply").write_text(TETRAHEDRON)
     play(ONE_ORGAN, "one", "--render-mesh", "tumour.ply")
     play(ORGANS, "several")
     play(LARGE, "large")
+    play(CUT, "cuts")
+    play(CUT_WORLD, "cut_world")
     play(LARGE, "clock", "--realtime", "--rate", "500", "--seconds", "0.2")
 
 
@@ -199,11 +221,11 @@ def written_arrays(kind):
     return arrays
 
 
-SAME_AS_OF_THE_SCENE = ("organs[].links", "organs[].loads", "organs[].obstacles", "organs[].crossings")
+SAME_AS_OF_THE_SCENE = ("organs[].links", "organs[].loads", "organs[].obstacles", "organs[].crossings", "organs[].blades", "organs[].cut")
 
 
 def keys(value, path=""):
-    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links, loads, obstacles and crossings of an organ are as those of the scene, and names of flags and of
+    """tools[].peak_force_N of {"tools": [{"peak_force_N": 1}]}. The links, loads, obstacles, crossings, blades and cut of an organ are as those of the scene, and names of flags and of
     percentiles stand alone, as on the page."""
     if isinstance(value, list):
         for each in value:
@@ -234,7 +256,7 @@ class OutputsPage(unittest.TestCase):
                 self.compare(f"shapes/{kind}_*.vtu", written_arrays(kind))
 
     def test_keys(self):
-        for heading, folders in (("summary.json", ("one", "several", "large")), ("summary.json of --realtime", ("clock",))):
+        for heading, folders in (("summary.json", ("one", "several", "large", "cuts", "cut_world")), ("summary.json of --realtime", ("clock",))):
             with self.subTest(heading):
                 self.compare(heading, [key for folder in folders for key in keys(json.loads((FOLDER / folder / "summary.json").read_text()))])
 

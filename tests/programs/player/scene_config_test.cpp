@@ -343,6 +343,95 @@ TEST_F(SceneFile, GivesEachOrganTheObstaclesThatHoldItOff) {
   expect_refused(kPoint + kPath + "[[obstacle]]\nname = \"rib\"\norgans = [\"lever\"]\n" + disc, organs, "organs: ");
 }
 
+TEST_F(SceneFile, TakesBladesAndRemovals) {
+  std::ofstream(folder_ / "way.csv") << "time,x,y,z\n0,1,2,3\n2,4,5,6\n";
+  const SceneConfig scene =
+      read(kPoint + kPath + "[[blade]]\nname = \"scalpel\"\nedge = [[0, 0, 0], [0, 0, -20]]\npath_csv = \"way.csv\"\n" +
+               "turn = [[0, 0, 0, 0], [1, 0, 0, 30]]\ncuts = [[0.5, 1], [1.2, 2]]\n" +
+               "[[blade]]\nname = \"knife\"\nedge = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]\ntoughness = 300\ndirection = "
+               "[0, 0, -2]\n" +
+               "[[removal]]\nname = \"hook\"\nradius = 3\npath = [[0, 1, 0, 0], [1, 2, 0, 0]]\ntimes = [[0.2, "
+               "0.4]]\nevery = 0.05\n"
+               "[[removal]]\nname = \"suction\"\nradius = 4\nposition = [0, 0, 9]\ntime = 1.5\n",
+           "[limits]\ncut_rank = 200\n");
+  EXPECT_EQ(scene.def.cut.cut, PALPATE_CUT_ON) << "of the blades";
+  EXPECT_EQ(scene.def.collision, PALPATE_COLLISION_DEFORMED) << "of the cut";
+  EXPECT_EQ(scene.def.cut.cut_rank, 200);
+  ASSERT_EQ(scene.blades.size(), 2u);
+  const SceneConfig::Blade& scalpel = scene.blades[0];
+  EXPECT_DOUBLE_EQ(scalpel.edge.at(1)[2], -0.02);
+  EXPECT_DOUBLE_EQ(scalpel.path.at(1).position[0], 0.004);
+  EXPECT_EQ(scalpel.turn.at(1).position[2], 30);
+  EXPECT_EQ(scalpel.cuts, (std::vector<std::array<double, 2>>{{0.5, 1}, {1.2, 2}}));
+  EXPECT_EQ(scalpel.toughness, 0);
+  EXPECT_EQ(scene.blades[1].path.size(), 1u) << "it stays at the origin";
+  EXPECT_EQ(scene.blades[1].toughness, 300);
+  EXPECT_EQ(scene.blades[1].direction, (SceneConfig::Vector{0, 0, -2}));
+  ASSERT_EQ(scene.removals.size(), 2u);
+  EXPECT_DOUBLE_EQ(scene.removals[0].radius, 0.003);
+  EXPECT_EQ(scene.removals[0].every, 0.05);
+  EXPECT_EQ(scene.removals[1].times, (std::vector<std::array<double, 2>>{{1.5, 1.5}})) << "once";
+  EXPECT_EQ(scene.removals[1].every, 0.02);
+  EXPECT_EQ(read(kPoint + kPath).def.cut.cut, PALPATE_CUT_OFF);
+  EXPECT_EQ(read(kPoint + kPath, "[effects]\ncut = true\n").def.collision, PALPATE_COLLISION_DEFORMED);
+}
+
+TEST_F(SceneFile, RefusesBladesAndRemovalsThatCannotBeWithLineAndKey) {
+  const std::string edge = "edge = [[0, 0, 0], [0, 0, -20]]\n", head = "[[blade]]\nname = \"scalpel\"\n";
+  const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& effects = "") {
+    expect_refused(kPoint + kPath + head + keys, effects, sentence);
+  };
+  refused("", "the key \"edge\"");
+  refused("edge = [[0, 0, 0]]\n", "edge: expected 2 to 16 points");
+  refused("edge = [[0, 0, 0], [1, 0, 0], [1, 0, 0]]\n", "edge: expected points that each differ");
+  std::string long_edge = "edge = [";
+  for (int i = 0; i < 17; ++i) long_edge += "[" + std::to_string(i) + ", 0, 0], ";
+  refused(long_edge + "]\n", "edge: expected 2 to 16 points");
+  refused(edge + "position = [0, 0, 0]\npath = [[0, 0, 0, 0]]\n", "path: ");
+  refused(edge + "path = []\n", "path: ");
+  EXPECT_THAT(refusal_of(kPoint + kPath + head + edge + "path_csv = \"missing.csv\"\n"), HasSubstr("missing.csv"));
+  refused(edge + "turn = [[0, 0, 0, 2e6]]\n", "turn[0]: ");
+  refused(edge + "cuts = [[1, 0.5]]\n", "cuts[0]: ");
+  refused(edge + "cut = [[0, 1]]\n", "did you mean \"cuts\"");
+  refused(edge + "organ = \"liver\"\n", "organ: ");
+  refused(edge + "toughness = 300\n", "the key \"direction\"");
+  refused(edge + "direction = [0, 0, 1]\n", "direction: expected toughness");
+  refused(edge + "toughness = 0\ndirection = [0, 0, 1]\n", "toughness: ");
+  refused(edge + "toughness = 300\ndirection = [0, 0, 0]\n", "direction: ");
+  refused(edge + head + edge, "no other [[blade]] has");
+  refused(edge, "cut = true in [effects]", "[effects]\ncut = false\n");
+  refused(edge, "collision = \"deformed\" beside cut", "[effects]\ncollision = \"rest\"\n");
+  std::string five = edge;
+  for (int i = 0; i < 4; ++i) five += "[[blade]]\nname = \"" + std::to_string(i) + "\"\n" + edge;
+  refused(five, "at most 4 blades of an organ");
+  refused(edge, "cut_rank: ", "[limits]\ncut_rank = 8\n");
+
+  const auto removal_refused = [&](const std::string& keys, const std::string& sentence) {
+    expect_refused(kPoint + kPath + "[[removal]]\nname = \"hook\"\n" + keys, "", sentence);
+  };
+  const std::string place = "position = [0, 0, 0]\n", radius = "radius = 3\n";
+  removal_refused(place, "the key \"radius\"");
+  removal_refused(place + "radius = 0\n", "radius: ");
+  removal_refused(radius, "position: ");
+  removal_refused(radius + place, "time: expected either time = t or times");
+  removal_refused(radius + place + "time = 1\ntimes = [[0, 1]]\n", "times: ");
+  removal_refused(radius + place + "time = -1\n", "time: ");
+  removal_refused(radius + place + "times = []\n", "times: ");
+  removal_refused(radius + place + "times = [[1, 1]]\n", "times[0]: ");
+  removal_refused(radius + place + "time = 1\nevery = 0\n", "every: ");
+}
+
+TEST_F(SceneFile, GivesEachOrganItsBlades) {
+  const std::string organs = "[[organ]]\nname = \"liver\"\n[[organ]]\nname = \"kidney\"\n";
+  const std::string blade = "[[blade]]\nname = \"scalpel\"\nedge = [[0, 0, 0], [0, 0, -20]]\n";
+  const SceneConfig scene = read(kPoint + kPath + blade + "organ = \"kidney\"\n", organs);
+  EXPECT_EQ(organ_scene(scene, 0).blades.size(), 0u);
+  EXPECT_EQ(organ_scene(scene, 1).blades.size(), 1u);
+  EXPECT_EQ(scene.organs[0].effects.def.cut.cut, PALPATE_CUT_OFF);
+  EXPECT_EQ(scene.organs[1].effects.def.cut.cut, PALPATE_CUT_ON);
+  expect_refused(kPoint + kPath + blade, organs, "the key \"organ\"");
+}
+
 TEST_F(SceneFile, RefusesAMotionThatCannotBeWithLineAndKey) {
   const auto refused = [&](const std::string& keys, const std::string& sentence, const std::string& head = "") {
     expect_refused(kPoint + kPath + "[[motion]]\nname = \"diaphragm\"\n" + keys, head, sentence);
