@@ -84,7 +84,7 @@ struct Organ {
     limits.of.columns = limits.of.columns_of_surface = stored.tensors.columns;
     limits.of.surface_nodes = nodes, limits.of.offset = &offset, limits.of.predicts = true;
     solver.create(memory, limits);
-    field.create(memory, &stored.tensors, &response, &offset, &solver, {192, 64});
+    field.create(memory, {&stored.tensors, &response, &offset, &solver}, {192, 64});
     work.create(kUnlimitedOperations);
     if (memory.failed()) std::abort();
   }

@@ -29,21 +29,22 @@ double longest_difference(const float* u, const float* v, std::size_t numbers) {
 
 bool CutField::create(SceneMemory& memory, const Tensors* tensors, CutResponse* response, const Offset* offset,
                       ContactSolver* solver, const Limits& limits) {
-  tensors_ = tensors, response_ = response, offset_ = offset, solver_ = solver;
+  source_.tensors = tensors, source_.response = response, source_.offset = offset, source_.solver = solver;
   numbers_ = 3 * static_cast<std::size_t>(response->surface_nodes());
   const auto nodes = static_cast<std::size_t>(limits.nodes), contacts = static_cast<std::size_t>(limits.constraints),
              rows = CutResponse::kMostRows * response->stride(), parts = (kMostParts + 1) * numbers_;
   nodes_ = memory.array<ContactNode>(nodes), force_ = memory.array<Vec3>(nodes);
-  predicted_force_ = memory.array<Vec3>(nodes);
-  for (float** field : {&now_, &before_, &predicted_}) *field = memory.array<float>(numbers_);
+  predicted_.force = memory.array<Vec3>(nodes);
+  for (float** field : {&now_, &before_, &predicted_.field}) *field = memory.array<float>(numbers_);
   for (float** field : {&parts_, &parts_before_}) *field = memory.array<float>(parts);
   for (Contact** list : {&contacts_, &last_}) *list = memory.array<Contact>(contacts);
-  line_ = memory.array<double>(numbers_), product_ = memory.array<double>(CutResponse::kMostRows * numbers_);
-  x_ = memory.array<double>(rows), y_ = memory.array<double>(rows);
+  scratch_.line = memory.array<double>(numbers_),
+  scratch_.product = memory.array<double>(CutResponse::kMostRows * numbers_);
+  scratch_.x = memory.array<double>(rows), scratch_.y = memory.array<double>(rows);
   if (!loads_.create(memory, limits.nodes)) return false;
   for (std::int32_t* number : {&node_count_, &contact_count_, &last_count_, &moves_, &solved_, &changed_})
     memory.keep(*number);
-  for (double* norm : {&norm_, &norm_before_, &path_, &path_set_, &path_before_}) memory.keep(*norm);
+  for (double* norm : {&norm_, &norm_before_, &path_.now, &path_.set, &path_.before}) memory.keep(*norm);
   memory.keep(ways_);
   memory.keep_array(nodes_, nodes, node_count_), memory.keep_array(force_, nodes, node_count_);
   for (float** field : {&now_, &before_}) memory.keep_array(*field, numbers_);
@@ -55,7 +56,7 @@ bool CutField::create(SceneMemory& memory, const Tensors* tensors, CutResponse* 
 void CutField::forget() {
   for (float* field : {now_, before_}) std::fill_n(field, numbers_, 0.0f);
   node_count_ = contact_count_ = last_count_ = moves_ = solved_ = changed_ = 0;
-  norm_ = norm_before_ = path_ = path_set_ = path_before_ = predicted_norm_ = predicted_apart_ = 0;
+  norm_ = norm_before_ = path_.now = path_.set = path_.before = predicted_.norm = predicted_.apart = 0;
   ways_ = {}, asked_ = {};
   is_set_ = true;
 }
@@ -64,13 +65,13 @@ void CutField::copy_node(std::int32_t from, std::int32_t to) {
   const auto copy = [&](float* field) {
     std::copy_n(field + 3 * static_cast<std::size_t>(from), 3, field + 3 * static_cast<std::size_t>(to));
   };
-  copy(now_), copy(before_), copy(predicted_);
+  copy(now_), copy(before_), copy(predicted_.field);
   for (std::int32_t p = 0; p <= kMostParts; ++p) copy(part(parts_, p)), copy(part(parts_before_, p));
 }
 
 void CutField::begin_moved() {
   is_set_ = false;
-  path_ += offset_->stepped();
+  path_.now += source_.offset->stepped();
 }
 
 // ---- a step's forces -------------------------------------------------------------------------------------------------
@@ -107,7 +108,7 @@ void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved
   std::swap(contacts_, last_);
   last_count_ = contact_count_, contact_count_ = 0;
   is_set_ = true, asked_ = {};
-  norm_before_ = norm_, path_before_ = path_set_;
+  norm_before_ = norm_, path_.before = path_.set;
   if (solved) gather(set, force);
   ways_.measure(contacts_, contact_count_, last_, last_count_);
   solved_ = solved, changed_ = 0;
@@ -120,7 +121,7 @@ void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved
     find_fields();
     *work += operations_of(contact_count_ < 2 ? contact_count_ : 1 + std::min(contact_count_, kMostParts));
   }
-  path_set_ = path_;
+  path_.set = path_.now;
 }
 
 void CutField::keep_fields() {
@@ -144,7 +145,7 @@ void CutField::find_fields() {
   norm_ = longest(now_, numbers_);
   moves_ = norm_ > 0;
   const double change = longest_difference(now_, before_, numbers_);
-  path_ += change;
+  path_.now += change;
   for (std::int32_t c = 0; c < contact_count_; ++c) {
     Contact& contact = contacts_[c];
     const Contact* const before = find_contact(last_, last_count_, contact.id);
@@ -163,52 +164,53 @@ void CutField::find_fields() {
   }
 }
 
-// line_: C f of the forces on some contact nodes. A new node has the rows of the node that it comes from.
+// scratch_.line: C f of the forces on some contact nodes. A new node has the rows of the node that it comes from.
 void CutField::evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last) {
-  loads_.begin(*tensors_);
-  for (std::int32_t e = first; e < last; ++e) loads_.add(nodes_[e].column, solver_->modified(e, force[e]));
+  loads_.begin(*source_.tensors);
+  for (std::int32_t e = first; e < last; ++e) loads_.add(nodes_[e].column, source_.solver->modified(e, force[e]));
   constexpr std::int32_t kRun = 64;
-  const std::int32_t at_rest = response_->first_new();
+  const std::int32_t at_rest = source_.response->first_new();
   for (std::int32_t n = 0; n < at_rest; n += kRun) {
     const std::int32_t count = std::min(kRun, at_rest - n);
-    double* const to = line_ + 3 * static_cast<std::size_t>(n);
-    if (!tensors_->compliance) {
+    double* const to = scratch_.line + 3 * static_cast<std::size_t>(n);
+    if (!source_.tensors->compliance) {
       loads_.at_run(n, count, to);
       continue;
     }
     for (std::int32_t k = 0; k < count; ++k) store3(loads_.at_node(n + k), to + 3 * k);
   }
-  for (std::int32_t n = at_rest; n < response_->nodes(); ++n)
-    std::copy_n(line_ + 3 * static_cast<std::size_t>(response_->at_rest(n)), 3,
-                line_ + 3 * static_cast<std::size_t>(n));
+  for (std::int32_t n = at_rest; n < source_.response->nodes(); ++n)
+    std::copy_n(scratch_.line + 3 * static_cast<std::size_t>(source_.response->at_rest(n)), 3,
+                scratch_.line + 3 * static_cast<std::size_t>(n));
 }
 
 void CutField::evaluate(const Vec3* force, const Part* parts, int count) {
-  const auto stride = response_->stride();
-  const bool is_cut = response_->is_cut();
+  const auto stride = source_.response->stride();
+  const bool is_cut = source_.response->is_cut();
   if (is_cut) {
-    std::fill_n(x_, static_cast<std::size_t>(count) * stride, 0.0);
+    std::fill_n(scratch_.x, static_cast<std::size_t>(count) * stride, 0.0);
     for (int p = 0; p < count; ++p)
       for (std::int32_t e = parts[p].first; e < parts[p].last; ++e)
         if (!is_zero(force[e]))
-          response_->add_force(nodes_[e].node, force[e], x_ + static_cast<std::size_t>(p) * stride);
-    response_->multiply(x_, count, y_);
-    response_->spread(y_, count, product_);
+          source_.response->add_force(nodes_[e].node, force[e], scratch_.x + static_cast<std::size_t>(p) * stride);
+    source_.response->multiply(scratch_.x, count, scratch_.y);
+    source_.response->spread(scratch_.y, count, scratch_.product);
   }
-  const std::size_t moving = 3 * static_cast<std::size_t>(response_->nodes());
+  const std::size_t moving = 3 * static_cast<std::size_t>(source_.response->nodes());
   for (int p = 0; p < count; ++p) {
     float* const field = parts[p].field;
     evaluate_line(force, parts[p].first, parts[p].last);
     for (std::size_t i = 0; i < moving; ++i)
       field[i] = static_cast<float>(
-          is_cut ? line_[i] + product_[i * CutResponse::kMostRows + static_cast<std::size_t>(p)] : line_[i]);
+          is_cut ? scratch_.line[i] + scratch_.product[i * CutResponse::kMostRows + static_cast<std::size_t>(p)]
+                 : scratch_.line[i]);
     std::fill(field + moving, field + numbers_, 0.0f);
   }
 }
 
 // Of so many fields in a step.
 Operations CutField::operations_of(int fields) const {
-  const auto numbers = static_cast<Operations>(numbers_), rank = Operations{response_->rank()};
+  const auto numbers = static_cast<Operations>(numbers_), rank = Operations{source_.response->rank()};
   return fields * (numbers * (node_count_ + rank) + rank * rank) / kDense + numbers / kDense;
 }
 
@@ -218,7 +220,7 @@ void CutField::end(const ContactId& id) {
   auto* const own = const_cast<Contact*>(find(id));
   if (!own || own->ended != 0) return;
   own->ended = 1;
-  if (solved_) solver_->end(id);
+  if (solved_) source_.solver->end(id);
 }
 
 Vec3 CutField::evaluate_at_node(std::int32_t node, QueryWork* work) {
@@ -228,7 +230,7 @@ Vec3 CutField::evaluate_at_node(std::int32_t node, QueryWork* work) {
 
 Vec3 CutField::before_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return read(before_, node) + (is_set_ ? offset_->now(node) : offset_->before(node));
+  return read(before_, node) + (is_set_ ? source_.offset->now(node) : source_.offset->before(node));
 }
 
 Vec3 CutField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {
@@ -250,31 +252,31 @@ Vec3 CutField::at_node_without(std::int32_t node, const ContactId& id, QueryWork
 }
 
 Operations CutField::operations_to_predict(const ContactId& id) const {
-  return solved_ ? solver_->operations_to_predict(id) + operations_of(1) : 0;
+  return solved_ ? source_.solver->operations_to_predict(id) + operations_of(1) : 0;
 }
 
 bool CutField::predict_without(const ContactId& id, Operations most, Operations* work) {
   const Operations own = operations_of(1);
   double norm = 0, apart = 0;  // sqrt(J), of the reactions
-  if (!solved_ || own > most || !solver_->predict_without(id, most - own, predicted_force_, &norm, &apart, work))
+  if (!solved_ || own > most || !source_.solver->predict_without(id, most - own, predicted_.force, &norm, &apart, work))
     return false;
   const auto is_gone = [&](const Contact& c) { return c.ended != 0 || c.id == id; };
   if (std::all_of(contacts_, contacts_ + contact_count_, is_gone)) {
-    std::fill_n(predicted_, numbers_, 0.0f);
-    predicted_norm_ = 0, predicted_apart_ = norm_;
+    std::fill_n(predicted_.field, numbers_, 0.0f);
+    predicted_.norm = 0, predicted_.apart = norm_;
     return true;
   }
-  const Part all = {0, node_count_, predicted_};
-  evaluate(predicted_force_, &all, 1);
+  const Part all = {0, node_count_, predicted_.field};
+  evaluate(predicted_.force, &all, 1);
   *work += own;
-  predicted_norm_ = longest(predicted_, numbers_);
-  predicted_apart_ = longest_difference(predicted_, now_, numbers_);
+  predicted_.norm = longest(predicted_.field, numbers_);
+  predicted_.apart = longest_difference(predicted_.field, now_, numbers_);
   return true;
 }
 
 Vec3 CutField::predicted_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return read(predicted_, node) + moved_at_node(node);
+  return read(predicted_.field, node) + moved_at_node(node);
 }
 
 bool CutField::pulls_among_others(const ContactId& id, Vec3 outward) const {
@@ -289,14 +291,14 @@ double CutField::own_norm(const ContactId& id) const {
 
 double CutField::norm_without(const ContactId& id) const {
   const Contact* const contact = find(id);
-  return offset_->longest() + (contact ? contact->without : norm_);
+  return source_.offset->longest() + (contact ? contact->without : norm_);
 }
 
 double CutField::last_change_without(const ContactId& id) const {
   const Contact *const now = find(id), *const before = find_contact(last_, last_count_, id);
   const double own = now ? now->own_change : before ? before->own : 0;
   return std::min(last_change() + own,
-                  (now ? now->without : norm_) + (before ? before->without : norm_before_) + offset_->change());
+                  (now ? now->without : norm_) + (before ? before->without : norm_before_) + source_.offset->change());
 }
 
 }  // namespace palpate

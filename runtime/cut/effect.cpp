@@ -22,9 +22,27 @@ constexpr EffectKey kKeys[] = {
     {PALPATE_CUT_KEY(cut_operations), PALPATE_KEY_COUNT, "", "", 1000, 1'000'000'000},
     {PALPATE_CUT_KEY(cut_points), PALPATE_KEY_COUNT, "", "", 2, PALPATE_MAX_BLADE_POINTS},
 };
+constexpr const char* kResponseIsOfTheWhole =
+    "response curves were measured on the organ that is whole: take force LINEAR and radial OFF, or leave cut OFF";
+constexpr const char* kBelowTheSurface =
+    "what lies below the surface is known for the whole mesh alone and does not follow a cut: leave it out, with shape "
+    "SURFACE, or leave cut OFF";
+constexpr const char* kOnTheSurface =
+    "what is bound to the triangles of the whole organ does not follow a cut: leave it out, or leave cut OFF";
 constexpr EffectNeed kNeeds[] = {
     {"collision", 1u << PALPATE_COLLISION_DEFORMED,
      "lips of a cut are where forces have moved them: take collision DEFORMED, or leave cut OFF"},
+    {"force", 1u << PALPATE_FORCE_OFF | 1u << PALPATE_FORCE_LINEAR, kResponseIsOfTheWhole},
+    {"radial", 1u << PALPATE_RADIAL_OFF, kResponseIsOfTheWhole},
+    {"deformation", kAbsent | 1u << PALPATE_DEFORMATION_LINEAR,
+     "a cut changes the compliance of the linear organ: take deformation LINEAR, or leave cut OFF"},
+    {"needles", kAbsent, kBelowTheSurface},
+    {"inside", kAbsent, kBelowTheSurface},
+    {"shape", 1u << PALPATE_SHAPE_OFF | 1u << PALPATE_SHAPE_SURFACE, kBelowTheSurface},
+    {"fine_surface", kAbsent, kOnTheSurface},
+    {"render_mesh", kAbsent, kOnTheSurface},
+    {"queries", kAbsent, kOnTheSurface},
+    {"crossings", kAbsent, kOnTheSurface},
 };
 
 // The effect's state: what it made of the bundle, the body of the touch and the part of the step.

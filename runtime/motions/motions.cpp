@@ -74,6 +74,7 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
   if (motion < 0 || motion >= count()) return bad("one of the bundle's motions");
   if (is_told(motion) && !source_.has_surfaces) return refuse_pressure(motion, "palpate_scene_hold_volume", error);
   if (!is_pressure(motion)) return bad("a motion of kind PRESSURE, whose surface sweeps a volume");
+  if (!source_.is_whole) return bad("a scene with cut OFF, since a held volume does not follow a cut");
   const double own = source_.volume[static_cast<std::size_t>(motion) * static_cast<std::size_t>(count()) +
                                     static_cast<std::size_t>(motion)];
   if (holds && !(own > 0 && std::fabs(volume) / own * rows().longest[motion] <= kFarthest))

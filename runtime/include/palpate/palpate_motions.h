@@ -77,7 +77,7 @@ PALPATE_API palpate_status palpate_scene_set_motions(palpate_scene* scene, const
  * it grows), and the pressure is what that takes, whatever palpate_scene_set_motions says; so a host pumps, or closes a valve at the volume that
  * palpate_scene_motion_state tells. holds 0: the pressure is given again, at first the last one. A step in which one begins or ceases
  * to be held computes its contacts anew. Under large deformation the volume is met within 1 % of what the surface's triangles sweep, or the step is
- * flagged (DEFORMATION_BEHIND); it needs motion/pressed of the bundle. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+ * flagged (DEFORMATION_BEHIND); it needs motion/pressed of the bundle. A scene with cut ON refuses it. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
 PALPATE_API palpate_status palpate_scene_hold_volume(palpate_scene* scene, int32_t motion, int32_t holds, double volume,
                                                      palpate_error* error);
 
