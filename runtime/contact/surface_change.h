@@ -7,13 +7,15 @@
 
 namespace palpate {
 
-struct TouchState;
+class SurfaceTree;
+struct TouchedSurface;
+struct TouchPoints;
 
 // After the flags, the corners and the places at rest of new nodes have changed: what keeps something of these triangles follows. A contact whose
 // triangle is no longer part of the surface ends, and each tool point is tested in the next step, because the bound on its distance was that from
-// another surface. Between steps, in the thread of the touch; nothing is allocated. Not told are the effects: whoever keeps nodes of a triangle
-// (links, grasps, loads) keeps them.
-void change_surface(TouchState& touch, std::int32_t max_tools, std::int32_t max_points, const std::int32_t* triangles,
-                    std::int32_t count);
+// another surface. Between steps, in the thread of the touch; nothing is allocated. The effects are not told: one that keeps nodes of a
+// triangle keeps them. surface, tree, points: of one touch.
+void change_surface(TouchedSurface& surface, SurfaceTree& tree, TouchPoints& points, std::int32_t max_points,
+                    const std::int32_t* triangles, std::int32_t count);
 
 }  // namespace palpate

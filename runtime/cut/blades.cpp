@@ -12,6 +12,9 @@ namespace {
 constexpr int kMostWalked = 200;
 // A point belongs to a tetrahedron if none of its weights is below this.
 constexpr double kInside = -1e-9;
+// What the mesh does not resolve of the field around a line of forces, times G L: a third of that around a thin shaft, ln(R / r) = 1 (runtime/needles).
+// Chosen, not fitted.
+constexpr double kUnresolved = 0.05;
 // Of a reaction at its limit.
 constexpr double kRounding = 1e-9;
 
@@ -22,8 +25,9 @@ double volume(const Vec3 x[4]) {
 
 }  // namespace
 
-void Blades::create(SceneMemory& memory, const std::uint8_t* can_hold, std::int32_t points) {
-  can_hold_ = can_hold, points_ = std::clamp(points, 2, PALPATE_MAX_BLADE_POINTS);
+void Blades::create(SceneMemory& memory, const std::uint8_t* can_hold, const HyperelasticBody* body,
+                    std::int32_t points) {
+  can_hold_ = can_hold, body_ = body, points_ = std::clamp(points, 2, PALPATE_MAX_BLADE_POINTS);
   memory.keep(blades_), memory.keep(turn_);
   forget();
 }
@@ -146,7 +150,7 @@ void Blades::go_on(Blade& blade, std::int32_t i, const PlacedMesh& mesh) {
   if (point.edge.tetrahedron < 0) return;
   const Frame frame = frame_of(blade, i);
   const Vec3 at = position(point.edge, mesh), way = now(point) - at;
-  const double ahead = dot(way, frame.direction), limit = blade.toughness * point.length;
+  const double ahead = dot(way, frame.direction) - point.gives_way, limit = blade.toughness * point.length;
   const bool cuts = ahead > 0 && point.pushes >= limit * (1 - kRounding);
   Vec3 by = dot(way, frame.along) * frame.along;
   if (cuts || ahead < 0) by += ahead * frame.direction;
@@ -246,6 +250,8 @@ void Blades::request(TouchStep& step, const PlacedMesh& mesh) {
       wish.set_frame(row);
       const Vec3 way = now(point) - rest;
       for (int d = 0; d < 3; ++d) wish.target[d] = dot(way, row[d]);
+      const double shear = body_->laws[body_->region[point.edge.tetrahedron]].shear;
+      for (int d = 0; d < 3; ++d) wish.rows.local.m[d][d] = kUnresolved / (shear * point.length);
       wish.rows.axes = 2;
       point.across = touch.rows.add(&wish, 1);
       wish.rows.id.part = 1, wish.rows.axes = 1, wish.rows.law = ContactLaw::unilateral;
@@ -266,10 +272,11 @@ void Blades::take_reactions(const TouchStep& step, bool solved) {
     for (std::int32_t i = 0; i < blade.count; ++i) {
       Point& point = blade.points[i];
       blade.state.in_tissue += point.edge.tetrahedron >= 0;
-      point.pushes = 0;
+      point.pushes = point.gives_way = 0;
       if (point.along < 0 || !solved) continue;
       const Frame frame = frame_of(blade, i);
       point.pushes = step.reaction(point.along).x;
+      point.gives_way = step.acting->constraints[point.along].local.m[0][0] * point.pushes;
       const Vec3 f = point.pushes * frame.direction + step.reaction(point.across).y * frame.across;
       force = force - f, torque = torque - cross(now(point) - now(blade.points[0]), f);
     }

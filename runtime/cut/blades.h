@@ -6,7 +6,8 @@
 //     limit = toughness . length of edge of the point,
 // and one across the blade's plane keeps the edge in it. Where the row is at its limit, the edge goes on through the tissue by what the row misses, so
 // that its work is toughness times the area that it sweeps. Along itself and backwards the edge moves freely. It is the mechanism of a needle's tip
-// (runtime/needles).
+// (runtime/needles). Beside what the mesh moves, the tissue at a point gives way by kUnresolved / (G length) per unit force, so that several points in
+// one tetrahedron do not contradict one another.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +19,7 @@
 #include "runtime/cut/blade_search.h"
 #include "runtime/cut/rest_mesh.h"
 #include "runtime/include/palpate/palpate_cut.h"
+#include "runtime/large/hyperelastic_body.h"
 
 namespace palpate {
 
@@ -36,8 +38,9 @@ class Blades {
  public:
   static constexpr std::int32_t kRowsOfPoint = 2, kNodesOfPoint = 8;
 
-  // can_hold: [nodes at rest] 1 where the compliance knows a node; borrowed. points: of an edge that tissue holds.
-  void create(SceneMemory& memory, const std::uint8_t* can_hold, std::int32_t points);
+  // can_hold: [nodes at rest] 1 where the compliance knows a node; body: the same mesh with its laws; both borrowed. points: of an edge that
+  // tissue holds.
+  void create(SceneMemory& memory, const std::uint8_t* can_hold, const HyperelasticBody* body, std::int32_t points);
   void forget();
   void set(std::int32_t blade, const palpate_blade& now);
   bool are_there() const;
@@ -74,8 +77,8 @@ class Blades {
   struct Point {
     double sent[3], now[3];  // m: in the world; in the organ's frame
     Place cut, edge;
-    double length;               // m, of edge that it stands for
-    double pushes;               // N, of the last step's row along the direction
+    double length;             // m, of edge that it stands for
+    double pushes, gives_way;  // N, of the last step's row along the direction; m, of the tissue there beyond the mesh
     std::int32_t along, across;  // constraints of this step, -1: none
   };
   struct Blade {
@@ -100,6 +103,7 @@ class Blades {
   static void measure(Blade& blade);
 
   const std::uint8_t* can_hold_ = nullptr;
+  const HyperelasticBody* body_ = nullptr;
   std::int32_t points_ = 2;
   Blade blades_[PALPATE_MAX_BLADES] = {};
   std::int32_t turn_ = 0;

@@ -21,6 +21,7 @@ class CutScene final : public RowSource {
     SceneSurface::Touched touched;
     CutOrgan* organ = nullptr;
     CutBody body;
+    const HyperelasticBody* tissue = nullptr;       // the same
     const std::uint8_t* can_hold = nullptr;         // [body's nodes] 1: the compliance knows the node
     double* rest = nullptr;                         // [Ns][3] m: TouchedSurface::rest, in which new nodes get places
     std::int32_t surface_nodes = 0;                 // Ns
@@ -32,6 +33,7 @@ class CutScene final : public RowSource {
   // The sentence of what is wrong with the body; nullptr: nothing, unless the memory has failed.
   const char* create(SceneMemory& memory, const Source& source);
   SceneSurface& surface() { return surface_; }
+  const CutMesh& mesh() const { return mesh_; }
 
   // Of palpate_cut.h, checked.
   void set_blade(std::int32_t blade, const palpate_blade& now) { blades_.set(blade, now); }

@@ -115,7 +115,8 @@ palpate_status prepare(EffectBuild& build) {
   if (status != PALPATE_OK) return status;
   CutScene::Source source;
   source.touched = {&scene.touch, scene.def.max_tools, scene.def.max_points};
-  source.organ = &cut->organ, source.body = region.mesh, source.can_hold = region.may_divide;
+  source.organ = &cut->organ, source.body = region.mesh, source.tissue = &region.body,
+  source.can_hold = region.may_divide;
   source.rest = const_cast<double*>(rest), source.surface_nodes = reader.surface_nodes();
   source.first_reserve = region.first_reserve;
   source.new_nodes = def.cut_nodes > 0 ? std::min(def.cut_nodes, region.reserve) : region.reserve;
@@ -166,6 +167,10 @@ const char* fault_of(const palpate_blade& blade) {
 }
 
 }  // namespace
+
+const CutMesh& cut_mesh_of(const palpate_scene& scene) {
+  return cut_of(&scene)->scene.mesh();
+}
 
 constinit const Effect cut_effect = {
     .name = "cut",

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "runtime/contact/contact_patch.h"
+#include "runtime/contact/surface_change.h"
+#include "runtime/contact/touch.h"
 #include "runtime/cut/cut_triangles.h"
 #include "runtime/surface/surface_index.h"
 #include "runtime/surface/surface_inside.h"
@@ -401,6 +403,40 @@ TEST(SurfaceChanges, ATreeOfNoActiveTriangleFindsNothing) {
   const Searches fresh(surface, false);
   expect_same_measures(searches.measure, fresh.measure, surface.nodes());
   EXPECT_GE(searches.tree.nearest({}, 1, {}, &work, place, AskedIsField{}).surface_point.triangle, 0);
+}
+
+TEST(SurfaceChanges, ToolPointsAreTestedAgainAndContactsEndWhereTheirTriangleGoes) {
+  const BodyToCut body = block_to_cut(2, 2, 2, 0, 0);
+  Changing of(body, 1);
+  SurfaceTree tree;
+  TouchedSurface surface;
+  TouchPoints touch;
+  const Surface& all = of.surface;
+  surface.triangles = all.triangles.data(), surface.triangle_count = all.count(), surface.active = all.active.data();
+  surface.fans = &tree.fans();
+  ASSERT_TRUE(
+      tree.build(of.memory, all.rest.data(), all.nodes(), all.triangles.data(), all.count(), all.active.data()));
+  ASSERT_TRUE(surface.index.build(of.memory, all.rest.data(), all.triangles.data(), all.count(), all.active.data()));
+  std::vector<PointState> points(3);
+  touch.of_tool[0] = points.data();
+  const std::int32_t before = of.play.mesh.nodes(), corner_tetrahedron = 0;
+  of.play.mesh.remove(&corner_tetrahedron, 1);
+  const Numbers list = of.take_over(before);
+  std::int32_t gone = -1;
+  for (const std::int32_t t : list)
+    if (!surface.is_active(t)) gone = t;
+  ASSERT_GE(gone, 0);
+  for (PointState& point : points) point.clear.distance = 1;
+  points[0].contact = points[1].contact = true;
+  points[0].anchor.triangle = gone, points[1].anchor.triangle = of.surface.active_ones().front();
+  change_surface(surface, tree, touch, 3, list.data(), static_cast<std::int32_t>(list.size()));
+  for (const PointState& point : points) EXPECT_EQ(point.clear.distance, 0);
+  EXPECT_FALSE(points[0].contact);
+  EXPECT_TRUE(points[0].has_ended);
+  EXPECT_TRUE(points[1].contact);
+  EXPECT_EQ(surface.changes, 1u);
+  EXPECT_FALSE(surface.has_triangles(of.surface.nodes() - 1));
+  EXPECT_TRUE(surface.has_triangles(surface.triangles[3 * of.surface.active_ones().front()]));
 }
 
 // ---- discs -----------------------------------------------------------------------------------------------------------

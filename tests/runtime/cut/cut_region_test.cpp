@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <limits>
 #include <map>
 #include <set>
@@ -11,59 +10,14 @@
 #include "precompute/elements/elastic_body.h"
 #include "runtime/cut/cut_compliance.h"
 #include "runtime/cut/cut_mesh.h"
-#include "runtime/scene/corridor_reader.h"
-#include "studies/bodies/box_mesh.h"
 #include "studies/cut/cut_body.h"
+#include "tests/runtime/cut/precomputed_block.h"
 #include "tests/support/open_bundle.h"
-#include "tests/support/program_run.h"
 
 namespace palpate::tests {
 namespace {
 
 using formats::SectionId;
-
-// A block of soft, nearly incompressible tissue that is held at x = 0 and stands on a foundation there; the half away from there may be cut.
-struct Inputs {
-  explicit Inputs(Element of, std::array<int, 3> cells = {16, 10, 8}) : element(of) {
-    write_mesh(file("msh"), box_mesh(cells, {80, 50, 40}, 0.1));
-    std::ofstream(file("organ.toml")) << "name = \"block\"\nmesh_unit = \"mm\"\nframe = \"none\"\nelement = \""
-                                      << name_of(of) << R"("
-[[region]]
-name = "box"
-young = { value = 5.4, unit = "kPa", source = "test" }
-poisson = { value = 0.45, source = "test" }
-)";
-    std::ofstream(file("bc.toml")) << R"(name = "back"
-[[fixed]]
-dofs = "xyz"
-select = { patch = "x0" }
-[[foundation]]
-name = "below"
-normal = { value = 1e4, unit = "N/m^3", source = "test" }
-tangential = { value = 1e4, unit = "N/m^3", source = "test" }
-select = { and = [{ patch = "z0" }, { half_space = { point = [26, 0, 0], normal = [1, 0, 0] } }] }
-[cut]
-region = { half_space = { point = [34, 0, 0], normal = [-1, 0, 0] } }
-)";
-  }
-  std::filesystem::path file(const std::string& name) const {
-    return scratch(std::string(name_of(element)) + "." + name);
-  }
-  std::string precompute(const std::string& options) const {
-    const std::string bundle = file("h5").string();
-    const ProgramRun ended = run_in(fresh_folder(), PALPATE_PRECOMPUTE_PROGRAM " " + file("msh").string() +
-                                                        " --organ " + file("organ.toml").string() + " --boundary " +
-                                                        file("bc.toml").string() + " -o " + bundle + " " + options);
-    EXPECT_EQ(ended.code, 0) << ended.errors;
-    return bundle;
-  }
-  // The same body, in the bundle's order of nodes.
-  ElasticBody body() const {
-    return make_elastic_body(read_mesh(file("msh")), read_organ_config(file("organ.toml")),
-                             read_boundary_config(file("bc.toml")), {file("msh"), file("organ.toml"), file("bc.toml")});
-  }
-  Element element;
-};
 
 // A region that was read, with the columns of its bundle.
 struct ReadRegion {
@@ -85,8 +39,6 @@ struct ReadRegion {
     if (status == PALPATE_OK)
       status = reader.copy_indices(SectionId::touchable, static_cast<std::size_t>(reader.columns()),
                                    &formats::IndexedSections::touchable, &touchable);
-    if (status == PALPATE_OK && reader.find(SectionId::corridor_nodes))
-      status = read_corridor(reader, "cut", touchable, &corridor, &tensors);
     if (status == PALPATE_OK) status = read_cut_region(reader, tensors, touchable, &region);
   }
 
@@ -95,7 +47,6 @@ struct ReadRegion {
   BundlePointer bundle;
   SceneMemory memory{palpate_allocator{}};
   Tensors tensors;
-  Corridor corridor;
   const std::int32_t* touchable = nullptr;
   CutRegion region;
 };

@@ -1,0 +1,396 @@
+// An organ that is cut while it is touched, through the C API, from palpate-precompute on; against the stiffness of the mesh that is left, factored anew.
+#include <palpate/palpate_scene_def.hpp>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "runtime/cut/effect.h"
+#include "runtime/scene/scene.h"
+#include "studies/cut/cut_body.h"
+#include "tests/runtime/cut/precomputed_block.h"
+#include "tests/runtime/touched_box.h"
+
+namespace palpate::tests {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr char kAll[] = "{ box = { min = [-1, -1, -1], max = [100, 100, 100] }, where = \"all\" }";
+
+SceneDef cut_def() {
+  SceneDef def = unlimited_def();
+  def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.shape = PALPATE_SHAPE_SURFACE;
+  def.cut.cut = PALPATE_CUT_ON, def.cut.cut_operations = 1'000'000'000;
+  return def;
+}
+
+// 80 x 50 x 40 mm, all of which may be cut, held at x = 0.
+struct Block {
+  explicit Block(Element of, std::array<int, 3> cells = {10, 6, 5}) : inputs(of, cells, kAll), body(inputs.body()) {
+    palpate_error error = {};
+    palpate_bundle* opened = nullptr;
+    EXPECT_EQ(palpate_bundle_open_file(inputs.precompute("").c_str(), nullptr, &opened, &error), PALPATE_OK)
+        << error.text;
+    bundle.reset(opened);
+  }
+  Inputs inputs;
+  ElasticBody body;
+  BundlePointer bundle;
+};
+const Block& block(Element element) {
+  static const Block p1(Element::p1), anp(Element::p1_anp);
+  return element == Element::p1 ? p1 : anp;
+}
+
+struct Played {
+  explicit Played(const Block& from, SceneDef def = cut_def())
+      : of(from), scene(make(from, def)), contacts(scene.get()) {}
+  static ScenePointer make(const Block& from, const SceneDef& def) {
+    palpate_scene* created = nullptr;
+    palpate_error error = {};
+    EXPECT_EQ(palpate_scene_create(from.bundle.get(), &def, &created, &error), PALPATE_OK) << error.text;
+    return ScenePointer(created);
+  }
+  palpate_step_flags touch(const std::vector<palpate_tool>& tools = {}) {
+    return palpate_scene_touch(scene.get(), tools.data(), static_cast<std::int32_t>(tools.size()), 1e-3, contacts.get(),
+                               contacts.bytes());
+  }
+  // A blade of some points along z, in the plane y = at.
+  void blade(double x, double at, double toughness = 0, double below = -0.01, double above = 0.05) {
+    std::vector<double> points;
+    for (int i = 0; i < 4; ++i) points.insert(points.end(), {x, at, below + (above - below) * i / 3});
+    palpate_blade blade = palpate_default_blade();
+    blade.points = points.data(), blade.point_count = 4, blade.direction[0] = -1, blade.toughness = toughness;
+    palpate_error error = {};
+    ASSERT_EQ(palpate_scene_set_blade(scene.get(), 0, &blade, &error), PALPATE_OK) << error.text;
+  }
+  void withdraw() {
+    const palpate_blade none = palpate_default_blade();
+    ASSERT_EQ(palpate_scene_set_blade(scene.get(), 0, &none, nullptr), PALPATE_OK);
+  }
+  // From the free end to x = end.
+  void cut(double end, double at = 0.025, const std::vector<palpate_tool>& tools = {}) {
+    for (double x = 0.09; x > end; x -= 0.001) {
+      blade(x, at);
+      ASSERT_EQ(touch(tools), 0u) << x;
+      ASSERT_EQ(surface_fault(), "") << x;
+    }
+    withdraw();
+  }
+  const palpate_cut_state& state() const { return *palpate_scene_cut_state(scene.get()); }
+  const CutMesh& mesh() const { return cut_mesh_of(*scene); }
+  std::int32_t surface_nodes() const { return of.body.surface_count; }
+  // The node of the cut mesh that a node of the scene is.
+  std::int32_t in_mesh(std::int32_t node) const {
+    const std::int32_t first = of.body.surface_count - of.body.reserve;
+    return node < first ? node : static_cast<std::int32_t>(of.body.nodes.size()) + node - first;
+  }
+  std::int32_t in_scene(std::int32_t node) const {
+    const auto rest = static_cast<std::int32_t>(of.body.nodes.size());
+    return node < rest ? node : of.body.surface_count - of.body.reserve + node - rest;
+  }
+  std::vector<float> positions() {
+    std::vector<float> found(3 * static_cast<std::size_t>(surface_nodes()));
+    palpate_shape_out out = palpate_default_shape_out();
+    out.positions = found.data(), out.node_capacity = surface_nodes();
+    EXPECT_EQ(palpate_scene_shape(scene.get(), contacts, &out), 0u);
+    return found;
+  }
+  std::vector<std::array<std::int32_t, 3>> triangles(std::vector<std::uint8_t>* lips = nullptr) const {
+    const std::int32_t count = palpate_scene_cut_surface(scene.get(), nullptr, nullptr, 0);
+    std::vector<std::array<std::int32_t, 3>> found(static_cast<std::size_t>(count));
+    std::vector<std::uint8_t> is_lip(found.size());
+    EXPECT_EQ(palpate_scene_cut_surface(scene.get(), found[0].data(), is_lip.data(), count), count);
+    if (lips) *lips = is_lip;
+    return found;
+  }
+  // Whether each edge has one triangle on either side.
+  std::string surface_fault() const {
+    std::set<std::pair<std::int32_t, std::int32_t>> edges;
+    const auto found = triangles();
+    for (const auto& t : found)
+      for (std::size_t v = 0; v < 3; ++v)
+        if (!edges.emplace(t[v], t[(v + 1) % 3]).second) return "an edge twice";
+    for (const auto& [a, b] : edges)
+      if (!edges.contains({b, a})) return "an open edge";
+    return "";
+  }
+  // The mesh that is left, as a body; a node that no tetrahedron has stands on a spring of the reference.
+  ElasticBody left() const {
+    ElasticBody now = of.body;
+    for (std::int32_t n = static_cast<std::int32_t>(of.body.nodes.size()); n < mesh().nodes(); ++n) {
+      now.nodes.push_back(of.body.nodes[static_cast<std::size_t>(mesh().at_rest(n))]);
+      now.fixed.push_back(of.body.fixed[static_cast<std::size_t>(mesh().at_rest(n))]);
+    }
+    now.tetrahedra.clear(), now.region.clear();
+    for (std::size_t e = 0; e < of.body.tetrahedra.size(); ++e) {
+      if (mesh().is_removed(static_cast<std::int32_t>(e))) continue;
+      const std::int32_t* const t = mesh().nodes_of(static_cast<std::int32_t>(e));
+      now.tetrahedra.push_back({t[0], t[1], t[2], t[3]});
+      now.region.push_back(of.body.region[e]);
+    }
+    return now;
+  }
+
+  const Block& of;
+  ScenePointer scene;
+  Contacts contacts;
+};
+
+// The free node of the scene nearest to a place, on one side of the plane y = at.
+std::int32_t nearest(const Played& played, Vector3d p, double at, int side) {
+  std::int32_t best = -1;
+  double least = INFINITY;
+  std::set<std::int32_t> of_surface;
+  for (const auto& t : played.triangles()) of_surface.insert(t.begin(), t.end());
+  for (const std::int32_t n : of_surface) {
+    const std::int32_t own = played.mesh().at_rest(played.in_mesh(n));
+    const Vector3d x(played.of.body.nodes[static_cast<std::size_t>(own)].data());
+    if (side * (x[1] - at) < 1e-3 || (x - p).norm() >= least) continue;
+    least = (x - p).norm(), best = n;
+  }
+  return best;
+}
+
+palpate_tool puller(const palpate_grip& grip, std::int32_t id) {
+  palpate_tool tool = palpate_default_tool();
+  tool.id = id, tool.grips = &grip, tool.grip_count = 1;
+  return tool;
+}
+
+// ---- the body that is left -------------------------------------------------------------------------------------------
+
+// Grips draw both sides of a cut apart: the field and the forces are those of the mesh that is left.
+TEST(CutScene, AnOpenedCutIsThatOfTheStiffnessFactoredAnew) {
+  for (const Element element : {Element::p1, Element::p1_anp}) {
+    Played played(block(element));
+    played.cut(0.035);
+    EXPECT_GT(played.state().nodes, 10);
+    EXPECT_EQ(played.state().left, 0);
+    EXPECT_EQ(played.state().pieces, 1);
+    palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0.006, 0.001}),
+                 down = grip_at_node(nearest(played, {0.08, 0, 0.02}, 0.025, -1), {0, -0.006, 0});
+    for (int s = 0; s < 3; ++s) ASSERT_EQ(played.touch({puller(up, 1), puller(down, 2)}), 0u);
+    const FactoredBody now(played.left(), element);
+    VectorXd force = VectorXd::Zero(3 * played.mesh().nodes());
+    for (std::int32_t e = 0; e < played.contacts->node_count; ++e) {
+      const palpate_contact_node& node = played.contacts.nodes()[e];
+      force.segment<3>(3 * played.in_mesh(node.node)) += Vector3d(node.force);
+    }
+    const VectorXd right = now.solve(force);
+    const std::vector<float> shape = played.positions();
+    double worst = 0, opened = 0;
+    for (std::int32_t n = 0; n < played.mesh().nodes(); ++n) {
+      const auto rest = played.of.body.nodes[static_cast<std::size_t>(played.mesh().at_rest(n))];
+      const std::int32_t own = played.in_scene(n), reserve = played.of.body.surface_count - played.of.body.reserve;
+      const bool waits = n >= reserve && n < played.of.body.surface_count;  // in no tetrahedron
+      if (own >= played.surface_nodes() || waits) continue;
+      for (int i = 0; i < 3; ++i) {
+        const double u = static_cast<double>(shape[3 * static_cast<std::size_t>(own) + static_cast<std::size_t>(i)]) -
+                         rest[static_cast<std::size_t>(i)];
+        worst = std::max(worst, std::abs(u - right[3 * n + i]));
+      }
+      if (n >= static_cast<std::int32_t>(played.of.body.nodes.size()))
+        opened = std::max(opened, (right.segment<3>(3 * n) - right.segment<3>(3 * played.mesh().from(n))).norm());
+    }
+    EXPECT_LT(worst, 1e-4 * 0.006) << name_of(element);
+    EXPECT_GT(opened, 0.006) << "the lips are apart";
+    // The grips are where they draw.
+    for (const palpate_grip* grip : {&up, &down})
+      for (int i = 0; i < 3; ++i)
+        EXPECT_NEAR(right[3 * played.in_mesh(grip->node) + i], grip->displacement[i], 1e-6) << name_of(element);
+  }
+}
+
+// Without a blade, the effect changes nothing beyond rounding.
+TEST(CutScene, BeforeTheFirstCutItIsTheUncutOrgan) {
+  SceneDef plain = cut_def();
+  plain.cut.cut = PALPATE_CUT_OFF;
+  Played cut(block(Element::p1)), uncut(block(Element::p1), plain);
+  const Vector3d at(0.04, 0.025, 0.0405);
+  for (int s = 0; s < 60; ++s) {
+    const Vector3d p = at - Vector3d(0, 0, 1e-4 * s);
+    const palpate_tool tool = point_tool(p.data(), 1);
+    ASSERT_EQ(cut.touch({tool}), uncut.touch({tool}));
+  }
+  const Vector3d a(palpate_contacts_tool(cut.contacts, 0)->force_raw),
+      b(palpate_contacts_tool(uncut.contacts, 0)->force_raw);
+  EXPECT_GT(b.norm(), 0.01);
+  EXPECT_LT((a - b).norm(), 1e-6 * b.norm());
+}
+
+// ---- pieces, removal -------------------------------------------------------------------------------------------------
+
+TEST(CutScene, APieceThatComesOffIsToldAndStaysWhereAGripDrawsIt) {
+  for (const Element element : {Element::p1, Element::p1_anp}) {
+    Played played(block(element));
+    for (double y = -0.01; y < 0.06; y += 0.001) {
+      const double points[12] = {0.045, y, -0.01, 0.045, y, 0.01, 0.045, y, 0.03, 0.045, y, 0.05};
+      palpate_blade blade = palpate_default_blade();
+      blade.points = points, blade.point_count = 4;
+      ASSERT_EQ(palpate_scene_set_blade(played.scene.get(), 0, &blade, nullptr), PALPATE_OK);
+      ASSERT_EQ(played.touch(), 0u);
+      ASSERT_EQ(played.surface_fault(), "");
+    }
+    EXPECT_GE(played.state().pieces, 2) << name_of(element);
+    EXPECT_EQ(played.state().is_full, 0) << name_of(element);
+    EXPECT_EQ(played.state().waiting, 0) << name_of(element);
+    // 50 x 40 mm; faces lie zigzag about the plane.
+    EXPECT_GT(played.state().area, 0.9 * 0.05 * 0.04);
+    EXPECT_LT(played.state().area, 2.5 * 0.05 * 0.04);
+    played.withdraw();
+    palpate_grip grip = grip_at_node(nearest(played, {0.08, 0.025, 0.02}, -1, 1), {0.02, 0, 0});
+    ASSERT_EQ(played.touch({puller(grip, 1)}), 0u);
+    const std::vector<float> shape = played.positions();
+    EXPECT_NEAR(shape[3 * static_cast<std::size_t>(grip.node)], 0.1, 2e-3);
+    const double drawn = Vector3d(palpate_contacts_tool(played.contacts, 0)->force_raw).norm();
+    EXPECT_LT(drawn, 0.5) << "springs alone hold it";
+    EXPECT_GT(drawn, 0.01);
+  }
+}
+
+TEST(CutScene, RemovedTissueLeavesAClosedSurfaceAndASofterOrgan) {
+  for (const Element element : {Element::p1, Element::p1_anp}) {
+    Played played(block(element));
+    palpate_grip grip = grip_at_node(nearest(played, {0.08, 0.025, 0.02}, -1, 1), {0, 0, -0.004});
+    ASSERT_EQ(played.touch({puller(grip, 1)}), 0u);
+    const double before = Vector3d(palpate_contacts_tool(played.contacts, 0)->force_raw).norm();
+    for (int s = 0; s < 6; ++s) {
+      const double centre[3] = {0.04, 0.02 + 0.002 * s, 0.04};
+      palpate_error error = {};
+      ASSERT_EQ(palpate_scene_remove_tissue(played.scene.get(), centre, 0.009, &error), PALPATE_OK) << error.text;
+      ASSERT_EQ(played.touch({puller(grip, 1)}), 0u);
+      ASSERT_EQ(played.surface_fault(), "") << s;
+    }
+    EXPECT_GT(played.state().removed, 10) << name_of(element);
+    EXPECT_EQ(played.state().is_full, 0) << name_of(element);
+    const double after = Vector3d(palpate_contacts_tool(played.contacts, 0)->force_raw).norm();
+    EXPECT_LT(after, 0.99 * before);
+    EXPECT_GT(after, 0.2 * before);
+  }
+}
+
+// ---- resistance ------------------------------------------------------------------------------------------------------
+
+TEST(CutScene, TheWorkOfABladeIsItsAreaTimesToughnessAndBelowItsForceNothingIsCut) {
+  constexpr double toughness = 40;  // J/m^2
+  Played played(block(Element::p1_anp));
+  double most = 0, work = 0, before = 0.1;
+  bool cut_before_limit = false;
+  for (double x = 0.09; x > 0.03; x -= 2.5e-4) {
+    played.blade(x, 0.025, toughness, 0.0, 0.04);
+    ASSERT_EQ(played.touch(), 0u) << x;
+    const palpate_blade_state& blade = *palpate_scene_blade_state(played.scene.get(), 0);
+    most = std::max(most, blade.force[0]);
+    work += blade.force[0] * (before - x), before = x;
+    cut_before_limit = cut_before_limit || (blade.work == 0 && played.state().faces > 0);
+  }
+  const palpate_blade_state& blade = *palpate_scene_blade_state(played.scene.get(), 0);
+  EXPECT_FALSE(cut_before_limit);
+  EXPECT_GT(played.state().faces, 0);
+  EXPECT_GT(blade.area, 5e-4);
+  EXPECT_NEAR(blade.work, toughness * blade.area, 1e-9);
+  // The edge is 40 mm long.
+  EXPECT_LT(most, 1.01 * toughness * 0.04);
+  EXPECT_GT(most, 0.8 * toughness * 0.04);
+  // What the hand has done beyond the work of cutting is in the pressed tissue, or was lost as it sprang back.
+  EXPECT_GT(work, blade.work);
+}
+
+// ---- contacts --------------------------------------------------------------------------------------------------------
+
+TEST(CutScene, ALipIsTouched) {
+  Played played(block(Element::p1));
+  played.cut(0.03);
+  palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0.012, 0});
+  const palpate_tool holder = puller(up, 1);
+  for (int s = 0; s < 3; ++s) ASSERT_EQ(played.touch({holder}), 0u);
+  // Into the opened cut from the free end, then against the lip that was not drawn.
+  Vector3d p(0.09, 0.029, 0.02);
+  int met = -1;
+  for (int s = 0; s < 200; ++s) {
+    p += s < 100 ? Vector3d(-2e-4, 0, 0) : Vector3d(0, -1e-4, 0);
+    palpate_tool probe = point_tool(p.data(), 1);
+    probe.id = 7;
+    ASSERT_EQ(played.touch({holder, probe}), 0u) << s;
+    if (met < 0 && palpate_contacts_tool(played.contacts, 1)->contact_count > 0) met = s;
+  }
+  EXPECT_GT(met, 90);
+  EXPECT_GT(palpate_contacts_tool(played.contacts, 1)->force_raw[1], 0.001) << "the lip pushes back";
+}
+
+// ---- states ----------------------------------------------------------------------------------------------------------
+
+TEST(CutScene, ASavedStateGoesOnWithTheSameBitsAndAResetSceneIsNew) {
+  SceneDef def = cut_def();
+  def.cut.cut_operations = 20'000;  // some changes wait for the next step
+  Played one(block(Element::p1_anp), def), two(block(Element::p1_anp), def);
+  const auto step = [](Played& played, int s) {
+    played.blade(0.09 - 4e-4 * s, 0.025, s < 60 ? 0 : 30);
+    const Vector3d p(0.06, 0.02, 0.0405 - 5e-5 * s);
+    const palpate_tool probe = point_tool(p.data(), 1);
+    return played.touch({probe});
+  };
+  const auto bytes = [](const Played& played) {
+    return std::string(reinterpret_cast<const char*>(played.contacts.get()), played.contacts->used_bytes);
+  };
+  bool waited = false;
+  for (int s = 0; s < 160; ++s) {
+    step(one, s);
+    if (s % 23 == 7) {
+      std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8);
+      palpate_error error = {};
+      ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
+      ASSERT_EQ(palpate_scene_restore(two.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK)
+          << error.text;
+    } else if (s > 7) {
+      step(two, s);
+      ASSERT_EQ(bytes(one), bytes(two)) << s;
+      ASSERT_EQ(one.triangles(), two.triangles()) << s;
+    }
+    waited = waited || one.state().left > 0;
+  }
+  EXPECT_TRUE(waited);
+  EXPECT_GT(one.state().nodes, 5);
+  palpate_scene_reset(one.scene.get());
+  EXPECT_EQ(one.state().nodes, 0);
+  EXPECT_EQ(one.triangles().size(), one.of.body.triangles.size());
+  Played fresh(block(Element::p1_anp), def);
+  for (int s = 0; s < 90; ++s) {
+    step(one, s), step(fresh, s);
+    ASSERT_EQ(bytes(one), bytes(fresh)) << s;
+  }
+}
+
+TEST(CutScene, BadInputIsRefused) {
+  Played played(block(Element::p1));
+  const double points[6] = {0, 0, 0, 0, 0, INFINITY};
+  palpate_blade blade = palpate_default_blade();
+  palpate_error error = {};
+  blade.points = points, blade.point_count = 2;
+  EXPECT_EQ(palpate_scene_set_blade(played.scene.get(), 0, &blade, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_THAT(error.text, ::testing::HasSubstr("1e6 m"));
+  blade.point_count = 1;
+  EXPECT_EQ(palpate_scene_set_blade(played.scene.get(), 0, &blade, &error), PALPATE_ERROR_ARGUMENT);
+  blade.point_count = 0;
+  EXPECT_EQ(palpate_scene_set_blade(played.scene.get(), PALPATE_MAX_BLADES, &blade, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_scene_remove_tissue(played.scene.get(), points, 0, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_scene_blade_state(played.scene.get(), -1), nullptr);
+  SceneDef plain = cut_def();
+  plain.cut.cut = PALPATE_CUT_OFF;
+  Played uncut(block(Element::p1), plain);
+  EXPECT_EQ(palpate_scene_cut_state(uncut.scene.get()), nullptr);
+  EXPECT_EQ(palpate_scene_set_blade(uncut.scene.get(), 0, &blade, &error), PALPATE_ERROR_ARGUMENT);
+  // A bundle without a region.
+  palpate_scene* created = nullptr;
+  const SceneDef def = cut_def();
+  EXPECT_EQ(palpate_scene_create(tiny_box().bundle(), &def, &created, &error), PALPATE_ERROR_EFFECT);
+  EXPECT_THAT(error.text, ::testing::HasSubstr("cut"));
+}
+
+}  // namespace
+}  // namespace palpate::tests
