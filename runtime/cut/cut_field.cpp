@@ -27,9 +27,9 @@ double longest_difference(const float* u, const float* v, std::size_t numbers) {
 
 }  // namespace
 
-bool CutField::create(SceneMemory& memory, const Tensors* tensors, CutResponse* response, const Offset* offset,
-                      ContactSolver* solver, const Limits& limits) {
-  source_.tensors = tensors, source_.response = response, source_.offset = offset, source_.solver = solver;
+bool CutField::create(SceneMemory& memory, const Source& source, const Limits& limits) {
+  source_ = source;
+  const CutResponse* const response = source.response;
   numbers_ = 3 * static_cast<std::size_t>(response->surface_nodes());
   const auto nodes = static_cast<std::size_t>(limits.nodes), contacts = static_cast<std::size_t>(limits.constraints),
              rows = CutResponse::kMostRows * response->stride(), parts = (kMostParts + 1) * numbers_;

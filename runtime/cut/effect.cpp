@@ -34,7 +34,7 @@ constexpr EffectNeed kNeeds[] = {
      "lips of a cut are where forces have moved them: take collision DEFORMED, or leave cut OFF"},
     {"force", 1u << PALPATE_FORCE_OFF | 1u << PALPATE_FORCE_LINEAR, kResponseIsOfTheWhole},
     {"radial", 1u << PALPATE_RADIAL_OFF, kResponseIsOfTheWhole},
-    {"deformation", kAbsent | 1u << PALPATE_DEFORMATION_LINEAR,
+    {"deformation", kAbsent,  // or LINEAR, which is 0 too
      "a cut changes the compliance of the linear organ: take deformation LINEAR, or leave cut OFF"},
     {"needles", kAbsent, kBelowTheSurface},
     {"inside", kAbsent, kBelowTheSurface},

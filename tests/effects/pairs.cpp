@@ -32,6 +32,23 @@ const std::vector<Refusal>& refusals() {
        points,
        "Jaws turn the tissue that they hold. A disc takes up a torque; a point, and a node, take none."},
       {"c", {"dent"}, points, "A dent is that of a disc, and a point presses no disc."},
+      {"d",
+       {"cut"},
+       {"force response (Q)", "radial response (P)", "large", "large beside", "large renewed"},
+       "A cut changes the compliance of the linear organ; response curves were measured on the whole one, and a "
+       "hyperelastic body has its own elements."},
+      {"e",
+       {"cut"},
+       {"shape volume", "inside", "needles", "interior f16"},
+       "What lies below the surface is known for the whole mesh alone and does not follow a cut."},
+      {"f",
+       {"cut"},
+       {"queries", "crossings", "fine surface", "skin", "dent"},
+       "What is bound to the triangles of the whole organ does not follow a cut."},
+      {"g",
+       {"cut"},
+       {"volumes held"},
+       "A volume that is held does not follow a cut: it is found from the whole organ."},
   };
   return list;
 }

@@ -1,5 +1,7 @@
 #include "tests/effects/referee.h"
 
+#include "runtime/cut/effect.h"
+#include "runtime/scene/scene.h"
 #include "runtime/surface/surface_tissue.h"
 #include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/large/large_scene.h"
@@ -50,9 +52,10 @@ struct Direction {
 }  // namespace
 
 Referee::Referee(const SceneOfEffects& of, Stage& stage)
-    : of_(of), stage_(stage), body_(body_of(of.store)), memory_of_surface_(palpate_allocator{}) {
+    : of_(of), stage_(stage), body_(body_of(of)), memory_of_surface_(palpate_allocator{}) {
   const TouchedBody& body = body_.touched;
   organs_.resize(static_cast<std::size_t>(stage.organs()));
+  for (Organ& organ : organs_) organ.left.emplace_back(body_);
   rest_.resize(body.dofs());
   for (std::int32_t n = 0; 3 * n < body.dofs(); ++n) rest_.segment<3>(3 * n) = body.node(n);
   if (of.def.preload == PALPATE_PRELOAD_ON) rest_ += body_.preload;
@@ -114,6 +117,21 @@ Matrix3d Referee::local_of_disc(const palpate_contact& contact) {
 
 // ---- what a step tells -------------------------------------------------------------------------------------------------
 
+void Referee::read_forces(Organ& organ) {
+  organ.f = VectorXd::Zero(body_.touched.dofs()), organ.of_node.clear();
+  for (std::int32_t e = 0; e < organ.contacts->node_count; ++e) {
+    const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, e);
+    Vector3d f(node.force);
+    if (of_.def.large.deformation == PALPATE_DEFORMATION_LINEAR) {
+      f = vector(node.modified_displacement);
+      if (node.node < body_.touched.body.surface_nodes) f = stiffness_of(organ.left[0].origin(node.node)) * f;
+    }
+    organ.of_node.push_back(f);
+    organ.f.segment<3>(3 * node.node) += f;
+    largest_force_ = std::max(largest_force_, f.norm());
+  }
+}
+
 void Referee::read(Organ& organ, int k) {
   organ.scene = stage_.scene(k), organ.contacts = &stage_.contacts(k);
   if (of_.loads) check_loads(organ, k);
@@ -131,18 +149,8 @@ void Referee::read(Organ& organ, int k) {
     miss("positions", std::fabs(at[i] - organ.told[i] - rest_[dof]), kLength);
   }
   if (step_ % 20 == 0) check_crossings(organ, at);
-  organ.f = VectorXd::Zero(body.dofs()), organ.of_node.clear();
-  for (std::int32_t e = 0; e < organ.contacts->node_count; ++e) {
-    const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, e);
-    Vector3d f(node.force);
-    if (!large) {
-      f = vector(node.modified_displacement);
-      if (node.node < body.body.surface_nodes) f = stiffness_of(node.node) * f;
-    }
-    organ.of_node.push_back(f);
-    organ.f.segment<3>(3 * node.node) += f;
-    largest_force_ = std::max(largest_force_, f.norm());
-  }
+  if (of_.cut) organ.left[0].follow(cut_mesh_of(*organ.scene));
+  read_forces(organ);
   if (large) {
     organ.u = VectorXd::Zero(body.dofs());
     for (std::size_t i = 0; i < organ.told.size(); ++i) organ.u[static_cast<Eigen::Index>(i)] = organ.told[i];
@@ -153,11 +161,20 @@ void Referee::read(Organ& organ, int k) {
   organ.u = VectorXd::Zero(body.dofs());
   if (of_.motions) organ.u = body_.motions * amounts_of(organ);
   if (of_.loads) organ.u += body_.compliance * stage_.loads(k);
+  if (of_.cut) {
+    const bool sags = of_.def.preload == PALPATE_PRELOAD_ON;
+    organ.u = organ.left[0].moved(sags ? VectorXd(organ.u + body_.preload) : organ.u);
+    if (sags) organ.u -= body_.preload;
+    // A new node's displacement is told from where it was in reserve.
+    for (std::int32_t n = 0; n < nodes; ++n)
+      if (const std::int32_t from = organ.left[0].origin(n); from != n)
+        for (int d = 0; d < 3; ++d) organ.told[3 * n + d] += static_cast<float>(rest_[3 * n + d] - rest_[3 * from + d]);
+  }
   organ.drawn = organ.u;
   add_corrected_shape(organ);
   for (Eigen::Index n = 0; n < body.dofs() / 3; ++n)
     if (!organ.f.segment<3>(3 * n).isZero(0))
-      organ.u += body_.compliance.middleCols<3>(3 * n) * organ.f.segment<3>(3 * n);
+      organ.u += organ.left[0].compliance().middleCols<3>(3 * n) * organ.f.segment<3>(3 * n);
 }
 
 // Their sum, as the state and the contacts tell it.
@@ -195,7 +212,7 @@ void Referee::add_corrected_shape(Organ& organ) {
   for (const auto& [tool, f] : parts) {
     VectorXd u = VectorXd::Zero(f.size());
     for (Eigen::Index n = 0; n < f.size() / 3; ++n)
-      if (!f.segment<3>(3 * n).isZero(0)) u += body_.compliance.middleCols<3>(3 * n) * f.segment<3>(3 * n);
+      if (!f.segment<3>(3 * n).isZero(0)) u += organ.left[0].compliance().middleCols<3>(3 * n) * f.segment<3>(3 * n);
     if (tool >= 0) {
       const Direction direction(*palpate_contacts_tool(organ.contacts, tool));
       for (Eigen::Index n = 0; n < u.size() / 3; ++n) {

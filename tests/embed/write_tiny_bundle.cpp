@@ -1,6 +1,6 @@
-// write_tiny_bundle FILE [long | nodule | healthy | large | motions | corridor]: writes the box bundle of tests/support; long: a box so long that
+// write_tiny_bundle FILE [long | nodule | healthy | large | motions | corridor | cut]: writes the box bundle of tests/support; long: a box so long that
 // blocks have low rank; nodule: a larger box with a cube ten times as stiff inside; healthy: the same, as stiff as the rest; large: with what large deformation needs; motions: with
-// those of box_motions.h; corridor: a box of 6 x 7 x 7 cells of frame LPS, with a corridor of all nodes inside it.
+// those of box_motions.h; corridor: a box of 6 x 7 x 7 cells of frame LPS, with a corridor of all nodes inside it; cut: the box, all of which may be cut.
 #include <algorithm>
 #include <functional>
 #include <string_view>
@@ -43,17 +43,26 @@ BundleParts bundle_with_corridor() {
   return parts;
 }
 
+BundleParts bundle_to_cut() {
+  constexpr std::int32_t reserve = 12;
+  const DenseBody dense = box_that_can_be_cut(reserve);
+  BundleParts parts = dense_bundle(dense);
+  add_cut_region(parts, dense, reserve);
+  return parts;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string_view form = argc == 3 ? argv[2] : "";
   const bool known = form == "" || form == "long" || form == "nodule" || form == "healthy" || form == "large" ||
-                     form == "motions" || form == "corridor";
+                     form == "motions" || form == "corridor" || form == "cut";
   if (argc < 2 || argc > 3 || !known) return 2;
   const TinyBox long_box{.cells = {14, 3, 3}, .size = {0.28, 0.06, 0.06}};
   BundleParts parts = form == "nodule"     ? bundle_with_nodule(10)
                       : form == "healthy"  ? bundle_with_nodule(1)
                       : form == "corridor" ? bundle_with_corridor()
+                      : form == "cut"      ? bundle_to_cut()
                                            : tiny_bundle(form == "long" ? long_box : TinyBox{});
   if (form == "large") add_large_deformation(parts);
   if (form == "motions") add_motions(parts, box_on_supports(false));

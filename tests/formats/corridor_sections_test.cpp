@@ -215,8 +215,7 @@ void fault_of_cut(SectionId id, const std::string& sentence, const Change& chang
 TEST(CutSections, ThatBreakALawAreFound) {
   using Id = SectionId;
   // Blocks of 9: of the pairs (0, 0), (40, 0), (40, 40), (56, 0), (56, 40), (56, 56), ...
-  fault_of_cut<double>(Id::cut_compliance, "nan",
-                       [](auto& x) { x[20] = std::numeric_limits<double>::quiet_NaN(); });
+  fault_of_cut<double>(Id::cut_compliance, "nan", [](auto& x) { x[20] = std::numeric_limits<double>::quiet_NaN(); });
   fault_of_cut<double>(Id::cut_compliance, "nodes 40 and 0: a fixed dof has", [](auto& x) { x[9] = 1e-9; });
   fault_of_cut<double>(Id::cut_compliance, "nodes 40 and 40 is not symmetric",
                        [](auto& x) { x[19] = std::nextafter(x[19], 1.0); });
@@ -247,9 +246,8 @@ TEST(CutSections, AreKeptByEveryPackThatKeepsTheirColumns) {
     EXPECT_THAT(palpate_bundle("verify " + file).out, HasSubstr("ok       cut beside tensors"));
     std::filesystem::remove(file);
   }
-  const ProgramRun ended = palpate_bundle("pack " + bundle + " -o " + scratch("less").string() + " --mesh " +
-                                              scratch("msh").string() + " --patch y0",
-                                          2);
+  const ProgramRun ended = palpate_bundle(
+      "pack " + bundle + " -o " + scratch("less").string() + " --mesh " + scratch("msh").string() + " --patch y0", 2);
   EXPECT_THAT(ended.errors, HasSubstr("cut/nodes"));
   const std::string wide = file_bytes(scratch("boundary.toml"));
   write_bytes(scratch("boundary.toml"), std::regex_replace(wide, std::regex("radius = 8"), "radius = 20"));

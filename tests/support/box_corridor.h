@@ -17,6 +17,10 @@ void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<
 
 // Adds the sections of a cut's region. nodes: ascending.
 void add_cut(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes);
+// The box, all of which may be cut: no node is inside, and the last ones of the surface are in reserve. They wait at the first node.
+DenseBody box_that_can_be_cut(std::int32_t reserve);
+// That region, with its reserve.
+void add_cut_region(BundleParts& parts, const DenseBody& dense, std::int32_t reserve);
 
 // Through every node inside the body.
 void add_whole_corridor(BundleParts& parts, const DenseBody& dense);
