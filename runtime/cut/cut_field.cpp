@@ -27,25 +27,24 @@ double longest_difference(const float* u, const float* v, std::size_t numbers) {
 
 }  // namespace
 
-bool CutField::create(SceneMemory& memory, const Source& source, const Limits& limits) {
-  source_ = source;
-  const CutResponse* const response = source.response;
+bool CutField::create(SceneMemory& memory, const Tensors* tensors, CutResponse* response, const Offset* offset,
+                      ContactSolver* solver, const Limits& limits) {
+  tensors_ = tensors, response_ = response, offset_ = offset, solver_ = solver;
   numbers_ = 3 * static_cast<std::size_t>(response->surface_nodes());
   const auto nodes = static_cast<std::size_t>(limits.nodes), contacts = static_cast<std::size_t>(limits.constraints),
              rows = CutResponse::kMostRows * response->stride(), parts = (kMostParts + 1) * numbers_;
   nodes_ = memory.array<ContactNode>(nodes), force_ = memory.array<Vec3>(nodes);
-  predicted_.force = memory.array<Vec3>(nodes);
+  scratch_.force = memory.array<Vec3>(nodes);
   for (float** field : {&now_, &before_, &predicted_.field}) *field = memory.array<float>(numbers_);
   for (float** field : {&parts_, &parts_before_}) *field = memory.array<float>(parts);
   for (Contact** list : {&contacts_, &last_}) *list = memory.array<Contact>(contacts);
   scratch_.line = memory.array<double>(numbers_),
   scratch_.product = memory.array<double>(CutResponse::kMostRows * numbers_);
   scratch_.x = memory.array<double>(rows), scratch_.y = memory.array<double>(rows);
-  if (!loads_.create(memory, limits.nodes)) return false;
+  if (!scratch_.loads.create(memory, limits.nodes)) return false;
   for (std::int32_t* number : {&node_count_, &contact_count_, &last_count_, &moves_, &solved_, &changed_})
     memory.keep(*number);
-  for (double* norm : {&norm_, &norm_before_, &path_.now, &path_.set, &path_.before}) memory.keep(*norm);
-  memory.keep(ways_);
+  memory.keep(norms_), memory.keep(ways_);
   memory.keep_array(nodes_, nodes, node_count_), memory.keep_array(force_, nodes, node_count_);
   for (float** field : {&now_, &before_}) memory.keep_array(*field, numbers_);
   for (float** field : {&parts_, &parts_before_}) memory.keep_array(*field, kMostParts * numbers_);
@@ -56,8 +55,8 @@ bool CutField::create(SceneMemory& memory, const Source& source, const Limits& l
 void CutField::forget() {
   for (float* field : {now_, before_}) std::fill_n(field, numbers_, 0.0f);
   node_count_ = contact_count_ = last_count_ = moves_ = solved_ = changed_ = 0;
-  norm_ = norm_before_ = path_.now = path_.set = path_.before = predicted_.norm = predicted_.apart = 0;
-  ways_ = {}, asked_ = {};
+  predicted_.norm = predicted_.apart = 0;
+  norms_ = {}, ways_ = {}, asked_ = {};
   is_set_ = true;
 }
 
@@ -71,7 +70,7 @@ void CutField::copy_node(std::int32_t from, std::int32_t to) {
 
 void CutField::begin_moved() {
   is_set_ = false;
-  path_.now += source_.offset->stepped();
+  norms_.path += offset_->stepped();
 }
 
 // ---- a step's forces -------------------------------------------------------------------------------------------------
@@ -108,7 +107,7 @@ void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved
   std::swap(contacts_, last_);
   last_count_ = contact_count_, contact_count_ = 0;
   is_set_ = true, asked_ = {};
-  norm_before_ = norm_, path_.before = path_.set;
+  norms_.before = norms_.now, norms_.path_before = norms_.path_set;
   if (solved) gather(set, force);
   ways_.measure(contacts_, contact_count_, last_, last_count_);
   solved_ = solved, changed_ = 0;
@@ -121,7 +120,7 @@ void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved
     find_fields();
     *work += operations_of(contact_count_ < 2 ? contact_count_ : 1 + std::min(contact_count_, kMostParts));
   }
-  path_.set = path_.now;
+  norms_.path_set = norms_.path;
 }
 
 void CutField::keep_fields() {
@@ -142,10 +141,10 @@ void CutField::find_fields() {
     parts[count++] = {contacts_[c].first, contacts_[c].last, part(parts_, contacts_[c].part)};
   }
   evaluate(force_, parts, count);
-  norm_ = longest(now_, numbers_);
-  moves_ = norm_ > 0;
+  norms_.now = longest(now_, numbers_);
+  moves_ = norms_.now > 0;
   const double change = longest_difference(now_, before_, numbers_);
-  path_.now += change;
+  norms_.path += change;
   for (std::int32_t c = 0; c < contact_count_; ++c) {
     Contact& contact = contacts_[c];
     const Contact* const before = find_contact(last_, last_count_, contact.id);
@@ -154,7 +153,7 @@ void CutField::find_fields() {
       continue;
     }
     const float* const own = contact.part < 0 ? now_ : part(parts_, contact.part);
-    contact.own = contact.part < 0 ? norm_ : longest(own, numbers_);
+    contact.own = contact.part < 0 ? norms_.now : longest(own, numbers_);
     contact.without = contact.part < 0 ? 0 : longest_difference(now_, own, numbers_);
     contact.own_change =
         !before ? contact.own
@@ -166,37 +165,37 @@ void CutField::find_fields() {
 
 // scratch_.line: C f of the forces on some contact nodes. A new node has the rows of the node that it comes from.
 void CutField::evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last) {
-  loads_.begin(*source_.tensors);
-  for (std::int32_t e = first; e < last; ++e) loads_.add(nodes_[e].column, source_.solver->modified(e, force[e]));
+  scratch_.loads.begin(*tensors_);
+  for (std::int32_t e = first; e < last; ++e) scratch_.loads.add(nodes_[e].column, solver_->modified(e, force[e]));
   constexpr std::int32_t kRun = 64;
-  const std::int32_t at_rest = source_.response->first_new();
+  const std::int32_t at_rest = response_->first_new();
   for (std::int32_t n = 0; n < at_rest; n += kRun) {
     const std::int32_t count = std::min(kRun, at_rest - n);
     double* const to = scratch_.line + 3 * static_cast<std::size_t>(n);
-    if (!source_.tensors->compliance) {
-      loads_.at_run(n, count, to);
+    if (!tensors_->compliance) {
+      scratch_.loads.at_run(n, count, to);
       continue;
     }
-    for (std::int32_t k = 0; k < count; ++k) store3(loads_.at_node(n + k), to + 3 * k);
+    for (std::int32_t k = 0; k < count; ++k) store3(scratch_.loads.at_node(n + k), to + 3 * k);
   }
-  for (std::int32_t n = at_rest; n < source_.response->nodes(); ++n)
-    std::copy_n(scratch_.line + 3 * static_cast<std::size_t>(source_.response->at_rest(n)), 3,
+  for (std::int32_t n = at_rest; n < response_->nodes(); ++n)
+    std::copy_n(scratch_.line + 3 * static_cast<std::size_t>(response_->at_rest(n)), 3,
                 scratch_.line + 3 * static_cast<std::size_t>(n));
 }
 
 void CutField::evaluate(const Vec3* force, const Part* parts, int count) {
-  const auto stride = source_.response->stride();
-  const bool is_cut = source_.response->is_cut();
+  const auto stride = response_->stride();
+  const bool is_cut = response_->is_cut();
   if (is_cut) {
     std::fill_n(scratch_.x, static_cast<std::size_t>(count) * stride, 0.0);
     for (int p = 0; p < count; ++p)
       for (std::int32_t e = parts[p].first; e < parts[p].last; ++e)
         if (!is_zero(force[e]))
-          source_.response->add_force(nodes_[e].node, force[e], scratch_.x + static_cast<std::size_t>(p) * stride);
-    source_.response->multiply(scratch_.x, count, scratch_.y);
-    source_.response->spread(scratch_.y, count, scratch_.product);
+          response_->add_force(nodes_[e].node, force[e], scratch_.x + static_cast<std::size_t>(p) * stride);
+    response_->multiply(scratch_.x, count, scratch_.y);
+    response_->spread(scratch_.y, count, scratch_.product);
   }
-  const std::size_t moving = 3 * static_cast<std::size_t>(source_.response->nodes());
+  const std::size_t moving = 3 * static_cast<std::size_t>(response_->nodes());
   for (int p = 0; p < count; ++p) {
     float* const field = parts[p].field;
     evaluate_line(force, parts[p].first, parts[p].last);
@@ -210,7 +209,7 @@ void CutField::evaluate(const Vec3* force, const Part* parts, int count) {
 
 // Of so many fields in a step.
 Operations CutField::operations_of(int fields) const {
-  const auto numbers = static_cast<Operations>(numbers_), rank = Operations{source_.response->rank()};
+  const auto numbers = static_cast<Operations>(numbers_), rank = Operations{response_->rank()};
   return fields * (numbers * (node_count_ + rank) + rank * rank) / kDense + numbers / kDense;
 }
 
@@ -220,7 +219,7 @@ void CutField::end(const ContactId& id) {
   auto* const own = const_cast<Contact*>(find(id));
   if (!own || own->ended != 0) return;
   own->ended = 1;
-  if (solved_) source_.solver->end(id);
+  if (solved_) solver_->end(id);
 }
 
 Vec3 CutField::evaluate_at_node(std::int32_t node, QueryWork* work) {
@@ -230,7 +229,7 @@ Vec3 CutField::evaluate_at_node(std::int32_t node, QueryWork* work) {
 
 Vec3 CutField::before_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return read(before_, node) + (is_set_ ? source_.offset->now(node) : source_.offset->before(node));
+  return read(before_, node) + (is_set_ ? offset_->now(node) : offset_->before(node));
 }
 
 Vec3 CutField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {
@@ -252,22 +251,22 @@ Vec3 CutField::at_node_without(std::int32_t node, const ContactId& id, QueryWork
 }
 
 Operations CutField::operations_to_predict(const ContactId& id) const {
-  return solved_ ? source_.solver->operations_to_predict(id) + operations_of(1) : 0;
+  return solved_ ? solver_->operations_to_predict(id) + operations_of(1) : 0;
 }
 
 bool CutField::predict_without(const ContactId& id, Operations most, Operations* work) {
   const Operations own = operations_of(1);
   double norm = 0, apart = 0;  // sqrt(J), of the reactions
-  if (!solved_ || own > most || !source_.solver->predict_without(id, most - own, predicted_.force, &norm, &apart, work))
+  if (!solved_ || own > most || !solver_->predict_without(id, most - own, scratch_.force, &norm, &apart, work))
     return false;
   const auto is_gone = [&](const Contact& c) { return c.ended != 0 || c.id == id; };
   if (std::all_of(contacts_, contacts_ + contact_count_, is_gone)) {
     std::fill_n(predicted_.field, numbers_, 0.0f);
-    predicted_.norm = 0, predicted_.apart = norm_;
+    predicted_.norm = 0, predicted_.apart = norms_.now;
     return true;
   }
   const Part all = {0, node_count_, predicted_.field};
-  evaluate(predicted_.force, &all, 1);
+  evaluate(scratch_.force, &all, 1);
   *work += own;
   predicted_.norm = longest(predicted_.field, numbers_);
   predicted_.apart = longest_difference(predicted_.field, now_, numbers_);
@@ -291,14 +290,14 @@ double CutField::own_norm(const ContactId& id) const {
 
 double CutField::norm_without(const ContactId& id) const {
   const Contact* const contact = find(id);
-  return source_.offset->longest() + (contact ? contact->without : norm_);
+  return offset_->longest() + (contact ? contact->without : norms_.now);
 }
 
 double CutField::last_change_without(const ContactId& id) const {
   const Contact *const now = find(id), *const before = find_contact(last_, last_count_, id);
   const double own = now ? now->own_change : before ? before->own : 0;
   return std::min(last_change() + own,
-                  (now ? now->without : norm_) + (before ? before->without : norm_before_) + source_.offset->change());
+                  (now ? now->without : norms_.now) + (before ? before->without : norms_.before) + offset_->change());
 }
 
 }  // namespace palpate

@@ -20,15 +20,9 @@ class CutField final : public SurfaceField {
   struct Limits {
     std::int32_t nodes = 0, constraints = 0;  // of a step's contacts
   };
-  // All borrowed.
-  struct Source {
-    const Tensors* tensors = nullptr;
-    CutResponse* response = nullptr;
-    const Offset* offset = nullptr;
-    ContactSolver* solver = nullptr;
-  };
-  // Memory: 520 bytes for each surface node.
-  bool create(SceneMemory& memory, const Source& source, const Limits& limits);
+  // All borrowed. Memory: 520 bytes for each surface node.
+  bool create(SceneMemory& memory, const Tensors* tensors, CutResponse* response, const Offset* offset,
+              ContactSolver* solver, const Limits& limits);
   void forget();
   // A surface node that was in reserve is where another one is.
   void copy_node(std::int32_t from, std::int32_t to);
@@ -43,9 +37,9 @@ class CutField final : public SurfaceField {
   // m, what the contacts do to a surface node.
   Vec3 by_contacts(std::int32_t node) const { return read(now_, node); }
 
-  bool empty() const override { return !moves_ && contact_count_ == 0 && !source_.offset; }
+  bool empty() const override { return !moves_ && contact_count_ == 0 && !offset_; }
   bool has_offset() const override { return true; }
-  Vec3 moved_at_node(std::int32_t node) const override { return source_.offset->now(node); }
+  Vec3 moved_at_node(std::int32_t node) const override { return offset_->now(node); }
   void begin_moved() override;
   void end(const ContactId& id) override;
   Vec3 before_at_node(std::int32_t node, QueryWork* work) override;
@@ -54,18 +48,18 @@ class CutField final : public SurfaceField {
   Operations operations_to_predict(const ContactId& id) const override;
   Vec3 predicted_at_node(std::int32_t node, QueryWork* work) override;
   bool pulls_among_others(const ContactId& id, Vec3 outward) const override;
-  double predicted_norm() const override { return predicted_.norm + source_.offset->longest(); }
+  double predicted_norm() const override { return predicted_.norm + offset_->longest(); }
   double predicted_apart() const override { return predicted_.apart; }
-  double norm() const override { return norm_ + source_.offset->longest(); }
-  double path() const override { return path_.now; }
-  double last_change() const override { return path_.now - path_.before; }
+  double norm() const override { return norms_.now + offset_->longest(); }
+  double path() const override { return norms_.path; }
+  double last_change() const override { return norms_.path - norms_.path_before; }
   double own_norm(const ContactId& id) const override;
   double norm_without(const ContactId& id) const override;
   double last_change_without(const ContactId& id) const override;
   Vec3 beyond_mesh(const ContactDisc& disc, const ContactId& id, bool predicted) const override {
-    return solved_ ? source_.solver->beyond_mesh(disc, id, predicted) : Vec3{};
+    return solved_ ? solver_->beyond_mesh(disc, id, predicted) : Vec3{};
   }
-  std::int32_t discs() const override { return solved_ ? source_.solver->matrix().held().discs : 0; }
+  std::int32_t discs() const override { return solved_ ? solver_->matrix().held().discs : 0; }
   double deepest_but(const ContactId& id) const override { return ways_.deepest_but(id); }
   double sum_of_changes() const override { return ways_.sum_of_changes; }
 
@@ -103,23 +97,10 @@ class CutField final : public SurfaceField {
   void evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last);
   Operations operations_of(int fields) const;
 
-  // Of a prediction, at the surface's nodes by the contacts that are left.
-  struct Prediction {
-    float* field = nullptr;      // [surface nodes][3] m
-    Vec3* force = nullptr;       // [nodes] N
-    double norm = 0, apart = 0;  // m: of the field; of its difference from now
-  };
-  // m, that the surface has moved since the scene began: now, at the last set(), at the one before.
-  struct Path {
-    double now = 0, set = 0, before = 0;
-  };
-  struct Scratch {
-    double* line = nullptr;             // [surface nodes][3] m, C f
-    double *x = nullptr, *y = nullptr;  // [kMostRows][stride]
-    double* product = nullptr;          // [surface nodes][3][kMostRows]
-  };
-
-  Source source_;
+  const Tensors* tensors_ = nullptr;
+  CutResponse* response_ = nullptr;
+  const Offset* offset_ = nullptr;
+  ContactSolver* solver_ = nullptr;
   std::size_t numbers_ = 0;                           // of a field
   ContactNode* nodes_ = nullptr;                      // [nodes] of the last set()
   Vec3* force_ = nullptr;                             // [nodes] N
@@ -128,14 +109,23 @@ class CutField final : public SurfaceField {
   Contact *contacts_ = nullptr, *last_ = nullptr;     // [constraints] ascending; of this step and the last
   std::int32_t node_count_ = 0, contact_count_ = 0, last_count_ = 0, moves_ = 0, solved_ = 0;
   std::int32_t changed_ = 0;  // 1: the cut has, since the last set()
-  double norm_ = 0, norm_before_ = 0;
-  Path path_;
-  Prediction predicted_;
+  struct Norms {  // m: of now_ and before_; of all changes, now, after the last set() and after the one before
+    double now = 0, before = 0, path = 0, path_set = 0, path_before = 0;
+  } norms_;
+  struct Prediction {
+    float* field = nullptr;      // [surface nodes][3] m
+    double norm = 0, apart = 0;  // m
+  } predicted_;
   ContactWays ways_;
   ContactId asked_;     // the contact whose part is the last one of parts_
   bool is_set_ = true;  // since begin_moved()
-  LoadField loads_;
-  Scratch scratch_;
+  struct Scratch {
+    LoadField loads;
+    double* line = nullptr;             // [surface nodes][3] m, C f
+    double *x = nullptr, *y = nullptr;  // [kMostRows][stride]
+    double* product = nullptr;          // [surface nodes][3][kMostRows]
+    Vec3* force = nullptr;              // [nodes] N, of a prediction
+  } scratch_;
 };
 
 }  // namespace palpate

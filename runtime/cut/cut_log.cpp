@@ -23,7 +23,12 @@ void CutLog::add(const CutMesh& mesh) {
   std::int32_t* at = log_ + used_;
   *at++ = 0, *at++ = change.end_node - change.first_node;
   *at++ = change.tetrahedra.count, *at++ = change.removed_tetrahedra.count;
-  for (std::int32_t n = change.first_node; n < change.end_node; ++n) *at++ = n, *at++ = mesh.from(n);
+  // Of a node that was split twice in the step, the compliance sees both new ones come from it: the tetrahedra have their last corners.
+  for (std::int32_t n = change.first_node; n < change.end_node; ++n) {
+    std::int32_t from = mesh.from(n);
+    while (from >= change.first_node) from = mesh.from(from);
+    *at++ = n, *at++ = from;
+  }
   for (const std::int32_t t : change.tetrahedra) {
     *at++ = t;
     at = std::copy_n(mesh.nodes_of(t), 4, at);

@@ -114,7 +114,7 @@ palpate_status prepare(EffectBuild& build) {
   if (status == PALPATE_OK) status = reader.map_preload(scene.def, &organ.preload);
   if (status != PALPATE_OK) return status;
   CutScene::Source source;
-  source.touched = {&scene.touch, scene.def.max_tools, scene.def.max_points};
+  source.touched = {&scene.touch, scene.def.max_points};
   source.organ = &cut->organ, source.body = region.mesh, source.tissue = &region.body,
   source.can_hold = region.may_divide;
   source.rest = const_cast<double*>(rest), source.surface_nodes = reader.surface_nodes();

@@ -28,8 +28,9 @@ void SceneSurface::forget(const CutMesh& mesh, const Touched& of) {
 
 // An old patch may lie on triangles that have other corners now.
 void SceneSurface::update(const Touched& of) {
-  change_surface(*of.touch, of.tools, of.points, triangles_.changed(), triangles_.changed_count());
-  of.touch->rows.forget();
+  TouchState& touch = *of.touch;
+  change_surface(touch.surface, touch.tree, touch.points, of.points, triangles_.changed(), triangles_.changed_count());
+  touch.rows.forget();
 }
 
 void SceneSurface::restored(TouchState& touch) {

@@ -18,10 +18,10 @@ class SceneSurface {
   const std::int32_t* triangles() const { return triangles_.triangles(); }
   const std::uint8_t* active() const { return triangles_.active(); }
 
-  // Whose surface it is: with so many tools and points of each.
+  // Whose surface it is: with so many points of a tool.
   struct Touched {
     TouchState* touch = nullptr;
-    std::int32_t tools = 0, points = 0;
+    std::int32_t points = 0;
   };
   // Shows the log's last change, once the new nodes have places at rest. Contacts on triangles that are gone end, and all points are tested anew.
   // Cost: the change.

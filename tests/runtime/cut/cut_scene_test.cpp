@@ -11,6 +11,7 @@
 #include "runtime/scene/scene.h"
 #include "studies/cut/cut_body.h"
 #include "tests/runtime/cut/precomputed_block.h"
+#include "tests/runtime/cut/random_cut_scene.h"
 #include "tests/runtime/touched_box.h"
 
 namespace palpate::tests {
@@ -364,6 +365,19 @@ TEST(CutScene, ASavedStateGoesOnWithTheSameBitsAndAResetSceneIsNew) {
     step(one, s), step(fresh, s);
     ASSERT_EQ(bytes(one), bytes(fresh)) << s;
   }
+}
+
+TEST(CutScene, RandomScenesStayClosedFiniteAndComeBackToRest) {
+  long faces = 0, removed = 0, pieces = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    RandomCutScene scene(block(seed % 2 ? Element::p1 : Element::p1_anp).bundle.get(), seed);
+    for (int s = 0; s < 150; ++s) ASSERT_EQ(scene.step(), "") << "seed " << seed << ", step " << s;
+    ASSERT_EQ(scene.let_go(), "") << "seed " << seed;
+    faces += scene.state().faces, removed += scene.state().removed, pieces += scene.state().pieces - 1;
+  }
+  EXPECT_GT(faces, 100);
+  EXPECT_GT(removed, 20);
+  EXPECT_GT(pieces, 0);
 }
 
 TEST(CutScene, BadInputIsRefused) {

@@ -1,0 +1,215 @@
+// Random scenes of an organ that is cut: blades with and without toughness at up to 2 m/s, strokes that cross, end inside, go back in place or stand still,
+// removal, probes that press beside the cut and into it, grips that draw.
+#pragma once
+
+#include <palpate/palpate_scene_def.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/support/open_bundle.h"
+
+namespace palpate::tests {
+
+class RandomCutScene {
+ public:
+  // bundle: of an organ that may be cut, borrowed.
+  RandomCutScene(palpate_bundle* bundle, std::uint64_t seed) : random_(seed), bundle_(bundle) {
+    palpate_bundle_info info = {};
+    palpate_bundle_fill_info(bundle, &info, sizeof info);
+    nodes_ = info.surface_node_count;
+    const double* const rest = palpate_bundle_nodes(bundle);
+    rest_.assign(rest, rest + 3 * nodes_);
+    for (int d = 0; d < 3; ++d) {
+      low_[d] = high_[d] = rest_[static_cast<std::size_t>(d)];
+      for (std::size_t i = static_cast<std::size_t>(d); i < rest_.size(); i += 3)
+        low_[d] = std::min(low_[d], rest_[i]), high_[d] = std::max(high_[d], rest_[i]);
+    }
+    constexpr palpate_contact_model models[] = {PALPATE_CONTACT_NODE, PALPATE_CONTACT_TRIANGLE, PALPATE_CONTACT_POINT,
+                                                PALPATE_CONTACT_PATCH};
+    constexpr palpate_contact_law laws[] = {PALPATE_LAW_STICKING, PALPATE_LAW_SLIDING, PALPATE_LAW_UNILATERAL,
+                                            PALPATE_LAW_COULOMB};
+    SceneDef def;
+    def.collision = PALPATE_COLLISION_DEFORMED, def.shape = PALPATE_SHAPE_SURFACE;
+    def.contact = models[random_() % 4], def.law = laws[random_() % 4];
+    def.cut.cut = PALPATE_CUT_ON, def.cut.cut_rank = random_() % 3 == 0 ? 150 : 600;
+    def.cut.cut_operations = random_() % 2 ? 30'000 : 1'000'000;
+    palpate_error error = {};
+    palpate_scene* made = nullptr;
+    if (palpate_scene_create(bundle, &def, &made, &error) != PALPATE_OK) fault_ = error.text;
+    scene_.reset(made);
+    contacts_.resize(palpate_contacts_bytes(made) / 8 + 1);
+    disc_ = def.contact == PALPATE_CONTACT_PATCH ? 0.004 : 0;
+    begin_stroke();
+  }
+
+  // Plays one step. The sentence of a fault; empty: none.
+  std::string step() {
+    if (!fault_.empty()) return fault_;
+    if (left_-- <= 0) begin_stroke();
+    move_blade();
+    if (share() < 0.02) {
+      const std::vector<double> centre = somewhere();
+      palpate_scene_remove_tissue(scene_.get(), centre.data(), 0.003 + 0.006 * share(), nullptr);
+    }
+    move_tools();
+    const palpate_step_flags flags = touch();
+    flagged += flags != 0;
+    for (std::int32_t t = 0; t < contacts()->tool_count; ++t)
+      for (const double f : palpate_contacts_tool(contacts(), t)->force_raw)
+        if (!(std::fabs(f) < 1e4)) return "a tool's force is " + std::to_string(f) + " N";
+    const palpate_blade_state& blade = *palpate_scene_blade_state(scene_.get(), 0);
+    for (const double f : blade.force)
+      if (!(std::fabs(f) < 1e4)) return "a blade's force is " + std::to_string(f) + " N";
+    ++steps_;
+    return steps_ % 5 == 0 ? fault_of_surface() : "";
+  }
+
+  // Lets everything go: the organ, and each piece that came off, comes back to rest.
+  std::string let_go() {
+    if (!fault_.empty()) return fault_;
+    const palpate_blade none = palpate_default_blade();
+    palpate_scene_set_blade(scene_.get(), 0, &none, nullptr);
+    tools_.clear();
+    for (int s = 0; s < 400 && (s < 3 || state().left > 0); ++s) touch();
+    if (state().left > 0 && !state().is_full) return "the compliance does not follow";
+    const std::string fault = fault_of_surface();
+    if (!fault.empty()) return fault;
+    for (const std::int32_t n : used_)
+      for (int d = 0; d < 3; ++d) {
+        const double off = at(n, d) - rest_of(n, d);
+        if (!(std::fabs(off) < 1e-6)) return "node " + std::to_string(n) + " is " + std::to_string(off) + " m off";
+      }
+    return "";
+  }
+  const palpate_cut_state& state() const { return *palpate_scene_cut_state(scene_.get()); }
+  long flagged = 0;
+
+ private:
+  double share() { return std::uniform_real_distribution<double>(0, 1)(random_); }
+  std::vector<double> somewhere() {
+    std::vector<double> p(3);
+    for (int d = 0; d < 3; ++d)
+      p[static_cast<std::size_t>(d)] = low_[d] - 0.005 + (high_[d] - low_[d] + 0.01) * share();
+    return p;
+  }
+  std::vector<double> direction() {
+    std::vector<double> v = {share() - 0.5, share() - 0.5, share() - 0.5};
+    const double size = std::hypot(v[0], v[1], v[2]) + 1e-9;
+    for (double& x : v) x /= size;
+    return v;
+  }
+  palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(contacts_.data()); }
+  palpate_step_flags touch() {
+    return palpate_scene_touch(scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), 1e-3, contacts(),
+                               8 * contacts_.size());
+  }
+
+  void begin_stroke() {
+    const std::vector<double> from = somewhere(), along = direction(), edge = direction();
+    const double speed = share() < 0.2 ? 2e-3 : 3e-4, length = 0.01 + 0.04 * share();
+    const bool back = share() < 0.2 && !points_.empty();
+    if (back) {
+      for (double& v : velocity_) v = -v;
+    } else {
+      points_.clear();
+      for (int i = 0; i < 3; ++i)
+        for (std::size_t d = 0; d < 3; ++d) points_.push_back(from[d] + 0.5 * i * length * edge[d]);
+      for (std::size_t d = 0; d < 3; ++d) velocity_[d] = speed * along[d];
+      direction_ = along;
+      toughness_ = share() < 0.4 ? 2 + 60 * share() * share() : 0;
+    }
+    left_ = 20 + static_cast<int>(100 * share());
+  }
+  void move_blade() {
+    if (share() < 0.9)
+      for (std::size_t i = 0; i < points_.size(); ++i) points_[i] += velocity_[i % 3];
+    palpate_blade blade = palpate_default_blade();
+    if (share() < 0.99) {
+      blade.points = points_.data(), blade.point_count = 3, blade.toughness = toughness_;
+      for (std::size_t d = 0; d < 3; ++d) blade.direction[d] = direction_[d];
+    }
+    palpate_error error = {};
+    if (palpate_scene_set_blade(scene_.get(), 0, &blade, &error) != PALPATE_OK) fault_ = error.text;
+  }
+  void move_tools() {
+    if (probe_.empty() || share() < 0.01) probe_ = somewhere(), way_ = direction();
+    if (share() < 0.05) way_ = direction();
+    for (std::size_t d = 0; d < 3; ++d) probe_[d] += 2e-4 * way_[d];
+    if (share() < 0.01 || grip_.node < 0) {
+      if (share() < 0.3 && !used_.empty()) {
+        grip_ = palpate_default_grip();
+        grip_.kind = PALPATE_GRIP_NODE, grip_.node = used_[random_() % used_.size()];
+        drawn_ = direction();
+        draws_ = 0;
+      } else {
+        grip_.node = -1;
+      }
+    }
+    tools_.assign(1, palpate_default_tool());
+    tools_[0].points = probe_.data(), tools_[0].point_count = 1, tools_[0].id = 1, tools_[0].disc_radius = disc_;
+    tools_[0].friction = 0.3;
+    if (grip_.node < 0) return;
+    draws_ = std::min(0.01, draws_ + 2e-4);
+    for (std::size_t d = 0; d < 3; ++d) grip_.displacement[d] = draws_ * drawn_[d];
+    tools_.push_back(palpate_default_tool());
+    tools_[1].grips = &grip_, tools_[1].grip_count = 1, tools_[1].id = 2;
+  }
+
+  std::string fault_of_surface() {
+    const std::int32_t count = palpate_scene_cut_surface(scene_.get(), nullptr, nullptr, 0);
+    std::vector<std::int32_t> t(3 * static_cast<std::size_t>(count));
+    palpate_scene_cut_surface(scene_.get(), t.data(), nullptr, count);
+    std::set<std::pair<std::int32_t, std::int32_t>> edges;
+    for (std::size_t i = 0; i < t.size(); ++i)
+      if (!edges.emplace(t[i], t[i % 3 == 2 ? i - 2 : i + 1]).second)
+        return "an edge of the surface stands there twice";
+    for (const auto& [a, b] : edges)
+      if (!edges.contains({b, a})) return "the surface is open";
+    const std::set<std::int32_t> used(t.begin(), t.end());
+    used_.assign(used.begin(), used.end());
+    shape_.resize(3 * static_cast<std::size_t>(nodes_));
+    palpate_shape_out out = palpate_default_shape_out();
+    out.positions = shape_.data(), out.node_capacity = nodes_;
+    palpate_scene_shape(scene_.get(), contacts(), &out);
+    for (const std::int32_t n : used_)
+      for (int d = 0; d < 3; ++d)
+        if (!(std::fabs(at(n, d)) < 2))
+          return "node " + std::to_string(n) + " is at " + std::to_string(at(n, d)) + " m";
+    return "";
+  }
+  double at(std::int32_t n, int d) const { return static_cast<double>(shape_[static_cast<std::size_t>(3 * n + d)]); }
+  // Where the surface is at rest: a new node is where some node of the bundle is.
+  double rest_of(std::int32_t n, int d) {
+    double best = 1, found = 0;
+    for (std::size_t i = 0; i < rest_.size(); i += 3) {
+      const double off = std::hypot(rest_[i] - at(n, 0), rest_[i + 1] - at(n, 1), rest_[i + 2] - at(n, 2));
+      if (off < best) best = off, found = rest_[i + static_cast<std::size_t>(d)];
+    }
+    return found;
+  }
+
+  std::mt19937_64 random_;
+  palpate_bundle* bundle_;
+  ScenePointer scene_;
+  std::vector<std::uint64_t> contacts_;
+  std::vector<double> rest_, points_, probe_, way_, direction_, drawn_;
+  std::vector<float> shape_;
+  std::vector<std::int32_t> used_;
+  std::vector<palpate_tool> tools_;
+  palpate_grip grip_ = [] {
+    palpate_grip grip = palpate_default_grip();
+    grip.node = -1;
+    return grip;
+  }();
+  double low_[3], high_[3], velocity_[3] = {}, toughness_ = 0, draws_ = 0, disc_ = 0;
+  std::int32_t nodes_ = 0;
+  int left_ = 0, steps_ = 0;
+  std::string fault_;
+};
+
+}  // namespace palpate::tests
