@@ -57,7 +57,7 @@ class CutOrgan final : public Body {
   void forget() override;
 
  private:
-  void follow(bool replayed);
+  void take_over(bool replayed);
 
   TouchState* touch_ = nullptr;
   CutCompliance compliance_;

@@ -37,13 +37,14 @@ constexpr EffectNeed kNeeds[] = {
     {"deformation", kAbsent,  // or LINEAR, which is 0 too
      "a cut changes the compliance of the linear organ: take deformation LINEAR, or leave cut OFF"},
     {"needles", kAbsent, kBelowTheSurface},
-    {"inside", kAbsent, kBelowTheSurface},
     {"shape", 1u << PALPATE_SHAPE_OFF | 1u << PALPATE_SHAPE_SURFACE, kBelowTheSurface},
-    {"fine_surface", kAbsent, kOnTheSurface},
-    {"render_mesh", kAbsent, kOnTheSurface},
     {"queries", kAbsent, kOnTheSurface},
     {"crossings", kAbsent, kOnTheSurface},
 };
+
+const char* check(const palpate_scene_def& def) {
+  return key_number(def, "fine_surface") != 0 || key_number(def, "render_mesh") != 0 ? kOnTheSurface : nullptr;
+}
 
 // The effect's state: what it made of the bundle, the body of the touch and the part of the step.
 struct CutOfScene {
@@ -178,6 +179,7 @@ constinit const Effect cut_effect = {
     .def = effect_struct<palpate_cut_def, palpate_init_cut_def>("cut_def"),
     .keys = kKeys,
     .needs = kNeeds,
+    .check = check,
     .uses = kUsesRest | kUsesSurface | kUsesHeldSurface | kUsesDisplacements,
     .rows = rows,
     .pass = {nullptr, Half::touch, Pass::contact, nullptr, most_of_changes},

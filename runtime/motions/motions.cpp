@@ -189,9 +189,9 @@ void Motions::begin_step(TouchStep& step) {
   step.context->watch.ended(source_.pass);
 }
 
-// m^3, what the surface of a pressure has swept.
+// m^3, what the surface of a pressure has swept; 0 where that is not known.
 double Motions::volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const {
-  if (!is_pressure(motion)) return 0;
+  if (!is_pressure(motion) || !source_.is_whole) return 0;
   double sum = 0;
   for (std::int32_t m = 0; m < source_.offset->count(); ++m) sum += swept(motion, m) * source_.offset->whole_amount(m);
   for (std::int32_t e = 0; e < set.node_count; ++e) sum += dot(rows().at(motion, set.nodes[e].node), force[e]);

@@ -4,10 +4,10 @@
 
 namespace palpate::tests {
 
-void CutTruth::follow(const CutMesh& mesh) {
+bool CutTruth::follow(const CutMesh& mesh) {
   const TouchedBody& whole = whole_.touched;
   const auto nodes = static_cast<std::int32_t>(whole.body.mesh.nodes.size());
-  if (mesh.nodes() - nodes == new_nodes_) return;
+  if (mesh.nodes() - nodes == new_nodes_) return false;
   new_nodes_ = mesh.nodes() - nodes;
   const auto in_scene = [&](std::int32_t n) { return n < nodes ? n : nodes - kReserveOfBox + n - nodes; };
   DenseBody left = {whole.body, 5400, 0.45, false, whole.fixed};
@@ -24,7 +24,8 @@ void CutTruth::follow(const CutMesh& mesh) {
   for (std::size_t e = 0; e < tetrahedra.size(); ++e)
     for (std::size_t c = 0; c < 4; ++c) tetrahedra[e][c] = in_scene(mesh.nodes_of(static_cast<std::int32_t>(e))[c]);
   left.stiffness = stiffness_ = dense_stiffness(left.body.mesh, left.young, left.poisson);
-  fixed_ = left.fixed, compliance_ = dense_compliance(left);
+  compliance_ = dense_compliance(left);
+  return true;
 }
 
 Eigen::VectorXd CutTruth::moved(const Eigen::VectorXd& by) const {

@@ -9,8 +9,8 @@ namespace palpate::tests {
 class CutTruth {
  public:
   explicit CutTruth(const EffectBody& whole) : whole_(whole) {}
-  // As the mesh is now; new nodes have the numbers of the scene.
-  void follow(const CutMesh& mesh);
+  // As the mesh is now; new nodes have the numbers of the scene. Whether it has changed.
+  bool follow(const CutMesh& mesh);
 
   // [3N][3N] m/N; zero for nodes that are not in use.
   const Eigen::MatrixXd& compliance() const { return is_cut() ? compliance_ : whole_.compliance; }
@@ -25,7 +25,6 @@ class CutTruth {
   const EffectBody& whole_;
   std::int32_t new_nodes_ = 0;
   std::vector<std::int32_t> origin_;
-  std::vector<std::uint8_t> fixed_;
   Eigen::MatrixXd stiffness_, compliance_;
 };
 

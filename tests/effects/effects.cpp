@@ -9,12 +9,14 @@ namespace {
 
 // The box and what it answers.
 struct Answers {
-  explicit Answers(const DenseBody& body)
+  // reserve: nodes that wait, and that nothing moves.
+  explicit Answers(const DenseBody& body, std::int32_t reserve = 0)
       : dense(body), compliance(dense_compliance(dense)), motions(dense_motions(dense)), sag(compliance.rows()) {
     // A body force along y; its largest displacement is 1 mm.
     for (Eigen::Index n = 0; n < sag.size() / 3; ++n) sag.segment<3>(3 * n) = Eigen::Vector3d(0, -1, 0);
     sag = compliance * sag;
     sag *= 1e-3 / sag.cwiseAbs().maxCoeff();
+    motions.field.bottomRows(3 * reserve).setZero();
   }
   DenseBody dense;
   Eigen::MatrixXd compliance;
@@ -22,7 +24,7 @@ struct Answers {
   Eigen::VectorXd sag;
 };
 const Answers& answers(bool can_be_cut) {
-  static const Answers whole(dense_box({})), cut(box_that_can_be_cut(kReserveOfBox));
+  static const Answers whole(dense_box({})), cut(box_that_can_be_cut(kReserveOfBox), kReserveOfBox);
   return can_be_cut ? cut : whole;
 }
 
@@ -144,9 +146,6 @@ const std::vector<Effect>& effects() {
       {"force control", Slot::own,
        [](S& s) { s.force_control = true, s.def.force_control.force_control = 1, s.def.max_tools = 5; }},
       {"obstacles", Slot::own, [](S& s) { s.obstacles = true, s.def.obstacles.count = 1; }, needs_deformed},
-      {"cut", Slot::own,
-       [](S& s) { s.cut = true, s.def.cut.cut = PALPATE_CUT_ON, s.def.cut.cut_operations = 1'000'000'000; },
-       needs_deformed},
       {"grasps", Slot::own, [](S& s) { s.grasps = true, s.def.grasps.grasps = 1; }, needs_patch},
       {"links", Slot::own, [](S& s) { s.links = true, s.def.links.max_links = 4; }},
       {"needles", Slot::own,
@@ -160,6 +159,9 @@ const std::vector<Effect>& effects() {
       {"rows f16", Slot::store, [](S& s) { s.store = Store::f16; }},
       {"blocks", Slot::store, [](S& s) { s.store = Store::blocks; }},
       {"interior f16", Slot::store, [](S& s) { s.store = Store::interior_f16, s.def.shape = PALPATE_SHAPE_VOLUME; }},
+      {"cut", Slot::own,
+       [](S& s) { s.cut = true, s.def.cut.cut = PALPATE_CUT_ON, s.def.cut.cut_operations = 1'000'000'000; },
+       needs_deformed},
   };
   return list;
 }

@@ -47,6 +47,7 @@ class Referee {
 
   void miss(const char* kind, double error, double scale);
   void read(Organ& organ, int k);
+  void measure_surface();
   void read_forces(Organ& organ);
   void check_loads(const Organ& organ, int k);
   void check_plate(const Organ& organ, int k);
@@ -110,6 +111,7 @@ class Referee {
   Eigen::VectorXd last_u_;                     // m, of organ 0 in the last step
   std::map<std::pair<int, int>, bool> stuck_;  // tool, point: it stuck in the last step
   int step_ = 0;
+  bool has_changed_ = false;  // the surface, in this step
 };
 
 }  // namespace palpate::tests

@@ -561,7 +561,7 @@ TEST(CApi, CutsTheOrganAndRemovesTissue) {
   EXPECT_EQ(count, whole + 2 * state.faces);
   EXPECT_EQ(std::count(is_lip.begin(), is_lip.end(), 1), 2 * state.faces);
   const double corner[3] = {0.06, 0.05, 0.04};
-  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0.012, &error), PALPATE_OK) << error.text;
+  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0.02, &error), PALPATE_OK) << error.text;
   made.touch(nullptr, 0);
   EXPECT_GT(state.removed, 0);
   EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0, &error), PALPATE_ERROR_ARGUMENT);
