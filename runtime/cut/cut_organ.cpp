@@ -31,18 +31,18 @@ bool CutOrgan::create(SceneMemory& memory, const Parts& parts, TouchState& touch
 
 CutResult CutOrgan::take_change(const CutChange& change, bool replayed) {
   const CutResult result = compliance_.apply(change);
-  take_over(replayed);
+  follow_changes(replayed);
   return result;
 }
 
 CutOutcome CutOrgan::ground(std::int32_t node, double stiffness, bool replayed) {
   const CutOutcome outcome = compliance_.ground(node, stiffness);
-  take_over(replayed);
+  follow_changes(replayed);
   return outcome;
 }
 
 // The compliance has read all pairs that Z asks for.
-void CutOrgan::take_over(bool replayed) {
+void CutOrgan::follow_changes(bool replayed) {
   const std::int32_t before = response_.nodes();
   response_.take_change(replayed);
   if (!replayed) field_.note_change();

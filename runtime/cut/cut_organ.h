@@ -57,7 +57,7 @@ class CutOrgan final : public Body {
   void forget() override;
 
  private:
-  void take_over(bool replayed);
+  void follow_changes(bool replayed);
 
   TouchState* touch_ = nullptr;
   CutCompliance compliance_;

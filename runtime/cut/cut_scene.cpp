@@ -59,7 +59,7 @@ void CutScene::begin_step(TouchStep&) {
       place_nodes();
     }
   }
-  describe();
+  tell_state();
 }
 
 // Gives the compliance what the log has for it, within the operations that are left. Then the surface shows the change.
@@ -174,7 +174,7 @@ void CutScene::log_change() {
   for (std::int32_t i = 0; i < change.removed_tetrahedra.count; ++i) log_.add(CutLog::Unit::remove, i);
 }
 
-void CutScene::describe() {
+void CutScene::tell_state() {
   told_.nodes = mesh_.nodes() - source_.body.node_count, told_.pieces = mesh_.pieces().count();
   told_.waiting = mesh_.pending(), told_.left = log_.left(), told_.rank = source_.organ->compliance().rank();
 }
@@ -185,7 +185,7 @@ void CutScene::forget_rest() {
   removal_ = {}, told_ = {};
   std::copy_n(reserve_, 3 * static_cast<std::size_t>(source_.new_nodes), source_.rest + 3 * source_.first_reserve);
   surface_.forget(mesh_, source_.touched);
-  describe();
+  tell_state();
 }
 
 void CutScene::restored() {

@@ -67,7 +67,7 @@ class CutScene final : public RowSource {
   void log_change();
   std::int32_t made_nodes() const { return source_.body.node_count + source_.organ->response().new_nodes(); }
   void add_node(std::int32_t n);
-  void describe();
+  void tell_state();
 
   Source source_ = {};
   CutMesh mesh_;
