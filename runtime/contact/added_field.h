@@ -19,19 +19,21 @@ class AddedField {
       field = memory.array<float>(3 * static_cast<std::size_t>(nodes));
       memory.keep_array(field, 3 * static_cast<std::size_t>(nodes));
     }
-    memory.keep(now_), memory.keep(before_), memory.keep(longest_), memory.keep(change_);
+    memory.keep(now_), memory.keep(before_), memory.keep(longest_), memory.keep(change_), memory.keep(whole_);
     return !memory.failed();
   }
   void forget() {
-    now_ = before_ = 0, longest_ = change_ = 0;
+    now_ = before_ = whole_ = 0, longest_ = change_ = 0;
     std::fill(field_[0], field_[0] + 3 * static_cast<std::size_t>(nodes_), 0.0f);
   }
 
   // Begins a step whose field is that of the step before.
   void keep() { before_ = now_, change_ = 0; }
-  // Begins a step with the field newest + share (newest - last). Both: [nodes][3] m. Cost: a pass over the nodes.
-  void set(const float* newest, const float* last, double share) {
-    before_ = now_, now_ = 1 - now_;
+  // Begins a step with the field newest + share (newest - last). Both: [nodes][3] m. fresh: `newest` is another one than in the step before.
+  // Cost: a pass over the nodes, where the field changes.
+  void set(const float* newest, const float* last, double share, bool fresh) {
+    if (whole_ && share == 0 && !fresh) return keep();
+    before_ = now_, now_ = 1 - now_, whole_ = share == 0;
     const auto s = static_cast<float>(share);
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i)
       field_[now_][i] = newest[i] + s * (newest[i] - last[i]);
@@ -50,7 +52,7 @@ class AddedField {
     if (longest_ <= most) return;
     const auto part = static_cast<float>(most / longest_);
     for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes_); ++i) field_[now_][i] *= part;
-    change_ += longest_ - most, longest_ = most;
+    change_ += longest_ - most, longest_ = most, whole_ = 0;
   }
 
   // A node has from now on what another one has.
@@ -75,6 +77,7 @@ class AddedField {
 
   float* field_[2] = {};  // [nodes][3] m
   std::int32_t nodes_ = 0, surface_nodes_ = 0, now_ = 0, before_ = 0;
+  std::int32_t whole_ = 0;  // the field is that of set() with a share of 0, which bound() has left as it is
   double longest_ = 0, change_ = 0;
 };
 

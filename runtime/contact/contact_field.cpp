@@ -96,7 +96,7 @@ void ContactField::set_rest() {
   now_->norm = now_->linear_norm = 0, path_.now += before_->norm;
   if (added_ && offset_) path_.now += added_->change() / reach_;
   path_.set = path_.now;
-  ways_.measure(now_->contacts, now_->contact_count, before_->contacts, before_->contact_count);
+  measure_ways();
 }
 
 void ContactField::set(const Tensors& tensors, const ContactConstraints& set, const Vec3* force, ContactSolver* solver,
@@ -112,7 +112,7 @@ void ContactField::set(const Tensors& tensors, const ContactConstraints& set, co
   *work += norms.operations;
   now.norm = now.linear_norm = norms.whole;
   gather_contacts(set, norms_, measured);
-  ways_.measure(now_->contacts, now_->contact_count, before_->contacts, before_->contact_count);
+  measure_ways();
   if (added_ && !offset_ && count() > 0) share_added_field();
   if (measured) remember_held_nodes(set, norms_);
   // However much changed, the field went from one norm to the other.
@@ -152,6 +152,10 @@ void ContactField::gather_contacts(const ContactConstraints& set, const Constrai
                       : measured ? std::min(now.norm + contact.own, std::sqrt(std::max(0.0, squared)) + 1e-7 * now.norm)
                                  : now.norm + contact.own;
   }
+}
+
+void ContactField::measure_ways() {
+  ways_.measure(now_->contacts, now_->contact_count, before_->contacts, before_->contact_count);
 }
 
 // What each contact makes of the added field, and what that adds to the norms.

@@ -156,6 +156,7 @@ class ContactField final : public SurfaceField {
   void gather_contacts(const ContactConstraints& set, const ConstraintNorms* each, bool measured);
   void remember_held_nodes(const ContactConstraints& set, const ConstraintNorms* each);
   double measure_contacts(double kept, Operations most, Operations* work);
+  void measure_ways();
   Vec3 held_before(std::int32_t node, QueryWork* work);
   double measure_whole_change(Operations most, Operations* work);
   double norm_of_difference(double f, double g, double between) const;

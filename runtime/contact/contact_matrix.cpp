@@ -108,9 +108,10 @@ void ContactMatrix::restored(const Tensors& tensors) {
     if (!held_.constraints[p].joined) row = p;
     for (std::int32_t q = 0, column = 0; q <= p; ++q) {
       if (!held_.constraints[q].joined) column = q;
-      Mat3 of_discs = q == p ? Mat3{} : compliance_between(held_.constraints[p], held_.constraints[q]);
+      const bool couple = q != p && has_disc(held_.constraints[p]) && has_disc(held_.constraints[q]);
+      Mat3 of_discs = couple ? compliance_between(held_.constraints[p], held_.constraints[q]) : Mat3{};
       if (row == column) add_scaled(of_discs, 1, of_discs);
-      remember_between(rows_[row], rows_[column], of_discs, row != p || column != q);
+      remember_between(rows_[row], rows_[column], of_discs, couple, row != p || column != q);
     }
   }
 }
@@ -252,8 +253,12 @@ const Mat3* ContactMatrix::spread_of(const ContactConstraints& set, const Contac
   return spread_;
 }
 
-void ContactMatrix::remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add) {
-  for (int i = 0; i < 3 && between_; ++i)
+// Until the first two discs meet, all of it is zero.
+void ContactMatrix::remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool couple,
+                                     bool add) {
+  if (!between_ || (!couple && !has_coupled_)) return;
+  has_coupled_ = true;
+  for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       if (rows.at[i] < 0 || columns.at[j] < 0) continue;
       const auto row = static_cast<std::size_t>(rows.at[i]), column = static_cast<std::size_t>(columns.at[j]);
@@ -275,9 +280,21 @@ const Mat3& ContactMatrix::between(const ContactConstraints& set, const Mat3* sp
     for (std::int32_t e = first; e < first + other.node_count; ++e)
       add_scaled(*sum, set.nodes[e].weight, spread[compliance_.slot_of_contact_node(e)]);
   }
-  if (one.framed) *sum = one.frame * *sum;
-  if (other.framed) *sum = times_transposed(*sum, other.frame);
-  return *sum;
+  if (!one.framed || !other.framed) {
+    if (one.framed) *sum = one.frame * *sum;
+    if (other.framed) *sum = times_transposed(*sum, other.frame);
+    return *sum;
+  }
+  // Many constraints that have both frames have one row alone.
+  const std::uint32_t rows = one.joined ? 7 : one.axes, columns = other.joined ? 7 : other.axes;
+  Mat3 framed;
+  for (int i = 0; i < 3; ++i) {
+    if (!(rows >> i & 1u)) continue;
+    const Vec3 along = transposed_times(*sum, load3(one.frame.m[i]));
+    for (int j = 0; j < 3; ++j)
+      if (columns >> j & 1u) framed.m[i][j] = dot(along, load3(other.frame.m[j]));
+  }
+  return *sum = framed;
 }
 
 // own: its own block. A row without compliance cannot move (its nodes are fixed along it): it gets no force. leads: constraints share the
@@ -329,14 +346,12 @@ bool ContactMatrix::fill_rows(const ContactConstraints& set, std::int32_t p) {
     if (columns.at[0] < -1) continue;
     const Mat3* block = q == p ? &own : &between(set, spread, constraint, other, &sum);
     const bool add = constraint.joined || other.joined, couple = q != p && has_disc(constraint) && has_disc(other);
-    if (between_ || couple) {
-      const Mat3 of_discs = couple ? compliance_between(constraint, other) : Mat3{};
-      if (couple) {
-        sum = *block, block = &sum;
-        add_scaled(sum, 1, of_discs);
-      }
-      remember_between(rows, columns, of_discs, add);
+    const Mat3 of_discs = couple ? compliance_between(constraint, other) : Mat3{};
+    if (couple) {
+      sum = *block, block = &sum;
+      add_scaled(sum, 1, of_discs);
     }
+    remember_between(rows, columns, of_discs, couple, add);
     if (!write_block(matrix_, rows, columns, *block, q == p, add)) return false;
   }
   if (last && first != p) bound_joined(&rows_[first]);

@@ -112,12 +112,13 @@ class ContactMatrix {
   Rows take_rows(const ContactConstraint& constraint, const Mat3& own, bool leads);
   void bound_joined(Rows* rows);
   bool fill_rows(const ContactConstraints& set, std::int32_t p);
-  void remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool add);
+  void remember_between(const Rows& rows, const Rows& columns, const Mat3& between, bool couple, bool add);
 
   NodeCompliance compliance_;
   std::int32_t free_row_ = 0;  // all rows below this number are in use
   RowMatrix matrix_;           // H W H^T
   double* between_ = nullptr;  // [rows][stride] m/N, the part of it between discs; where Limits::predicts
+  bool has_coupled_ = false;   // some of between_ is not zero, or has been
   Mat3* spread_ = nullptr;     // [node_capacity] H C of the constraint whose rows are being filled
   double most_joined_ = 0;     // m/N, while rows are filled: the largest compliance of one of those that share a row
   Rows* rows_ = nullptr;       // [constraint_capacity] of this step

@@ -1,6 +1,7 @@
 #include "runtime/contact/deformed_surface.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "runtime/surface/moving_crossing.h"
 #include "runtime/surface/surface_inside.h"
@@ -90,8 +91,17 @@ auto DeformedSurface::with_field(const AskedSurface& asked, Run run) {
   return run([&](std::int32_t node) { return place({}, node); });
 }
 
-NearestPoint DeformedSurface::nearest(const AskedSurface& asked, Vec3 p, double within) {
+NearestPoint DeformedSurface::nearest(const AskedSurface& asked, Vec3 p, double within, std::int32_t likely) {
   begin_query();
+  if (likely >= 0) {
+    Vec3 corner[3];
+    for (int v = 0; v < 3; ++v) corner[v] = place(asked, tree_->corners(likely)[v]);
+    double k[3];
+    // A little more, so that the search finds that triangle, too.
+    within =
+        std::min(within, (1 + 1e-9) * std::sqrt(closest_on_triangle(p, corner[0], corner[1], corner[2], k)) + 1e-12);
+    work_.add(80);
+  }
   return with_field(asked, [&](auto field) {
     return tree_->nearest(
         p, within, bound_of(asked), &work_, [&](std::int32_t node) { return place(asked, node); }, field);

@@ -40,8 +40,9 @@ class DeformedSurface {
   bool follows() const { return field_ != nullptr; }
 
   // The nearest point of the surface, within `within` metres. Cost: some ten triangles where the surface is near or does not move;
-  // each node that is not yet evaluated in this step reads 3 numbers per contact node.
-  NearestPoint nearest(const AskedSurface& asked, Vec3 p, double within);
+  // each node that is not yet evaluated in this step reads 3 numbers per contact node. likely: a triangle that has the point or lies near it, so
+  // that fewer others are looked at; -1: none is known.
+  NearestPoint nearest(const AskedSurface& asked, Vec3 p, double within, std::int32_t likely = -1);
 
   // Whether p is inside: its winding number is above zero, so that a place where the surface overlaps itself is inside. By the
   // triangles along a ray; exact signs decide. Cost: as nearest(), of all nodes near the ray.

@@ -116,11 +116,15 @@ void LawNewton::write_equation(const ContactSystem& system, Equation equation, c
   const std::int32_t p = equation.constraint, i = equation.axis;
   const std::int32_t* const own_row = system.rows[p].at;
   const double *const weight = derivative.weight.m[i], *const beside = derivative.beside.m[i];
+  const double* row[3];
+  double share[3];
+  int shares = 0;  // one, but for friction that slips
+  for (int j = 0; j < 3; ++j)
+    if (weight[j] != 0 && own_row[j] >= 0) row[shares] = matrix_row(system, own_row[j]), share[shares++] = weight[j];
   for (std::int32_t e = 0; e < count_; ++e) {
     const std::int32_t column = system.rows[equations_[e].constraint].at[equations_[e].axis];
     double sum = 0;
-    for (int j = 0; j < 3; ++j)
-      if (weight[j] != 0 && own_row[j] >= 0) sum += weight[j] * matrix_row(system, own_row[j])[column];
+    for (int k = 0; k < shares; ++k) sum += share[k] * row[k][column];
     if (equations_[e].constraint == p) {
       const std::int32_t j = equations_[e].axis;
       sum += beside[j] + weight[j] * system.soft[column];

@@ -120,6 +120,32 @@ double Offset::length_of(const double* amounts, const double* from) const {
   return sum;
 }
 
+double Offset::longest() const {
+  const double length = length_of(now_, nullptr) + restarted_;
+  return changed_ ? length + changed_->moved().longest() : length;
+}
+
+double Offset::change() const {
+  const double length = length_of(now_, before_);
+  return changed_ ? length + changed_->moved().change() : length;
+}
+
+// In functions of their own: many places call them, and the rows are a loop.
+Vec3 Offset::now(std::int32_t node) const {
+  if (!changed_) return rows_.sum_at(now_, node);
+  return rows_.sum_at(now_, changed_->at_rest(node)) + changed_->moved().now(node);
+}
+
+Vec3 Offset::before(std::int32_t node) const {
+  if (!changed_) return rows_.sum_at(before_, node);
+  return rows_.sum_at(before_, changed_->at_rest(node)) + changed_->moved().before(node);
+}
+
+Vec3 Offset::step_of(std::int32_t node) const {
+  if (!changed_) return rows_.sum_at(step_, node);
+  return rows_.sum_at(step_, changed_->at_rest(node)) + (changed_->moved().now(node) - changed_->moved().before(node));
+}
+
 Vec3 Offset::held_by(const ContactConstraints& set, const ContactConstraint& constraint) const {
   Vec3 sum;
   if (!exists()) return sum;

@@ -79,16 +79,9 @@ class Offset {
   Vec3 given_by(const double* amounts, std::int32_t node) const;  // under other amounts [count]
 
   // m, o of a node: now; in the step before; from the end of the last step to the beginning of this one.
-  Vec3 now(std::int32_t node) const {
-    return !changed_ ? rows_.sum_at(now_, node) : by_rows(now_, node) + changed_->moved().now(node);
-  }
-  Vec3 before(std::int32_t node) const {
-    return !changed_ ? rows_.sum_at(before_, node) : by_rows(before_, node) + changed_->moved().before(node);
-  }
-  Vec3 step_of(std::int32_t node) const {
-    if (!changed_) return rows_.sum_at(step_, node);
-    return by_rows(step_, node) + (changed_->moved().now(node) - changed_->moved().before(node));
-  }
+  Vec3 now(std::int32_t node) const;
+  Vec3 before(std::int32_t node) const;
+  Vec3 step_of(std::int32_t node) const;
   // m, now: of the weighted mean that a constraint of `set` holds.
   Vec3 held_by(const ContactConstraints& set, const ContactConstraint& constraint) const;
   // m: what is left of the target of constraint p.
@@ -99,23 +92,12 @@ class Offset {
 
   // m, upper bounds over the surface: of o now, where other amounts have begun to follow with what that has changed in it; of its change from
   // the end of the last step to the beginning of this one, and from the beginning of the last step to now.
-  double longest() const {
-    const double length = length_of(now_, nullptr) + restarted_;
-    return changed_ ? length + changed_->moved().longest() : length;
-  }
+  double longest() const;
   double stepped() const { return stepped_; }
-  double change() const {
-    const double length = length_of(now_, before_);
-    return changed_ ? length + changed_->moved().change() : length;
-  }
+  double change() const;
 
  private:
   double length_of(const double* amounts, const double* from) const;
-  // m, of a node of the changed body: that of the rows alone.
-  Vec3 by_rows(const double* amounts, std::int32_t node) const {
-    return rows_.sum_at(amounts, changed_->at_rest(node));
-  }
-
   OffsetRows rows_;
   ContactConstraints acting_;
   // [count] each:

@@ -5,6 +5,7 @@
 #include "runtime/contact/node_compliance.h"
 #include "runtime/contact/offset.h"
 #include "runtime/cut/dense_loops.h"
+#include "runtime/dense/superposition.h"
 
 namespace palpate {
 namespace {
@@ -30,7 +31,8 @@ bool CutResponse::create(SceneMemory& memory, const Source& source) {
   scratch_.pattern = memory.array<double>(static_cast<std::size_t>(kPatternsAtOnce) * numbers);
   scratch_.x = memory.array<double>(stride_), scratch_.y = memory.array<double>(stride_);
   scratch_.spread = memory.array<double>(numbers * kMostRows);
-  scratch_.moved = memory.array<float>(numbers);
+  scratch_.moved = memory.array<float>(numbers), scratch_.moved_by = memory.array<float>(numbers);
+  scratch_.row = memory.array<const void*>(3 * slots), scratch_.coefficient = memory.array<float>(3 * slots);
   scratch_.slot_moved = memory.array<Vec3>(slots);
   scratch_.entry = memory.array<Entry>(kMostEntries);
   scratch_.first = memory.array<std::int32_t>(slots), scratch_.slot = memory.array<std::int32_t>(slots);
@@ -113,8 +115,53 @@ bool CutResponse::read_column(std::int32_t node) {
   return true;
 }
 
-// Patterns first .. end - 1, slot by slot.
+// A pattern's field as a sum of stored rows, as the shape of any forces is.
+bool CutResponse::superpose_pattern(std::int32_t pattern) {
+  const CutCompliance& compliance = *source_.compliance;
+  const Tensors& tensors = *source_.tensors;
+  int rows = 0;
+  bool known = true;
+  compliance.basis().for_each_force(pattern, [&](std::int32_t slot, Vec3 force) {
+    const std::int32_t node = compliance.node_of_slot(slot), column = node < source_.surface_nodes ? column_[node] : -1;
+    Mat3 self;
+    if (column < 0) return;
+    known = known && self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column), &self);
+    const Vec3 modified = self * force;
+    for (int j = 0; j < 3; ++j) {
+      scratch_.row[rows] = tensors.surface.row(column, j);
+      scratch_.coefficient[rows++] = static_cast<float>(modified[j]) * tensors.surface.row_scale(column, j);
+    }
+  });
+  const auto numbers = 3 * static_cast<std::size_t>(source_.first_reserve);
+  superpose(tensors.surface.type, scratch_.row, scratch_.coefficient, rows, 0, numbers, scratch_.moved_by);
+  for (std::int32_t n = 0; n < nodes(); ++n)
+    for (std::size_t i = 0; i < 3; ++i)
+      row(n)[i * stride_ + static_cast<std::size_t>(pattern)] =
+          static_cast<double>(scratch_.moved_by[3 * static_cast<std::size_t>(origin_[n]) + i]);
+  return known;
+}
+
+// Patterns first .. end - 1.
 bool CutResponse::fill(std::int32_t first, std::int32_t end) {
+  bool known = true;
+  if (source_.pair_count > 0 || source_.tensors->compliance)
+    known = fill_by_columns(first, end);
+  else
+    for (std::int32_t p = first; p < end; ++p) known = superpose_pattern(p) && known;
+  if (!known) return false;
+  // The jump of a new node moves it and those that come from it.
+  const CutBasis& basis = source_.compliance->basis();
+  const CutTissue& tissue = source_.compliance->tissue();
+  for (std::int32_t own = source_.rest_nodes; own < tissue.nodes(); ++own)
+    for (std::int32_t node = own; tissue.is_new(node); node = tissue.parent(node))
+      for (std::int32_t p = first; p < end; ++p)
+        if (const std::int32_t jump = basis.jump(p); jump >= 0 && jump / 3 == node - source_.rest_nodes)
+          row(surface_node(own))[static_cast<std::size_t>(jump % 3) * stride_ + static_cast<std::size_t>(p)] += 1;
+  return true;
+}
+
+// Slot by slot, in double precision where the pairs are.
+bool CutResponse::fill_by_columns(std::int32_t first, std::int32_t end) {
   const CutCompliance& compliance = *source_.compliance;
   const CutBasis& basis = compliance.basis();
   const auto numbers = 3 * static_cast<std::size_t>(source_.surface_nodes);
@@ -143,7 +190,6 @@ bool CutResponse::fill(std::int32_t first, std::int32_t end) {
     scratch_.first[slot] = 0;
   }
   if (!known) return false;
-  const CutTissue& tissue = compliance.tissue();
   for (std::int32_t n = 0; n < nodes(); ++n) {
     const std::size_t from = 3 * static_cast<std::size_t>(origin_[n]);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -152,12 +198,6 @@ bool CutResponse::fill(std::int32_t first, std::int32_t end) {
         z[p] = scratch_.pattern[static_cast<std::size_t>(p - first) * numbers + from + i];
     }
   }
-  // The jump of a new node moves it and those that come from it.
-  for (std::int32_t own = source_.rest_nodes; own < tissue.nodes(); ++own)
-    for (std::int32_t node = own; tissue.is_new(node); node = tissue.parent(node))
-      for (std::int32_t p = first; p < end; ++p)
-        if (const std::int32_t jump = basis.jump(p); jump >= 0 && jump / 3 == node - source_.rest_nodes)
-          row(surface_node(own))[static_cast<std::size_t>(jump % 3) * stride_ + static_cast<std::size_t>(p)] += 1;
   return true;
 }
 

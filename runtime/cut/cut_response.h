@@ -81,6 +81,8 @@ class CutResponse final : public ChangedBody {
     Vec3 force;
   };
   bool fill(std::int32_t first, std::int32_t end);
+  bool superpose_pattern(std::int32_t pattern);
+  bool fill_by_columns(std::int32_t first, std::int32_t end);
   bool read_column(std::int32_t node);
   double* row(std::int32_t node) const { return z_ + 3 * static_cast<std::size_t>(node) * stride_; }
 
@@ -98,16 +100,18 @@ class CutResponse final : public ChangedBody {
   std::int32_t response_at_ = 0, next_response_ = 0;
   double* amount_ = nullptr;  // [rows of the offset] of the last step
   struct Scratch {
-    double* column = nullptr;           // [3][3 surface nodes] of a slot's node
-    double* pair_row = nullptr;         // [3][3 pair_count]
-    double* pattern = nullptr;          // [kPatternsAtOnce][3 surface nodes]
-    double *x = nullptr, *y = nullptr;  // [stride]
-    double* spread = nullptr;           // [3 surface nodes][kMostRows]
-    float* moved = nullptr;             // [surface nodes][3]
-    Vec3* slot_moved = nullptr;         // [slots] m
-    Entry* entry = nullptr;             // [kMostEntries]
-    std::int32_t* first = nullptr;      // [slots] into entry, plus 1
-    std::int32_t* slot = nullptr;       // [slots] that have entries
+    double* column = nullptr;                     // [3][3 surface nodes] of a slot's node
+    double* pair_row = nullptr;                   // [3][3 pair_count]
+    double* pattern = nullptr;                    // [kPatternsAtOnce][3 surface nodes]
+    double *x = nullptr, *y = nullptr;            // [stride]
+    double* spread = nullptr;                     // [3 surface nodes][kMostRows]
+    float *moved = nullptr, *moved_by = nullptr;  // [surface nodes][3] m; m per unit of a pattern
+    const void** row = nullptr;                   // [3 slots]
+    float* coefficient = nullptr;                 // [3 slots]
+    Vec3* slot_moved = nullptr;                   // [slots] m
+    Entry* entry = nullptr;                       // [kMostEntries]
+    std::int32_t* first = nullptr;                // [slots] into entry, plus 1
+    std::int32_t* slot = nullptr;                 // [slots] that have entries
   } scratch_;
 };
 

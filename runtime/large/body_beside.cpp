@@ -384,12 +384,11 @@ const ContactConstraints& BodyBeside::take(const ContactConstraints& requested, 
   const ContactConstraints& set = left_;
   Solution* const newest = take_newest(fresh);
   if (*fresh) measure_miss(set, newest), copy(newest);
-  if (newest && same_contacts(solved_[newest_], solved_count_[newest_], set))
-    added_.set(
-        beyond_[newest_], beyond_[1 - newest_],
-        goes_on_ && knows_targets ? share(set.constraint_count, [&](std::int32_t p) { return target_of(set, p); }) : 0);
-  else if (newest)
-    added_.set(beyond_[newest_], beyond_[newest_], 0);
+  const bool same = newest && same_contacts(solved_[newest_], solved_count_[newest_], set);
+  const auto target = [&](std::int32_t p) { return target_of(set, p); };
+  if (newest)
+    added_.set(beyond_[newest_], beyond_[same ? 1 - newest_ : newest_],
+               same && goes_on_ && knows_targets ? share(set.constraint_count, target) : 0, *fresh);
   else
     added_.keep();
   // Contacts that have ended have lost their force. Where none is left, the body is where motions and loads have moved it.

@@ -29,6 +29,8 @@ class BodyEnergy {
     Vec3 line, moved;
   };
   Along* along() { return along_; }  // [constraint_capacity]
+  // Constraints of the last step are known. Where they are not, and none slides in this step, no line is asked for.
+  bool is_begun() const { return count_ > 0; }
 
   // set: the constraints of `rows` with what the offset leaves of their targets.
   // True where the body has more energy in this step, J, than was paid for, and contacts have shorter targets in `rows` for it: the step is to be

@@ -10,12 +10,12 @@ namespace palpate {
 
 template <class Force>
 void LargeBody::note_energy(TouchStep& step, const ContactConstraints& set, Force force_on) {
-  note_sliding(step, set, energy_.sliding());
+  const bool counts = note_sliding(step, set, energy_.sliding()) || energy_.is_begun();
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];
     energy_.force()[p] = force_on(p);
     BodyEnergy::Along& along = energy_.along()[p] = {};
-    if (!constraint.framed || constraint.turns) continue;
+    if (!counts || !constraint.framed || constraint.turns) continue;
     along.line = load3(constraint.frame.m[0]);
     for (std::int32_t e = constraint.first_node; e < constraint.first_node + constraint.node_count; ++e)
       along.moved += set.nodes[e].weight * moved_node(*step.state, e);

@@ -158,10 +158,13 @@ class SurfaceTree {
 double corner_angle(Vec3 a, Vec3 b, Vec3 c);
 
 inline double SurfaceTree::gap(const Box& box, Vec3 p) {
-  const Vec3 gap = {std::max(0.0, std::max(box.low.x - p.x, p.x - box.high.x)),
-                    std::max(0.0, std::max(box.low.y - p.y, p.y - box.high.y)),
-                    std::max(0.0, std::max(box.low.z - p.z, p.z - box.high.z))};
-  return length(gap);
+  // x + |x| is exactly twice the larger one of x and 0, and takes no jump.
+  const auto twice = [](double low, double high, double at) {
+    const double below = low - at, above = at - high;
+    return (below + std::fabs(below)) + (above + std::fabs(above));
+  };
+  return 0.5 * length({twice(box.low.x, box.high.x, p.x), twice(box.low.y, box.high.y, p.y),
+                       twice(box.low.z, box.high.z, p.z)});
 }
 
 inline void SurfaceTree::grow(Box& box, Vec3 p) {
@@ -271,16 +274,14 @@ NearestPoint SurfaceTree::nearest(Vec3 p, double within, const FieldBound& bound
       continue;
     }
     if (node.is_inner()) {
-      Waiting near{node.first, distance_bound(nodes_[node.first], p, bound)},
-          far{node.first + 1, distance_bound(nodes_[node.first + 1], p, bound)};
+      const Node *const first = nodes_ + node.first, *const second = first + 1;
+      const Waiting child[2] = {{node.first, distance_bound(*first, p, bound)},
+                                {node.first + 1, distance_bound(*second, p, bound)}};
       work->add(24);
       // Where the bounds do not tell them apart, first the one that was seen nearer.
-      if (far.distance < near.distance ||
-          (far.distance == near.distance && gap(nodes_[far.node].seen, p) < gap(nodes_[near.node].seen, p))) {
-        const Waiting swapped = near;
-        near = far, far = swapped;
-      }
-      stack[top++] = far, stack[top++] = near;
+      const bool equal = child[0].distance == child[1].distance;
+      const int near = equal ? gap(second->seen, p) < gap(first->seen, p) : child[1].distance < child[0].distance;
+      stack[top++] = child[1 - near], stack[top++] = child[near];
       continue;
     }
     look_at(next.node, bound.path, *work, place, field, [&](std::int32_t triangle, const Vec3 corner[3]) {

@@ -306,7 +306,7 @@ void PairSearch::follow(const OrganGroup& group, const OrganPair& before, Vec3 w
   const double share = share_of(group, *place - was, kStill * of_b.tree().mean_edge(), &found->moves);
   if (share == 1 || rubs(before)) return;
   const Vec3 between = was + share * (at - was);
-  const NearestPoint under = of_b.deformed().nearest({}, between, group.reach);
+  const NearestPoint under = of_b.deformed().nearest({}, between, group.reach, found->triangle);
   if (under.surface_point.triangle >= 0) *place = anchor_under(group, under, between, facing, found);
 }
 
@@ -418,23 +418,25 @@ bool PairSearch::look(std::int32_t g, std::int32_t vertex, bool held, OrganPair*
     look_after(group, vertex, turns ? 0 : kAgain * edge - moved, of_b.tree().largest_reach());
     return true;
   }
-  const NearestPoint nearest = of_b.deformed().nearest({}, p, group.reach);
-  if (is_far(group, vertex, held, nearest)) return false;
-  const double near = signed_distance(nearest);
-  look_after(group, vertex, kAgain * edge, of_b.tree().largest_reach());
   // Friction opposes the whole way of this step, that of moving organs and supports too: a pair has its place where the last step left
   // the vertex.
-  Vec3 at = p;
-  NearestPoint under = nearest;
-  if (held && rubs(*pair) && group.moves) {
-    const Vec3 left = left_by_last_step(group, *pair, of_a.tree().at_rest(vertex) + u);
-    const NearestPoint there = of_b.deformed().nearest({}, left, group.reach);
-    if (there.surface_point.triangle >= 0) under = there, at = left;
-  }
+  const bool drags = held && rubs(*pair) && group.moves;
+  Vec3 at = drags ? left_by_last_step(group, *pair, of_a.tree().at_rest(vertex) + u) : p;
+  NearestPoint under = of_b.deformed().nearest({}, at, group.reach, held ? pair->triangle : -1);
+  // Where the vertex is near wherever it has gone since then, that search says enough.
+  const bool near_anyway =
+      !drags || (under.surface_point.triangle >= 0 && signed_distance(under) + length(p - at) <= kStays * group.margin);
+  const auto nearest_to_vertex = [&] { return of_b.deformed().nearest({}, p, group.reach, pair->triangle); };
+  const NearestPoint nearest = near_anyway ? under : nearest_to_vertex();
+  if (is_far(group, vertex, held, nearest)) return false;
+  if (under.surface_point.triangle < 0) under = nearest, at = p;
+  const double near = signed_distance(nearest);
+  look_after(group, vertex, kAgain * edge, of_b.tree().largest_reach());
   OrganPair found = held ? *pair : OrganPair{};
   const Vec3 facing = turned_to_second(group, surface_[group.a].normal(vertex));
   Vec3 place = anchor_under(group, under, at, facing, &found);
-  if (dot(found.normal, facing) > kFaces) return faces_away(group, vertex, held, p, nearest, pair);
+  if (dot(found.normal, facing) > kFaces)
+    return faces_away(group, vertex, held, p, drags ? nearest_to_vertex() : nearest, pair);
   const double gap = dot(found.normal, at - place) - found.bulge;
   // Between two supports there is nothing to solve: a pair only says that they are in one another, by more than the meshes show.
   const bool none_moves = a.surface.column_of_node[vertex] < 0 && moving_share(b, found) == 0;

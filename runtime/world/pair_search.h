@@ -31,12 +31,13 @@ struct OrganPair {
   Vec3 normal, tangent;  // unit: outward from the second organ; across it
   double bulge = 0;      // m, OrganSurface::Smooth
   double overlap = 0;    // m, by which the organs overlap there where they rest; it counts as touching
-  double near = 0;       // m, from the place to the vertex when it was last looked at; below 0 inside
-  Follow moves;          // m, of the place
-  Follow turns;          // of the normal
-  Vec3 seen_apart;       // m, from the place to the vertex when the pair was last looked for
-  Vec3 seen_outward;     // unit: of the place's triangle when its normal was last asked for
-  Vec3 reaction;         // N, on the first organ along normal, tangent and the third direction
+  // m, from the place to the vertex, or to where the last step left it, when it was last looked at; below 0 inside
+  double near = 0;
+  Follow moves;       // m, of the place
+  Follow turns;       // of the normal
+  Vec3 seen_apart;    // m, from the place to the vertex when the pair was last looked for
+  Vec3 seen_outward;  // unit: of the place's triangle when its normal was last asked for
+  Vec3 reaction;      // N, on the first organ along normal, tangent and the third direction
 };
 
 // The weights of the corners of the pair's place that contacts can move, as a sum. second: the organ of the place.
