@@ -253,7 +253,7 @@ void CutResponse::begin_step(const Offset& offset) {
   spread(scratch_.y, 1, scratch_.spread);
   for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes()); ++i)
     scratch_.moved[i] = static_cast<float>(scratch_.spread[i * kMostRows]);
-  moved_.set(scratch_.moved, scratch_.moved, 0);
+  moved_.set(scratch_.moved, scratch_.moved, 0, true);
 }
 
 }  // namespace palpate
