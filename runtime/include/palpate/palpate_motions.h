@@ -84,9 +84,8 @@ PALPATE_API palpate_status palpate_scene_hold_volume(palpate_scene* scene, int32
 /* One motion after a touch step; the library fills it. */
 typedef struct palpate_motion_state {
   double amount; /* in this step: as set, or as far as MOTION_LIMITED let it come; of a held volume the pressure, Pa */
-  double
-      volume; /* m^3: of a pressure, what its surface has swept, under contacts too; else 0, and 0 with cut ON. Under large
-                  * deformation what it has swept on its way, which counts where the surface's rim moves               */
+  double volume; /* m^3: of a pressure, what its surface has swept, under contacts too; else, and with cut ON, 0. Under
+                  * large deformation what it has swept on its way, which counts where the surface's rim moves         */
 } palpate_motion_state;
 /* Of motion 0 .. motion_count - 1, inside the scene and valid until the next step; NULL behind the last one, and for a scene without
  * motions. Call it in the thread of palpate_scene_touch. */
