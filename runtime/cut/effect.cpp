@@ -22,10 +22,29 @@ constexpr EffectKey kKeys[] = {
     {PALPATE_CUT_KEY(cut_operations), PALPATE_KEY_COUNT, "", "", 1000, 1'000'000'000},
     {PALPATE_CUT_KEY(cut_points), PALPATE_KEY_COUNT, "", "", 2, PALPATE_MAX_BLADE_POINTS},
 };
+constexpr const char* kResponseIsOfTheWhole =
+    "response curves were measured on the organ that is whole: take force LINEAR and radial OFF, or leave cut OFF";
+constexpr const char* kBelowTheSurface =
+    "what lies below the surface is known for the whole mesh alone and does not follow a cut: leave it out, with shape "
+    "SURFACE, or leave cut OFF";
+constexpr const char* kOnTheSurface =
+    "what is bound to the triangles of the whole organ does not follow a cut: leave it out, or leave cut OFF";
 constexpr EffectNeed kNeeds[] = {
     {"collision", 1u << PALPATE_COLLISION_DEFORMED,
      "lips of a cut are where forces have moved them: take collision DEFORMED, or leave cut OFF"},
+    {"force", 1u << PALPATE_FORCE_OFF | 1u << PALPATE_FORCE_LINEAR, kResponseIsOfTheWhole},
+    {"radial", 1u << PALPATE_RADIAL_OFF, kResponseIsOfTheWhole},
+    {"deformation", kAbsent,  // or LINEAR, which is 0 too
+     "a cut changes the compliance of the linear organ: take deformation LINEAR, or leave cut OFF"},
+    {"needles", kAbsent, kBelowTheSurface},
+    {"shape", 1u << PALPATE_SHAPE_OFF | 1u << PALPATE_SHAPE_SURFACE, kBelowTheSurface},
+    {"queries", kAbsent, kOnTheSurface},
+    {"crossings", kAbsent, kOnTheSurface},
 };
+
+const char* check(const palpate_scene_def& def) {
+  return key_number(def, "fine_surface") != 0 || key_number(def, "render_mesh") != 0 ? kOnTheSurface : nullptr;
+}
 
 // The effect's state: what it made of the bundle, the body of the touch and the part of the step.
 struct CutOfScene {
@@ -160,6 +179,7 @@ constinit const Effect cut_effect = {
     .def = effect_struct<palpate_cut_def, palpate_init_cut_def>("cut_def"),
     .keys = kKeys,
     .needs = kNeeds,
+    .check = check,
     .uses = kUsesRest | kUsesSurface | kUsesHeldSurface | kUsesDisplacements,
     .rows = rows,
     .pass = {nullptr, Half::touch, Pass::contact, nullptr, most_of_changes},

@@ -99,7 +99,7 @@ palpate_status prepare(EffectBuild& build) {
   Motions::Source source;
   source.offset = &scene.touch.offset, source.count = rows.count, source.pass = build.pass;
   if (const palpate_status status = read_kinds_and_volumes(reader, &source)) return status;
-  source.is_linear = scene.touch.body->responds_linearly();
+  source.is_linear = scene.touch.body->responds_linearly(), source.is_whole = key_number(scene.def, "cut") == 0;
   const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
   if (asks_inside(scene) && inside > 0) {
     OffsetRows of_interior;

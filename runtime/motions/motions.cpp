@@ -74,6 +74,7 @@ palpate_status Motions::hold_volume(std::int32_t motion, bool holds, double volu
   if (motion < 0 || motion >= count()) return bad("one of the bundle's motions");
   if (is_told(motion) && !source_.has_surfaces) return refuse_pressure(motion, "palpate_scene_hold_volume", error);
   if (!is_pressure(motion)) return bad("a motion of kind PRESSURE, whose surface sweeps a volume");
+  if (!source_.is_whole) return bad("a scene with cut OFF, since a held volume does not follow a cut");
   const double own = source_.volume[static_cast<std::size_t>(motion) * static_cast<std::size_t>(count()) +
                                     static_cast<std::size_t>(motion)];
   if (holds && !(own > 0 && std::fabs(volume) / own * rows().longest[motion] <= kFarthest))
@@ -188,9 +189,9 @@ void Motions::begin_step(TouchStep& step) {
   step.context->watch.ended(source_.pass);
 }
 
-// m^3, what the surface of a pressure has swept.
+// m^3, what the surface of a pressure has swept; 0 where that is not known.
 double Motions::volume_of(std::int32_t motion, const ContactConstraints& set, const Vec3* force) const {
-  if (!is_pressure(motion)) return 0;
+  if (!is_pressure(motion) || !source_.is_whole) return 0;
   double sum = 0;
   for (std::int32_t m = 0; m < source_.offset->count(); ++m) sum += swept(motion, m) * source_.offset->whole_amount(m);
   for (std::int32_t e = 0; e < set.node_count; ++e) sum += dot(rows().at(motion, set.nodes[e].node), force[e]);

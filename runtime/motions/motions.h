@@ -23,6 +23,7 @@ class Motions final : public StepPart {
     const double* volume = nullptr;
     const std::int32_t* kind = nullptr;  // [count]
     bool is_linear = true;               // the organ; else it tells pressures and volumes itself (RowVolume)
+    bool is_whole = true;                // else volumes do not follow from those of the bundle: none is told or held
     bool has_surfaces = false;  // the pressures' pieces of the surface are known, which a body that is not linear needs
     Pass pass = Pass::input;
   };

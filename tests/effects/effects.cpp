@@ -7,39 +7,37 @@
 namespace palpate::tests {
 namespace {
 
-const DenseBody& dense() {
-  static const DenseBody body = dense_box({});
-  return body;
+// The box and what it answers.
+struct Answers {
+  // reserve: nodes that wait, and that nothing moves.
+  explicit Answers(const DenseBody& body, std::int32_t reserve = 0)
+      : dense(body), compliance(dense_compliance(dense)), motions(dense_motions(dense)), sag(compliance.rows()) {
+    // A body force along y; its largest displacement is 1 mm.
+    for (Eigen::Index n = 0; n < sag.size() / 3; ++n) sag.segment<3>(3 * n) = Eigen::Vector3d(0, -1, 0);
+    sag = compliance * sag;
+    sag *= 1e-3 / sag.cwiseAbs().maxCoeff();
+    motions.field.bottomRows(3 * reserve).setZero();
+  }
+  DenseBody dense;
+  Eigen::MatrixXd compliance;
+  DenseMotions motions;
+  Eigen::VectorXd sag;
+};
+const Answers& answers(bool can_be_cut) {
+  static const Answers whole(dense_box({})), cut(box_that_can_be_cut(kReserveOfBox), kReserveOfBox);
+  return can_be_cut ? cut : whole;
 }
 
-const Eigen::MatrixXd& dense_answers() {
-  static const Eigen::MatrixXd c = dense_compliance(dense());
-  return c;
-}
-
-const DenseMotions& moved_by_motions() {
-  static const DenseMotions motions = dense_motions(dense());
-  return motions;
-}
-
-// A body force along y; its largest displacement is 1 mm.
-const Eigen::VectorXd& sag() {
-  static const Eigen::VectorXd field = [] {
-    Eigen::VectorXd force = Eigen::VectorXd::Zero(dense_answers().rows());
-    for (Eigen::Index n = 0; n < force.size() / 3; ++n) force[3 * n + 1] = -1;
-    const Eigen::VectorXd u = dense_answers() * force;
-    return Eigen::VectorXd(1e-3 / u.cwiseAbs().maxCoeff() * u);
-  }();
-  return field;
-}
-
-void add_sections(BundleParts& parts, Store store) {
+void add_sections(BundleParts& parts, Store store, bool can_be_cut) {
   using formats::SectionId;
-  add_motions(parts, dense());
-  add_whole_corridor(parts, dense());
-  add_large_deformation(parts);
+  const Answers& of = answers(can_be_cut);
+  add_motions(parts, of.dense);
+  if (can_be_cut)
+    add_cut_region(parts, of.dense, kReserveOfBox);
+  else
+    add_whole_corridor(parts, of.dense), add_large_deformation(parts);
   parts.set(SectionId::preload_displacement, {parts.sections.at(SectionId::nodes).shape[0], 3},
-            std::vector<double>(sag().begin(), sag().end()));
+            std::vector<double>(of.sag.begin(), of.sag.end()));
   parts.set(SectionId::response_radial, {3}, kRadial.coefficients());
   parts.set(SectionId::response_force, {3}, kForce.coefficients());
   parts.set(SectionId::response_range, {2}, std::vector<double>{kRadial.range, kForce.range});
@@ -62,17 +60,22 @@ std::vector<double> ResponseOfBox::coefficients() const {
   return {a + 1.5 * b, a + 2 * b, 0.5 * b};
 }
 
-EffectBody::EffectBody(Store store)
-    : compliance(dense_answers()),
-      motions(moved_by_motions().field),
-      preload(sag()),
-      sweep(moved_by_motions().sweep),
-      touched(dense(), [&](BundleParts& parts) { add_sections(parts, store); }) {}
+EffectBody::EffectBody(Store store, bool can_be_cut)
+    : compliance(answers(can_be_cut).compliance),
+      motions(answers(can_be_cut).motions.field),
+      preload(answers(can_be_cut).sag),
+      sweep(answers(can_be_cut).motions.sweep),
+      touched(answers(can_be_cut).dense, [&](BundleParts& parts) { add_sections(parts, store, can_be_cut); }) {}
 
 const EffectBody& body_of(Store store) {
   static const EffectBody bodies[] = {EffectBody(Store::f32), EffectBody(Store::f16), EffectBody(Store::blocks),
                                       EffectBody(Store::interior_f16)};
   return bodies[static_cast<int>(store)];
+}
+const EffectBody& body_of(const SceneOfEffects& scene) {
+  if (!scene.cut) return body_of(scene.store);
+  static const EffectBody f32(Store::f32, true), f16(Store::f16, true), blocks(Store::blocks, true);
+  return scene.store == Store::f16 ? f16 : scene.store == Store::blocks ? blocks : f32;
 }
 
 const FineHost& effect_fine() {
@@ -156,6 +159,9 @@ const std::vector<Effect>& effects() {
       {"rows f16", Slot::store, [](S& s) { s.store = Store::f16; }},
       {"blocks", Slot::store, [](S& s) { s.store = Store::blocks; }},
       {"interior f16", Slot::store, [](S& s) { s.store = Store::interior_f16, s.def.shape = PALPATE_SHAPE_VOLUME; }},
+      {"cut", Slot::own,
+       [](S& s) { s.cut = true, s.def.cut.cut = PALPATE_CUT_ON, s.def.cut.cut_operations = 1'000'000'000; },
+       needs_deformed},
   };
   return list;
 }

@@ -16,16 +16,20 @@ namespace palpate::tests {
 enum class Store { f32, f16, blocks, interior_f16 };
 
 // A box whose bundle has all sections, in one store, with the dense answers: supports at x = 0, four motions, a corridor through all inner
-// nodes, a preload, both response curves and an order of elimination.
+// nodes, a preload, both response curves and an order of elimination. One that can be cut has no nodes inside: its region is all of it, so that these
+// count as nodes of the surface, and behind them are kReserveOfBox nodes in reserve.
+inline constexpr std::int32_t kReserveOfBox = 12;
 struct EffectBody {
-  explicit EffectBody(Store store);
+  explicit EffectBody(Store store, bool can_be_cut = false);
   const Eigen::MatrixXd& compliance;  // [3N][3N] m/N
   const Eigen::MatrixXd& motions;     // [3N][4], of amounts that move the box by about a millimetre each
   const Eigen::VectorXd& preload;     // [3N] m
   const Eigen::VectorXd& sweep;       // [3N]: of displacements the volume that the surface of the pressure sweeps, m^3
   TouchedBody touched;
 };
+struct SceneOfEffects;
 const EffectBody& body_of(Store store);
+const EffectBody& body_of(const SceneOfEffects& scene);
 
 // The bundle's response: y = x + x^2 / scale on [0, range], which goes beyond what the scenes reach: nothing is flagged.
 struct ResponseOfBox {
@@ -39,7 +43,8 @@ struct SceneOfEffects {
   SceneDef def = unlimited_def();
   Store store = Store::f32;
   bool grasps = false, links = false, needles = false, motions = false, holds_volume = false, loads = false,
-       force_control = false, obstacles = false, skin = false, fine = false, touching = false, world_links = false;
+       force_control = false, obstacles = false, skin = false, fine = false, cut = false, touching = false,
+       world_links = false;
   bool is_world() const { return touching || world_links; }
 };
 

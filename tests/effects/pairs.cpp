@@ -32,6 +32,23 @@ const std::vector<Refusal>& refusals() {
        points,
        "Jaws turn the tissue that they hold. A disc takes up a torque; a point, and a node, take none."},
       {"c", {"dent"}, points, "A dent is that of a disc, and a point presses no disc."},
+      {"d",
+       {"cut"},
+       {"force response (Q)", "radial response (P)", "large", "large beside", "large renewed"},
+       "A cut changes the compliance of the linear organ; response curves were measured on the whole one, and a "
+       "hyperelastic body has its own elements."},
+      {"e",
+       {"cut"},
+       {"shape volume", "inside", "needles", "interior f16"},
+       "What lies below the surface is known for the whole mesh alone and does not follow a cut."},
+      {"f",
+       {"cut"},
+       {"queries", "crossings", "fine surface", "skin", "dent"},
+       "What is bound to the triangles of the whole organ does not follow a cut."},
+      {"g",
+       {"cut"},
+       {"volumes held"},
+       "A volume that is held does not follow a cut: it is found from the whole organ."},
   };
   return list;
 }
@@ -199,7 +216,8 @@ std::string page_of(const std::vector<std::vector<PairFound>>& found) {
       "| cell | meaning |\n|---|---|\n"
       "| 1 | they act together; the error is at most 1e-5, that of single precision |\n"
       "| 2 | at most 1e-3: half precision; the end of iterations where lines or normals turn with the surface |\n"
-      "| 3 | at most 3e-2: normals that lag behind the surface; the end of the steps of a hyperelastic body |\n"
+      "| 3 | at most 3e-2: normals that lag behind the surface; the end of the steps of a hyperelastic body; discs "
+      "beside a cut |\n"
       "| · | two values of one effect: a scene has one of them |\n";
   for (const Refusal& refusal : refusals()) page += fmt::format("| {} | {} |\n", refusal.key, refusal.reason);
   page += "\nRows and columns are the same effects, in the same order.\n\n| |";

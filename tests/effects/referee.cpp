@@ -1,5 +1,7 @@
 #include "tests/effects/referee.h"
 
+#include "runtime/cut/effect.h"
+#include "runtime/scene/scene.h"
 #include "runtime/surface/surface_tissue.h"
 #include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/large/large_scene.h"
@@ -50,9 +52,10 @@ struct Direction {
 }  // namespace
 
 Referee::Referee(const SceneOfEffects& of, Stage& stage)
-    : of_(of), stage_(stage), body_(body_of(of.store)), memory_of_surface_(palpate_allocator{}) {
+    : of_(of), stage_(stage), body_(body_of(of)), memory_of_surface_(palpate_allocator{}) {
   const TouchedBody& body = body_.touched;
   organs_.resize(static_cast<std::size_t>(stage.organs()));
+  for (Organ& organ : organs_) organ.left.emplace_back(body_);
   rest_.resize(body.dofs());
   for (std::int32_t n = 0; 3 * n < body.dofs(); ++n) rest_.segment<3>(3 * n) = body.node(n);
   if (of.def.preload == PALPATE_PRELOAD_ON) rest_ += body_.preload;
@@ -114,6 +117,21 @@ Matrix3d Referee::local_of_disc(const palpate_contact& contact) {
 
 // ---- what a step tells -------------------------------------------------------------------------------------------------
 
+void Referee::read_forces(Organ& organ) {
+  organ.f = VectorXd::Zero(body_.touched.dofs()), organ.of_node.clear();
+  for (std::int32_t e = 0; e < organ.contacts->node_count; ++e) {
+    const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, e);
+    Vector3d f(node.force);
+    if (of_.def.large.deformation == PALPATE_DEFORMATION_LINEAR) {
+      f = vector(node.modified_displacement);
+      if (node.node < body_.touched.body.surface_nodes) f = stiffness_of(organ.left[0].origin(node.node)) * f;
+    }
+    organ.of_node.push_back(f);
+    organ.f.segment<3>(3 * node.node) += f;
+    largest_force_ = std::max(largest_force_, f.norm());
+  }
+}
+
 void Referee::read(Organ& organ, int k) {
   organ.scene = stage_.scene(k), organ.contacts = &stage_.contacts(k);
   if (of_.loads) check_loads(organ, k);
@@ -131,18 +149,8 @@ void Referee::read(Organ& organ, int k) {
     miss("positions", std::fabs(at[i] - organ.told[i] - rest_[dof]), kLength);
   }
   if (step_ % 20 == 0) check_crossings(organ, at);
-  organ.f = VectorXd::Zero(body.dofs()), organ.of_node.clear();
-  for (std::int32_t e = 0; e < organ.contacts->node_count; ++e) {
-    const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, e);
-    Vector3d f(node.force);
-    if (!large) {
-      f = vector(node.modified_displacement);
-      if (node.node < body.body.surface_nodes) f = stiffness_of(node.node) * f;
-    }
-    organ.of_node.push_back(f);
-    organ.f.segment<3>(3 * node.node) += f;
-    largest_force_ = std::max(largest_force_, f.norm());
-  }
+  if (of_.cut) has_changed_ |= organ.left[0].follow(cut_mesh_of(*organ.scene));
+  read_forces(organ);
   if (large) {
     organ.u = VectorXd::Zero(body.dofs());
     for (std::size_t i = 0; i < organ.told.size(); ++i) organ.u[static_cast<Eigen::Index>(i)] = organ.told[i];
@@ -153,11 +161,21 @@ void Referee::read(Organ& organ, int k) {
   organ.u = VectorXd::Zero(body.dofs());
   if (of_.motions) organ.u = body_.motions * amounts_of(organ);
   if (of_.loads) organ.u += body_.compliance * stage_.loads(k);
+  if (of_.cut) {
+    const bool sags = of_.def.preload == PALPATE_PRELOAD_ON;
+    organ.u = organ.left[0].moved(sags ? VectorXd(organ.u + body_.preload) : organ.u);
+    for (Eigen::Index n = 0; sags && n < body.dofs() / 3; ++n)
+      organ.u.segment<3>(3 * n) -= body_.preload.segment<3>(3 * organ.left[0].origin(static_cast<std::int32_t>(n)));
+    // A new node's displacement is told from where it was in reserve.
+    for (std::int32_t n = 0; n < nodes; ++n)
+      if (const std::int32_t from = organ.left[0].origin(n); from != n)
+        for (int d = 0; d < 3; ++d) organ.told[3 * n + d] += static_cast<float>(rest_[3 * n + d] - rest_[3 * from + d]);
+  }
   organ.drawn = organ.u;
   add_corrected_shape(organ);
   for (Eigen::Index n = 0; n < body.dofs() / 3; ++n)
     if (!organ.f.segment<3>(3 * n).isZero(0))
-      organ.u += body_.compliance.middleCols<3>(3 * n) * organ.f.segment<3>(3 * n);
+      organ.u += organ.left[0].compliance().middleCols<3>(3 * n) * organ.f.segment<3>(3 * n);
 }
 
 // Their sum, as the state and the contacts tell it.
@@ -195,7 +213,7 @@ void Referee::add_corrected_shape(Organ& organ) {
   for (const auto& [tool, f] : parts) {
     VectorXd u = VectorXd::Zero(f.size());
     for (Eigen::Index n = 0; n < f.size() / 3; ++n)
-      if (!f.segment<3>(3 * n).isZero(0)) u += body_.compliance.middleCols<3>(3 * n) * f.segment<3>(3 * n);
+      if (!f.segment<3>(3 * n).isZero(0)) u += organ.left[0].compliance().middleCols<3>(3 * n) * f.segment<3>(3 * n);
     if (tool >= 0) {
       const Direction direction(*palpate_contacts_tool(organ.contacts, tool));
       for (Eigen::Index n = 0; n < u.size() / 3; ++n) {
@@ -232,20 +250,7 @@ void Referee::check(int s) {
   const bool large = of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR;
   last_u_ = s == 0 ? VectorXd(VectorXd::Zero(rest_.size())) : organs_[0].u;
   for (int k = 0; k < stage_.organs(); ++k) read(organs_[k], k);
-  if (s == 0) {
-    for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
-      for (int d = 0; d < 3; ++d) position_.push_back(rest_[3 * n + d]);
-    for (const auto& t : body_.touched.body.triangles) triangles_.insert(triangles_.end(), t.begin(), t.end());
-    const auto count = static_cast<std::int32_t>(triangles_.size() / 3);
-    palpate_error error = {};
-    const bool made =
-        index_.build(memory_of_surface_, position_.data(), triangles_.data(), count) &&
-        measure_.build(memory_of_surface_, position_.data(), body_.touched.body.surface_nodes, triangles_.data(),
-                       count) &&
-        patch_.create(memory_of_surface_, &index_, &measure_, triangles_.data(), body_.touched.body.surface_nodes) &&
-        read_tissue(*body_.touched.bundle(), memory_of_surface_, measure_, &error) == PALPATE_OK;
-    if (!made) throw std::runtime_error("no surface for the referee");
-  }
+  if (s == 0 || has_changed_) measure_surface();
   // Beside its steps a hyperelastic body only approaches the solution: what it is held to, it is where all stands still.
   const bool looks = stage_.flags == 0 && (!large || s == kSteps - 1);
   trusted += stage_.flags == 0;
@@ -267,9 +272,35 @@ void Referee::check(int s) {
   for (std::size_t k = 0; large && k < organs_.size(); ++k) check_large(organs_[k], static_cast<int>(k));
 }
 
+// At rest: what is left of the first organ.
+void Referee::measure_surface() {
+  const CutTruth& left = organs_[0].left[0];
+  has_changed_ = false;
+  index_ = {}, measure_ = {}, patch_ = {};
+  position_.clear(), triangles_.clear();
+  for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
+    for (int d = 0; d < 3; ++d) position_.push_back(rest_[3 * left.origin(n) + d]);
+  for (const auto& t : body_.touched.body.triangles) triangles_.insert(triangles_.end(), t.begin(), t.end());
+  if (const std::int32_t now = palpate_scene_cut_surface(organs_[0].scene, nullptr, nullptr, 0); now > 0) {
+    triangles_.resize(3 * static_cast<std::size_t>(now));  // those of the whole organ come first
+    palpate_scene_cut_surface(organs_[0].scene, triangles_.data(), nullptr, now);
+  }
+  const auto count = static_cast<std::int32_t>(triangles_.size() / 3);
+  palpate_error error = {};
+  const bool made =
+      index_.build(memory_of_surface_, position_.data(), triangles_.data(), count) &&
+      measure_.build(memory_of_surface_, position_.data(), body_.touched.body.surface_nodes, triangles_.data(),
+                     count) &&
+      patch_.create(memory_of_surface_, &index_, &measure_, triangles_.data(), body_.touched.body.surface_nodes) &&
+      read_tissue(*body_.touched.bundle(), memory_of_surface_, measure_, &error) == PALPATE_OK;
+  if (!made) throw std::runtime_error("no surface for the referee");
+  for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
+    if (left.origin(n) != n) measure_.copy_tissue(n, left.origin(n));
+}
+
 void Referee::check_shape(Organ& organ, int k) {
   if (of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR) return;
-  if (of_.motions) {
+  if (of_.motions && !of_.cut) {
     const double swept = body_.sweep.dot(organ.u), scale = 1e-6;  // m^3, what a pressure of these scenes sweeps
     miss("volumes", std::fabs(palpate_scene_motion_state(organ.scene, kFilling)->volume - swept), scale);
     if (!std::isnan(stage_.held_volume(k)) && stage_.flags == 0)
@@ -445,10 +476,14 @@ void Referee::check_pusher(const Organ& organ) {
 // The jaws close on the tissue where the last step has left it.
 void Referee::close_jaws(const palpate_grasp& grasp) {
   std::vector<std::array<double, 3>> nodes;
-  for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n)
-    nodes.push_back({rest(n)[0], rest(n)[1], rest(n)[2]});
-  grasped_ = studies::grasped_surface(nodes, body_.touched.body.surface_nodes, body_.touched.body.triangles,
-                                      body_.touched.touchable);
+  std::vector<std::int32_t> touchable = body_.touched.touchable;
+  for (std::int32_t n = 0; n < body_.touched.body.surface_nodes; ++n) {
+    nodes.push_back({position_[3 * n], position_[3 * n + 1], position_[3 * n + 2]});
+    if (organs_[0].left[0].origin(n) != n) touchable.push_back(n);
+  }
+  std::vector<std::array<std::int32_t, 3>> triangles(triangles_.size() / 3);
+  std::memcpy(triangles.data(), triangles_.data(), triangles_.size() * sizeof triangles_[0]);
+  grasped_ = studies::grasped_surface(nodes, body_.touched.body.surface_nodes, triangles, touchable);
   studies::GraspedRows jaws(grasped_, *body_.touched.bundle(), surface_point_of(grasp.triangle, grasp.barycentric),
                             grasp.radius);
   jaws_.id = grasp.id, jaws_.position = vector(grasp.position), jaws_.turn = turn_of(grasp);

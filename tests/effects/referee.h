@@ -13,6 +13,7 @@
 #include "runtime/relaxation/prony_series.h"
 #include "runtime/tissue/response_curve.h"
 #include "studies/coupled/grasped_rows.h"
+#include "tests/effects/cut_truth.h"
 #include "tests/effects/stage.h"
 
 namespace palpate::tests {
@@ -36,6 +37,7 @@ class Referee {
     Eigen::VectorXd f, u, drawn;           // N; m by f and motions; m as it is drawn, after P
     std::vector<Eigen::Vector3d> of_node;  // N, of each contact node, before Q
     std::vector<float> told;               // m, the shape
+    std::vector<CutTruth> left;            // one: what is left of the body
   };
   // Weighted nodes under one resultant.
   struct Held {
@@ -45,6 +47,8 @@ class Referee {
 
   void miss(const char* kind, double error, double scale);
   void read(Organ& organ, int k);
+  void measure_surface();
+  void read_forces(Organ& organ);
   void check_loads(const Organ& organ, int k);
   void check_plate(const Organ& organ, int k);
   Eigen::Vector4d amounts_of(const Organ& organ);
@@ -107,6 +111,7 @@ class Referee {
   Eigen::VectorXd last_u_;                     // m, of organ 0 in the last step
   std::map<std::pair<int, int>, bool> stuck_;  // tool, point: it stuck in the last step
   int step_ = 0;
+  bool has_changed_ = false;  // the surface, in this step
 };
 
 }  // namespace palpate::tests

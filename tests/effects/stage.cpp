@@ -53,7 +53,7 @@ palpate_link_end end_in_world(const Vector3d& p) {
 
 }  // namespace
 
-Stage::Stage(const SceneOfEffects& of) : of_(of), body_(body_of(of.store).touched) {
+Stage::Stage(const SceneOfEffects& of) : of_(of), body_(body_of(of).touched) {
   const palpate_fine_surface fine = effect_fine().view();
   SceneDef def = of.def;
   if (of.skin) def.render_mesh = effect_skin();
@@ -67,7 +67,7 @@ Stage::Stage(const SceneOfEffects& of) : of_(of), body_(body_of(of.store).touche
     const PlaceOnFace point = place_at(body_, kUp, Vector3d(kPointOfForce));
     for (int v = 0; v < 3; ++v)
       Eigen::Map<Vector3d>(def.loads.centre[0]) +=
-          point.weights[v] * body_of(of.store).preload.segment<3>(3 * body_.body.triangles[point.triangle][v]);
+          point.weights[v] * body_of(of).preload.segment<3>(3 * body_.body.triangles[point.triangle][v]);
   }
   poses_[0] = pose_at(kWhere, kTurned), poses_[1] = pose_of_second(0, 0);
   if (!of.is_world()) {
@@ -287,7 +287,7 @@ Vector3d Stage::rest_of(const palpate_link_end& end) const {
   Vector3d place = body_.place(end.triangle, Vector3d(end.barycentric));
   const auto& nodes = body_.body.triangles[end.triangle];
   for (int v = 0; v < 3 && of_.def.preload == PALPATE_PRELOAD_ON; ++v)
-    place += end.barycentric[v] * body_of(of_.store).preload.segment<3>(3 * nodes[v]);
+    place += end.barycentric[v] * body_of(of_).preload.segment<3>(3 * nodes[v]);
   return place;
 }
 
@@ -332,6 +332,23 @@ void Stage::set_links(int s) {
   }
 }
 
+// A slit between the support and all that others hold, from y = 0 on through the whole height.
+void Stage::set_blade(int s) {
+  for (int k = 0; of_.cut && k < organs(); ++k) {
+    palpate_blade blade = palpate_default_blade();
+    std::vector<double> edge;
+    for (int i = 0; i < 5 && s >= kCutsFrom; ++i) {
+      const Vector3d point =
+          in_world(k, Vector3d(0.0205, 1e-3 * at(s, {{kCutsFrom, -2}, {kCutsFrom + 20, 18}}), 0.0125 * i - 0.005));
+      edge.insert(edge.end(), point.begin(), point.end());
+    }
+    Eigen::Map<Vector3d>(blade.direction) = direction_in_world(k, kSide);
+    blade.points = edge.data(), blade.point_count = static_cast<std::int32_t>(edge.size() / 3),
+    blade.toughness = kToughness;
+    palpate_scene_set_blade(scene(k), 0, &blade, nullptr);
+  }
+}
+
 void Stage::step(int s) {
   move_tools(s);
   send_tools();
@@ -339,6 +356,7 @@ void Stage::step(int s) {
   set_loads(s);
   set_plate(s);
   set_links(s);
+  set_blade(s);
   const auto count = static_cast<std::int32_t>(tools_.size());
   flags = world_
               ? palpate_world_touch(world_.get(), sent_.data(), count, kStepTime, world_contacts_->get(),

@@ -2,19 +2,20 @@
 //
 // The box is 60 x 50 x 40 mm, held at x = 0. A finger comes down on its top, drags, leaves, comes again and drags; a grip draws on the face
 // y = 50 mm; jaws pull and turn the bottom; a needle goes in at y = 0; links hold the face y = 50 mm; a second box comes against x = 60 mm. In
-// the last 40 steps everything stands still. A pusher presses the bottom with a given force, and a plate the edge between the top and x = 60 mm. The organ is somewhere in the world, turned.
+// the last 40 steps everything stands still. A blade cuts a slit near the support. A pusher presses the bottom with a given force, and a plate the edge between the top and x = 60 mm. The organ is somewhere in the world, turned.
 #pragma once
 
 #include "tests/effects/effects.h"
 
 namespace palpate::tests {
 
-inline constexpr int kSteps = 200, kStandsFrom = 160, kHoldsVolumeFrom = 80;
+inline constexpr int kSteps = 200, kStandsFrom = 160, kHoldsVolumeFrom = 80, kCutsFrom = 60;
 // Between these steps the finger is not sent, and the jaws are open; they close anew on tissue that others hold.
 inline constexpr int kFingerIsAway[] = {107, 113}, kJawsAreOpen[] = {92, 98};
 inline constexpr std::int32_t kIdOfFinger = 3, kIdOfGrip = 4, kIdOfJaws = 5, kIdOfNeedle = 6, kIdOfPusher = 7;
 inline constexpr double kStepTime = 1e-3;
-inline constexpr double kPairFriction = 0.3, kFingerFriction = 0.4, kFingerRadius = 0.004, kPlateFriction = 0.3;
+inline constexpr double kPairFriction = 0.3, kFingerFriction = 0.4, kFingerRadius = 0.004, kPlateFriction = 0.3,
+                        kToughness = 2;  // J/m^2
 // Unit, of the plate that presses the edge between the top and the face x = 60 mm.
 inline const Eigen::Vector3d kPlateNormal = Eigen::Vector3d(-1, 0, -1).normalized();
 
@@ -65,6 +66,7 @@ class Stage {
   void set_loads(int s);
   void set_plate(int s);
   void set_links(int s);
+  void set_blade(int s);
   Eigen::Vector3d rest_of(const palpate_link_end& end) const;
 
   SceneOfEffects of_;

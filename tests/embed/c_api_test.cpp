@@ -1,4 +1,4 @@
-// c_api_test BUNDLE.h5 MOTIONS.h5: every function of the C API, on the bundles of tests/embed/write_tiny_bundle. Built and run here and,
+// c_api_test BUNDLE.h5 MOTIONS.h5 CUT.h5: every function of the C API, on the bundles of tests/embed/write_tiny_bundle. Built and run here and,
 // against the installed library, on other platforms. It includes the public headers alone.
 #include <gtest/gtest.h>
 #include <palpate/palpate_scene_def.hpp>
@@ -14,7 +14,7 @@
 
 namespace {
 
-std::string bundle_path, motions_path;
+std::string bundle_path, motions_path, cut_path;
 
 constexpr double kTick = 1e-3;
 // Above the face z = 40 mm, far from the fixed nodes at x = 0.
@@ -537,6 +537,36 @@ TEST(CApi, TellsThatAFoldedSurfaceCrossesItself) {
   EXPECT_LT(place.triangle[0], place.triangle[1]);
 }
 
+TEST(CApi, CutsTheOrganAndRemovesTissue) {
+  BundleOwner owner(cut_path);
+  palpate::SceneDef def;
+  def.collision = PALPATE_COLLISION_DEFORMED, def.cut.cut = PALPATE_CUT_ON;
+  SceneOwner made(owner.bundle, def);
+  const std::int32_t whole = palpate_scene_cut_surface(made.scene, nullptr, nullptr, 0);
+  palpate_blade blade = palpate_default_blade();
+  palpate_error error = {};
+  for (int step = 0; step < 40; ++step) {
+    const double edge[6] = {0.0205, -0.002 + 5e-4 * step, -0.005, 0.0205, -0.002 + 5e-4 * step, 0.045};
+    blade.points = edge, blade.point_count = 2, blade.direction[1] = 1, blade.toughness = 2;
+    ASSERT_EQ(palpate_scene_set_blade(made.scene, 0, &blade, &error), PALPATE_OK) << error.text;
+    made.touch(nullptr, 0);
+  }
+  const palpate_cut_state& state = *palpate_scene_cut_state(made.scene);
+  EXPECT_GT(state.faces, 0);
+  EXPECT_GT(state.nodes, 0);
+  EXPECT_GT(palpate_scene_blade_state(made.scene, 0)->work, 0);
+  std::vector<std::int32_t> triangles(3 * 400);
+  std::vector<std::uint8_t> is_lip(400);
+  const std::int32_t count = palpate_scene_cut_surface(made.scene, triangles.data(), is_lip.data(), 400);
+  EXPECT_EQ(count, whole + 2 * state.faces);
+  EXPECT_EQ(std::count(is_lip.begin(), is_lip.end(), 1), 2 * state.faces);
+  const double corner[3] = {0.06, 0.05, 0.04};
+  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0.02, &error), PALPATE_OK) << error.text;
+  made.touch(nullptr, 0);
+  EXPECT_GT(state.removed, 0);
+  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0, &error), PALPATE_ERROR_ARGUMENT);
+}
+
 TEST(CApi, PressesWithAGivenForce) {
   BundleOwner owner(bundle_path);
   palpate::SceneDef def = full_def();
@@ -730,6 +760,8 @@ TEST(CApi, PartsHaveDefaults) {
   EXPECT_EQ(palpate_default_force_control_def().force_control, 1);
   EXPECT_EQ(palpate_default_crossings_def().crossings, PALPATE_CROSSINGS_ON);
   EXPECT_EQ(palpate_default_crossings_out().struct_bytes, sizeof(palpate_crossings_out));
+  EXPECT_EQ(palpate_default_cut_def().cut, PALPATE_CUT_ON);
+  EXPECT_EQ(palpate_default_blade().struct_bytes, sizeof(palpate_blade));
   EXPECT_EQ(palpate_default_obstacles_def().count, 0);
   EXPECT_EQ(palpate_default_obstacles_def().max_nodes, 256);
   EXPECT_EQ(palpate_default_dent_def().dent, PALPATE_DENT_DISCS);
@@ -785,10 +817,10 @@ TEST(CApi, PartsOfADefinition) {
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  if (argc != 3) {
-    std::fprintf(stderr, "expected BUNDLE.h5 MOTIONS.h5\n");
+  if (argc != 4) {
+    std::fprintf(stderr, "expected BUNDLE.h5 MOTIONS.h5 CUT.h5\n");
     return 2;
   }
-  bundle_path = argv[1], motions_path = argv[2];
+  bundle_path = argv[1], motions_path = argv[2], cut_path = argv[3];
   return RUN_ALL_TESTS();
 }

@@ -20,6 +20,7 @@ relaxation: [Rr]elaxation RELAXATION [Pp]rony
 large: [Ll]arge\sdeformation \b[Ll]arge[_/] \bLarge[A-Z] LARGE_ [Hh]yperelastic beside\sthe\stouch \bdeformation_
 fine surface: [Ff]ine\ssurface fine_surface FineSurface
 skin: \b[Ss]kin render\smesh render_mesh \b[Dd]ents?\b
+cut: palpate_cut CutOrgan CutScene runtime/cut \bCUT_ \b[Bb]lades?\b [bB]lade[A-Z] BLADE \b[Ll]ips?\b
 query: \b[Qq]ueries_ QueriedField runtime/query palpate_query QUERIES
 report: ContactReport runtime/report
 crossings: palpate_crossings CrossingCheck runtime/crossings
@@ -76,7 +77,7 @@ class CoreWords(unittest.TestCase):
 
     def test_words_are_found(self):
         for module, line in (("grasps", "if (tool.has_grasp)"), ("needles", "// as a needle's place"), ("links", "add_link(wish)"),
-                             ("motions", "MotionRows rows;"), ("loads", "palpate_loads_def def;"), ("force control", "const palpate_given_force& push"), ("world", "// of an organ of a world"), ("world", "most_world_links = 0"), ("obstacles", "if (obstacle)"),
+                             ("motions", "MotionRows rows;"), ("loads", "palpate_loads_def def;"), ("force control", "const palpate_given_force& push"), ("world", "// of an organ of a world"), ("world", "most_world_links = 0"), ("obstacles", "if (obstacle)"), ("cut", "// where a blade is"), ("cut", "PALPATE_SOURCE_BLADE"),
                              ("large", "// under large deformation"), ("skin", "the dent of others"), ("relaxation", "def.relaxation")):
             self.assertIn(module, [found[1] for found in found_in(line)], line)
         for line in ("forces are in the world", "a query ends", "the largest move", "std::memory_order_relaxed", "two lines"):

@@ -81,6 +81,23 @@ BundleParts cut_box(const TinyBox& box, std::int32_t reserve) {
   return parts;
 }
 
+DenseBody box_that_can_be_cut(std::int32_t reserve) {
+  DenseBody box = dense_box({});
+  auto& nodes = box.body.mesh.nodes;
+  nodes.insert(nodes.end(), static_cast<std::size_t>(reserve), std::array(nodes[0]));
+  box.fixed.resize(3 * nodes.size(), 1);
+  box.body.surface_nodes = static_cast<std::int32_t>(nodes.size()), box.interior = false;
+  return box;
+}
+
+void add_cut_region(BundleParts& parts, const DenseBody& dense, std::int32_t reserve) {
+  const std::int32_t first = dense.body.surface_nodes - reserve;
+  std::vector<std::int32_t> nodes(static_cast<std::size_t>(first));
+  std::iota(nodes.begin(), nodes.end(), 0);
+  add_cut(parts, dense, nodes);
+  parts.set(formats::SectionId::cut_reserve, {2}, std::vector<std::int32_t>{first, reserve});
+}
+
 void add_whole_corridor(BundleParts& parts, const DenseBody& dense) {
   std::vector<std::int32_t> inside(dense.body.mesh.nodes.size() - static_cast<std::size_t>(dense.body.surface_nodes));
   std::iota(inside.begin(), inside.end(), dense.body.surface_nodes);

@@ -17,6 +17,10 @@ void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<
 
 // Adds the sections of a cut's region. nodes: ascending.
 void add_cut(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes);
+// The box, all of which may be cut: no node is inside, and the last ones of the surface are in reserve. They wait at the first node.
+DenseBody box_that_can_be_cut(std::int32_t reserve);
+// That region, with its reserve.
+void add_cut_region(BundleParts& parts, const DenseBody& dense, std::int32_t reserve);
 
 // A box that may be cut everywhere: all nodes inside it are nodes of the surface with columns, and so are the last `reserve` ones, in no tetrahedron.
 BundleParts cut_box(const TinyBox& box, std::int32_t reserve);

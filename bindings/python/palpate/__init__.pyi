@@ -263,6 +263,11 @@ class _Effects(TypedDict, total=False):
     crossings: Union[bool, Literal["off", "on"]]
     crossings_calls: int
     crossings_operations: int
+    cut: Union[bool, Literal["off", "on"]]
+    cut_nodes: int
+    cut_rank: int
+    cut_operations: int
+    cut_points: int
     # (end of what is printed)
     relaxation: Optional[Sequence[tuple[float, float]]]
     loads: Optional[Sequence[tuple[Sequence[float], float]]]

@@ -497,5 +497,4 @@ PALPATE_API palpate_step_flags palpate_scene_normals(palpate_scene* scene, const
 #ifdef __cplusplus
 } /* extern "C" */
 #endif
-
 #endif /* PALPATE_H */

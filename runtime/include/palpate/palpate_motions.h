@@ -77,15 +77,15 @@ PALPATE_API palpate_status palpate_scene_set_motions(palpate_scene* scene, const
  * it grows), and the pressure is what that takes, whatever palpate_scene_set_motions says; so a host pumps, or closes a valve at the volume that
  * palpate_scene_motion_state tells. holds 0: the pressure is given again, at first the last one. A step in which one begins or ceases
  * to be held computes its contacts anew. Under large deformation the volume is met within 1 % of what the surface's triangles sweep, or the step is
- * flagged (DEFORMATION_BEHIND); it needs motion/pressed of the bundle. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
+ * flagged (DEFORMATION_BEHIND); it needs motion/pressed of the bundle. A scene with cut ON refuses it. error may be NULL. Never allocates or locks. Call it in the thread of palpate_scene_touch. */
 PALPATE_API palpate_status palpate_scene_hold_volume(palpate_scene* scene, int32_t motion, int32_t holds, double volume,
                                                      palpate_error* error);
 
 /* One motion after a touch step; the library fills it. */
 typedef struct palpate_motion_state {
   double amount; /* in this step: as set, or as far as MOTION_LIMITED let it come; of a held volume the pressure, Pa */
-  double volume; /* m^3: of a pressure, what its surface has swept, under contacts too; else 0. Under large deformation
-                  * what it has swept on its way, which counts where the surface's rim moves                           */
+  double volume; /* m^3: of a pressure, what its surface has swept, under contacts too; else, and with cut ON, 0. Under
+                  * large deformation what it has swept on its way, which counts where the surface's rim moves         */
 } palpate_motion_state;
 /* Of motion 0 .. motion_count - 1, inside the scene and valid until the next step; NULL behind the last one, and for a scene without
  * motions. Call it in the thread of palpate_scene_touch. */

@@ -71,9 +71,10 @@ struct SceneDef : palpate_scene_def, PartsOfScene {
  private:
   void chain() noexcept {
     parts = nullptr;
-    for (palpate_part* each : {&cut.part, &crossings.part, &obstacles.part, &force_control.part, &loads.part, &inside.part,
-                               &dent.part, &render_mesh.part, &queries.part, &report.part, &links.part, &motions.part,
-                               &needles.part, &grasps.part, &fine_surface.part, &large.part, &relaxation.part})
+    for (palpate_part* each :
+         {&cut.part, &crossings.part, &obstacles.part, &force_control.part, &loads.part, &inside.part, &dent.part,
+          &render_mesh.part, &queries.part, &report.part, &links.part, &motions.part, &needles.part, &grasps.part,
+          &fine_surface.part, &large.part, &relaxation.part})
       palpate_add_part(&parts, each);
   }
 };

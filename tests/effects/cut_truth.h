@@ -1,0 +1,31 @@
+// The dense body that is left where a scene has cut the box.
+#pragma once
+
+#include "runtime/cut/cut_mesh.h"
+#include "tests/effects/effects.h"
+
+namespace palpate::tests {
+
+class CutTruth {
+ public:
+  explicit CutTruth(const EffectBody& whole) : whole_(whole) {}
+  // As the mesh is now; new nodes have the numbers of the scene. Whether it has changed.
+  bool follow(const CutMesh& mesh);
+
+  // [3N][3N] m/N; zero for nodes that are not in use.
+  const Eigen::MatrixXd& compliance() const { return is_cut() ? compliance_ : whole_.compliance; }
+  // [3N] m, where loads and supports move what is left that would move the whole box by this.
+  Eigen::VectorXd moved(const Eigen::VectorXd& by) const;
+  // The node at rest where a node began.
+  std::int32_t origin(std::int32_t node) const { return is_cut() ? origin_[static_cast<std::size_t>(node)] : node; }
+
+ private:
+  bool is_cut() const { return new_nodes_ > 0; }
+
+  const EffectBody& whole_;
+  std::int32_t new_nodes_ = 0;
+  std::vector<std::int32_t> origin_;
+  Eigen::MatrixXd stiffness_, compliance_;
+};
+
+}  // namespace palpate::tests
