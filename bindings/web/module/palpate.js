@@ -30,6 +30,7 @@ export { PalpateError, Scene, World };
  *   needles?: boolean, needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts",
  *   queries?: boolean | "off" | "on", dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean,
  *   obstacleNodes?: number, crossings?: boolean | "off" | "on", crossingsCalls?: number, crossingsOperations?: number,
+ *   cut?: boolean | "off" | "on", cutNodes?: number, cutRank?: number, cutOperations?: number, cutPoints?: number,
  * }} SceneKeys */
 // (end of what is printed)
 /** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], obstacles?: Obstacle[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects
@@ -50,6 +51,10 @@ export { PalpateError, Scene, World };
 /** @typedef {import("./needles.js").Needle} Needle */
 /** @typedef {import("./obstacles.js").Obstacle} Obstacle */
 /** @typedef {import("./obstacles.js").ObstacleState} ObstacleState */
+/** @typedef {import("./cuts.js").Blade} Blade */
+/** @typedef {import("./cuts.js").BladeState} BladeState */
+/** @typedef {import("./cuts.js").CutState} CutState */
+/** @typedef {import("./cuts.js").CutSurface} CutSurface */
 /** @typedef {import("./needles.js").NeedleState} NeedleState */
 /** @typedef {import("./links.js").LinkState} LinkState */
 /** @typedef {import("./links.js").GraspState} GraspState */
