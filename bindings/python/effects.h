@@ -249,6 +249,9 @@ inline constexpr const char* kAboutEffects =
     "obstacles: None, or up to 16 of Obstacle (set_obstacle_pose; collision=\"deformed\"); obstacle_nodes: nodes "
     "that all\n"
     "of them may hold\n"
+    "cut: whether blades cut the organ (set_blade; a bundle with a region that may be cut, collision=\"deformed\");\n"
+    "cut_nodes: new nodes at most, 0: as many as the bundle reserves; cut_rank: rank of what the cuts may add to the\n"
+    "compliance; cut_operations: counted operations of a touch for it; cut_points: at which tissue holds an edge\n"
     "\n";
 
 // Gives a class of Python its constructor Class(bundle, **effects).

@@ -275,6 +275,42 @@ class HeldScene {
     const InUse use(touching_, kTouching);
     return states_of(palpate_scene_obstacle_state, scene_);
   }
+  void set_blade(std::int32_t number, const Numbers& points, const std::optional<Numbers>& direction,
+                 double toughness) {
+    const InUse use(touching_, kTouching);
+    if (points.ndim() != 2 || points.shape(1) != 3 || points.shape(0) < 2 || points.shape(0) > PALPATE_MAX_BLADE_POINTS)
+      throw py::value_error("points: expected shape [points, 3], 2 to " + std::to_string(PALPATE_MAX_BLADE_POINTS) +
+                            " points; found " + std::string(py::str(points.attr("shape"))));
+    palpate_blade blade = palpate_default_blade();
+    blade.points = points.data(), blade.point_count = static_cast<std::int32_t>(points.shape(0));
+    if (direction) set_numbers(blade.direction, *direction, "direction");
+    blade.toughness = toughness;
+    place_blade(number, blade);
+  }
+  void withdraw_blade(std::int32_t number) {
+    const InUse use(touching_, kTouching);
+    place_blade(number, palpate_default_blade());
+  }
+  py::object blade_state(std::int32_t number) { return record_of(palpate_scene_blade_state, number); }
+  void remove_tissue(const Numbers& centre, double radius) {
+    const InUse use(touching_, kTouching);
+    double numbers[3];
+    set_numbers(numbers, centre, "centre");
+    throw_unless_ok([&](palpate_error* error) { return palpate_scene_remove_tissue(scene_, numbers, radius, error); });
+  }
+  py::object cut_state() {
+    const InUse use(touching_, kTouching);
+    return record(palpate_scene_cut_state(scene_));
+  }
+  py::tuple cut_surface() {
+    const InUse use(touching_, kTouching);
+    const std::int32_t count = palpate_scene_cut_surface(scene_, nullptr, nullptr, 0);
+    py::array_t<std::int32_t> triangles(std::vector<py::ssize_t>{count, 3});
+    py::array_t<bool> is_lip(std::vector<py::ssize_t>{count});
+    palpate_scene_cut_surface(scene_, triangles.mutable_data(), reinterpret_cast<std::uint8_t*>(is_lip.mutable_data()),
+                              count);
+    return py::make_tuple(triangles, is_lip);
+  }
   py::array link_states() {
     const InUse use(touching_, kTouching);
     return states_of(palpate_scene_link_state, scene_);
@@ -328,9 +364,16 @@ class HeldScene {
   template <class State>
   py::object record_of(const State* (*state_of_tool)(const palpate_scene*, std::int32_t), std::int32_t id) {
     const InUse use(touching_, kTouching);
-    const State* state = state_of_tool(scene_, id);
+    return record(state_of_tool(scene_, id));
+  }
+  // A copy; None of none.
+  template <class State>
+  static py::object record(const State* state) {
     if (!state) return py::none();
     return py::array_t<State>(1, state)[py::int_(0)];
+  }
+  void place_blade(std::int32_t number, const palpate_blade& blade) {
+    throw_unless_ok([&](palpate_error* error) { return palpate_scene_set_blade(scene_, number, &blade, error); });
   }
 
   static Scene create(const Bundle& bundle, const SceneDef& def) {

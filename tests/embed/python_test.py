@@ -1,4 +1,4 @@
-"""The Python package: python_test.py BUNDLE SOURCE_FOLDER BUNDLE_WITH_MOTIONS BUNDLE_WITH_CORRIDOR [unittest's arguments], with palpate importable."""
+"""The Python package: python_test.py BUNDLE SOURCE_FOLDER BUNDLE_WITH_MOTIONS BUNDLE_WITH_CORRIDOR BUNDLE_TO_CUT [unittest's arguments], with palpate importable."""
 import ast
 import gc
 import inspect
@@ -15,7 +15,7 @@ import unittest
 import numpy as np
 import palpate
 
-BUNDLE, SOURCE, MOVED, PIERCED = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3], sys.argv[4]
+BUNDLE, SOURCE, MOVED, PIERCED, DIVIDED = sys.argv[1], pathlib.Path(sys.argv[2]), *sys.argv[3:6]
 
 
 def mapped_bytes_of_bundle():
@@ -841,6 +841,117 @@ class Obstacles(unittest.TestCase):
         self.assertRaisesRegex(palpate.Error, "found 1 of 1", scene.set_obstacle_pose, 1)
 
 
+class Cuts(unittest.TestCase):
+    """The block of cut_block.py, 80 x 50 x 40 mm, held at x = 0, all of which may be cut."""
+
+    def setUp(self):
+        self.bundle = palpate.Bundle(DIVIDED)
+
+    def scene(self, **more):
+        return palpate.Scene(self.bundle, collision="deformed", contact="point", cut=True, cut_operations=1000000000, **more)
+
+    def cut(self, scene, begin=-0.005, end=0.055, **feels):
+        """A blade along z goes through the block at x = 40 mm, along y."""
+        contacts = scene.make_contacts()
+        for y in np.linspace(begin, end, 60):
+            scene.set_blade(0, [(0.04, y, z) for z in (-0.01, 0.01, 0.03, 0.05)], **feels)
+            self.assertEqual(scene.touch([], 0.001, contacts), 0)
+            self.assert_closed(scene)
+        return contacts
+
+    def assert_closed(self, scene):
+        triangles, is_lip = scene.cut_surface()
+        self.assertEqual((triangles.dtype, triangles.shape[1], is_lip.dtype, is_lip.shape), (np.int32, 3, np.bool_, triangles.shape[:1]))
+        edges = [tuple(e) for t in triangles.tolist() for e in ((t[0], t[1]), (t[1], t[2]), (t[2], t[0]))]
+        self.assertEqual(len(edges), len(set(edges)))
+        self.assertEqual(set(edges), {(b, a) for a, b in edges})
+
+    def test_a_blade_cuts_a_block_in_two(self):
+        scene = self.scene()
+        contacts = scene.make_contacts()
+        self.assertEqual(scene.touch([], 0.001, contacts), 0)
+        whole, is_lip = scene.cut_surface()
+        np.testing.assert_array_equal(whole, self.bundle.triangles)
+        self.assertFalse(is_lip.any())
+        before = scene.cut_state()
+        self.assertEqual((before["faces"], before["pieces"], before["area"]), (0, 1, 0))
+        self.cut(scene)
+        state = scene.cut_state()
+        self.assertEqual((state["pieces"], state["waiting"], state["left"], state["is_full"]), (2, 0, 0, 0))
+        self.assertGreater(state["surface"], before["surface"])
+        self.assertAlmostEqual(state["area"], 0.05 * 0.04, delta=2e-5)  # the plane of the cut is one of the mesh
+        triangles, is_lip = scene.cut_surface()
+        self.assertEqual(np.count_nonzero(is_lip), 2 * state["faces"])
+        self.assertEqual(len(triangles), len(whole) + 2 * state["faces"])
+        np.testing.assert_array_equal(scene.blade_state(0)["force"], 0)
+
+    def test_lips_part_where_a_grip_pulls(self):
+        scene = self.scene(shape="surface")
+        contacts = self.cut(scene, end=0.035)
+        scene.withdraw_blade(0)
+        triangles, is_lip = scene.cut_surface()
+        at_rest, shape = (np.empty((scene.shape_node_count, 3), np.float32) for _ in range(2))
+        scene.shape(contacts, positions=at_rest)
+        node = int(np.argmin(np.linalg.norm(self.bundle.nodes[: len(at_rest)] - (0.08, 0, 0.04), axis=1)))
+        grip = palpate.Tool(grips=[palpate.Grip(node=node, displacement=(0.002, -0.001, 0))])
+        self.assertEqual(scene.touch([grip], 0.001, contacts), 0)
+        scene.shape(contacts, positions=shape)
+        self.assertTrue(np.isfinite(shape[triangles]).all())
+        np.testing.assert_allclose(shape[node] - at_rest[node], (0.002, -0.001, 0), atol=1e-6)
+        # Nodes of the lips that were one node at rest.
+        lips = np.unique(triangles[is_lip])
+        twins = [(a, b) for a in lips for b in lips if a < b and np.linalg.norm(at_rest[a] - at_rest[b]) < 1e-6]
+        self.assertTrue(twins)
+        self.assertGreater(max(np.linalg.norm(shape[a] - shape[b]) for a, b in twins), 5e-4)
+
+    def test_tissue_with_toughness_holds_the_blade(self):
+        scene = self.scene()
+        contacts = self.cut(scene, end=0.03, direction=(0, 1, 0), toughness=20)
+        state = scene.blade_state(0)
+        self.assertLess(state["force"][1], -0.1)
+        self.assertGreater(state["work"], 0)
+        self.assertGreater(state["in_tissue"], 0)
+        scene.withdraw_blade(0)
+        scene.touch([], 0.001, contacts)
+        self.assertEqual(scene.blade_state(0)["in_tissue"], 0)
+
+    def test_tissue_is_removed(self):
+        scene = self.scene()
+        contacts = scene.make_contacts()
+        scene.remove_tissue((0.08, 0.025, 0.04), 0.015)
+        self.assertEqual(scene.touch([], 0.001, contacts), 0)
+        self.assertGreater(scene.cut_state()["removed"], 0)
+        self.assert_closed(scene)
+
+    def test_a_saved_cut_goes_on_with_the_same_bits(self):
+        first, second = self.scene(), self.scene()
+        contacts, others = self.cut(first), second.make_contacts()
+        second.restore(first.save())
+        for scene, into in ((first, contacts), (second, others)):
+            scene.withdraw_blade(0)
+            self.assertEqual(scene.touch([], 0.001, into), 0)
+        np.testing.assert_array_equal(first.cut_surface()[0], second.cut_surface()[0])
+        self.assertEqual(first.cut_state(), second.cut_state())
+        self.assertEqual(bytes(contacts.data), bytes(others.data))
+
+    def test_refusals(self):
+        plain = palpate.Scene(palpate.Bundle(BUNDLE))
+        self.assertIsNone(plain.cut_state())
+        self.assertIsNone(plain.blade_state(0))
+        self.assertEqual([len(of) for of in plain.cut_surface()], [0, 0])
+        edge = [(0, 0, 0), (0, 0, 0.01)]
+        self.assertRaisesRegex(palpate.Error, "cut ON", plain.set_blade, 0, edge)
+        self.assertRaisesRegex(palpate.Error, "cut", palpate.Scene, palpate.Bundle(BUNDLE), collision="deformed", cut=True)
+        self.assertRaisesRegex(palpate.Error, "DEFORMED", palpate.Scene, self.bundle, collision="rest", cut=True)
+        scene = self.scene()
+        self.assertRaisesRegex(palpate.Error, "PALPATE_MAX_BLADES", scene.set_blade, 4, edge)
+        self.assertRaisesRegex(ValueError, "points: expected shape", scene.set_blade, 0, (0, 0, 0))
+        self.assertRaisesRegex(ValueError, "points: expected shape", scene.set_blade, 0, np.zeros((17, 3)))
+        self.assertRaises(palpate.Error, scene.set_blade, 0, edge, toughness=1)  # no direction
+        self.assertRaises(palpate.Error, scene.remove_tissue, (0, 0, 0), 0)
+        self.assertIsNone(scene.blade_state(4))
+
+
 class Links(unittest.TestCase):
     def setUp(self):
         self.bundle = palpate.Bundle(BUNDLE)
@@ -1084,7 +1195,7 @@ class Worlds(unittest.TestCase):
         self.assertEqual(states["tension"][1], 0)
         np.testing.assert_allclose(states["ends"][2][0], at + (0, 0, 0.02), atol=1e-12)
         for organ in contacts.organs:
-            self.assertTrue((organ.nodes["source"] == 5).all())
+            self.assertTrue((organ.nodes["source"] == 6).all())
         on_first = contacts.organs[0].nodes["force"].sum(axis=0)  # the first organ's frame is the world's
         np.testing.assert_allclose(on_first, states["force"][0], rtol=1e-9, atol=1e-12)
 
@@ -1229,4 +1340,4 @@ class Stub(unittest.TestCase):
         self.assertEqual(palpate.__version__, version)
 
 
-unittest.main(argv=sys.argv[:1] + sys.argv[5:])
+unittest.main(argv=sys.argv[:1] + sys.argv[6:])

@@ -1,4 +1,4 @@
-// node module_test.mjs MODULE WRITE_TINY_BUNDLE FOLDER WASM...: pose, torque, report, queries, inside and saved states of the JavaScript module,
+// node module_test.mjs MODULE WRITE_TINY_BUNDLE CUT_BLOCK PYTHON PRECOMPUTE FOLDER WASM...: pose, torque, report, queries, inside and saved states of the JavaScript module,
 // on a box of 60 x 48 x 40 mm whose face at x = 0 is held.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -6,12 +6,15 @@ import { mkdirSync, readFileSync } from "node:fs";
 import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 
-const [modulePath, writeTinyBundle, folder, ...wasms] = process.argv.slice(2);
+const [modulePath, writeTinyBundle, cutBlock, python, precompute, folder, ...wasms] = process.argv.slice(2);
 const { loadRuntime, PalpateError, STEP_BAD_INPUT, STEP_SURFACE_CROSSES } = await import(pathToFileURL(modulePath));
 mkdirSync(folder, { recursive: true });
 const file = `${folder}/module.h5`;
 execFileSync(writeTinyBundle, [file]);
 const bytes = new Uint8Array(readFileSync(file));
+// 80 x 50 x 40 mm, all of which may be cut.
+execFileSync(python, [cutBlock, precompute, `${folder}/block.h5`], { stdio: "ignore" });
+const block = new Uint8Array(readFileSync(`${folder}/block.h5`));
 
 const above = [0.031, 0.024, 0.045], top = 0.04;
 /** A tool that comes from above and stays `depth` below the top: its place at each touch. */
@@ -40,6 +43,63 @@ for (const wasm of wasms) {
     refused(() => turned.scene.setPose({ position: [NaN, 0, 0] }), /./);
     assert.throws(() => turned.scene.setPose({ position: [0, 0] }), /position: expected 3 numbers, found 2/);
     still.close(), turned.close();
+  });
+
+  test(`${wasm}: a blade cuts a block in two, and its surface stays closed`, () => {
+    const bundle = runtime.openBundle(block), effects = { collision: "deformed", contact: "point", cut: true, cutOperations: 1e9 };
+    const scene = bundle.createScene({ ...effects, shape: "surface" }), edge = (y) => [-0.01, 0.01, 0.03, 0.05].flatMap((z) => [0.04, y, z]);
+    const closed = ({ triangles }) => {
+      const edges = new Set();
+      for (let t = 0; t < triangles.length; t += 3) for (let v = 0; v < 3; ++v) edges.add(`${triangles[t + v]} ${triangles[t + ((v + 1) % 3)]}`);
+      return edges.size === triangles.length && [...edges].every((each) => edges.has(each.split(" ").reverse().join(" ")));
+    };
+    assert.equal(scene.touch(0.001), 0);
+    assert.deepEqual(scene.cutSurface.triangles, Int32Array.from(bundle.triangles));
+    assert.ok(scene.cutSurface.isLip.every((lip) => lip === 0));
+    const before = scene.cutState, whole = bundle.triangles.length / 3;
+    assert.deepEqual([before.faces, before.pieces, before.area, before.isFull], [0, 1, 0, false]);
+    for (let step = 0; step <= 60; ++step) {
+      scene.setBlade(0, { points: edge(-0.005 + 0.001 * step) });
+      assert.equal(scene.touch(0.001), 0);
+      assert.ok(closed(scene.cutSurface), `step ${step}`);
+    }
+    const state = scene.cutState, { triangles, isLip } = scene.cutSurface;
+    assert.ok(state.surface > before.surface && state.faces > 0 && Math.abs(state.area - 0.05 * 0.04) < 2e-5);
+    assert.deepEqual([state.pieces, state.waiting, state.left, state.isFull], [2, 0, 0, false]);
+    assert.equal(isLip.reduce((sum, lip) => sum + lip, 0), 2 * state.faces);
+    assert.equal(triangles.length / 3, whole + 2 * state.faces);
+    assert.equal(scene.shape(), 0);
+    assert.ok(triangles.every((node) => Number.isFinite(scene.positions[3 * node])));
+    scene.setBlade(0, null);
+    scene.removeTissue([0.02, 0.025, 0.04], 0.015);
+    assert.equal(scene.touch(0.001), 0);
+    assert.ok(scene.cutState.removed > 0 && closed(scene.cutSurface));
+    scene.destroy();
+    bundle.close();
+  });
+
+  test(`${wasm}: a blade feels tissue with toughness; what is no blade is refused`, () => {
+    const bundle = runtime.openBundle(block), scene = bundle.createScene({ collision: "deformed", contact: "point", cut: true, cutOperations: 1e9 });
+    const edge = (y) => [-0.01, 0.01, 0.03, 0.05].flatMap((z) => [0.04, y, z]);
+    for (let step = 0; step <= 35; ++step) {
+      scene.setBlade(0, { points: edge(-0.005 + 0.001 * step), direction: [0, 1, 0], toughness: 20 });
+      assert.equal(scene.touch(0.001), 0);
+    }
+    const { force, work, inTissue } = scene.blade(0);
+    assert.ok(force[1] < -0.1 && work > 0 && inTissue > 0, `${force}`);
+    assert.equal(scene.blade(4), undefined);
+    refused(() => scene.setBlade(4, { points: edge(0) }), /PALPATE_MAX_BLADES/);
+    refused(() => scene.setBlade(0, { points: [0, 0, 0] }), /2 to 16 points, found 3/);
+    refused(() => scene.setBlade(0, { points: edge(0), direction: [1] }), /direction: expected 3 numbers/);
+    refused(() => scene.setBlade(0, { points: edge(0), toughness: 1 }), /./);
+    refused(() => scene.removeTissue([0, 0, 0], 0), /./);
+    refused(() => bundle.createScene({ collision: "rest", cut: true }), /DEFORMED/);
+    scene.destroy();
+    bundle.close();
+    const plain = open({ collision: "deformed" });
+    refused(() => plain.scene.setBlade(0, null), /cut: true/);
+    assert.deepEqual([plain.scene.cutState, plain.scene.blade(0)], [undefined, undefined]);
+    plain.close();
   });
 
   test(`${wasm}: an organ with a velocity meets a tool at rest`, () => {

@@ -201,6 +201,100 @@ namespace Palpate {
       }
     }
 
+    /// <summary>
+    /// Where blade 0 .. 3 is at the next touch: x, y, z of 2 to 16 points along its edge, m, in the world. It cuts what lies between there and where it
+    /// was in the touch before. toughness: J/m^2, of tissue that holds the edge; above 0, direction says where the edge looks, of length 1. Needs the
+    /// effect "cut".
+    /// </summary>
+    public void SetBlade(int number, double[] points, Vector direction = default(Vector), double toughness = 0) {
+      palpate_blade blade = palpate_default_blade();
+      blade.point_count = Rows(points, nameof(points));
+      blade.toughness = toughness;
+      Store(direction, blade.direction);
+      fixed(double* edge = points) {
+        blade.points = edge;
+        Set(number, &blade, "SetBlade");
+      }
+    }
+
+    /// <summary>Takes a blade out: it cuts nothing from the next touch on.</summary>
+    public void WithdrawBlade(int number) {
+      palpate_blade none = palpate_default_blade();
+      Set(number, &none, "WithdrawBlade");
+    }
+
+    void Set(int number, palpate_blade* blade, string call) {
+      palpate_error error;
+      var scene = (palpate_scene*)Begin(ref touches, call);
+      try {
+        PalpateException.ThrowIfFailed(palpate_scene_set_blade(scene, number, blade, &error), &error);
+      } finally {
+        End(ref touches);
+      }
+    }
+
+    /// <summary>A blade after the last touch.</summary>
+    public BladeState StateOfBlade(int number) {
+      var scene = (palpate_scene*)Begin(ref touches, "StateOfBlade");
+      try {
+        palpate_blade_state* state = palpate_scene_blade_state(scene, number);
+        if (state == null) throw new ArgumentException("the scene has no blade " + number);
+        return new BladeState { Force = new Vector(state->force),
+                                Torque = new Vector(state->torque),
+                                Work = state->work,
+                                Area = state->area,
+                                InTissue = state->in_tissue,
+                                Cuts = state->cuts };
+      } finally {
+        End(ref touches);
+      }
+    }
+
+    /// <summary>At the next touch, removes the tetrahedra whose middle lies within radius, m, of a place in the world.</summary>
+    public void RemoveTissue(Vector centre, double radius) {
+      double* numbers = stackalloc double[3];
+      palpate_error error;
+      Store(centre, numbers);
+      var scene = (palpate_scene*)Begin(ref touches, "RemoveTissue");
+      try {
+        PalpateException.ThrowIfFailed(palpate_scene_remove_tissue(scene, numbers, radius, &error), &error);
+      } finally {
+        End(ref touches);
+      }
+    }
+
+    /// <summary>What has been cut, after the last touch.</summary>
+    public CutState StateOfCut() {
+      var scene = (palpate_scene*)Begin(ref touches, "StateOfCut");
+      try {
+        palpate_cut_state* state = palpate_scene_cut_state(scene);
+        if (state == null) throw new ArgumentException("the scene does not cut");
+        return new CutState { Surface = state->surface,    Area = state->area,   Faces = state->faces,
+                              Removed = state->removed,    Nodes = state->nodes, Pieces = state->pieces,
+                              Waiting = state->waiting,    Left = state->left,   Rank = state->rank,
+                              IsFull = state->is_full != 0 };
+      } finally {
+        End(ref touches);
+      }
+    }
+
+    /// <summary>
+    /// The surface of what is left, to draw in place of the bundle's triangles: fills triangles with three nodes for each, and isLip with 1 where a cut
+    /// made it, as many as there is room for, and returns how many triangles there are. Either may be null. Call it when StateOfCut().Surface has changed.
+    /// </summary>
+    public int CutSurface(int[] triangles, byte[] isLip = null) {
+      int room = triangles == null ? (isLip == null ? 0 : isLip.Length) : triangles.Length / 3;
+      if (triangles != null && isLip != null) room = Math.Min(room, isLip.Length);
+      var scene = (palpate_scene*)Begin(ref touches, "CutSurface");
+      try {
+        fixed(int* corners = triangles) fixed(byte* lips = isLip) {
+          return palpate_scene_cut_surface(scene, corners, lips, room);
+        }
+      } finally {
+        End(ref touches);
+      }
+    }
+
     /// <summary>The render half: x, y, z of each deformed node, m, into your arrays. Either may be null.</summary>
     public palpate_step_flags Shape(Contacts contacts, float[] positions, float[] displacements = null) {
       if (positions != null) Need(positions, ShapeNodeCount, nameof(positions));

@@ -51,6 +51,10 @@ export { PalpateError, Scene, World };
 /** @typedef {import("./needles.js").Needle} Needle */
 /** @typedef {import("./obstacles.js").Obstacle} Obstacle */
 /** @typedef {import("./obstacles.js").ObstacleState} ObstacleState */
+/** @typedef {import("./cuts.js").Blade} Blade */
+/** @typedef {import("./cuts.js").BladeState} BladeState */
+/** @typedef {import("./cuts.js").CutState} CutState */
+/** @typedef {import("./cuts.js").CutSurface} CutSurface */
 /** @typedef {import("./needles.js").NeedleState} NeedleState */
 /** @typedef {import("./links.js").LinkState} LinkState */
 /** @typedef {import("./links.js").GraspState} GraspState */

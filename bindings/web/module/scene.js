@@ -1,5 +1,6 @@
 // A scene: one organ and the tools that touch it, or an organ of a world, whose tools the world touches with.
 import { readHit, readReport } from "./contact_report.js";
+import { bladeBytes, fillBlade, readBladeState, readCutState, readCutSurface } from "./cuts.js";
 import { STEP_BAD_INPUT, STEP_OTHER_BUNDLE } from "./flags.js";
 import { ARGUMENT, PalpateError } from "./heap.js";
 import { Crossings } from "./crossings.js";
@@ -16,6 +17,7 @@ import { ToolStates } from "./tool_states.js";
 /** @import { Link, LinkState, GraspState } from "./links.js" */
 /** @import { GivenForceState } from "./given_force.js" */
 /** @import { NeedleState } from "./needles.js" */
+/** @import { Blade, BladeState, CutState, CutSurface } from "./cuts.js" */
 /** @import { ObstacleState } from "./obstacles.js" */
 /** @import { ContactReport, SurfaceHit } from "./contact_report.js" */
 /** @import { SceneDef } from "./scene_def.js" */
@@ -43,6 +45,7 @@ export class Scene extends ToolStates {
   #numbersAt = 0; // six doubles: what a query asks
   #linksAt = 0;
   #amountsAt = 0; // of the motions
+  #bladeAt = 0;
   /** @type {Measures | undefined} of all nodes */
   #field;
   /** @type {Crossings | undefined} */
@@ -66,6 +69,8 @@ export class Scene extends ToolStates {
     this.maxLinks = def.integer("maxLinks");
     /** nodes that shape() fills: none, those of the surface, or all */
     this.nodeCount = [0, bundle.info.surfaceNodeCount, bundle.info.nodeCount][def.integer("shape")] ?? 0;
+    /** whether blades cut the organ */
+    this.canCut = def.integer("cut") !== 0;
     this.#contacts = ofWorld ?? { at: 0, touched: false };
     this.#takeMemory(!ofWorld);
     if (def.integer("inside")) this.#field = new Measures(runtime, this.nodeCount, ["strains", "stresses", "pressures", "von_mises", "principal"]);
@@ -85,12 +90,12 @@ export class Scene extends ToolStates {
       runtime.field("palpate_skin_out"), 12 * this.vertexCount, this.hasNormals ? 12 * this.vertexCount : 0,
       this.nodeCount ? 12 * this.bundle.info.surfaceNodeCount : 0, runtime.field("palpate_surface_hit"),
       runtime.field("palpate_pose"), 48, this.maxLinks * runtime.field("palpate_link"), this.hasDents ? 12 * this.maxPoints : 0,
-      8 * this.bundle.info.motionCount,
+      8 * this.bundle.info.motionCount, this.canCut ? bladeBytes(runtime) : 0,
     ].map((bytes) => (bytes + 15) & ~15);
     this.#memory = heap.takeZeros(sizes.reduce((sum, bytes) => sum + bytes, 0));
     let at = this.#memory, contactsAt = 0;
     [contactsAt, this.#shapeAt, this.#displacementsAt, this.#positionsAt, this.#skinAt, this.#skinPositionsAt, this.#skinNormalsAt,
-      this.#normalsAt, this.#hitAt, this.#poseAt, this.#numbersAt, this.#linksAt, this.#discNormalsAt, this.#amountsAt] = sizes.map((bytes) => (at += bytes) - bytes);
+      this.#normalsAt, this.#hitAt, this.#poseAt, this.#numbersAt, this.#linksAt, this.#discNormalsAt, this.#amountsAt, this.#bladeAt] = sizes.map((bytes) => (at += bytes) - bytes);
     if (isOwn) this.#contacts.at = contactsAt;
     const put = (/** @type {number} */ at, /** @type {string} */ name, /** @type {number} */ value) =>
       heap.data.setUint32(at + runtime.field(name), value, true);
@@ -209,6 +214,42 @@ export class Scene extends ToolStates {
   get obstacleStates() {
     const { runtime } = this;
     return runtime.list((obstacle) => runtime.api.palpate_scene_obstacle_state(this.pointer, obstacle), (at) => readObstacleState(runtime, at));
+  }
+
+  /** Says where a blade is at the next touch(): it cuts what lies between there and where it was in the touch before. null withdraws it. Needs cut: true.
+   *  @param {number} number 0 to 3 @param {Blade | null} blade */
+  setBlade(number, blade) {
+    const { runtime } = this, at = this.#bladeAt;
+    this.#needCut();
+    fillBlade(runtime, at, blade);
+    runtime.check((error) => runtime.api.palpate_scene_set_blade(this.pointer, number, at, error));
+  }
+  /** A blade after the last touch(): a copy. @param {number} number @returns {BladeState | undefined} undefined: the scene has no such blade */
+  blade(number) {
+    const at = this.canCut ? this.runtime.api.palpate_scene_blade_state(this.pointer, number) >>> 0 : 0;
+    return at === 0 ? undefined : readBladeState(this.runtime, at);
+  }
+  /** At the next touch(), removes the tetrahedra whose middle lies within `radius` m of a place in the world. Needs cut: true.
+   *  @param {ArrayLike<number>} centre m @param {number} radius */
+  removeTissue(centre, radius) {
+    const { runtime } = this;
+    this.#needCut();
+    this.#setNumbers(this.#numbersAt, centre, 3, "centre");
+    runtime.check((error) => runtime.api.palpate_scene_remove_tissue(this.pointer, this.#numbersAt, radius, error));
+  }
+  /** What has been cut, after the last touch(): a copy. @returns {CutState | undefined} undefined: the scene does not cut */
+  get cutState() {
+    const at = this.canCut ? this.runtime.api.palpate_scene_cut_state(this.pointer) >>> 0 : 0;
+    return at === 0 ? undefined : readCutState(this.runtime, at);
+  }
+  /** The surface of what is left, to draw in place of the bundle's triangles: copies. Call it when cutState.surface has changed. Needs cut: true.
+   *  @returns {CutSurface} */
+  get cutSurface() {
+    this.#needCut();
+    return readCutSurface(this.runtime, this.pointer);
+  }
+  #needCut() {
+    if (!this.canCut) throw new PalpateError(ARGUMENT, "the scene does not cut; make it with cut: true");
   }
 
   /** The touch half of a step: collision, contacts, forces. @param {number} dt s since the last touch

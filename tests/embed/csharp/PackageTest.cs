@@ -1,4 +1,4 @@
-// PackageTest.exe BUNDLE RECORD ABI_LIST: the package for Unity, under mono, against the library that it holds. RECORD: of palpate-run, for push.toml.
+// PackageTest.exe BUNDLE RECORD ABI_LIST BUNDLE_TO_CUT: the package for Unity, under mono, against the library that it holds. RECORD: of palpate-run, for push.toml.
 using System;
 using System.Collections.Generic;
 using System.Globalization;
@@ -14,7 +14,7 @@ using UnityEngine;
 using static Palpate.Native.Api;
 
 static unsafe class PackageTest {
-  static string bundleFile, recordFile, abiFile;
+  static string bundleFile, recordFile, abiFile, blockFile;
 
   static void Check(bool holds, string what) {
     if (!holds) throw new Exception("not so: " + what);
@@ -326,6 +326,61 @@ static unsafe class PackageTest {
     }
   }
 
+  static bool IsClosed(int[] triangles) {
+    var edges = new HashSet<long>();
+    for (int t = 0; t < triangles.Length; t += 3)
+      for (int v = 0; v < 3; ++v)
+        if (!edges.Add(((long)triangles[t + v] << 32) + triangles[t + (v + 1) % 3])) return false;
+    return edges.All(edge => edges.Contains((edge << 32) + (edge >> 32)));
+  }
+
+  static void ABladeCutsABlockInTwo() {
+    using (var bundle = Bundle.Open(blockFile)) {
+      var effects = new Effects {
+        { "collision", "deformed" }, { "contact", "point" }, { "cut", "on" }, { "cut_operations", 1000000000 }
+      };
+      using (var scene = new Scene(bundle, effects)) using (Contacts contacts = scene.MakeContacts()) {
+        int whole = scene.CutSurface(null);
+        Check(whole == bundle.Info.triangle_count, "before a cut the surface is the bundle's");
+        ulong before = scene.StateOfCut().Surface;
+        var triangles = new int[3 * whole];
+        var isLip = new byte[whole];
+        for (int step = 0; step <= 60; ++step) {
+          double y = -0.005 + 0.001 * step;
+          scene.SetBlade(0, new[] { 0.04, y, -0.01, 0.04, y, 0.01, 0.04, y, 0.03, 0.04, y, 0.05 });
+          Check(scene.Touch(new Tool[0], 0.001, contacts) == 0, "a blade is no error");
+          int count = scene.CutSurface(null);
+          Array.Resize(ref triangles, 3 * count);
+          Array.Resize(ref isLip, count);
+          Check(scene.CutSurface(triangles, isLip) == count && IsClosed(triangles), "the surface is closed");
+        }
+        CutState state = scene.StateOfCut();
+        Check(state.Pieces == 2 && state.Waiting == 0 && state.Left == 0 && !state.IsFull, "the block is cut in two");
+        Check(state.Surface > before && Math.Abs(state.Area - 0.05 * 0.04) < 2e-5, "along the plane");
+        Check(isLip.Sum(lip => lip) == 2 * state.Faces, "a face has two lips");
+        scene.WithdrawBlade(0);
+        scene.RemoveTissue(new Vector(0.02, 0.025, 0.04), 0.015);
+        scene.Touch(new Tool[0], 0.001, contacts);
+        Check(scene.StateOfCut().Removed > 0, "tissue is removed");
+        Throws<PalpateException>(() => scene.SetBlade(4, new double[6]), "PALPATE_MAX_BLADES");
+        Throws<PalpateException>(() => scene.SetBlade(0, new double[] { 0, 0, 0, 0, 0, 1 }, toughness: 1), "");
+        Throws<PalpateException>(() => scene.RemoveTissue(new Vector(0, 0, 0), 0), "");
+        Throws<ArgumentException>(() => scene.StateOfBlade(4), "blade 4");
+      }
+      using (var scene = new Scene(bundle, effects)) using (Contacts contacts = scene.MakeContacts()) {
+        for (int step = 0; step <= 35; ++step) {
+          double y = -0.005 + 0.001 * step;
+          scene.SetBlade(0, new[] { 0.04, y, -0.01, 0.04, y, 0.01, 0.04, y, 0.03, 0.04, y, 0.05 }, new Vector(0, 1, 0),
+                         20);
+          scene.Touch(new Tool[0], 0.001, contacts);
+        }
+        BladeState blade = scene.StateOfBlade(0);
+        Check(blade.Force.Y < -0.1 && blade.Work > 0 && blade.InTissue > 0, "the blade feels the tissue");
+      }
+      using (var scene = new Scene(bundle)) Throws<ArgumentException>(() => scene.StateOfCut(), "does not cut");
+    }
+  }
+
   static void TheSampleFeelsAndDraws() {
     Application.streamingAssetsPath = Path.GetDirectoryName(bundleFile);
     var probe = new Transform { position = new Vector3(0.04f, 0.043f, 0.025f) };  // y is up in Unity
@@ -354,13 +409,14 @@ static unsafe class PackageTest {
     bundleFile = arguments[0];
     recordFile = arguments[1];
     abiFile = arguments[2];
+    blockFile = arguments[3];
     int failed = 0;
     foreach (Action test in new Action[] { StructsLieAsInTheListOfTheAbi, ConstantsAndFunctionsAreThoseOfTheList,
                                            ContactsAreThoseOfPalpateRunToTheBit, StepsAllocateNothing,
                                            WrongSizesAreRefused, ErrorsCarryTheSentenceOfTheLibrary,
                                            ObjectsMayEndInAnyOrder, ASecondThreadInOneHalfIsRefused,
                                            FinerSurfacesGripsGraspsAndEventsWork, ObstaclesHoldTheOrganOffAndMove,
-                                           TheSampleFeelsAndDraws }) {
+                                           ABladeCutsABlockInTwo, TheSampleFeelsAndDraws }) {
       try {
         test();
         Console.WriteLine("ok     " + test.Method.Name);

@@ -1,8 +1,8 @@
 #!/bin/sh
-# test_package.sh SOURCE LIBRARY FOLDER PALPATE_RUN BUNDLE PYTHON: makes the package for Unity in FOLDER with LIBRARY, compiles it, its sample and
+# test_package.sh SOURCE LIBRARY FOLDER PALPATE_RUN BUNDLE PYTHON BUNDLE_TO_CUT: makes the package for Unity in FOLDER with LIBRARY, compiles it, its sample and
 # PackageTest.cs with mono, and runs them.
 set -eu
-source=$1 library=$2 folder=$3 palpate_run=$4 bundle=$5 python=$6
+source=$1 library=$2 folder=$3 palpate_run=$4 bundle=$5 python=$6 divided=$7
 here=$source/tests/embed/csharp
 rm -rf "$folder"
 mkdir -p "$folder"
@@ -18,7 +18,7 @@ compile() { mcs -unsafe -langversion:7 -warnaserror "$@"; }
 compile -target:library -out:"$folder/Palpate.Runtime.dll" "$package"/Runtime/*.cs
 compile -target:library -out:"$folder/Sample.dll" -r:"$folder/Palpate.Runtime.dll" "$package"/Samples~/*/*.cs "$here/UnityStubs.cs"
 compile -out:"$folder/PackageTest.exe" -r:"$folder/Palpate.Runtime.dll" -r:"$folder/Sample.dll" "$here/PackageTest.cs"
-LD_LIBRARY_PATH=$package/Plugins/x86_64 mono "$folder/PackageTest.exe" "$bundle" "$folder/record.toml" "$source/runtime/abi_3.txt"
+LD_LIBRARY_PATH=$package/Plugins/x86_64 mono "$folder/PackageTest.exe" "$bundle" "$folder/record.toml" "$source/runtime/abi_3.txt" "$divided"
 # The example of the README.
 compile -out:"$folder/Example.exe" -r:"$folder/Palpate.Runtime.dll" "$here/Example.cs"
 LD_LIBRARY_PATH=$package/Plugins/x86_64 mono "$folder/Example.exe" "$bundle" | grep '^1000 ms  0\.[0-9]*[1-9]'
