@@ -560,6 +560,9 @@ TEST(CApi, CutsTheOrganAndRemovesTissue) {
   const std::int32_t count = palpate_scene_cut_surface(made.scene, triangles.data(), is_lip.data(), 400);
   EXPECT_EQ(count, whole + 2 * state.faces);
   EXPECT_EQ(std::count(is_lip.begin(), is_lip.end(), 1), 2 * state.faces);
+  std::vector<std::int32_t> pairs(2 * 400);
+  EXPECT_EQ(palpate_scene_cut_nodes(made.scene, pairs.data(), 400), state.nodes);
+  EXPECT_NE(pairs[0], pairs[1]);
   const double corner[3] = {0.06, 0.05, 0.04};
   EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0.02, &error), PALPATE_OK) << error.text;
   made.touch(nullptr, 0);

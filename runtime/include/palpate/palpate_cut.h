@@ -32,16 +32,15 @@ typedef enum palpate_cut {
 } palpate_cut;
 typedef struct palpate_cut_def {
   palpate_part part;
-  palpate_cut cut;   /* default ON                                                                            */
-  int32_t cut_nodes; /* default 0 [0 .. 100000]: new nodes at most; 0: as many as the bundle reserves         */
-  int32_t cut_rank;  /* default 600 [16 .. 4096]: rank of what all cuts may add to the compliance: 3 a split node, 5 of
-                            p1-anp; up to 12 a removed tetrahedron. Memory: 8 rank^2 + 24 rank Ns bytes           */
-  int32_t
-      cut_operations; /* default 100000 [1000 .. 1000000000]: counted operations of a step for the compliance of what was
-                            cut, about a nanosecond each; what is left of it comes in the next steps             */
-  int32_t
-      cut_points; /* default 12 [2 .. 16]: points of an edge with toughness, at equal distances, at which tissue holds it */
-  int32_t reserved; /* 0                                                                                     */
+  palpate_cut cut;        /* default ON                                                                           */
+  int32_t cut_nodes;      /* default 0 [0 .. 100000]: new nodes at most; 0: as many as the bundle reserves        */
+  int32_t cut_rank;       /* default 600 [16 .. 4096]: rank of what all cuts may add to the compliance: 3 a split node,
+                             5 of p1-anp; up to 12 a removed tetrahedron. Memory: 8 rank^2 + 24 rank Ns bytes      */
+  int32_t cut_operations; /* default 100000 [1000 .. 1000000000]: counted operations of a step for the compliance of
+                             what was cut; what is left of it comes in the next steps                             */
+  int32_t cut_points;     /* default 12 [2 .. 16]: points of an edge with toughness, at equal distances, at which
+                             tissue holds it                                                                      */
+  int32_t reserved;       /* 0                                                                                    */
 } palpate_cut_def;
 PALPATE_API void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes);
 static inline palpate_cut_def palpate_default_cut_def(void) {
