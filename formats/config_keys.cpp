@@ -183,7 +183,7 @@ const std::vector<ConfigKey>& config_keys() {
       {B, "corridor", "to", "point", "`mesh_unit`", "required", "coordinates of at most 1e15"},
       {B, "corridor", "radius", "number", "`mesh_unit`", "required", "above 0, at most 1e15"},
       {B, "cut", "region", "selector", "-", "required", ""},
-      {B, "cut", "reserve", "integer", "-", "nodes of the region, at most 500", "0 to 6000"},
+      {B, "cut", "reserve", "integer", "-", "-", "0 to 6000"},
       {B, "touchable", "select", "selector", "-", "required", ""},
       {B, "select", "box", "table", "-", "-", ""},
       {B, "select", "sphere", "table", "-", "-", ""},

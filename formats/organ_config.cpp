@@ -6,6 +6,7 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "formats/bundle_layout.h"
 #include "formats/errors.h"
 #include "formats/toml_reader.h"
 
@@ -450,7 +451,12 @@ BoundaryConfig read_boundary_config(const std::filesystem::path& file) {
   if (table.has("cut")) {
     TomlTable cut = table.table("cut");
     result.cut = {selectors(cut, "region", true), cut.line()};
-    if (cut.has("reserve")) result.cut->reserve = cut.integer("reserve");
+    if (cut.has("reserve")) {
+      const std::int64_t reserve = cut.integer("reserve");
+      if (reserve < 0 || reserve > formats::kMostCutNodes)
+        cut.wrong("reserve", fmt::format("a number of nodes, 0 to {}", formats::kMostCutNodes));
+      result.cut->reserve = reserve;
+    }
     cut.finish();
   }
   if (table.has("touchable")) {

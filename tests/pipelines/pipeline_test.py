@@ -269,7 +269,7 @@ class Pipeline(InFolder):
             self.assertFalse(os.path.exists(picture))
 
     def test_unknown_choices_are_refused_with_those_there_are(self):
-        for choice, answer in (("ORGAN=spleen", "brain-cylinder liver liver-tumour plate"), ("BC=none", "abdomen biopsy-breathing biopsy breathing diaphragm right-side"),
+        for choice, answer in (("ORGAN=spleen", "brain-cylinder liver liver-tumour plate"), ("BC=none", "abdomen biopsy-breathing biopsy breathing cut diaphragm right-side"),
                                ("RESOLUTION=7", "200 600 1700 5000 10000 20000")):
             self.assertIn(answer, make(self.data, choice, code=2))
 

@@ -419,7 +419,7 @@ TEST_F(Program, RefusesARegionOfACutThatItCannotStore) {
   };
   const std::string cut = "[cut]\nregion = { sphere = { center = [60, 50, 40], radius = 25 } }\n";
   refused("[cut]\nregion = { sphere = { center = [600, 50, 40], radius = 25 } }\n", "bc.toml:9: ");
-  refused(cut + "reserve = -1\n", "reserve");
+  refused(cut + "reserve = -1\n", "bc.toml:10: cut: reserve: expected a number of nodes, 0 to 6000, found -1");
   write("organ.toml", std::string(kOrgan).replace(kOrgan.find("\"p1\""), 4, "\"p2-p0\""));
   refused(cut, "bc.toml:8: [cut] ");
   EXPECT_THAT(said_, HasSubstr("p2-p0"));
