@@ -338,15 +338,15 @@ std::string bundle_with_cut() {
 TEST(HostileBundle, WithAPartOfACutsRegionOrAnotherShapeIsRefused) {
   using Id = SectionId;
   EXPECT_EQ(Forgery(bundle_with_cut()).status(), BundleStatus::ok);
-  constexpr Id all[] = {Id::cut_nodes, Id::cut_compliance, Id::cut_residual};
-  for (unsigned kept = 0; kept < 8; ++kept) {
+  constexpr Id all[] = {Id::cut_nodes, Id::cut_compliance, Id::cut_residual, Id::cut_reserve};
+  for (unsigned kept = 0; kept < 16; ++kept) {
     Forgery forgery(bundle_with_cut());
     std::erase_if(forgery.entries, [&](const SectionEntry& e) {
-      for (unsigned i = 0; i < 3; ++i)
+      for (unsigned i = 0; i < 4; ++i)
         if (e.id == static_cast<std::uint32_t>(all[i])) return (kept >> i & 1u) == 0;
       return false;
     });
-    EXPECT_EQ(forgery.status(), kept == 0 || kept == 7 ? BundleStatus::ok : BundleStatus::section) << kept;
+    EXPECT_EQ(forgery.status(), kept == 0 || kept == 15 ? BundleStatus::ok : BundleStatus::section) << kept;
   }
   for (const Id id : all) {
     Forgery forgery(bundle_with_cut());
