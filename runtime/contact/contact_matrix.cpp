@@ -104,7 +104,8 @@ void ContactMatrix::restored(const Tensors& tensors) {
   compliance_.forget();
   compliance_.hold(tensors, held);
   std::copy(held_.rows, held_.rows + held_.count, rows_);
-  has_coupled_ = true;  // what was there is not part of a state: all of between_ is written again as rows come
+  // A saved state has no between_. The array may hold what another run has left, so zeros are written as well.
+  has_coupled_ = true;
   for (std::int32_t p = 0, row = 0; p < held_.count; ++p) {
     if (!held_.constraints[p].joined) row = p;
     for (std::int32_t q = 0, column = 0; q <= p; ++q) {

@@ -6,8 +6,8 @@
 //     limit = toughness . length of edge of the point,
 // and one across the blade's plane keeps the edge in it. Where the row is at its limit, the edge goes on through the tissue by what the row misses, so
 // that its work is toughness times the area that it sweeps. Along itself and backwards the edge moves freely. It is the mechanism of a needle's tip
-// (runtime/needles). Beside what the mesh moves, the tissue at a point gives way by kUnresolved / (G length) per unit force, so that several points in
-// one tetrahedron do not contradict one another.
+// (runtime/needles). The compliance of a row is that of the mesh and kUnresolved / (shear modulus . length) m/N beside it, so that rows of several
+// points in one tetrahedron can all be met.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// The changes of a cut mesh in their order, and how far the compliance has followed them. A scene's state has the log: a restored scene gives all of it to
-// a new compliance, which then has the same bits.
+// The changes of a cut mesh in their order, and which of them the compliance has. A saved state holds the log: a restored scene begins with the
+// compliance of the uncut body, makes all changes of the log again and so gets the same bits.
 #pragma once
 
 #include <cstdint>
