@@ -11,6 +11,7 @@
 namespace palpate {
 
 class AddedField;
+class MeshFollower;
 class SurfaceField;
 struct TouchState;
 struct TouchStep;
@@ -42,6 +43,9 @@ class Body {
   virtual SurfaceField* surface_field() { return nullptr; }
   // What adds to the tensors' field; nullptr: nothing. The solver then has other targets and frames than those that were requested.
   virtual const AddedField* added() const { return nullptr; }
+
+  // The body follows a mesh that is cut; nullptr: it cannot.
+  virtual MeshFollower* mesh_follower() { return nullptr; }
 
   // ---- a step, in this order
   // The requested constraints as the body is to hold them.

@@ -63,7 +63,7 @@ void CutOrgan::forget_changes(bool replayed) {
 }
 
 void CutOrgan::forget() {
-  forget_changes();
+  forget_changes(false);
   field_.forget();
 }
 

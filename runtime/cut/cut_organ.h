@@ -9,13 +9,13 @@
 
 #include "runtime/contact/body.h"
 #include "runtime/contact/touch.h"
-#include "runtime/cut/cut_compliance.h"
 #include "runtime/cut/cut_field.h"
 #include "runtime/cut/cut_response.h"
+#include "runtime/cut/cut_target.h"
 
 namespace palpate {
 
-class CutOrgan final : public Body {
+class CutOrgan final : public Body, public CutTarget {
  public:
   // All borrowed.
   struct Parts {
@@ -34,20 +34,14 @@ class CutOrgan final : public Body {
   // Makes itself the body of the touch, before its offset and contacts are built. False where memory ends.
   bool create(SceneMemory& memory, const Parts& parts, TouchState& touch);
 
-  // A change of the mesh, with the numbers of CutCompliance: new nodes are those behind all of the bundle's mesh, and the k-th is the k-th surface
-  // node in reserve. Made until one part cannot be (CutResult). What the surface shows stays as it is until the next solve. replayed: of a
-  // saved state, before Body::restored() and ContactSolver::restored(), in the order in which the changes came.
-  CutResult take_change(const CutChange& change, bool replayed = false);
-  // The same of a piece that is to stay where it is.
-  CutOutcome ground(std::int32_t node, double stiffness, bool replayed = false);
-  // m, on which a new node's displacement is longer than that of the body, since a host knows the place at rest of the node in reserve.
-  void bring(std::int32_t surface_node, Vec3 from_reserve) {
+  CutResult take_change(const CutChange& change, bool replayed) override;
+  CutOutcome ground(std::int32_t node, double stiffness, bool replayed) override;
+  void bring(std::int32_t surface_node, Vec3 from_reserve) override {
     brought_[surface_node - response_.first_new()] = from_reserve;
   }
-  // Back to the uncut body, as a new scene has it; so does Body::forget(). replayed: before the changes of a saved state.
-  void forget_changes(bool replayed = false);
+  // So does Body::forget().
+  void forget_changes(bool replayed) override;
 
-  const CutCompliance& compliance() const { return compliance_; }
   const CutResponse& response() const { return response_; }
   std::int32_t surface_node(std::int32_t node) const { return response_.surface_node(node); }
 
@@ -60,7 +54,6 @@ class CutOrgan final : public Body {
   void follow_changes(bool replayed);
 
   TouchState* touch_ = nullptr;
-  CutCompliance compliance_;
   CutResponse response_;
   CutField field_;
   Vec3* brought_ = nullptr;  // [nodes in reserve] m

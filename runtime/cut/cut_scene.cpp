@@ -67,7 +67,7 @@ void CutScene::follow(double* left) {
   if (log_.left() == 0) return;
   while (log_.left() > 0 && *left > 0) {
     const CutLog::Unit unit = log_.next();
-    *left -= cost_of(unit.kind, source_.organ->compliance().rank());
+    *left -= cost_of(unit.kind, source_.target->compliance().rank());
     if (!take(unit, false)) {
       // What is tied together stays so.
       told_.is_full = 1;
@@ -76,13 +76,14 @@ void CutScene::follow(double* left) {
     }
     log_.done();
   }
+  source_.target->end_changes(false);
   if (log_.left() == 0 && !told_.is_full) surface_.show(mesh_, log_.last(), source_.touched), ++told_.surface;
 }
 
 // replayed: of a state that was restored.
 bool CutScene::take(const CutLog::Unit& unit, bool replayed) {
-  CutOrgan& organ = *source_.organ;
-  if (unit.kind == CutLog::Unit::hold) return organ.ground(unit.number, kHoldsPiece, replayed) == CutOutcome::made;
+  CutTarget& target = *source_.target;
+  if (unit.kind == CutLog::Unit::hold) return target.ground(unit.number, kHoldsPiece, replayed) == CutOutcome::made;
   CutChange one;
   if (unit.kind == CutLog::Unit::split) {
     one = unit.change;
@@ -91,7 +92,7 @@ bool CutScene::take(const CutLog::Unit& unit, bool replayed) {
   } else {
     one.removed = unit.change.removed + unit.number, one.removed_count = 1;
   }
-  if (organ.take_change(one, replayed).outcome != CutOutcome::made) return false;
+  if (target.take_change(one, replayed).outcome != CutOutcome::made) return false;
   if (unit.kind == CutLog::Unit::split) add_node(one.new_nodes->node);
   return true;
 }
@@ -111,7 +112,7 @@ void CutScene::add_node(std::int32_t n) {
   const std::int32_t node = number_[n], from = number_[mesh_.from(n)];
   std::copy_n(source_.rest + 3 * from, 3, source_.rest + 3 * node);
   touch().surface.measure.copy_tissue(node, from);
-  source_.organ->bring(node, load3(source_.rest + 3 * node) - load3(reserve_ + 3 * (node - source_.first_reserve)));
+  source_.target->bring(node, load3(source_.rest + 3 * node) - load3(reserve_ + 3 * (node - source_.first_reserve)));
 }
 
 // The next of what hosts ask for: the removal, then each blade. Returns whether there was one.
@@ -186,11 +187,12 @@ void CutScene::log_change() {
 
 void CutScene::tell_state() {
   told_.nodes = mesh_.nodes() - source_.body.node_count, told_.pieces = mesh_.pieces().count();
-  told_.waiting = mesh_.pending(), told_.left = log_.left(), told_.rank = source_.organ->compliance().rank();
+  told_.waiting = mesh_.pending(), told_.left = log_.left(), told_.rank = source_.target->compliance().rank();
 }
 
-// The body has forgotten its changes before.
+// The body is at rest.
 void CutScene::forget_rest() {
+  source_.target->forget_changes(false);
   mesh_.forget(), log_.forget(), blades_.forget(), loose_.forget();
   removal_ = {}, told_ = {};
   std::copy_n(reserve_, 3 * static_cast<std::size_t>(source_.new_nodes), source_.rest + 3 * source_.first_reserve);
@@ -199,8 +201,9 @@ void CutScene::forget_rest() {
 }
 
 void CutScene::restored() {
-  source_.organ->forget_changes(true);
+  source_.target->forget_changes(true);
   log_.for_each_done([&](const CutLog::Unit& unit) { take(unit, true); });
+  source_.target->end_changes(true);
   surface_.restored(touch());
 }
 

@@ -8,7 +8,7 @@
 #include "runtime/cut/blades.h"
 #include "runtime/cut/cut_log.h"
 #include "runtime/cut/cut_mesh.h"
-#include "runtime/cut/cut_organ.h"
+#include "runtime/cut/cut_target.h"
 #include "runtime/cut/loose_pieces.h"
 #include "runtime/cut/scene_surface.h"
 
@@ -19,7 +19,7 @@ class CutScene final : public RowSource {
   // All borrowed.
   struct Source {
     SceneSurface::Touched touched;
-    CutOrgan* organ = nullptr;
+    CutTarget* target = nullptr;
     CutBody body;
     const HyperelasticBody* tissue = nullptr;       // the same
     const std::uint8_t* can_hold = nullptr;         // [body's nodes] 1: the compliance knows the node
@@ -67,7 +67,7 @@ class CutScene final : public RowSource {
   void take_change();
   double area_of_cut(std::int32_t triangle) const;
   void log_change();
-  std::int32_t made_nodes() const { return source_.body.node_count + source_.organ->response().new_nodes(); }
+  std::int32_t made_nodes() const { return source_.body.node_count + source_.target->new_nodes(); }
   void add_node(std::int32_t n);
   void tell_state();
 

@@ -5,8 +5,11 @@
 #include <optional>
 
 #include "runtime/base/error_text.h"
+#include "runtime/cut/cut_large.h"
+#include "runtime/cut/cut_organ.h"
 #include "runtime/cut/cut_region.h"
 #include "runtime/cut/cut_scene.h"
+#include "runtime/include/palpate/palpate_large.h"
 #include "runtime/scene/effect_build.h"
 
 namespace palpate {
@@ -34,8 +37,9 @@ constexpr EffectNeed kNeeds[] = {
      "lips of a cut are where forces have moved them: take collision DEFORMED, or leave cut OFF"},
     {"force", 1u << PALPATE_FORCE_OFF | 1u << PALPATE_FORCE_LINEAR, kResponseIsOfTheWhole},
     {"radial", 1u << PALPATE_RADIAL_OFF, kResponseIsOfTheWhole},
-    {"deformation", kAbsent,  // or LINEAR, which is 0 too
-     "a cut changes the compliance of the linear organ: take deformation LINEAR, or leave cut OFF"},
+    {"deformation",
+     1u << PALPATE_DEFORMATION_LINEAR | 1u << PALPATE_DEFORMATION_LARGE | 1u << PALPATE_DEFORMATION_LARGE_AUTO,
+     "a mesh that is cut is solved in the touch: take deformation LINEAR or LARGE, or leave cut OFF"},
     {"needles", kAbsent, kBelowTheSurface},
     {"shape", 1u << PALPATE_SHAPE_OFF | 1u << PALPATE_SHAPE_SURFACE, kBelowTheSurface},
     {"queries", kAbsent, kOnTheSurface},
@@ -50,7 +54,8 @@ const char* check(const palpate_scene_def& def) {
 struct CutOfScene {
   CutRegion region;
   std::optional<RegionPairs> pairs;
-  CutOrgan organ;
+  CutOrgan organ;  // of the linear organ
+  CutLarge large;  // under large deformation
   CutScene scene;
 };
 
@@ -78,9 +83,13 @@ const char* pass_of(const palpate_scene_def& def) {
   return names[def.law];
 }
 
+bool is_large(const palpate_scene_def& def) {
+  return key_number(def, "deformation") != 0;
+}
+
 // Of a step without a change: the field at all nodes of the surface.
 palpate_pass_work predict(const palpate_scene& scene, const palpate_step_load&) {
-  const double numbers = 3.0 * cut_of(&scene)->organ.compliance().rank() * scene.tensors.surface_nodes;
+  const double numbers = 3.0 * cut_of(&scene)->scene.state().rank * scene.tensors.surface_nodes;
   return {8 * numbers, 2 * numbers, 0};
 }
 
@@ -97,6 +106,23 @@ std::int32_t slots_of(const palpate_cut_def& def, const CutRegion& region) {
   return std::min(region.node_count, def.cut_rank + def.cut_rank / 4);
 }
 
+// The body that is cut. False where memory ends.
+bool create_target(const SectionReader& reader, palpate_scene& scene, CutOfScene& cut, const CutCapacity& capacity,
+                   const double* preload) {
+  const CutRegion& region = cut.region;
+  if (is_large(scene.def)) {
+    const CutLarge::Parts large = {&region.body, &*cut.pairs, reader.surface_nodes(), region.first_reserve, capacity};
+    return cut.large.create(reader.memory(), large, scene.touch);
+  }
+  CutOrgan::Parts organ;
+  organ.body = &region.body, organ.tensors = &scene.tensors, organ.touchable = scene.touchable;
+  organ.pairs = &*cut.pairs, organ.pair_nodes = region.nodes, organ.pair_count = 0, organ.preload = preload;
+  organ.surface_nodes = reader.surface_nodes(), organ.first_reserve = region.first_reserve;
+  organ.contact_nodes = scene.def.max_contact_nodes, organ.constraints = scene.touch.most_constraints;
+  organ.capacity = capacity;
+  return cut.organ.create(reader.memory(), organ, scene.touch);
+}
+
 // What the organ has to be before the core is built: its triangles, and the body of the touch.
 palpate_status prepare(EffectBuild& build) {
   palpate_scene& scene = build.scene;
@@ -108,31 +134,26 @@ palpate_status prepare(EffectBuild& build) {
   build.state = cut;
   CutRegion& region = cut->region;
   TouchedSurface& surface = scene.touch.surface;
-  const double* rest = nullptr;
+  const double *rest = nullptr, *preload = nullptr;
   palpate_status status = read_cut_region(reader, scene.tensors, scene.touchable, &region);
   if (status == PALPATE_OK) status = reader.read_rest(scene.def, reader.counts().surface_nodes, &rest);
-  CutOrgan::Parts organ;
-  if (status == PALPATE_OK) status = reader.map_preload(scene.def, &organ.preload);
+  if (status == PALPATE_OK) status = reader.map_preload(scene.def, &preload);
   if (status != PALPATE_OK) return status;
   CutScene::Source source;
   source.touched = {&scene.touch, scene.def.max_points};
-  source.organ = &cut->organ, source.body = region.mesh, source.tissue = &region.body,
-  source.can_hold = region.may_divide;
+  source.target = is_large(scene.def) ? static_cast<CutTarget*>(&cut->large) : &cut->organ, source.body = region.mesh,
+  source.tissue = &region.body, source.can_hold = region.may_divide;
   source.rest = const_cast<double*>(rest), source.surface_nodes = reader.surface_nodes();
   source.first_reserve = region.first_reserve;
   source.new_nodes = def.cut_nodes > 0 ? std::min(def.cut_nodes, region.reserve) : region.reserve;
   source.rank = def.cut_rank, source.operations = def.cut_operations, source.blade_points = def.cut_points;
-  organ.body = &region.body, organ.tensors = &scene.tensors, organ.touchable = scene.touchable;
-  organ.pairs = &cut->pairs.emplace(scene.tensors, region.pairs);
-  organ.pair_nodes = region.nodes, organ.pair_count = 0;
-  organ.surface_nodes = reader.surface_nodes(), organ.first_reserve = region.first_reserve;
-  organ.contact_nodes = scene.def.max_contact_nodes, organ.constraints = scene.touch.most_constraints;
-  organ.capacity.nodes = slots_of(def, region), organ.capacity.new_nodes = source.new_nodes;
-  organ.capacity.patterns = def.cut_rank;
+  cut->pairs.emplace(scene.tensors, region.pairs);
+  CutCapacity capacity;
+  capacity.nodes = slots_of(def, region), capacity.new_nodes = source.new_nodes, capacity.patterns = def.cut_rank;
   if (const char* const wrong = cut->scene.create(memory, source))
     return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
                 "cut: %s; rebuild the bundle", wrong);
-  if (memory.failed() || !cut->organ.create(memory, organ, scene.touch)) return reader.no_memory("cut");
+  if (memory.failed() || !create_target(reader, scene, *cut, capacity, preload)) return reader.no_memory("cut");
   surface.triangles = cut->scene.surface().triangles(), surface.triangle_count = cut->scene.surface().capacity();
   surface.active = cut->scene.surface().active(), surface.rest = rest;
   // The shape half, which may run beside the touch, has the bundle's own triangles.

@@ -54,10 +54,9 @@ class BodyBeside {
 
   // body: made, borrowed; only deform() and restored() use it. offset: borrowed; the other thread reads its rows alone.
   bool create(SceneMemory& memory, DeformingBody* body, Offset* offset, const Limits& limits);
-  // For constraints with frames; the arguments are those of TurnedSurface::create. False where memory ends.
-  bool follow_normals(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
-                      std::int32_t triangle_count) {
-    return turned_.create(memory, rest, nodes, triangles, triangle_count);
+  // For constraints with frames; as TurnedSurface::create. False where memory ends.
+  bool follow_normals(SceneMemory& memory, const TurnedSurface::Source& surface) {
+    return turned_.create(memory, surface);
   }
 
   // ---- the thread of the touch ----

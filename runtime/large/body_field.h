@@ -6,6 +6,7 @@
 // contact, and each has its linear response alone.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
@@ -23,6 +24,11 @@ class BodyField final : public SurfaceField {
   bool create(SceneMemory& memory, const DeformingBody* body, const Offset* offset, std::int32_t constraint_capacity,
               std::int32_t surface_nodes);
   void forget();
+  // A surface node that was in no tetrahedron is where another one is.
+  void copy_node(std::int32_t from, std::int32_t to) {
+    for (float* const field : {now_, before_})
+      std::copy_n(field + 3 * static_cast<std::size_t>(from), 3, field + 3 * static_cast<std::size_t>(to));
+  }
 
   // Takes over the body after a step. force: [node_count] N. solved: false where the step had no solution.
   // Cost: a pass over the surface nodes.

@@ -20,14 +20,14 @@ BodyMetric::Made BodyMetric::create(SceneMemory& memory, const HyperelasticBody&
                                     const double* preload, bool renews, std::int64_t fewest_for_rough) {
   energy_ = energy;
   SceneMemory scratch = memory.of_same_host();
-  std::int32_t* const improved = scratch.array<std::int32_t>(static_cast<std::size_t>(energy->rows()));
+  std::int32_t* const improved = scratch.array<std::int32_t>(static_cast<std::size_t>(energy->rows_at_rest()));
   BlockRows stiffness;
   Made made = Made::no_memory;
-  if (!scratch.failed() && assemble_stiffness(scratch, body, energy->places(), energy->rows(), &stiffness) &&
+  if (!scratch.failed() && assemble_stiffness(scratch, body, energy->places(), energy->rows_at_rest(), &stiffness) &&
       postorder(scratch, stiffness, improved)) {
     energy->reorder(improved);
     stiffness = {};
-    if (assemble_stiffness(scratch, body, energy->places(), energy->rows(), &stiffness)) {
+    if (assemble_stiffness(scratch, body, energy->places(), energy->rows_at_rest(), &stiffness)) {
       const BlockFactor::Outcome outcome = rest_.create(memory, stiffness, fewest_for_rough);
       if (outcome == BlockFactor::Outcome::made) made = Made::yes;
       if (preload && !energy->take_load(memory, body, stiffness, preload)) made = Made::no_memory;
@@ -35,7 +35,7 @@ BodyMetric::Made BodyMetric::create(SceneMemory& memory, const HyperelasticBody&
       if (renews && made == Made::yes) {
         of_metric_ = memory.array<float>(energy->padded()), of_next_ = memory.array<float>(energy->padded());
         if (memory.failed() || !renewed_.create_like(memory, rest_) || !work_.create(memory, rest_) ||
-            !tangent_.create(memory, body, energy->places(), energy->rows(),
+            !tangent_.create(memory, body, energy->places(), energy->rows_at_rest(),
                              held_diagonal(stiffness, body, energy->places())))
           made = Made::no_memory;
       }
@@ -48,11 +48,22 @@ BodyMetric::Made BodyMetric::create(SceneMemory& memory, const HyperelasticBody&
 void BodyMetric::solve(float* const* x, int count) const {
   double amounts[3][kMostOffsetRows];
   for (int c = 0; c < count; ++c) held_.before(x[c], amounts[c]);
-  now().solve(x, count);
+  solve_unheld(x, count);
   for (int c = 0; c < count; ++c) held_.after(amounts[c], x[c]);
 }
 
+void BodyMetric::solve_unheld(float* const* x, int count) const {
+  if (!added_ || !added_->acts()) return now().solve(x, count);
+  added_->begin(x, count);
+  now().solve(x, count);
+  added_->go_on(x, count);
+  now().solve(x, count);
+  added_->end(x, count);
+}
+
+// Where a cut leaves little, what it adds is large, and the rounding of a rough solve with it.
 void BodyMetric::solve_roughly(float* x) const {
+  if (added_ && added_->acts()) return solve(x);
   double amounts[kMostOffsetRows];
   held_.before(x, amounts);
   now().solve_roughly(x);

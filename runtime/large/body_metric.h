@@ -7,6 +7,7 @@
 #include "runtime/large/block_factor.h"
 #include "runtime/large/held_volumes.h"
 #include "runtime/large/hyperelastic_energy.h"
+#include "runtime/large/mesh_follower.h"
 #include "runtime/large/tangent.h"
 
 namespace palpate {
@@ -24,6 +25,10 @@ class BodyMetric {
   // x <- metric^-1 x, with what volumes that are held add. solve_roughly(): as BlockFactor's.
   void solve(float* const* x, int count) const;
   void solve(float* x) const { solve(&x, 1); }
+  // The same without held volumes.
+  void solve_unheld(float* const* x, int count) const;
+  // The mesh is cut. borrowed; not while the metric is a renewed one.
+  void add(AddedCompliance* added) { added_ = added; }
   void solve_roughly(float* x) const;
   // LargeSolver fills these in, and does so anew where the factor becomes another one.
   HeldVolumes& held() { return held_; }
@@ -57,6 +62,7 @@ class BodyMetric {
   State state_;
   std::int32_t next_supernode_ = 0;
   const HyperelasticEnergy* energy_ = nullptr;
+  AddedCompliance* added_ = nullptr;
   float *of_metric_ = nullptr, *of_next_ = nullptr;  // [padded] m, the states of the metric and of the next one
 };
 

@@ -43,12 +43,14 @@ LargeSolver::Created DeformingBody::create(SceneMemory& memory, const Hyperelast
   if (memory.failed()) return LargeSolver::Created::no_memory;
   memory.keep(kept_count_);
   memory.keep_array(kept_, constraints, kept_count_);
-  const LargeSolver::Created created = solver_.create(memory, body, order, order_count, 3 * limits.constraints,
-                                                      limits.nodes, preload, limits.renews_metric);
+  const LargeSolver::Created created =
+      solver_.create(memory, body, order, order_count, 3 * limits.constraints, limits.nodes, preload,
+                     limits.renews_metric, BlockFactor::kFewestForRough, limits.new_nodes);
   if (created == LargeSolver::Created::made && limits.gives_way &&
       !laws_.create(memory, &solver_.compliance(), {0, kUnlimitedOperations, false}))
     return LargeSolver::Created::no_memory;
   solve_operations_ = solver_.factor().numbers() / kFactorNumbers;
+  if (limits.new_nodes.count > 0) solve_operations_ = 2 * solve_operations_ + limits.of_cut;
   operations_ = (body.averaged_shear > 0 ? kOfAnAveragedTetrahedron : kOfATetrahedron) * body.tetrahedron_count +
                 solve_operations_;
   return created;

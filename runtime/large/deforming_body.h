@@ -24,6 +24,8 @@ class DeformingBody {
     bool gives_way = false;                   // some constraints have laws under which they release or slip, or limits
     bool renews_metric = false;               // renew() does something
     Operations of_laws = kUnlimitedOperations;  // of a step, for its laws
+    NewNodes new_nodes;                         // as LargeSolver::create
+    Operations of_cut = 0;                      // that a cut adds to a solve, at most, beside a second one
   };
   // The laws count as met where they are missed by this share of the largest target; beyond kInexact the step says so.
   static constexpr double kLawMet = 0.01, kInexact = 0.05;
@@ -33,11 +35,18 @@ class DeformingBody {
   // As LargeSolver::create.
   LargeSolver::Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
                               std::int32_t order_count, const Limits& limits, const double* preload);
-  // For constraints with frames; after create(). The arguments are those of TurnedSurface::create. False where memory ends.
-  bool follow_normals(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
-                      std::int32_t triangle_count) {
-    return turned_.create(memory, rest, nodes, triangles, triangle_count);
+  // For constraints with frames; after create(). As TurnedSurface::create. False where memory ends.
+  bool follow_normals(SceneMemory& memory, const TurnedSurface::Source& surface) {
+    return turned_.create(memory, surface);
   }
+
+  // The mesh is cut: as LargeSolver.
+  MeshFollower::Layout follow(AddedCompliance* added) { return solver_.follow(added); }
+  void split(const MeshFollower::Split& split, bool replayed) { solver_.split(split, replayed); }
+  void remove(std::int32_t tetrahedron) { solver_.remove(tetrahedron); }
+  void ground(std::int32_t node, double stiffness) { solver_.ground(node, stiffness); }
+  void changed(bool replayed) { solver_.changed(replayed); }
+  void forget_changes() { solver_.forget_changes(); }
 
   // As LargeSolver. Targets, reactions, fields are those from the offset.
   bool take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows) {

@@ -47,6 +47,21 @@ bool rows_may_give_way(const palpate_scene& scene) {
   return contacts_may_give_way(scene.def) || scene.rows.constraints > 0 || scene.reserved.constraints > 0;
 }
 
+bool may_be_cut(const palpate_scene_def& def) {
+  return key_number(def, "cut") != 0;
+}
+
+// Nodes that a cut of the mesh may split off. Where the bundle has none, whoever cuts says so.
+NewNodes new_nodes_of(const SectionReader& reader, const palpate_scene_def& def) {
+  const std::int32_t* reserve = nullptr;
+  if (!may_be_cut(def) || !reader.find(SectionId::cut_reserve)) return {};
+  if (reader.map(SectionId::cut_reserve, &reserve) != PALPATE_OK) return {};
+  const std::int64_t first = reserve[0], count = reserve[1], end = reader.surface_nodes();
+  if (first < 0 || count < 0 || first + count != end) return {};
+  const auto most = static_cast<std::int64_t>(key_number(def, "cut_nodes"));
+  return {reserve[0], static_cast<std::int32_t>(most > 0 ? std::min(most, count) : count)};
+}
+
 LargeBody& body_of(const palpate_scene& scene) {
   return *static_cast<LargeBody*>(scene.touch.body);
 }
@@ -117,6 +132,9 @@ palpate_status make_deforming_body(SectionReader& reader, SceneMemory& scratch, 
   limits.nodes = def.max_contact_nodes, limits.constraints = scene.touch.most_constraints;
   limits.gives_way = rows_may_give_way(scene), limits.renews_metric = renews_metric(def);
   limits.of_laws = is_in_touch(def) ? def.max_operations : kMostOfLawsBeside;
+  limits.new_nodes = new_nodes_of(reader, def);
+  const auto rank = may_be_cut(def) ? static_cast<Operations>(key_number(def, "cut_rank")) : 0;
+  limits.of_cut = rank * rank / kDense;
   switch (deforming.create(reader.memory(), body, order, static_cast<std::int32_t>(count), limits, preload)) {
     case LargeSolver::Created::no_memory:
       return reader.no_memory("deformation");
@@ -146,7 +164,7 @@ void choose_model(const SectionReader& reader, palpate_scene& scene) {
   auto& own = const_cast<palpate_large_def&>(part_of<palpate_large_def>(scene.def, large_effect));
   if (own.deformation != PALPATE_DEFORMATION_LARGE_AUTO) return;
   const auto nodes = static_cast<Operations>(reader.counts().nodes);
-  const bool fits = nodes * kOperationsOfNode <= scene.def.max_operations;
+  const bool fits = may_be_cut(scene.def) || nodes * kOperationsOfNode <= scene.def.max_operations;
   own.deformation = fits ? PALPATE_DEFORMATION_LARGE : PALPATE_DEFORMATION_LARGE_BESIDE;
   scene.context.bundle.log.say(
       PALPATE_LOG_NOTE,
@@ -183,9 +201,16 @@ std::int32_t field_nodes_of(const SectionReader& reader, const palpate_scene& sc
   return of_shape[scene.def.shape];
 }
 
+TurnedSurface::Source surface_of(const SectionReader& reader, const TouchState& touch) {
+  const TouchedSurface& surface = touch.surface;
+  return {surface.rest, reader.surface_nodes(), surface.fans ? surface.triangle_count : reader.triangles(),
+          surface.triangles, surface.fans};
+}
+
 bool place_in_touch(const SectionReader& reader, palpate_scene& scene, BodyInTouch& body) {
   const palpate_scene_def& def = scene.def;
   scene.touch.admission.admit_any(body.deforming().operations_to_renew());
+  if (!body.reserve(reader.memory(), new_nodes_of(reader, def))) return false;
   return !(follows_deformed_surface(def) || (scene.uses & kUsesDisplacements) != 0) ||
          body.create_field(reader.memory(), scene.touch.offset.exists() ? &scene.touch.offset : nullptr,
                            scene.touch.most_constraints, reader.surface_nodes());
@@ -200,9 +225,7 @@ bool place_in_thread(const SectionReader& reader, palpate_scene& scene, BodyInTh
   const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes);
   limits.field_nodes = scene.tensors.corridor ? nodes : std::max(reader.surface_nodes(), touch.held.nodes);
   return body.beside().create(reader.memory(), &body.deforming(), &touch.offset, limits) &&
-         (def.law == PALPATE_LAW_STICKING ||
-          body.beside().follow_normals(reader.memory(), touch.surface.rest, reader.surface_nodes(),
-                                       touch.surface.triangles, reader.triangles()));
+         (def.law == PALPATE_LAW_STICKING || body.beside().follow_normals(reader.memory(), surface_of(reader, touch)));
 }
 
 void log_fewest_steps(const palpate_scene& scene) {
@@ -218,7 +241,7 @@ void log_fewest_steps(const palpate_scene& scene) {
 
 // What moves the organ from outside is known now.
 palpate_status take_offset(const SectionReader& reader, const Offset& offset, DeformingBody& deforming) {
-  if (!offset.exists()) return PALPATE_OK;
+  if (offset.count() == 0) return PALPATE_OK;
   SceneMemory scratch = reader.memory().of_same_host();
   HyperelasticBody body;
   palpate_status status = read_whole_body(reader, scratch, &body);
@@ -239,8 +262,7 @@ palpate_status build(EffectBuild& build) {
   touch.held = scene.shape.held = {field_nodes_of(reader, scene), !is_in_touch(def)};
   const bool made = (!contacts_may_slide(def) || body.watch_energy(reader.memory(), touch.most_constraints)) &&
                     (def.law == PALPATE_LAW_STICKING ||
-                     body.deforming().follow_normals(reader.memory(), touch.surface.rest, reader.surface_nodes(),
-                                                     touch.surface.triangles, reader.triangles())) &&
+                     body.deforming().follow_normals(reader.memory(), surface_of(reader, touch))) &&
                     (is_in_touch(def) ? place_in_touch(reader, scene, static_cast<BodyInTouch&>(body))
                                       : place_in_thread(reader, scene, static_cast<BodyInThread&>(body)));
   if (made) log_fewest_steps(scene);

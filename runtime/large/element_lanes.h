@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "runtime/large/averaged_gradient.h"
+#include "runtime/large/corner_lists.h"
 #include "runtime/large/dilatation_sites.h"
 #include "runtime/large/tissue_law.h"
 
@@ -27,8 +28,15 @@ class ElementLanes {
 
   // place: [node_count] where the displacement of each node stands in u and f. body is read and not kept.
   // rows: nodes at places below it have forces; the others are held and have none.
-  // Memory: about 424 bytes a tetrahedron in single precision.
-  bool create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place, std::int32_t rows);
+  // Memory: about 424 bytes a tetrahedron in single precision; as much again where new_nodes is above 0: so many nodes may be split off.
+  bool create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place, std::int32_t rows,
+              std::int32_t new_nodes = 0);
+
+  // The mesh is cut, where new_nodes of create() allows it; not p1-ang. Some tetrahedra at the node at place `from` have another node at its place.
+  // Where the element averages at nodes, both average on their own from now on. Cost: of the tetrahedra at the node.
+  void split(std::int32_t from, std::int32_t to, const std::int32_t* tetrahedra, std::int32_t count);
+  void remove(std::int32_t tetrahedron);
+  void forget_changes();  // all of them
 
   // u: [places][3] m. f: [rows][3] N, dE/du; overwritten. Cost: about 250 multiply-adds a tetrahedron.
   // The energy is not to be used where least_volume is near zero or below.
@@ -63,24 +71,33 @@ class ElementLanes {
   bool create_arrays(SceneMemory& memory, std::size_t tetrahedra);
   void fill_groups(const HyperelasticBody& body, const DilatationSites& sites, const std::int32_t* place,
                    std::int32_t* lane_of);
+  bool keep_uncut(SceneMemory& memory, std::size_t tetrahedra, const std::int32_t* lane_of);
+  void split_site(std::int32_t site, const std::int32_t* lanes, std::int32_t count);
+  void measure_site(std::int32_t site);
 
   Group* groups_ = nullptr;
   Form* forms_ = nullptr;  // of the groups from first_form_ on
   std::int32_t group_count_ = 0, first_form_ = 0, rows_ = 0, site_count_ = 0;
   bool nodal_ = false, averaged_ = false;
-  Number quarter_ = Number(0.25);       // of a tetrahedron's volume, over the share in Group
-  Real* forces_ = nullptr;              // [groups][4][3] of each corner
-  std::int32_t* first_ = nullptr;       // [rows + 1] into slots_
-  std::int32_t* slots_ = nullptr;       // where forces_ has a node's parts
-  Deformation<Real>* kept_ = nullptr;   // [groups] where the dilatation is averaged
-  std::int32_t* site_first_ = nullptr;  // [sites + 1] into site_lanes_
-  std::int32_t* site_lanes_ = nullptr;  // lanes of the tetrahedra at a site
-  Real* changes_ = nullptr;             // [groups] V_e / 4 (J_e - 1)
-  Number* site_volume_ = nullptr;       // [sites]
-  Number* site_bulk_ = nullptr;         // [sites]
-  Number* pressures_ = nullptr;         // [sites]
-  std::uint8_t* is_site_ = nullptr;     // [groups, and those of gradients_ behind them]
-  AveragedGradient<Real> gradients_;    // where averaged_
+  Number quarter_ = Number(0.25);      // of a tetrahedron's volume, over the share in Group
+  Real* forces_ = nullptr;             // [groups][4][3] of each corner
+  CornerLists slots_;                  // [rows] where forces_ has a node's parts
+  Deformation<Real>* kept_ = nullptr;  // [groups] where the dilatation is averaged
+  CornerLists site_lanes_;             // [sites] lanes of the tetrahedra at a site
+  Real* changes_ = nullptr;            // [groups] V_e / 4 (J_e - 1)
+  Number* site_volume_ = nullptr;      // [sites]
+  Number* site_bulk_ = nullptr;        // [sites]
+  Number* pressures_ = nullptr;        // [sites]
+  std::uint8_t* is_site_ = nullptr;    // [groups, and those of gradients_ behind them]
+  AveragedGradient<Real> gradients_;   // where averaged_
+  // Where the mesh may be cut: the uncut body.
+  struct Uncut {
+    Group* groups = nullptr;
+    Number* site_volume = nullptr;    // [sites]
+    std::int32_t* lane_of = nullptr;  // [tetrahedra]
+    std::int32_t* lanes = nullptr;    // [4 tetrahedra] scratch
+    std::int32_t sites = 0, most_sites = 0;
+  } uncut_;
 };
 
 template <class Real>
@@ -102,36 +119,20 @@ void ElementLanes<Real>::fill(const HyperelasticBody& body, const DilatationSite
   for (int i = 0; i < 3 && form; ++i) put(form->constant[i], law.form.constant[i]);
 }
 
-// Lists of the tetrahedra's corners c, of counts and then of entries, in the order of the tetrahedra: entry(c) in list of(c).
-template <class Of, class Entry>
-void list_corners(std::size_t tetrahedra, std::int32_t* first, std::int32_t lists, std::int32_t* entries, const Of& of,
-                  const Entry& entry) {
-  for (std::size_t c = 0; c < 4 * tetrahedra; ++c)
-    if (of(c) < lists) ++first[of(c) + 1];
-  for (std::int32_t i = 0; i < lists; ++i) first[i + 1] += first[i];
-  for (std::size_t c = 4 * tetrahedra; c-- > 0;)
-    if (of(c) < lists) entries[--first[of(c) + 1]] = entry(c);
-  for (std::int32_t i = 0; i < lists; ++i) first[i] = first[i + 1];
-  first[lists] = 0;
-  for (std::size_t c = 0; c < 4 * tetrahedra; ++c) first[lists] += of(c) < lists;
-}
-
 template <class Real>
 bool ElementLanes<Real>::create_arrays(SceneMemory& memory, std::size_t tetrahedra) {
-  const auto groups = static_cast<std::size_t>(group_count_), sites = static_cast<std::size_t>(site_count_);
+  const auto groups = static_cast<std::size_t>(group_count_), sites = static_cast<std::size_t>(uncut_.most_sites);
   groups_ = memory.array<Group>(groups);
   forms_ = memory.array<Form>(groups - static_cast<std::size_t>(first_form_));
   forces_ = memory.array<Real>(12 * groups);
-  first_ = memory.array<std::int32_t>(static_cast<std::size_t>(rows_) + 1);
-  slots_ = memory.array<std::int32_t>(4 * tetrahedra);
+  bool made = slots_.create(memory, rows_, tetrahedra);
   if (nodal_) {
     kept_ = memory.array<Deformation<Real>>(groups);
-    site_first_ = memory.array<std::int32_t>(sites + 1);
-    site_lanes_ = memory.array<std::int32_t>(4 * tetrahedra);
+    made = made && site_lanes_.create(memory, uncut_.most_sites, tetrahedra);
     changes_ = memory.array<Real>(groups);
     for (Number** of_sites : {&site_volume_, &site_bulk_, &pressures_}) *of_sites = memory.array<Number>(sites);
   }
-  return !memory.failed();
+  return made && !memory.failed();
 }
 
 // One law after the other. lane_of: [tetrahedra] group times kLanes, plus lane.
@@ -157,7 +158,7 @@ void ElementLanes<Real>::fill_groups(const HyperelasticBody& body, const Dilatat
 
 template <class Real>
 bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place,
-                                std::int32_t rows) {
+                                std::int32_t rows, std::int32_t new_nodes) {
   nodal_ = body.nodal_dilatation, rows_ = rows, averaged_ = body.averaged_shear > 0;
   quarter_ = static_cast<Number>(0.25 / (1 - body.averaged_shear));
   SceneMemory scratch = memory.of_same_host();
@@ -168,7 +169,10 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
     scratch.release_all();
     return false;
   }
-  site_count_ = sites.count;
+  site_count_ = uncut_.sites = sites.count;
+  // A new node has as many sites as there are regions around it.
+  uncut_.most_sites = static_cast<std::int32_t>(std::min<std::int64_t>(
+      4 * std::int64_t{body.tetrahedron_count}, sites.count + std::int64_t{new_nodes} * body.region_count));
   std::int32_t of_law[kLaws] = {};
   for (std::int32_t e = 0; e < body.tetrahedron_count; ++e) ++of_law[static_cast<int>(law_at(body, e))];
   for (int l = 0; l < kLaws; ++l) {
@@ -182,24 +186,110 @@ bool ElementLanes<Real>::create(SceneMemory& memory, const HyperelasticBody& bod
   if (made) {
     std::fill_n(is_site_ + group_count_, gradients_.count(), std::uint8_t{1});
     fill_groups(body, sites, place, lane_of);
-    list_corners(
-        count, first_, rows_, slots_, [&](std::size_t c) { return place[body.tetrahedra[c]]; },
+    slots_.fill(
+        count, rows_, [&](std::size_t c) { return place[body.tetrahedra[c]]; },
         [&](std::size_t c) {
           const std::int32_t lane = lane_of[c / 4];
           return (lane / kLanes * 12 + 3 * static_cast<std::int32_t>(c % 4)) * kLanes + lane % kLanes;
         });
   }
   if (made && nodal_) {
-    list_corners(
-        count, site_first_, site_count_, site_lanes_, [&](std::size_t c) { return sites.of_corner[c]; },
+    site_lanes_.fill(
+        count, site_count_, [&](std::size_t c) { return sites.of_corner[c]; },
         [&](std::size_t c) { return lane_of[c / 4]; });
     for (std::int32_t s = 0; s < site_count_; ++s) {
       site_volume_[s] = static_cast<Number>(sites.volume[s]);
       site_bulk_[s] = static_cast<Number>(body.laws[sites.region[s]].bulk);
     }
   }
+  if (made && new_nodes > 0) made = keep_uncut(memory, count, lane_of);
   scratch.release_all();
   return made;
+}
+
+// ---- the mesh is cut -----------------------------------------------------------------------------------------------
+
+template <class Real>
+bool ElementLanes<Real>::keep_uncut(SceneMemory& memory, std::size_t tetrahedra, const std::int32_t* lane_of) {
+  const auto groups = static_cast<std::size_t>(group_count_), sites = static_cast<std::size_t>(site_count_);
+  uncut_.groups = memory.array<Group>(groups), uncut_.site_volume = memory.array<Number>(sites);
+  uncut_.lane_of = memory.array<std::int32_t>(tetrahedra), uncut_.lanes = memory.array<std::int32_t>(4 * tetrahedra);
+  const bool made = slots_.keep_uncut(memory, tetrahedra) && (!nodal_ || site_lanes_.keep_uncut(memory, tetrahedra));
+  if (!made || memory.failed()) return false;
+  std::copy(groups_, groups_ + groups, uncut_.groups), std::copy(lane_of, lane_of + tetrahedra, uncut_.lane_of);
+  if (nodal_) std::copy(site_volume_, site_volume_ + sites, uncut_.site_volume);
+  return true;
+}
+
+template <class Real>
+void ElementLanes<Real>::forget_changes() {
+  if (!uncut_.groups) return;
+  std::copy(uncut_.groups, uncut_.groups + group_count_, groups_);
+  slots_.forget_changes();
+  if (!nodal_) return;
+  site_count_ = uncut_.sites;
+  site_lanes_.forget_changes();
+  std::copy(uncut_.site_volume, uncut_.site_volume + site_count_, site_volume_);
+}
+
+// The volume of a site that has other tetrahedra now.
+template <class Real>
+void ElementLanes<Real>::measure_site(std::int32_t site) {
+  double volume = 0;
+  for (std::int32_t at = site_lanes_.begin(site); at < site_lanes_.end(site); ++at) {
+    const std::int32_t lane = site_lanes_[at];
+    Number volumes[kLanes];
+    std::memcpy(volumes, &groups_[lane / kLanes].volume, sizeof volumes);
+    volume += static_cast<double>(quarter_ * volumes[lane % kLanes]);
+  }
+  site_volume_[site] = volume > 0 ? static_cast<Number>(volume) : Number(1);  // nothing is there that it divides
+}
+
+// Tetrahedra of a site go to a new one. lanes: ascending.
+template <class Real>
+void ElementLanes<Real>::split_site(std::int32_t site, const std::int32_t* lanes, std::int32_t count) {
+  const std::int32_t made = site_count_++;
+  site_lanes_.split(site, made, [&](std::int32_t lane) { return std::binary_search(lanes, lanes + count, lane); });
+  site_bulk_[made] = site_bulk_[site];
+  measure_site(site), measure_site(made);
+}
+
+template <class Real>
+void ElementLanes<Real>::split(std::int32_t from, std::int32_t to, const std::int32_t* tetrahedra, std::int32_t count) {
+  std::int32_t* const lanes = uncut_.lanes;
+  for (std::int32_t i = 0; i < count; ++i) lanes[i] = uncut_.lane_of[tetrahedra[i]];
+  std::sort(lanes, lanes + count);
+  const auto goes = [&](std::int32_t lane) { return std::binary_search(lanes, lanes + count, lane); };
+  if (from < rows_)
+    slots_.split(from, to, [&](std::int32_t slot) { return goes(slot / (12 * kLanes) * kLanes + slot % kLanes); });
+  for (std::int32_t i = 0; i < count; ++i) {
+    Group& group = groups_[lanes[i] / kLanes];
+    const std::int32_t lane = lanes[i] % kLanes;
+    for (int a = 0; a < 4; ++a) {
+      if (group.node[a][lane] != from) continue;
+      group.node[a][lane] = to;
+      if (!nodal_) continue;
+      const std::int32_t site = group.site[a][lane];
+      if (site_lanes_.has(site, lanes[i])) split_site(site, lanes, count);
+      std::int32_t made = site_count_ - 1;
+      while (!site_lanes_.has(made, lanes[i])) --made;
+      group.site[a][lane] = made;
+    }
+  }
+}
+
+template <class Real>
+void ElementLanes<Real>::remove(std::int32_t tetrahedron) {
+  const std::int32_t at = uncut_.lane_of[tetrahedron], lane = at % kLanes;
+  Group& group = groups_[at / kLanes];
+  put_lane(group.volume, lane, 0);
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < 3; ++i) put_lane(group.gradient[a][i], lane, 0);
+  for (int a = 0; a < 4 && nodal_; ++a) {
+    const std::int32_t site = group.site[a][lane];
+    site_lanes_.drop(site, at);
+    measure_site(site);
+  }
 }
 
 template <class Real>
@@ -261,7 +351,8 @@ PALPATE_INLINE void ElementLanes<Real>::average_dilatations(Energy* sum) const {
   const Number* change = reinterpret_cast<const Number*>(changes_);
   for (std::int32_t s = 0; s < site_count_; ++s) {
     Number total = 0;
-    for (std::int32_t at = site_first_[s]; at < site_first_[s + 1]; ++at) total += change[site_lanes_[at]];
+    for (std::int32_t at = site_lanes_.begin(s), end = site_lanes_.end(s); at < end; ++at)
+      total += change[site_lanes_[at]];
     pressures_[s] = site_bulk_[s] * (total / site_volume_[s]);
     sum->energy += 0.5 * static_cast<double>(pressures_[s] * total);
   }
@@ -283,7 +374,7 @@ PALPATE_INLINE void ElementLanes<Real>::add_forces(Number* f) const {
   const Number* part = reinterpret_cast<const Number*>(forces_);
   for (std::int32_t n = 0; n < rows_; ++n) {
     Number sum[3] = {};
-    for (std::int32_t at = first_[n]; at < first_[n + 1]; ++at)
+    for (std::int32_t at = slots_.begin(n), end = slots_.end(n); at < end; ++at)
       for (int i = 0; i < 3; ++i) sum[i] += part[slots_[at] + i * kLanes];
     for (int i = 0; i < 3; ++i) f[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] = sum[i];
   }

@@ -41,8 +41,8 @@ __attribute__((target(PALPATE_AVX2))) void evaluate_with_avx2(const Hyperelastic
 }  // namespace
 
 bool HyperelasticEnergy::place_nodes(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
-                                     std::int32_t order_count) {
-  nodes_ = body.node_count, rows_ = order_count;
+                                     std::int32_t order_count, const NewNodes& new_nodes) {
+  nodes_ = body.node_count, at_rest_ = order_count, rows_ = order_count + new_nodes.count;
   const auto nodes = static_cast<std::size_t>(nodes_), rows = static_cast<std::size_t>(rows_);
   length_ = (3 * rows + kVectorStep - 1) / kVectorStep * kVectorStep;
   padded_ = std::max(3 * nodes, length_);
@@ -50,6 +50,7 @@ bool HyperelasticEnergy::place_nodes(SceneMemory& memory, const HyperelasticBody
   if (memory.failed()) return false;
   std::fill(place_, place_ + nodes, -1);
   for (std::int32_t i = 0; i < order_count; ++i) place_[order[i]] = i;
+  for (std::int32_t i = 0; i < new_nodes.count; ++i) place_[new_nodes.first + i] = order_count + i;
   std::int32_t held_place = rows_;
   for (std::size_t n = 0; n < nodes; ++n)
     if (place_[n] < 0) place_[n] = held_place++;
@@ -58,25 +59,62 @@ bool HyperelasticEnergy::place_nodes(SceneMemory& memory, const HyperelasticBody
 
 void HyperelasticEnergy::reorder(const std::int32_t* improved) {
   for (std::int32_t n = 0; n < nodes_; ++n)
-    if (place_[n] < rows_) place_[n] = improved[place_[n]];
+    if (place_[n] < at_rest_) place_[n] = improved[place_[n]];
 }
 
-bool HyperelasticEnergy::create(SceneMemory& memory, const HyperelasticBody& body, bool has_preload) {
-  if (!elements_.create(memory, body, place_, rows_) || !take_supports(memory, body)) return false;
+bool HyperelasticEnergy::create(SceneMemory& memory, const HyperelasticBody& body, bool has_preload,
+                                const NewNodes& new_nodes) {
+  if (!elements_.create(memory, body, place_, rows_, new_nodes.count) || !take_supports(memory, body, new_nodes))
+    return false;
+  if (new_nodes.count > 0) {
+    new_.origin = memory.array<std::int32_t>(static_cast<std::size_t>(nodes_));
+    for (std::int32_t n = 0; n < nodes_ && new_.origin; ++n) new_.origin[n] = n;
+  }
   held_ = memory.array<std::int32_t>(3 * static_cast<std::size_t>(rows_));
   if (has_preload) base_ = memory.array<float>(padded_), absolute_ = memory.array<float>(padded_);
   if (memory.failed()) return false;
   for (std::int32_t n = 0; n < nodes_; ++n)
     for (int i = 0; i < 3; ++i)
-      if (place_[n] < rows_ && body.fixed[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)])
+      if (place_[n] < at_rest_ && body.fixed[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)])
         held_[held_count_++] = 3 * place_[n] + i;
+  new_.held = held_count_, new_.supports = support_count_;
   return true;
 }
 
-bool HyperelasticEnergy::take_supports(SceneMemory& memory, const HyperelasticBody& body) {
-  const auto count = static_cast<std::size_t>(body.support_count);
-  support_place_ = memory.array<std::int32_t>(2 * count);
-  support_stiffness_ = memory.array<double>(9 * count);
+// A new node has what the node that it comes from has, but for its tetrahedra and its supports.
+void HyperelasticEnergy::split(const MeshFollower::Split& split) {
+  const std::int32_t from = place_[split.from], to = place_[split.node];
+  new_.origin[split.node] = new_.origin[split.from], ++new_.made;
+  for (int i = 0; i < 3; ++i) {
+    const bool is_held = from >= rows_ || std::find(held_, held_ + held_count_, 3 * from + i) != held_ + held_count_;
+    if (is_held) held_[held_count_++] = 3 * to + i;
+  }
+  for (float* const by : {base_, offset_.by})
+    if (by) std::copy_n(by + 3 * static_cast<std::size_t>(from), 3, by + 3 * static_cast<std::size_t>(to));
+  elements_.split(from, to, split.tetrahedra, split.count);
+}
+
+void HyperelasticEnergy::ground(std::int32_t node, double stiffness) {
+  if (support_count_ == new_.supports + MeshFollower::kMostGrounded) return;
+  support_place_[2 * support_count_] = support_place_[2 * support_count_ + 1] = place_[node];
+  double* const k = support_stiffness_ + 9 * static_cast<std::size_t>(support_count_++);
+  std::fill_n(k, 9, 0.0);
+  for (int i = 0; i < 3; ++i) k[4 * i] = stiffness;
+}
+
+void HyperelasticEnergy::forget_changes() {
+  if (!new_.origin) return;
+  for (std::int32_t n = 0; n < nodes_; ++n) new_.origin[n] = n;
+  new_.made = 0, new_.removed = false;
+  held_count_ = new_.held, support_count_ = new_.supports;
+  elements_.forget_changes();
+}
+
+bool HyperelasticEnergy::take_supports(SceneMemory& memory, const HyperelasticBody& body, const NewNodes& new_nodes) {
+  const auto count = static_cast<std::size_t>(body.support_count),
+             most = count + (new_nodes.count > 0 ? MeshFollower::kMostGrounded : 0);
+  support_place_ = memory.array<std::int32_t>(2 * most);
+  support_stiffness_ = memory.array<double>(9 * most);
   if (memory.failed()) return false;
   for (std::size_t i = 0; i < 2 * count; ++i) support_place_[i] = place_[body.support_nodes[i]];
   std::copy(body.support_stiffness, body.support_stiffness + 9 * count, support_stiffness_);
@@ -115,13 +153,13 @@ double HyperelasticEnergy::add_supports(const float* u, float* f) const {
 bool HyperelasticEnergy::take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness,
                                    const double* preload) {
   SceneMemory scratch = memory.of_same_host();
-  double* const moved = scratch.array<double>(3 * static_cast<std::size_t>(rows_));
+  double* const moved = scratch.array<double>(3 * static_cast<std::size_t>(at_rest_));
   load_ = memory.array<float>(length_);
   const bool made = moved && load_;
   for (std::int32_t n = 0; made && n < nodes_; ++n)
-    for (std::size_t i = 0; i < 3 && place_[n] < rows_; ++i)
+    for (std::size_t i = 0; i < 3 && place_[n] < at_rest_; ++i)
       moved[3 * static_cast<std::size_t>(place_[n]) + i] = preload[3 * static_cast<std::size_t>(n) + i];
-  if (made) multiply(stiffness, moved, rows_, load_), clear_held_dofs(body, load_);
+  if (made) multiply(stiffness, moved, at_rest_, load_), clear_held_dofs(body, load_);
   scratch.release_all();
   return made;
 }
@@ -149,7 +187,7 @@ void HyperelasticEnergy::take_force(const RowForce& force, const double* row, fl
 void HyperelasticEnergy::clear_held_dofs(const HyperelasticBody& body, float* f) const {
   for (std::int32_t n = 0; n < nodes_; ++n)
     for (std::size_t i = 0; i < 3; ++i)
-      if (place_[n] < rows_ && body.fixed[3 * static_cast<std::size_t>(n) + i])
+      if (place_[n] < at_rest_ && body.fixed[3 * static_cast<std::size_t>(n) + i])
         f[3 * static_cast<std::size_t>(place_[n]) + i] = 0;
 }
 
@@ -173,12 +211,12 @@ bool HyperelasticEnergy::take_offset(SceneMemory& memory, const HyperelasticBody
   for (std::int32_t m = 0; made && m < rows.count; ++m) {
     for (std::int32_t n = 0; n < nodes_; ++n) store3(rows.at(m, n), row + 3 * static_cast<std::size_t>(place_[n]));
     float* const load = of.loads + static_cast<std::size_t>(m) * length_;
-    multiply(stiffness, row, rows_, load);
+    multiply(stiffness, row, at_rest_, load);
     if (rows.is_of_force(m)) take_force(rows.force[m], row, load);
     if (rows.is_of_pressure(m)) take_force({}, row, load);  // what acts on its surface is added in each state
     clear_held_dofs(body, load);
     double sum = 0;
-    for (std::int32_t r = 0; r < rows_; ++r)
+    for (std::int32_t r = 0; r < at_rest_; ++r)
       for (std::size_t i = 0; i < 3; ++i) {
         const double u = row[3 * static_cast<std::size_t>(r) + i];
         sum += 0.5 * stiffness.block[9 * static_cast<std::size_t>(stiffness.index_of(r, r)) + 4 * i] * u * u;
@@ -202,7 +240,7 @@ void HyperelasticEnergy::move(const double* from, const double* to, double share
   of.noise = kPlaceNoise * kPlaceNoise * rough * rough;
   if (!of.acts) return pressures_.count_from([&](std::int32_t place) { return displaced(place, nullptr, false); });
   for (std::int32_t n = 0; n < nodes_; ++n) {
-    const Vec3 at = of.rows.sum_at(of.amounts, n);
+    const Vec3 at = of.rows.sum_at(of.amounts, new_.origin ? new_.origin[n] : n);
     for (int i = 0; i < 3; ++i)
       of.by[3 * static_cast<std::size_t>(place_[n]) + static_cast<std::size_t>(i)] = static_cast<float>(at[i]);
   }

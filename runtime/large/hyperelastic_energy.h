@@ -13,6 +13,7 @@
 #include "runtime/bundle/offset_rows.h"
 #include "runtime/large/block_rows.h"
 #include "runtime/large/element_lanes.h"
+#include "runtime/large/mesh_follower.h"
 #include "runtime/large/surface_pressures.h"
 
 namespace palpate {
@@ -22,13 +23,14 @@ class HyperelasticEnergy {
   using Elements = ElementLanes<EightFloats>;
   using Energy = Elements::Energy;
 
-  // Places of the nodes: [node_count] those that move first, in the order of elimination. order: [order_count] of these.
+  // Places of the nodes: [node_count] those that move first, in the order of elimination; then new ones; then those that are held. order:
+  // [order_count] of the first.
   bool place_nodes(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
-                   std::int32_t order_count);
+                   std::int32_t order_count, const NewNodes& new_nodes);
   // The order of elimination becomes improved[place].
   void reorder(const std::int32_t* improved);
   // After the nodes have their places. has_preload: a load may be set.
-  bool create(SceneMemory& memory, const HyperelasticBody& body, bool has_preload);
+  bool create(SceneMemory& memory, const HyperelasticBody& body, bool has_preload, const NewNodes& new_nodes);
   // The load is K preload, N. preload: [node_count][3] m.
   bool take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness, const double* preload);
   void set_load_share(double share) { load_share_ = share; }
@@ -57,7 +59,8 @@ class HyperelasticEnergy {
   }
 
   std::int32_t nodes() const { return nodes_; }
-  std::int32_t rows() const { return rows_; }  // nodes that move
+  std::int32_t rows() const { return rows_; }             // nodes that move
+  std::int32_t rows_at_rest() const { return at_rest_; }  // of them, in the uncut mesh
   std::size_t length() const { return length_; }
   // Numbers of a vector of displacements of all nodes.
   std::size_t padded() const { return padded_; }
@@ -75,6 +78,15 @@ class HyperelasticEnergy {
   Energy evaluate(const float* u, float* f);
   // ElementLanes::turned_shear() of the same state. Costs a part of an evaluation.
   double turned_shear(const float* u, const float* move);
+  // The mesh is cut (mesh_follower.h): then evaluate anew, with displacements of new nodes.
+  void split(const MeshFollower::Split& split);
+  void remove(std::int32_t tetrahedron) { elements_.remove(tetrahedron), new_.removed = true; }
+  void ground(std::int32_t node, double stiffness);
+  void forget_changes();
+  bool is_changed() const { return new_.made > 0 || new_.removed; }
+  // A load acts at rest, so that a changed body does not rest where the uncut one does.
+  bool has_load() const { return load_ != nullptr; }
+
   // Components of single dofs that are held become 0.
   void clear_held(float* f) const {
     for (std::int32_t h = 0; h < held_count_; ++h) f[held_[h]] = 0;
@@ -92,14 +104,14 @@ class HyperelasticEnergy {
     bool acts = false;                     // an amount is not zero
   };
   const float* from_mesh(const float* u) const;
-  bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
+  bool take_supports(SceneMemory& memory, const HyperelasticBody& body, const NewNodes& new_nodes);
   double add_supports(const float* u, float* f) const;
   void take_force(const RowForce& force, const double* row, float* load) const;
   Vec3 displaced(std::int32_t place, const float* u, bool with_offset) const;
   void clear_held_dofs(const HyperelasticBody& body, float* f) const;
 
   Elements elements_;
-  std::int32_t nodes_ = 0, rows_ = 0;
+  std::int32_t nodes_ = 0, rows_ = 0, at_rest_ = 0;
   std::size_t length_ = 0, padded_ = 0;
   std::int32_t* place_ = nullptr;  // [nodes]
   std::int32_t* held_ = nullptr;   // single held dofs, as indices of vectors
@@ -111,6 +123,13 @@ class HyperelasticEnergy {
   float *base_ = nullptr, *absolute_ = nullptr, *load_ = nullptr;
   Offset offset_;
   SurfacePressures pressures_;
+  // Nodes that have split off, and the uncut body's counts.
+  struct New {
+    std::int32_t* origin =
+        nullptr;  // [nodes] each node, or the node at rest that a new one comes from; nullptr: the mesh is not cut
+    std::int32_t made = 0, held = 0, supports = 0;
+    bool removed = false;
+  } new_;
   double base_energy_ = 0, noise_ = 0;  // J
   double load_share_ = 1;
 };

@@ -62,9 +62,8 @@ ContactSolver::Outcome BodyInTouch::solve(TouchStep& step, bool again) {
 
 void BodyInTouch::take_offset(TouchStep& step) {
   const Offset& offset = step.state->offset;
-  if (!offset.exists()) return;
-  deforming_.move_by(offset.amounts(), offset.volumes());
-  energy_.pay(deforming_.take_given());
+  if (offset.exists()) deforming_.move_by(offset.amounts(), offset.volumes());
+  if (offset.exists() || new_nodes_.count > 0) energy_.pay(deforming_.take_given());
 }
 
 ContactSolver::Outcome BodyInTouch::tell(TouchStep& step) {
@@ -154,6 +153,11 @@ void BodyInTouch::write(const TouchStep& step) const {
   for (std::int32_t n = 0; n < step.state->held.nodes && offset.exists(); ++n)
     for (int i = 0; i < 3; ++i)
       field[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] += static_cast<float>(offset.now(n)[i]);
+  const std::int32_t end = std::min(new_nodes_.first + new_nodes_.count, step.state->held.nodes);
+  for (std::int32_t n = new_nodes_.first; n < end; ++n)
+    for (int i = 0; i < 3; ++i)
+      field[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] +=
+          static_cast<float>(on_[n - new_nodes_.first][i]);
   out.sweeps = deforming_.effort().sweeps, out.newton_steps = deforming_.effort().newton_steps;
   out.residual_displacement = outcome_.missed;
 }
@@ -162,6 +166,16 @@ void BodyInTouch::forget() {
   if (watches_) energy_.forget();
   deforming_.forget();
   if (has_field_) field_.forget();
+}
+
+void BodyInTouch::split(const Split& split, bool replayed) {
+  deforming_.split(split, replayed);
+  if (has_field_ && !replayed) field_.copy_node(split.from, split.node);
+}
+
+void BodyInTouch::forget_changes() {
+  deforming_.forget_changes();
+  std::fill_n(on_, new_nodes_.count, Vec3{});
 }
 
 // ---- beside it -------------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@
 #include "runtime/large/body_energy.h"
 #include "runtime/large/body_field.h"
 #include "runtime/large/deforming_body.h"
+#include "runtime/large/mesh_follower.h"
 
 namespace palpate {
 
@@ -40,7 +41,7 @@ class LargeBody : public Body {
 };
 
 // LARGE: the body takes the steps of its method in the touch, and has a field of its own.
-class BodyInTouch final : public LargeBody {
+class BodyInTouch final : public LargeBody, public MeshFollower {
  public:
   // For those who ask about the surface beside the solve. False where memory ends.
   bool create_field(SceneMemory& memory, const Offset* offset, std::int32_t constraint_capacity,
@@ -79,6 +80,21 @@ class BodyInTouch final : public LargeBody {
   void forget() override;
   void restored() override { deforming_.restored(); }
 
+  // ---- the mesh is cut
+  // Which nodes of the mesh become new ones, for a body that may be cut. False where memory ends.
+  bool reserve(SceneMemory& memory, const NewNodes& new_nodes) {
+    new_nodes_ = new_nodes, on_ = memory.array<Vec3>(static_cast<std::size_t>(new_nodes.count));
+    return !memory.failed();
+  }
+  MeshFollower* mesh_follower() override { return this; }
+  Layout follow(AddedCompliance* added) override { return deforming_.follow(added); }
+  void split(const Split& split, bool replayed) override;
+  void bring(std::int32_t node, Vec3 on) override { on_[node - new_nodes_.first] = on; }
+  void remove(std::int32_t tetrahedron) override { deforming_.remove(tetrahedron); }
+  void ground(std::int32_t node, double stiffness) override { deforming_.ground(node, stiffness); }
+  void changed(bool replayed) override { deforming_.changed(replayed); }
+  void forget_changes() override;
+
  private:
   void note_energy(TouchStep& step);
   void take_offset(TouchStep& step);
@@ -86,7 +102,9 @@ class BodyInTouch final : public LargeBody {
 
   BodyField field_;
   bool has_field_ = false;
-  bool sound_ = true;  // where several bodies are solved as one: all numbers of this step are finite so far
+  NewNodes new_nodes_;
+  Vec3* on_ = nullptr;  // [new nodes] m, by which a new node is off its place at rest in the bundle
+  bool sound_ = true;   // where several bodies are solved as one: all numbers of this step are finite so far
   DeformingBody::Outcome outcome_;  // of the step that goes on
 };
 

@@ -71,6 +71,11 @@ void LargeRows::find_all_responses() {
   factor();
 }
 
+void LargeRows::find_other_responses() {
+  for (std::int32_t i = 0; i < state_.spot_count; ++i) ++generation_[now_.spots[i].slot];
+  find_all_responses();
+}
+
 // ---- what rows do to the body and feel of it -----------------------------------------------------------------------
 
 void LargeRows::on_spot(const Spot& spot, const float* field, double sum[3]) const {

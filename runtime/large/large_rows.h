@@ -68,8 +68,9 @@ class LargeRows {
   // After take(), where it says so: the responses of nodes and weights that are new, three solves each; C. False where a number is not finite.
   void find_new_responses();
   bool fill_compliance();
-  // After the metric has changed.
+  // After the metric has changed; after it has become that of another body.
   void find_all_responses();
+  void find_other_responses();
 
   std::int32_t most() const { return most_rows_; }
   std::int32_t count() const { return state_.count; }

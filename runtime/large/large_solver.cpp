@@ -40,8 +40,9 @@ constexpr double kMostSoftening = 4;
 
 LargeSolver::Created LargeSolver::create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order,
                                          std::int32_t order_count, std::int32_t max_rows, std::int32_t max_nodes,
-                                         const double* preload, bool renews, std::int64_t fewest_for_rough) {
-  if (!energy_.place_nodes(memory, body, order, order_count)) return Created::no_memory;
+                                         const double* preload, bool renews, std::int64_t fewest_for_rough,
+                                         const NewNodes& new_nodes) {
+  if (!energy_.place_nodes(memory, body, order, order_count, new_nodes)) return Created::no_memory;
   switch (metric_.create(memory, body, &energy_, preload, renews, fewest_for_rough)) {
     case BodyMetric::Made::no_memory:
       return Created::no_memory;
@@ -50,7 +51,7 @@ LargeSolver::Created LargeSolver::create(SceneMemory& memory, const Hyperelastic
     case BodyMetric::Made::yes:
       break;
   }
-  if (!energy_.create(memory, body, preload != nullptr) ||
+  if (!energy_.create(memory, body, preload != nullptr, new_nodes) ||
       !rows_.create(memory, &energy_, &metric_, max_rows, max_nodes) ||
       !pairs_.create(memory, energy_.length(), &rows_) || !soft_.create(memory, &energy_, &metric_, &rows_) ||
       !create_vectors(memory))
@@ -191,7 +192,7 @@ void LargeSolver::forget() {
 
 // No row holds or pushes the body, and nothing moves it from outside.
 bool LargeSolver::nothing_acts() const {
-  if (energy_.is_moved() || energy_.pressures().act()) return false;
+  if (energy_.is_moved() || energy_.pressures().act() || (energy_.has_load() && energy_.is_changed())) return false;
   for (std::int32_t r = 0; r < rows_.count(); ++r)
     if (rows_.holds(r) || rows_.applied()[r] != 0) return false;
   return true;
@@ -239,6 +240,35 @@ void LargeSolver::move_by(const double* amounts, const RowVolume* volumes) {
   energy_.accept();
   now_.solved = now_.at_rest = 0;
   moved_.now = true;
+}
+
+// ---- the mesh is cut -----------------------------------------------------------------------------------------------
+
+MeshFollower::Layout LargeSolver::follow(AddedCompliance* added) {
+  metric_.add(added);
+  return {energy_.places(), energy_.rows_at_rest(), energy_.length()};
+}
+
+void LargeSolver::split(const MeshFollower::Split& split, bool replayed) {
+  energy_.split(split);
+  if (!replayed) std::copy_n(u_ + at(split.from), 3, u_ + at(split.node));
+}
+
+// The state stays where it is. What it has more or less of energy, nobody's force has done: a site that averages over fewer tetrahedra has more.
+void LargeSolver::changed(bool replayed) {
+  if (replayed) return;
+  pairs_.drop();
+  soft_.forget();
+  const bool rested = now_.at_rest != 0 && !energy_.has_load();
+  const HyperelasticEnergy::Energy found = energy_.evaluate(u_, f_);
+  const double energy = found.energy + 0.5 * rows_.times_compliance(of_rows_.local, of_rows_.local);
+  moved_.given += energy - now_.energy;
+  ++moved_.evaluations;
+  now_.energy = energy, now_.least_volume = found.least_volume;
+  energy_.accept();
+  if (!rested) now_.solved = now_.at_rest = 0, now_.alone = 0;
+  take_volumes(false);
+  rows_.find_other_responses();
 }
 
 // ---- volumes that are held -----------------------------------------------------------------------------------------
@@ -301,7 +331,8 @@ void LargeSolver::take_volumes(bool anew) {
       energy_.add_volume_gradient(i, 1, of.gradient(k));
     }
     std::copy(of.gradient(k), of.gradient(k) + length, of.response(k));
-    metric_.now().solve(of.response(k));
+    float* response = of.response(k);
+    metric_.solve_unheld(&response, 1);
     if (const double compliance = of.compliance(k, k); anew && compliance > 0)
       held.stiffness = kHeldStiffness / compliance;
     stiffness[k++] = held.stiffness;
@@ -613,7 +644,11 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
   for (std::int32_t r = 0; r < rows_.count(); ++r) finite = finite && std::isfinite(of_rows_.multiplier[r]);
   outcome->failed = !finite;
   std::fill(force, force + rows_.count(), 0.0);
-  if (!finite) return forget();
+  if (!finite) {
+    forget();
+    if (energy_.has_load() && energy_.is_changed()) changed(false);
+    return;
+  }
   // A body that loses energy is on its way to its solution, however far that is.
   outcome->lost = now_.residual > kLost && !now_.solved;
   // By the metric of the method itself: in a tissue that stiffens, K^-1 tells many times the distance.

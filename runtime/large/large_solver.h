@@ -68,13 +68,22 @@ class LargeSolver {
   // with K preload, and all displacements start there. no_equilibrium: it is not found, because the loads are too large.
   // fewest_for_rough: numbers of a factor from which its rough copy gives the directions (block_factor.h).
   // renews: makes renew() possible, in four times the factor's memory and 500 bytes a tetrahedron more.
+  // new_nodes: of a mesh that may be cut, which renews no metric.
   Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order, std::int32_t order_count,
                  std::int32_t max_rows, std::int32_t max_nodes, const double* preload = nullptr, bool renews = false,
-                 std::int64_t fewest_for_rough = BlockFactor::kFewestForRough);
+                 std::int64_t fewest_for_rough = BlockFactor::kFewestForRough, const NewNodes& new_nodes = {});
   // m, displacement of a node by the preload; zero without one.
   void rest_displacement(std::int32_t node, float out[3]) const {
     for (int i = 0; i < 3; ++i) out[i] = energy_.base() ? energy_.base()[at(node) + static_cast<std::size_t>(i)] : 0.0f;
   }
+
+  // The mesh is cut, between steps: as MeshFollower says. Cost of changed(): an evaluation, and six solves for each row's nodes.
+  MeshFollower::Layout follow(AddedCompliance* added);
+  void split(const MeshFollower::Split& split, bool replayed);
+  void remove(std::int32_t tetrahedron) { energy_.remove(tetrahedron); }
+  void ground(std::int32_t node, double stiffness) { energy_.ground(node, stiffness); }
+  void changed(bool replayed);
+  void forget_changes() { energy_.forget_changes(); }
 
   // What moves the body from outside, as HyperelasticEnergy has it: displacements and targets of rows are relative to it.
   bool take_offset(SceneMemory& memory, const HyperelasticBody& body, const OffsetRows& rows);

@@ -2,18 +2,11 @@
 
 namespace palpate {
 
-bool TurnedSurface::create(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
-                           std::int32_t triangle_count) {
-  rest_ = rest, triangles_ = triangles;
-  const std::size_t corners = 3 * static_cast<std::size_t>(triangle_count);
-  fan_start_ = memory.array<std::int32_t>(static_cast<std::size_t>(nodes) + 2);
-  fan_ = memory.array<std::int32_t>(corners);
-  if (memory.failed()) return false;
-  // Counted two entries ahead, so that after the second pass each node's fan begins at its own entry.
-  for (std::size_t c = 0; c < corners; ++c) ++fan_start_[triangles[c] + 2];
-  for (std::int32_t n = 2; n < nodes + 2; ++n) fan_start_[n] += fan_start_[n - 1];
-  for (std::size_t c = 0; c < corners; ++c) fan_[fan_start_[triangles[c] + 1]++] = static_cast<std::int32_t>(c / 3);
-  return true;
+bool TurnedSurface::create(SceneMemory& memory, const Source& source) {
+  source_ = source;
+  if (source.fans) return true;
+  source_.fans = &own_;
+  return own_.build(memory, source.nodes, source.triangles, source.triangle_count);
 }
 
 // Source: Rodrigues' formula, with the axis and the angle between two unit vectors.

@@ -6,15 +6,21 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/vec3.h"
 #include "runtime/contact/contact_constraints.h"
+#include "runtime/surface/node_fans.h"
 
 namespace palpate {
 
 class TurnedSurface {
  public:
-  // rest: [nodes][3] m; triangles: [triangle_count][3] node indices, checked. Both are borrowed.
-  bool create(SceneMemory& memory, const double* rest, std::int32_t nodes, const std::int32_t* triangles,
-              std::int32_t triangle_count);
-  bool made() const { return fan_ != nullptr; }
+  // All borrowed.
+  struct Source {
+    const double* rest = nullptr;  // [nodes][3] m
+    std::int32_t nodes = 0, triangle_count = 0;
+    const std::int32_t* triangles = nullptr;  // [triangle_count][3] node indices, checked
+    const NodeFans* fans = nullptr;           // of a surface that changes; nullptr: of all triangles, for good
+  };
+  bool create(SceneMemory& memory, const Source& source);
+  bool made() const { return source_.fans != nullptr; }
 
   // The mean normals of some nodes, weighted; unit, or zero where they are not defined.
   struct Normals {
@@ -38,21 +44,19 @@ class TurnedSurface {
   template <class Displacement>
   Vec3 normal(std::int32_t node, Displacement displacement) const {
     Vec3 sum;
-    for (std::int32_t f = fan_start_[node]; f < fan_start_[node + 1]; ++f) {
+    source_.fans->around(node, [&](std::int32_t triangle, int) {
       Vec3 corner[3];
       for (int v = 0; v < 3; ++v) {
-        const std::int32_t n = triangles_[3 * static_cast<std::size_t>(fan_[f]) + static_cast<std::size_t>(v)];
-        corner[v] = load3(rest_ + 3 * static_cast<std::size_t>(n)) + displacement(n);
+        const std::int32_t n = source_.triangles[3 * static_cast<std::size_t>(triangle) + static_cast<std::size_t>(v)];
+        corner[v] = load3(source_.rest + 3 * static_cast<std::size_t>(n)) + displacement(n);
       }
       sum += cross(corner[1] - corner[0], corner[2] - corner[0]);
-    }
+    });
     return sum;
   }
 
-  const double* rest_ = nullptr;
-  const std::int32_t* triangles_ = nullptr;
-  std::int32_t* fan_start_ = nullptr;  // [nodes + 1] into fan_
-  std::int32_t* fan_ = nullptr;        // [3 triangles] the triangles around each node
+  Source source_;
+  NodeFans own_;
 };
 
 }  // namespace palpate

@@ -4,12 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <iostream>
 #include <map>
 #include <set>
 
 #include "runtime/cut/effect.h"
 #include "runtime/scene/scene.h"
 #include "studies/cut/cut_body.h"
+#include "studies/hyperelastic/held_rows.h"
+#include "studies/hyperelastic/large_body.h"
+#include "studies/hyperelastic/large_reference.h"
 #include "tests/runtime/cut/precomputed_block.h"
 #include "tests/runtime/cut/random_cut_scene.h"
 #include "tests/runtime/touched_box.h"
@@ -322,6 +326,127 @@ TEST(CutScene, ALipIsTouched) {
   }
   EXPECT_GT(met, 90);
   EXPECT_GT(palpate_contacts_tool(played.contacts, 1)->force_raw[1], 0.001) << "the lip pushes back";
+}
+
+// ---- large deformation -----------------------------------------------------------------------------------------------
+
+SceneDef large_def() {
+  SceneDef def = cut_def();
+  def.large.deformation = PALPATE_DEFORMATION_LARGE;
+  return def;
+}
+
+// Newton's method on the mesh that is left, in the scene's state. Nodes that no tetrahedron has are held.
+struct LeftBody {
+  static LargeBody body_of(const Played& played, Element element) {
+    ElasticBody left = played.left();
+    std::vector<char> has(left.nodes.size());
+    for (const auto& t : left.tetrahedra)
+      for (const std::int32_t n : t) has[static_cast<std::size_t>(n)] = 1;
+    for (std::size_t n = 0; n < has.size(); ++n)
+      if (!has[n]) left.fixed[n] = {1, 1, 1};
+    return LargeBody(std::move(left), element);
+  }
+  LeftBody(const Played& from, Element element) : played(from), large(body_of(from, element)), newton(large.get()) {}
+
+  // m, the largest difference of the scene's field from that of the rows that hold, over the largest displacement; and that of the forces.
+  struct Errors {
+    double field = 0, force = 0, largest = 0;
+  };
+  Errors errors(Played& of) const {
+    const HeldRows in_scene = held_rows(*of.scene, static_cast<std::int32_t>(of.of.body.nodes.size()));
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(in_scene.weights.rows(), newton.dofs());
+    for (std::int32_t n = 0; n < static_cast<std::int32_t>(of.of.body.nodes.size()); ++n)
+      rows.middleCols<3>(3 * of.in_mesh(n)) += in_scene.weights.middleCols<3>(3 * n);
+    VectorXd right = VectorXd::Zero(newton.dofs());
+    // Along the way, as the scene came there.
+    VectorXd lambda;
+    for (int s = 1; s <= 8; ++s)
+      lambda = newton.solve(rows, s / 8.0 * in_scene.place, &right, 1e-9, in_scene.compliance);
+    Errors found;
+    const std::vector<float> shape = of.positions();
+    std::set<std::int32_t> of_surface;
+    for (const auto& t : of.triangles()) of_surface.insert(t.begin(), t.end());
+    for (const std::int32_t n : of_surface)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::int32_t own = of.in_mesh(n);
+        const double u = static_cast<double>(shape[3 * static_cast<std::size_t>(n) + i]) -
+                         of.of.body.nodes[static_cast<std::size_t>(of.mesh().at_rest(own))][i];
+        const double truth = right[3 * own + static_cast<Eigen::Index>(i)];
+        found.field = std::max(found.field, std::abs(u - truth)),
+        found.largest = std::max(found.largest, std::abs(truth));
+      }
+    found.field /= found.largest;
+    found.force = (lambda - in_scene.carried).norm() / lambda.norm();
+    return found;
+  }
+  const Played& played;
+  LargeBody large;
+  LargeReference newton;
+};
+
+// A flap is drawn up by 30 mm at 0.1 m/s, on a path that the uncut body could not follow.
+TEST(CutScene, AFlapIsDrawnUpUnderLargeDeformation) {
+  for (const Element element : {Element::p1, Element::p1_anp}) {
+    Played played(block(element), large_def());
+    played.cut(0.03);
+    EXPECT_GT(played.state().nodes, 10);
+    palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0, 0}),
+                 down = grip_at_node(nearest(played, {0.08, 0, 0.02}, 0.025, -1), {0, 0, 0});
+    const LeftBody left(played, element);
+    double field = 0, force = 0;
+    for (int s = 1; s <= 300; ++s) {
+      up.displacement[1] = 1e-4 * s, up.displacement[2] = 5e-5 * s, down.displacement[1] = -3e-5 * s;
+      const palpate_step_flags flags = played.touch({puller(up, 1), puller(down, 2)});
+      ASSERT_EQ(flags, 0u) << s;
+      if (s % 60 != 0) continue;
+      const LeftBody::Errors errors = left.errors(played);
+      EXPECT_GT(errors.largest, 0.9e-4 * s);
+      field = std::max(field, errors.field), force = std::max(force, errors.force);
+    }
+    EXPECT_LT(field, 0.01) << name_of(element);
+    EXPECT_LT(force, 0.02) << name_of(element);
+    std::cout << name_of(element) << ": field " << field << ", force " << force << ", new nodes "
+              << played.state().nodes << ", rank " << played.state().rank << '\n';
+  }
+}
+
+// While tissue is drawn, a blade goes on cutting it; then all lets go, and it comes back to rest.
+TEST(CutScene, DrawnTissueIsCutUnderLargeDeformation) {
+  for (const Element element : {Element::p1, Element::p1_anp}) {
+    Played played(block(element), large_def());
+    palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.04}, 0.025, 1), {0, 0, 0}),
+                 down = grip_at_node(nearest(played, {0.08, 0, 0}, 0.025, -1), {0, 0, 0});
+    for (int s = 1; s <= 100; ++s) {
+      up.displacement[1] = 1e-4 * s, down.displacement[1] = -1e-4 * s;
+      ASSERT_EQ(played.touch({puller(up, 1), puller(down, 2)}), 0u) << s;
+    }
+    const double before = Vector3d(palpate_contacts_tool(played.contacts, 0)->force_raw).norm();
+    int flagged = 0, steps = 0;
+    for (double x = 0.1; x > 0.03; x -= 2e-4, ++steps) {
+      played.blade(x, 0.025);
+      flagged += played.touch({puller(up, 1), puller(down, 2)}) != 0;
+      ASSERT_EQ(played.surface_fault(), "") << x;
+    }
+    played.withdraw();
+    for (int s = 0; s < 20; ++s) played.touch({puller(up, 1), puller(down, 2)});
+    EXPECT_GT(played.state().nodes, 10);
+    const LeftBody::Errors errors = LeftBody(played, element).errors(played);
+    EXPECT_LT(errors.field, 0.01) << name_of(element);
+    EXPECT_LT(errors.force, 0.02) << name_of(element);
+    const double after = Vector3d(palpate_contacts_tool(played.contacts, 0)->force_raw).norm();
+    EXPECT_LT(after, 0.8 * before) << "what is cut is softer";
+    std::cout << name_of(element) << ": field " << errors.field << ", force " << errors.force << ", flagged " << flagged
+              << " of " << steps << ", force " << before << " to " << after << " N\n";
+    for (int s = 0; s < 300; ++s) played.touch();
+    const std::vector<float> shape = played.positions();
+    for (const auto& t : played.triangles())
+      for (const std::int32_t n : t)
+        for (std::size_t i = 0; i < 3; ++i)
+          ASSERT_NEAR(static_cast<double>(shape[3 * static_cast<std::size_t>(n) + i]),
+                      played.of.body.nodes[static_cast<std::size_t>(played.mesh().at_rest(played.in_mesh(n)))][i],
+                      1e-5);
+  }
 }
 
 // ---- states ----------------------------------------------------------------------------------------------------------

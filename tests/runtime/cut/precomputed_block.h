@@ -28,6 +28,8 @@ young = { value = 5.4, unit = "kPa", source = "test" }
 poisson = { value = 0.45, source = "test" }
 )";
     std::ofstream(file("bc.toml")) << R"(name = "back"
+[store]
+large_deformation = true
 [[fixed]]
 dofs = "xyz"
 select = { patch = "x0" }

@@ -1,0 +1,36 @@
+// The body that a scene cuts: the linear organ (cut_organ.h), or one under large deformation (cut_large.h). No function is pure, as in body.h.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/vec3.h"
+#include "runtime/cut/cut_compliance.h"
+
+namespace palpate {
+
+class CutTarget {
+ public:
+  const CutCompliance& compliance() const { return compliance_; }
+  std::int32_t new_nodes() const { return compliance_.tissue().nodes() - compliance_.tissue().rest_nodes(); }
+
+  // A change of the mesh, with the numbers of CutCompliance: new nodes are those behind all of the bundle's mesh, and the k-th is the k-th surface
+  // node in reserve. Made until one part cannot be (CutResult). What the surface shows stays as it is until the next solve. replayed: of a
+  // saved state, before Body::restored() and ContactSolver::restored(), in the order in which the changes came.
+  virtual CutResult take_change(const CutChange& /*change*/, bool /*replayed*/) { return {}; }
+  // The same of a piece that is to stay where it is.
+  virtual CutOutcome ground(std::int32_t /*node*/, double /*stiffness*/, bool /*replayed*/) {
+    return CutOutcome::wrong;
+  }
+  // m, on which a new node's displacement is longer than that of the body, since a host knows the place at rest of the node in reserve.
+  virtual void bring(std::int32_t /*surface_node*/, Vec3 /*from_reserve*/) {}
+  // After some of these, of which the body then is.
+  virtual void end_changes(bool /*replayed*/) {}
+  // Back to the uncut body, as a new scene has it, after Body::forget(). replayed: before the changes of a saved state.
+  virtual void forget_changes(bool /*replayed*/) {}
+
+ protected:
+  ~CutTarget() = default;
+  CutCompliance compliance_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,75 @@
+// A body under large deformation whose mesh is cut: what whoever cuts tells the body, and what the body asks.
+//
+// The body's energy follows the mesh exactly. Its method has the metric of the uncut body at rest, plus what the cut adds to that: so the metric stays
+// exact at rest, and no factor is made anew.
+//
+// No function is pure, as in body.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "runtime/base/vec3.h"
+
+namespace palpate {
+
+// Nodes first .. first + count - 1 of the bundle's mesh, which are in no tetrahedron: they become the new nodes.
+struct NewNodes {
+  std::int32_t first = 0, count = 0;
+};
+
+// What a cut adds to K^-1, the inverse of the uncut body's stiffness at rest. With K' of the cut one
+//     K'^-1 f = K^-1 (f + p) + jumps:
+// forces on new nodes act on the nodes at rest that these come from, p are pseudo-forces that follow from K^-1 f, and new nodes are displaced by jumps
+// besides. Vectors go by places, [MeshFollower::Layout::length].
+class AddedCompliance {
+ public:
+  static constexpr int kMostVectors = 3;
+
+  // Whether there is a cut.
+  virtual bool acts() const { return false; }
+  // Of some vectors x at once, around two solves with K^-1. begin(): x are forces, and get those of new nodes at the nodes at rest.
+  virtual void begin(float* const* /*x*/, int /*count*/) {}
+  // x: K^-1 of them, which becomes the forces and the pseudo-forces.
+  virtual void go_on(float* const* /*x*/, int /*count*/) {}
+  // x: K^-1 of these. New nodes get their displacements.
+  virtual void end(float* const* /*x*/, int /*count*/) {}
+
+ protected:
+  ~AddedCompliance() = default;
+};
+
+class MeshFollower {
+ public:
+  static constexpr std::int32_t kMostGrounded = 1024;
+
+  struct Layout {
+    const std::int32_t* place = nullptr;  // [nodes of the mesh]
+    std::int32_t rows = 0;                // nodes at places below it move
+    std::size_t length = 0;               // numbers of a vector
+  };
+  // Before the first change. added: borrowed.
+  virtual Layout follow(AddedCompliance* /*added*/) { return {}; }
+
+  // Changes of the mesh, after those of the added compliance; then changed(). A node of the mesh that has waited lies where `from` lies, and has some
+  // of its tetrahedra.
+  struct Split {
+    std::int32_t node, from;
+    const std::int32_t* tetrahedra;
+    std::int32_t count;
+  };
+  // replayed: of a saved state, which has the displacements.
+  virtual void split(const Split& /*split*/, bool /*replayed*/) {}
+  // m, by which a new node is off its place at rest in the bundle.
+  virtual void bring(std::int32_t /*node*/, Vec3 /*on*/) {}
+  virtual void remove(std::int32_t /*tetrahedron*/) {}
+  // A spring, N/m along each axis, holds a node where it is at rest.
+  virtual void ground(std::int32_t /*node*/, double /*stiffness*/) {}
+  virtual void changed(bool /*replayed*/) {}
+  virtual void forget_changes() {}
+
+ protected:
+  ~MeshFollower() = default;
+};
+
+}  // namespace palpate
