@@ -17,8 +17,8 @@ namespace palpate::tests {
 
 class RandomCutScene {
  public:
-  // bundle: of an organ that may be cut, borrowed.
-  RandomCutScene(palpate_bundle* bundle, std::uint64_t seed) : random_(seed), bundle_(bundle) {
+  // bundle: of an organ that may be cut, borrowed. large: under large deformation.
+  RandomCutScene(palpate_bundle* bundle, std::uint64_t seed, bool large = false) : random_(seed), bundle_(bundle) {
     palpate_bundle_info info = {};
     palpate_bundle_fill_info(bundle, &info, sizeof info);
     nodes_ = info.surface_node_count;
@@ -38,6 +38,8 @@ class RandomCutScene {
     def.contact = models[random_() % 4], def.law = laws[random_() % 4];
     def.cut.cut = PALPATE_CUT_ON, def.cut.cut_rank = random_() % 3 == 0 ? 150 : 600;
     def.cut.cut_operations = random_() % 2 ? 30'000 : 1'000'000;
+    is_large_ = large;
+    if (large) def.large.deformation = PALPATE_DEFORMATION_LARGE;
     palpate_error error = {};
     palpate_scene* made = nullptr;
     if (palpate_scene_create(bundle, &def, &made, &error) != PALPATE_OK) fault_ = error.text;
@@ -75,7 +77,7 @@ class RandomCutScene {
     const palpate_blade none = palpate_default_blade();
     palpate_scene_set_blade(scene_.get(), 0, &none, nullptr);
     tools_.clear();
-    for (int s = 0; s < 400 && (s < 3 || state().left > 0); ++s) touch();
+    for (int s = 0; s < 400 && (s < (is_large_ ? 300 : 3) || state().left > 0); ++s) touch();
     if (state().left > 0 && !state().is_full) return "the compliance does not follow";
     const std::string fault = fault_of_surface();
     if (!fault.empty()) return fault;
@@ -209,6 +211,7 @@ class RandomCutScene {
   double low_[3], high_[3], velocity_[3] = {}, toughness_ = 0, draws_ = 0, disc_ = 0;
   std::int32_t nodes_ = 0;
   int left_ = 0, steps_ = 0;
+  bool is_large_ = false;
   std::string fault_;
 };
 
