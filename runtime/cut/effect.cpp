@@ -41,12 +41,16 @@ constexpr EffectNeed kNeeds[] = {
      1u << PALPATE_DEFORMATION_LINEAR | 1u << PALPATE_DEFORMATION_LARGE | 1u << PALPATE_DEFORMATION_LARGE_AUTO,
      "a mesh that is cut is solved in the touch: take deformation LINEAR or LARGE, or leave cut OFF"},
     {"needles", kAbsent, kBelowTheSurface},
-    {"shape", 1u << PALPATE_SHAPE_OFF | 1u << PALPATE_SHAPE_SURFACE, kBelowTheSurface},
     {"queries", kAbsent, kOnTheSurface},
     {"crossings", kAbsent, kOnTheSurface},
 };
 
+bool is_large(const palpate_scene_def& def) {
+  return key_number(def, "deformation") != 0;
+}
+
 const char* check(const palpate_scene_def& def) {
+  if (def.shape == PALPATE_SHAPE_VOLUME && !is_large(def)) return kBelowTheSurface;
   return key_number(def, "fine_surface") != 0 || key_number(def, "render_mesh") != 0 ? kOnTheSurface : nullptr;
 }
 
@@ -81,10 +85,6 @@ const char* pass_of(const palpate_scene_def& def) {
   static const char* const names[] = {"deformation: cut, sticking", "deformation: cut, sliding",
                                       "deformation: cut, unilateral", "deformation: cut, coulomb"};
   return names[def.law];
-}
-
-bool is_large(const palpate_scene_def& def) {
-  return key_number(def, "deformation") != 0;
 }
 
 // Of a step without a change: the field at all nodes of the surface.
@@ -165,7 +165,7 @@ palpate_status prepare(EffectBuild& build) {
 // After the surface and the limits of contacts are known.
 palpate_status build(EffectBuild& build) {
   palpate_scene& scene = build.scene;
-  scene.touch.held = scene.shape.held = {build.reader.surface_nodes(), false};
+  if (!is_large(scene.def)) scene.touch.held = scene.shape.held = {build.reader.surface_nodes(), false};
   scene.touch.parts.ask(&cut_of(&scene)->scene);
   return PALPATE_OK;
 }

@@ -25,7 +25,19 @@ bool CutTruth::follow(const CutMesh& mesh) {
     for (std::size_t c = 0; c < 4; ++c) tetrahedra[e][c] = in_scene(mesh.nodes_of(static_cast<std::int32_t>(e))[c]);
   left.stiffness = stiffness_ = dense_stiffness(left.body.mesh, left.young, left.poisson);
   compliance_ = dense_compliance(left);
+  // The arrays keep their sizes, and `body` points to them.
+  seen_ = std::make_unique<Seen>(whole, false, 0);
+  std::copy_n(left.body.mesh.nodes[0].data(), seen_->nodes.size(), seen_->nodes.begin());
+  std::copy_n(tetrahedra[0].data(), seen_->tetrahedra.size(), seen_->tetrahedra.begin());
+  seen_->fixed = left.fixed;
+  large_ = std::make_unique<LargeReference>(seen_->body);
   return true;
+}
+
+const LargeReference& CutTruth::whole_large() {
+  static const Seen seen(body_of(Store::f32).touched, false, 0);
+  static const LargeReference reference(seen.body);
+  return reference;
 }
 
 Eigen::VectorXd CutTruth::moved(const Eigen::VectorXd& by) const {

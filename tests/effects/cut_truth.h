@@ -2,7 +2,9 @@
 #pragma once
 
 #include "runtime/cut/cut_mesh.h"
+#include "studies/hyperelastic/large_reference.h"
 #include "tests/effects/effects.h"
+#include "tests/runtime/large/large_scene.h"
 
 namespace palpate::tests {
 
@@ -16,16 +18,22 @@ class CutTruth {
   const Eigen::MatrixXd& compliance() const { return is_cut() ? compliance_ : whole_.compliance; }
   // [3N] m, where loads and supports move what is left that would move the whole box by this.
   Eigen::VectorXd moved(const Eigen::VectorXd& by) const;
+  // What is left, under large deformation.
+  const LargeReference& large() const { return large_ ? *large_ : whole_large(); }
   // The node at rest where a node began.
   std::int32_t origin(std::int32_t node) const { return is_cut() ? origin_[static_cast<std::size_t>(node)] : node; }
 
  private:
   bool is_cut() const { return new_nodes_ > 0; }
 
+  static const LargeReference& whole_large();
+
   const EffectBody& whole_;
   std::int32_t new_nodes_ = 0;
   std::vector<std::int32_t> origin_;
   Eigen::MatrixXd stiffness_, compliance_;
+  std::unique_ptr<Seen> seen_;
+  std::unique_ptr<LargeReference> large_;
 };
 
 }  // namespace palpate::tests

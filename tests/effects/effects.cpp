@@ -35,7 +35,8 @@ void add_sections(BundleParts& parts, Store store, bool can_be_cut) {
   if (can_be_cut)
     add_cut_region(parts, of.dense, kReserveOfBox);
   else
-    add_whole_corridor(parts, of.dense), add_large_deformation(parts);
+    add_whole_corridor(parts, of.dense);
+  add_large_deformation(parts);
   parts.set(SectionId::preload_displacement, {parts.sections.at(SectionId::nodes).shape[0], 3},
             std::vector<double>(of.sag.begin(), of.sag.end()));
   parts.set(SectionId::response_radial, {3}, kRadial.coefficients());

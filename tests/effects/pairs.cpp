@@ -34,9 +34,8 @@ const std::vector<Refusal>& refusals() {
       {"c", {"dent"}, points, "A dent is that of a disc, and a point presses no disc."},
       {"d",
        {"cut"},
-       {"force response (Q)", "radial response (P)", "large", "large beside", "large renewed"},
-       "A cut changes the compliance of the linear organ; response curves were measured on the whole one, and a "
-       "hyperelastic body has its own elements."},
+       {"force response (Q)", "radial response (P)"},
+       "Response curves were measured on the whole organ."},
       {"e",
        {"cut"},
        {"shape volume", "inside", "needles", "interior f16"},
@@ -49,6 +48,10 @@ const std::vector<Refusal>& refusals() {
        {"cut"},
        {"volumes held"},
        "A volume that is held does not follow a cut: it is found from the whole organ."},
+      {"h",
+       {"cut"},
+       {"large beside", "large renewed"},
+       "A mesh that is cut is solved in the touch."},
   };
   return list;
 }

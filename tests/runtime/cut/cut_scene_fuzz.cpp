@@ -23,11 +23,15 @@ int main(int argc, char** argv) {
   }
   const palpate::tests::BundlePointer bundle(opened);
   if (!options.check()) return 2;
+  palpate_bundle_info info = {};
+  palpate_bundle_fill_info(opened, &info, sizeof info);
+  const bool has_large = info.has_large != 0;
   long done = 0, faces = 0, removed = 0, nodes = 0, pieces = 0, full = 0, flagged = 0;
   const bool found = palpate::tests::play_seeds(
       options.seed, options.steps, options.scene_steps, &done,
       [&](std::uint64_t at, int of_scene, const auto& told) {
-        palpate::tests::RandomCutScene scene(opened, at);
+        // Every third one under large deformation, where the bundle has what that needs.
+        palpate::tests::RandomCutScene scene(opened, at, has_large && at % 3 == 0);
         std::string fault;
         for (int i = 0; i < of_scene && fault.empty(); ++i, ++done) {
           fault = scene.step();
