@@ -91,7 +91,7 @@ class SceneMemory {
       return !is_array && asked >= begin && asked < begin + bytes ? static_cast<std::ptrdiff_t>(asked - begin) : -1;
     }
   };
-  static constexpr int kMaxKept = 512;
+  static constexpr int kMaxKept = 640;
   const Kept* kept() const { return kept_; }
   int kept_count() const { return kept_count_; }
 

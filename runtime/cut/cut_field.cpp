@@ -120,6 +120,7 @@ void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved
     find_fields();
     *work += operations_of(contact_count_ < 2 ? contact_count_ : 1 + std::min(contact_count_, kMostParts));
   }
+  if (added_) norms_.path += added_->change();
   norms_.path_set = norms_.path;
 }
 
@@ -229,7 +230,8 @@ Vec3 CutField::evaluate_at_node(std::int32_t node, QueryWork* work) {
 
 Vec3 CutField::before_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return read(before_, node) + (is_set_ ? offset_->now(node) : offset_->before(node));
+  const Vec3 before = read(before_, node) + (is_set_ ? offset_->now(node) : offset_->before(node));
+  return added_ ? before + added_->before(node) : before;
 }
 
 Vec3 CutField::at_node_without(std::int32_t node, const ContactId& id, QueryWork* work) {
@@ -290,14 +292,14 @@ double CutField::own_norm(const ContactId& id) const {
 
 double CutField::norm_without(const ContactId& id) const {
   const Contact* const contact = find(id);
-  return offset_->longest() + (contact ? contact->without : norms_.now);
+  return moved_norm() + (contact ? contact->without : norms_.now);
 }
 
 double CutField::last_change_without(const ContactId& id) const {
   const Contact *const now = find(id), *const before = find_contact(last_, last_count_, id);
   const double own = now ? now->own_change : before ? before->own : 0;
   return std::min(last_change() + own,
-                  (now ? now->without : norms_.now) + (before ? before->without : norms_.before) + offset_->change());
+                  (now ? now->without : norms_.now) + (before ? before->without : norms_.before) + moved_change());
 }
 
 }  // namespace palpate

@@ -23,6 +23,8 @@ class CutField final : public SurfaceField {
   // All borrowed. Memory: 520 bytes for each surface node.
   bool create(SceneMemory& memory, const Tensors* tensors, CutResponse* response, const Offset* offset,
               ContactSolver* solver, const Limits& limits);
+  // What a body that is solved beside the touch adds. Borrowed.
+  void add(const AddedField* added) { added_ = added; }
   void forget();
   // A surface node that was in reserve is where another one is.
   void copy_node(std::int32_t from, std::int32_t to);
@@ -39,7 +41,9 @@ class CutField final : public SurfaceField {
 
   bool empty() const override { return !moves_ && contact_count_ == 0 && !offset_; }
   bool has_offset() const override { return true; }
-  Vec3 moved_at_node(std::int32_t node) const override { return offset_->now(node); }
+  Vec3 moved_at_node(std::int32_t node) const override {
+    return added_ ? offset_->now(node) + added_->now(node) : offset_->now(node);
+  }
   void begin_moved() override;
   void end(const ContactId& id) override;
   Vec3 before_at_node(std::int32_t node, QueryWork* work) override;
@@ -48,9 +52,9 @@ class CutField final : public SurfaceField {
   Operations operations_to_predict(const ContactId& id) const override;
   Vec3 predicted_at_node(std::int32_t node, QueryWork* work) override;
   bool pulls_among_others(const ContactId& id, Vec3 outward) const override;
-  double predicted_norm() const override { return predicted_.norm + offset_->longest(); }
+  double predicted_norm() const override { return predicted_.norm + moved_norm(); }
   double predicted_apart() const override { return predicted_.apart; }
-  double norm() const override { return norms_.now + offset_->longest(); }
+  double norm() const override { return norms_.now + moved_norm(); }
   double path() const override { return norms_.path; }
   double last_change() const override { return norms_.path - norms_.path_before; }
   double own_norm(const ContactId& id) const override;
@@ -89,6 +93,8 @@ class CutField final : public SurfaceField {
   float* part(float* parts, std::int32_t which) const { return parts + static_cast<std::size_t>(which) * numbers_; }
   const Contact* find(const ContactId& id) const { return find_contact(contacts_, contact_count_, id); }
   Vec3 evaluate_at_node(std::int32_t node, QueryWork* work) override;
+  double moved_norm() const { return added_ ? offset_->longest() + added_->longest() : offset_->longest(); }
+  double moved_change() const { return added_ ? offset_->change() + added_->change() : offset_->change(); }
   void gather(const ContactConstraints& set, const Vec3* force);
   bool same_forces(const ContactConstraints& set, const Vec3* force, bool solved) const;
   void keep_fields();
@@ -100,6 +106,7 @@ class CutField final : public SurfaceField {
   const Tensors* tensors_ = nullptr;
   CutResponse* response_ = nullptr;
   const Offset* offset_ = nullptr;
+  const AddedField* added_ = nullptr;
   ContactSolver* solver_ = nullptr;
   std::size_t numbers_ = 0;                           // of a field
   ContactNode* nodes_ = nullptr;                      // [nodes] of the last set()

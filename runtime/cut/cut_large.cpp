@@ -6,8 +6,8 @@
 
 namespace palpate {
 
-bool CutLarge::create(SceneMemory& memory, const Parts& parts, TouchState& touch) {
-  touch_ = &touch, follower_ = touch.body->mesh_follower(), fixed_ = parts.body->fixed;
+bool CutLarge::create(SceneMemory& memory, const Parts& parts, TouchState* touch) {
+  touch_ = touch, follower_ = parts.follower, fixed_ = parts.body->fixed;
   rest_nodes_ = parts.body->node_count, surface_nodes_ = parts.surface_nodes, first_new_ = parts.first_reserve;
   if (!compliance_.create(memory, *parts.body, *parts.pairs, parts.capacity) ||
       !moved_.create(memory, parts.surface_nodes, parts.surface_nodes))
@@ -26,7 +26,7 @@ bool CutLarge::create(SceneMemory& memory, const Parts& parts, TouchState& touch
   x_ = memory.array<double>(vectors * stride_), w_ = memory.array<double>(vectors * stride_);
   pseudo_ = memory.array<Vec3>(slots);
   for (std::int32_t k = 0; k < most_new_ && origin_; ++k) origin_[k] = first_new_ + k;
-  touch.offset.change_body(this);
+  if (touch) touch->offset.change_body(this);
   return !memory.failed();
 }
 
@@ -37,7 +37,7 @@ void CutLarge::follow_split(std::int32_t k, bool replayed) {
   const CutTissue& tissue = compliance_.tissue();
   const std::int32_t node = first_new_ + k, from = surface_node(tissue.parent(rest_nodes_ + k));
   origin_[k] = at_rest(from);
-  touch_->surface.column_of_node[node] = touch_->surface.column_of_node[origin_[k]];
+  if (touch_) touch_->surface.column_of_node[node] = touch_->surface.column_of_node[origin_[k]];
   std::int32_t count = 0;
   tissue.for_each_at(rest_nodes_ + k, [&](std::int32_t e, int) { tetrahedra_[count++] = e; });
   follower_->split({node, from, tetrahedra_, count}, replayed);
@@ -64,8 +64,10 @@ void CutLarge::end_changes(bool replayed) {
 }
 
 void CutLarge::forget_changes(bool) {
-  for (std::int32_t k = 0; k < followed_; ++k)
-    origin_[k] = first_new_ + k, touch_->surface.column_of_node[first_new_ + k] = -1;
+  for (std::int32_t k = 0; k < followed_; ++k) {
+    origin_[k] = first_new_ + k;
+    if (touch_) touch_->surface.column_of_node[first_new_ + k] = -1;
+  }
   followed_ = 0;
   compliance_.forget();
   follower_->forget_changes();

@@ -20,9 +20,10 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
     const PairCompliance* pairs = nullptr;
     std::int32_t surface_nodes = 0, first_reserve = 0;  // the surface nodes from there on are in reserve
     CutCapacity capacity;                               // new_nodes: at most those in reserve
+    MeshFollower* follower = nullptr;
   };
-  // The touch's body follows the mesh. False where memory ends. Memory beside CutCompliance's: 36 bytes a node.
-  bool create(SceneMemory& memory, const Parts& parts, TouchState& touch);
+  // touch: of a body that is solved in it; nullptr: in another thread. False where memory ends. Memory beside CutCompliance's: 36 bytes a node.
+  bool create(SceneMemory& memory, const Parts& parts, TouchState* touch);
 
   CutResult take_change(const CutChange& change, bool replayed) override;
   CutOutcome ground(std::int32_t node, double stiffness, bool replayed) override;

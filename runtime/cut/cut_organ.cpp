@@ -8,13 +8,13 @@
 namespace palpate {
 
 bool CutOrgan::create(SceneMemory& memory, const Parts& parts, TouchState& touch) {
-  touch_ = &touch;
+  touch_ = &touch, beside_ = parts.beside, stream_ = parts.stream;
   CutResponse::Source source;
   source.compliance = &compliance_, source.tensors = parts.tensors, source.touchable = parts.touchable;
   source.pairs = parts.pairs, source.pair_nodes = parts.pair_nodes, source.pair_count = parts.pair_count;
   source.preload = parts.preload, source.rest_nodes = parts.body->node_count;
   source.surface_nodes = parts.surface_nodes, source.first_reserve = parts.first_reserve;
-  source.responses = parts.contact_nodes;
+  source.responses = parts.contact_nodes, source.moves = !beside_;
   const std::int32_t reserve = parts.surface_nodes - parts.first_reserve;
   CutCapacity capacity = parts.capacity;
   capacity.new_nodes = std::min(capacity.new_nodes, reserve);
@@ -24,19 +24,26 @@ bool CutOrgan::create(SceneMemory& memory, const Parts& parts, TouchState& touch
                      {parts.contact_nodes, parts.constraints}))
     return false;
   response_.keep(memory);
-  touch.body = this;
+  if (beside_)
+    field_.add(touch.body->added());
+  else
+    touch.body = this;
   touch.offset.change_body(&response_);
   return !memory.failed();
 }
 
 CutResult CutOrgan::take_change(const CutChange& change, bool replayed) {
+  if (stream_ && !replayed && !stream_->has_room(change)) return {CutOutcome::full, 0, 0, 1};
   const CutResult result = compliance_.apply(change);
+  if (stream_ && !replayed) stream_->add(change, result);
   follow_changes(replayed);
   return result;
 }
 
 CutOutcome CutOrgan::ground(std::int32_t node, double stiffness, bool replayed) {
+  if (stream_ && !replayed && !stream_->has_room({})) return CutOutcome::full;
   const CutOutcome outcome = compliance_.ground(node, stiffness);
+  if (stream_ && !replayed && outcome == CutOutcome::made) stream_->add_hold(node, stiffness);
   follow_changes(replayed);
   return outcome;
 }
@@ -49,7 +56,9 @@ void CutOrgan::follow_changes(bool replayed) {
   std::int32_t* const column = touch_->surface.column_of_node;
   for (std::int32_t own = before; own < response_.nodes(); ++own) {
     column[own] = column[response_.at_rest(own)];
-    if (!replayed) field_.copy_node(response_.parent(own), own);
+    if (replayed) continue;
+    field_.copy_node(response_.parent(own), own);
+    if (beside_) beside_->copy_node(response_.parent(own), own);
   }
 }
 
@@ -59,7 +68,13 @@ void CutOrgan::forget_changes(bool replayed) {
   std::fill_n(brought_, response_.surface_nodes() - response_.first_new(), Vec3{});
   compliance_.forget();
   response_.forget(replayed);
-  if (!replayed) field_.note_change();
+  if (replayed) return;
+  field_.note_change();
+  if (stream_) stream_->clear();
+}
+
+void CutOrgan::show(const CutTriangles& triangles) {
+  if (stream_) stream_->add(triangles);
 }
 
 void CutOrgan::forget() {

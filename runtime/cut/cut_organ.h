@@ -11,7 +11,9 @@
 #include "runtime/contact/touch.h"
 #include "runtime/cut/cut_field.h"
 #include "runtime/cut/cut_response.h"
+#include "runtime/cut/cut_stream.h"
 #include "runtime/cut/cut_target.h"
+#include "runtime/large/mesh_follower.h"
 
 namespace palpate {
 
@@ -30,6 +32,9 @@ class CutOrgan final : public Body, public CutTarget {
     std::int32_t surface_nodes = 0, first_reserve = 0;  // the surface nodes from there on are in reserve
     std::int32_t contact_nodes = 0, constraints = 0;    // of a step, at most
     CutCapacity capacity;                               // new_nodes: at most those in reserve
+    // Where a body in another thread follows: it, and what it is told by. The organ is then the linear one of that body.
+    MeshFollower* beside = nullptr;
+    CutStream* stream = nullptr;
   };
   // Makes itself the body of the touch, before its offset and contacts are built. False where memory ends.
   bool create(SceneMemory& memory, const Parts& parts, TouchState& touch);
@@ -41,6 +46,7 @@ class CutOrgan final : public Body, public CutTarget {
   }
   // So does Body::forget().
   void forget_changes(bool replayed) override;
+  void show(const CutTriangles& triangles) override;
 
   const CutResponse& response() const { return response_; }
   std::int32_t surface_node(std::int32_t node) const { return response_.surface_node(node); }
@@ -53,6 +59,8 @@ class CutOrgan final : public Body, public CutTarget {
  private:
   void follow_changes(bool replayed);
 
+  MeshFollower* beside_ = nullptr;
+  CutStream* stream_ = nullptr;
   TouchState* touch_ = nullptr;
   CutResponse response_;
   CutField field_;

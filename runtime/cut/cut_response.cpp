@@ -236,7 +236,7 @@ void CutResponse::begin_step(const Offset& offset) {
   const bool same = std::equal(offset.amounts(), offset.amounts() + offset.count(), amount_);
   if (same && changed_ == 0) return moved_.keep();
   std::copy_n(offset.amounts(), offset.count(), amount_), changed_ = 0;
-  if (filled_ == 0 || (!source_.preload && offset.count() == 0)) return moved_.keep();
+  if (filled_ == 0 || !source_.moves || (!source_.preload && offset.count() == 0)) return moved_.keep();
   const CutCompliance& compliance = *source_.compliance;
   const OffsetRows& rows = offset.rows();
   std::fill_n(scratch_.x, stride_, 0.0);

@@ -30,6 +30,7 @@ class CutResponse final : public ChangedBody {
     std::int32_t surface_nodes = 0;
     std::int32_t first_reserve = 0;  // the surface nodes from here on become the new nodes, in their order
     std::int32_t responses = 0;      // of contact nodes that are remembered
+    bool moves = true;               // what the offset and the preload make of the cut is a part of moved()
   };
   // Memory: 24 bytes for each surface node and pattern, twice as many for each remembered response, and 250 for each surface node.
   bool create(SceneMemory& memory, const Source& source);

@@ -77,7 +77,10 @@ void CutScene::follow(double* left) {
     log_.done();
   }
   source_.target->end_changes(false);
-  if (log_.left() == 0 && !told_.is_full) surface_.show(mesh_, log_.last(), source_.touched), ++told_.surface;
+  if (log_.left() == 0 && !told_.is_full) {
+    surface_.show(mesh_, log_.last(), source_.touched), ++told_.surface;
+    source_.target->show(surface_.all());
+  }
 }
 
 // replayed: of a state that was restored.

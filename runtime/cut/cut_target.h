@@ -5,6 +5,7 @@
 
 #include "runtime/base/vec3.h"
 #include "runtime/cut/cut_compliance.h"
+#include "runtime/cut/cut_triangles.h"
 
 namespace palpate {
 
@@ -25,6 +26,8 @@ class CutTarget {
   virtual void bring(std::int32_t /*surface_node*/, Vec3 /*from_reserve*/) {}
   // After some of these, of which the body then is.
   virtual void end_changes(bool /*replayed*/) {}
+  // The surface shows the last changes: triangles.changed().
+  virtual void show(const CutTriangles& /*triangles*/) {}
   // Back to the uncut body, as a new scene has it, after Body::forget(). replayed: before the changes of a saved state.
   virtual void forget_changes(bool /*replayed*/) {}
 

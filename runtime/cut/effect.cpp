@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "runtime/base/error_text.h"
+#include "runtime/cut/cut_beside.h"
 #include "runtime/cut/cut_large.h"
 #include "runtime/cut/cut_organ.h"
 #include "runtime/cut/cut_region.h"
@@ -37,20 +38,25 @@ constexpr EffectNeed kNeeds[] = {
      "lips of a cut are where forces have moved them: take collision DEFORMED, or leave cut OFF"},
     {"force", 1u << PALPATE_FORCE_OFF | 1u << PALPATE_FORCE_LINEAR, kResponseIsOfTheWhole},
     {"radial", 1u << PALPATE_RADIAL_OFF, kResponseIsOfTheWhole},
-    {"deformation",
-     1u << PALPATE_DEFORMATION_LINEAR | 1u << PALPATE_DEFORMATION_LARGE | 1u << PALPATE_DEFORMATION_LARGE_AUTO,
-     "a mesh that is cut is solved in the touch: take deformation LINEAR or LARGE, or leave cut OFF"},
     {"needles", kAbsent, kBelowTheSurface},
     {"queries", kAbsent, kOnTheSurface},
     {"crossings", kAbsent, kOnTheSurface},
 };
 
+bool deforms(const palpate_scene_def& def, palpate_deformation_model as) {
+  return static_cast<int>(key_number(def, "deformation")) == as;
+}
+bool is_linear(const palpate_scene_def& def) {
+  return deforms(def, PALPATE_DEFORMATION_LINEAR);
+}
+// Under large deformation in the touch.
 bool is_large(const palpate_scene_def& def) {
-  return key_number(def, "deformation") != 0;
+  return deforms(def, PALPATE_DEFORMATION_LARGE);
 }
 
 const char* check(const palpate_scene_def& def) {
-  if (def.shape == PALPATE_SHAPE_VOLUME && !is_large(def)) return kBelowTheSurface;
+  const bool knows_all = is_large(def) || deforms(def, PALPATE_DEFORMATION_LARGE_AUTO);
+  if (def.shape == PALPATE_SHAPE_VOLUME && !knows_all) return kBelowTheSurface;
   return key_number(def, "fine_surface") != 0 || key_number(def, "render_mesh") != 0 ? kOnTheSurface : nullptr;
 }
 
@@ -58,8 +64,9 @@ const char* check(const palpate_scene_def& def) {
 struct CutOfScene {
   CutRegion region;
   std::optional<RegionPairs> pairs;
-  CutOrgan organ;  // of the linear organ
-  CutLarge large;  // under large deformation
+  CutOrgan organ;    // of the linear organ
+  CutBeside beside;  // beside the touch
+  CutLarge large;    // under large deformation
   CutScene scene;
 };
 
@@ -108,13 +115,17 @@ std::int32_t slots_of(const palpate_cut_def& def, const CutRegion& region) {
 
 // The body that is cut. False where memory ends.
 bool create_target(const SectionReader& reader, palpate_scene& scene, CutOfScene& cut, const CutCapacity& capacity,
-                   const double* preload) {
+                   const double* rest, const double* preload) {
   const CutRegion& region = cut.region;
-  if (is_large(scene.def)) {
-    const CutLarge::Parts large = {&region.body, &*cut.pairs, reader.surface_nodes(), region.first_reserve, capacity};
-    return cut.large.create(reader.memory(), large, scene.touch);
-  }
+  const CutLarge::Parts large = {&region.body,         &*cut.pairs, reader.surface_nodes(),
+                                 region.first_reserve, capacity,    scene.touch.body->mesh_follower()};
+  if (is_large(scene.def)) return cut.large.create(reader.memory(), large, &scene.touch);
   CutOrgan::Parts organ;
+  if (!is_linear(scene.def)) {
+    organ.beside = large.follower, organ.stream = &cut.beside.stream();
+    if (!cut.beside.create(reader.memory(), large, cut.scene.surface().all(), rest)) return false;
+    large.follower->follow_beside(&cut.organ, &cut.beside);
+  }
   organ.body = &region.body, organ.tensors = &scene.tensors, organ.touchable = scene.touchable;
   organ.pairs = &*cut.pairs, organ.pair_nodes = region.nodes, organ.pair_count = 0, organ.preload = preload;
   organ.surface_nodes = reader.surface_nodes(), organ.first_reserve = region.first_reserve;
@@ -129,6 +140,8 @@ palpate_status prepare(EffectBuild& build) {
   const SectionReader& reader = build.reader;
   SceneMemory& memory = reader.memory();
   const palpate_cut_def& def = cut_of(scene.def);
+  // LARGE_AUTO has become what it stands for.
+  if (const char* const wrong = check(scene.def)) return fail(reader.error(), PALPATE_ERROR_EFFECT, 0, "cut: %s", wrong);
   auto* const cut = memory.make<CutOfScene>();
   if (!cut) return reader.no_memory("cut");
   build.state = cut;
@@ -153,7 +166,7 @@ palpate_status prepare(EffectBuild& build) {
   if (const char* const wrong = cut->scene.create(memory, source))
     return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
                 "cut: %s; rebuild the bundle", wrong);
-  if (memory.failed() || !create_target(reader, scene, *cut, capacity, preload)) return reader.no_memory("cut");
+  if (memory.failed() || !create_target(reader, scene, *cut, capacity, rest, preload)) return reader.no_memory("cut");
   surface.triangles = cut->scene.surface().triangles(), surface.triangle_count = cut->scene.surface().capacity();
   surface.active = cut->scene.surface().active(), surface.rest = rest;
   // The shape half, which may run beside the touch, has the bundle's own triangles.

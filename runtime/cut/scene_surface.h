@@ -14,6 +14,7 @@ class SceneSurface {
   // Before the core builds its surface of triangles() and active(). node: [mesh's nodes, new ones too] the scene's node, borrowed.
   bool create(SceneMemory& memory, const CutMesh& mesh, const std::int32_t* node);
 
+  const CutTriangles& all() const { return triangles_; }
   std::int32_t capacity() const { return triangles_.count(); }
   const std::int32_t* triangles() const { return triangles_.triangles(); }
   const std::uint8_t* active() const { return triangles_.active(); }

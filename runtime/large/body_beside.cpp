@@ -61,7 +61,7 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset
   const auto amounts = static_cast<std::size_t>(offset->count()), volumes = static_cast<std::size_t>(volume_count());
   const std::size_t job = sizeof(Job) + nodes * sizeof(ContactNode) +
                           constraints * (sizeof(ContactConstraint) + sizeof(Vec3)) + amounts * sizeof(double) +
-                          volumes * sizeof(RowVolume),
+                          volumes * sizeof(RowVolume) + (stream_ ? MeshStream::kMostOfJob * sizeof(std::int32_t) : 0),
                     solution = sizeof(Solution) + constraints * sizeof(Solved) + amounts * sizeof(double) +
                                volumes * sizeof(RowVolume) +
                                3 * sizeof(float) *
@@ -85,8 +85,9 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset
   for (double* number : {&told_.residual, &told_.least_volume, &told_.off, &told_.energy, &told_.given, &told_.spring})
     memory.keep(*number);
   memory.keep(borne_.share), memory.keep(miss_), memory.keep(moved_by_);
-  for (std::int32_t* number : {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_,
-                               &behind_, &goes_on_, &settled_, &thread_.published, &thread_.doubted})
+  for (std::int32_t* number :
+       {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_, &behind_, &goes_on_,
+        &settled_, &followed_, &thread_.published, &thread_.doubted, &thread_.followed})
     memory.keep(*number);
   memory.keep(begun_), memory.keep(thread_.begun), memory.keep(thread_.given);
   return !memory.failed();
@@ -96,7 +97,7 @@ void BodyBeside::forget() {
   ++begun_;
   added_.forget();
   for (double* const amounts : amounts_) std::fill_n(amounts, offset_->count(), 0.0);
-  told_ = {}, moved_by_ = {}, borne_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = 0,
+  told_ = {}, moved_by_ = {}, borne_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = followed_ = 0,
   solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
 }
 
@@ -111,12 +112,13 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
 
 void BodyBeside::send(const ContactConstraints& set) {
   auto* const job = reinterpret_cast<Job*>(palpate_mailbox_slot(jobs()));
-  *job = {begun_, set.node_count, set.constraint_count};
+  *job = {begun_, set.node_count, set.constraint_count, followed_, 0};
   std::copy(set.nodes, set.nodes + set.node_count, nodes_of(job));
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints_of(job));
   std::copy(set.target, set.target + set.constraint_count, targets_of(job));
   std::copy_n(offset_->amounts(), offset_->count(), amounts_of(job));
   std::copy_n(offset_->volumes(), volume_count(), volumes_of(job));
+  if (stream_) job->change_numbers = stream_->copy(followed_, MeshStream::kMostOfJob, changes_of(job));
   palpate_mailbox_publish(jobs());
 }
 
@@ -209,6 +211,7 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
 }
 
 void BodyBeside::copy(Solution* newest) {
+  followed_ = newest->followed;
   settled_ = solved_count_[newest_] > 0 && !told_.failed && (settled_ || (!told_.cut && told_.residual <= kUnfinished));
   newest_ = 1 - newest_;
   told_ = newest->told;
@@ -459,12 +462,33 @@ void BodyBeside::aim(const ContactConstraints& set) {
   }
 }
 
+// The changes of the mesh that it does not have yet. False: there are none.
+bool BodyBeside::follow_changes(Job* job) {
+  const std::int32_t known = thread_.followed - job->first_change, count = job->change_numbers - known;
+  if (known < 0 || count <= 0) return false;
+  stream_->follow(changes_of(job) + known, count, false);
+  thread_.followed += count;
+  return true;
+}
+
+void BodyBeside::copy_node(std::int32_t from, std::int32_t to) {
+  added_.copy_node(from, to);
+  for (float* const field : beyond_)
+    std::copy_n(field + 3 * static_cast<std::size_t>(from), 3, field + 3 * static_cast<std::size_t>(to));
+}
+
+void BodyBeside::restored() {
+  if (stream_) stream_->restore(thread_.followed);
+  body_->restored();
+}
+
 std::int32_t BodyBeside::deform() {
   auto* const job = reinterpret_cast<Job*>(const_cast<palpate_contacts*>(palpate_mailbox_newest(jobs(), nullptr)));
   if (!job) return 0;
   if (job->begun != thread_.begun) {
     body_->forget();
-    thread_.begun = job->begun, thread_.published = thread_.doubted = 0, thread_.given = 0;
+    if (stream_) stream_->forget();
+    thread_.begun = job->begun, thread_.published = thread_.doubted = thread_.followed = 0, thread_.given = 0;
   }
   thread_.set.nodes = nodes_of(job), thread_.set.constraints = constraints_of(job),
   thread_.set.target = targets_of(job);
@@ -472,11 +496,13 @@ std::int32_t BodyBeside::deform() {
   StepWork work;
   work.create(INT64_MAX);
   work.begin();
+  const bool is_cut = follow_changes(job);
   body_->move_by(amounts_of(job), volume_count() > 0 ? volumes_of(job) : nullptr);
   const DeformingBody::Outcome outcome = body_->solve(thread_.set, &work, thread_.force);
   // A body that has come to rest says so, though it took no step for it.
   const bool doubted = is_doubted(outcome), is_news = thread_.doubted && !doubted;
-  if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == thread_.published && !is_news) return 0;
+  if (outcome.evaluations == 0 && !outcome.failed && job->constraint_count == thread_.published && !is_news && !is_cut)
+    return 0;
   thread_.doubted = doubted;
   publish(thread_.set, job, outcome);
   body_->renew();
@@ -508,6 +534,7 @@ void BodyBeside::publish(const ContactConstraints& set, Job* job, const Deformin
   std::copy_n(volumes_of(job), volume_count(), volumes_of(solution));
   if (volume_count() > 0) body_->tell_volumes(volumes_of(solution));
   solution->constraint_count = thread_.published = set.constraint_count;
+  solution->followed = thread_.followed;
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];

@@ -31,6 +31,7 @@
 #include "runtime/contact/offset.h"
 #include "runtime/include/palpate/palpate_mailbox.h"
 #include "runtime/large/deforming_body.h"
+#include "runtime/large/mesh_follower.h"
 #include "runtime/large/turned_surface.h"
 
 namespace palpate {
@@ -54,6 +55,9 @@ class BodyBeside {
 
   // body: made, borrowed; only deform() and restored() use it. offset: borrowed; the other thread reads its rows alone.
   bool create(SceneMemory& memory, DeformingBody* body, Offset* offset, const Limits& limits);
+  // The mesh is cut: before create(), borrowed. A new node has from now on what another one has.
+  void follow(MeshStream* stream) { stream_ = stream; }
+  void copy_node(std::int32_t from, std::int32_t to);
   // For constraints with frames; as TurnedSurface::create. False where memory ends.
   bool follow_normals(SceneMemory& memory, const TurnedSurface::Source& surface) {
     return turned_.create(memory, surface);
@@ -88,7 +92,7 @@ class BodyBeside {
   const ContactConstraints& left() const { return left_; }
   const Told& told() const { return told_; }
   // The contacts of this step are too far from the newest solution.
-  bool behind() const { return behind_ != 0 || borne_.is_less; }
+  bool behind() const { return behind_ != 0 || borne_.is_less || (stream_ && followed_ != stream_->end()); }
   // No solution before the newest one was at its targets with contacts.
   bool is_first() const { return settled_ == 0; }
   const AddedField& added() const { return added_; }
@@ -105,12 +109,13 @@ class BodyBeside {
   std::int32_t deform();
 
   // Completes a restored state (scene_memory.h) by what follows from it. No other thread may be in deform().
-  void restored() { body_->restored(); }
+  void restored();
 
  private:
   struct Job {
     std::uint64_t begun;  // counts forget()
     std::int32_t node_count, constraint_count;
+    std::int32_t first_change, change_numbers;  // of the mesh's stream
   };
   struct Solved {
     ConstraintId id;
@@ -142,7 +147,7 @@ class BodyBeside {
   struct Solution {
     std::uint64_t begun;
     Told told;
-    std::int32_t constraint_count, unused;
+    std::int32_t constraint_count, followed;  // followed: numbers of the mesh's stream
   };
   // Of the offset between solutions and since the newest one.
   struct MovedBy {
@@ -158,6 +163,8 @@ class BodyBeside {
   Vec3* targets_of(Job* job) const { return reinterpret_cast<Vec3*>(constraints_of(job) + limits_.constraints); }
   double* amounts_of(Job* job) const { return reinterpret_cast<double*>(targets_of(job) + limits_.constraints); }
   RowVolume* volumes_of(Job* job) const { return reinterpret_cast<RowVolume*>(amounts_of(job) + offset_->count()); }
+  std::int32_t* changes_of(Job* job) const { return reinterpret_cast<std::int32_t*>(volumes_of(job) + volume_count()); }
+  bool follow_changes(Job* job);
   std::int32_t volume_count() const { return offset_->volumes() ? offset_->count() : 0; }
   double* amounts_of(Solution* solution) const { return reinterpret_cast<double*>(solution + 1); }
   RowVolume* volumes_of(Solution* solution) const {
@@ -205,6 +212,7 @@ class BodyBeside {
   DeformingBody* body_ = nullptr;
   Offset* offset_ = nullptr;
   TurnedSurface turned_;
+  MeshStream* stream_ = nullptr;
   Limits limits_;
   std::uint64_t *jobs_ = nullptr, *solutions_ = nullptr;  // the mailboxes' memory
   // Of the touch:
@@ -226,6 +234,7 @@ class BodyBeside {
       0;  // a solution with contacts before the newest one was at its targets, and none has failed since
   std::uint64_t begun_ = 1;
   std::int32_t solutions_taken_ = 0;  // since forget(); 2 and more count as 2
+  std::int32_t followed_ = 0;         // of the stream, by the newest solution
   struct Thread {
     ContactConstraints set;
     Vec3* force = nullptr;      // [nodes] N
@@ -234,6 +243,7 @@ class BodyBeside {
     std::uint64_t begun = 1;
     std::int32_t published = 0;  // constraints of the last solution
     std::int32_t doubted = 0;    // the last solution is not to be trusted
+    std::int32_t followed = 0;   // numbers of the mesh's stream
   } thread_;                     // of the other one
 };
 

@@ -52,12 +52,12 @@ void BodyMetric::solve(float* const* x, int count) const {
   for (int c = 0; c < count; ++c) held_.after(amounts[c], x[c]);
 }
 
-void BodyMetric::solve_unheld(float* const* x, int count) const {
-  if (!added_ || !added_->acts()) return now().solve(x, count);
+void BodyMetric::solve_with(const BlockFactor& factor, float* const* x, int count) const {
+  if (!added_ || !added_->acts()) return factor.solve(x, count);
   added_->begin(x, count);
-  now().solve(x, count);
+  factor.solve(x, count);
   added_->go_on(x, count);
-  now().solve(x, count);
+  factor.solve(x, count);
   added_->end(x, count);
 }
 

@@ -25,9 +25,10 @@ class BodyMetric {
   // x <- metric^-1 x, with what volumes that are held add. solve_roughly(): as BlockFactor's.
   void solve(float* const* x, int count) const;
   void solve(float* x) const { solve(&x, 1); }
-  // The same without held volumes.
-  void solve_unheld(float* const* x, int count) const;
-  // The mesh is cut. borrowed; not while the metric is a renewed one.
+  // The same without held volumes; and with the stiffness at rest.
+  void solve_unheld(float* const* x, int count) const { solve_with(now(), x, count); }
+  void solve_at_rest(float* const* x, int count) const { solve_with(rest_, x, count); }
+  // The mesh is cut. Borrowed. Where it acts, the metric is that at rest.
   void add(AddedCompliance* added) { added_ = added; }
   void solve_roughly(float* x) const;
   // LargeSolver fills these in, and does so anew where the factor becomes another one.
@@ -54,6 +55,7 @@ class BodyMetric {
     std::int32_t active = 0, unused = 0;
   };
   bool make_slice(std::int32_t slice);
+  void solve_with(const BlockFactor& factor, float* const* x, int count) const;
 
   BlockFactor rest_, renewed_;
   HeldVolumes held_;

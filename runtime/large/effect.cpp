@@ -164,7 +164,7 @@ void choose_model(const SectionReader& reader, palpate_scene& scene) {
   auto& own = const_cast<palpate_large_def&>(part_of<palpate_large_def>(scene.def, large_effect));
   if (own.deformation != PALPATE_DEFORMATION_LARGE_AUTO) return;
   const auto nodes = static_cast<Operations>(reader.counts().nodes);
-  const bool fits = may_be_cut(scene.def) || nodes * kOperationsOfNode <= scene.def.max_operations;
+  const bool fits = nodes * kOperationsOfNode <= scene.def.max_operations;
   own.deformation = fits ? PALPATE_DEFORMATION_LARGE : PALPATE_DEFORMATION_LARGE_BESIDE;
   scene.context.bundle.log.say(
       PALPATE_LOG_NOTE,
@@ -205,6 +205,16 @@ TurnedSurface::Source surface_of(const SectionReader& reader, const TouchState& 
   const TouchedSurface& surface = touch.surface;
   return {surface.rest, reader.surface_nodes(), surface.fans ? surface.triangle_count : reader.triangles(),
           surface.triangles, surface.fans};
+}
+
+// In the thread of the body.
+TurnedSurface::Source surface_of_body(const SectionReader& reader, const TouchState& touch, const LargeBody& body) {
+  TurnedSurface::Source source = surface_of(reader, touch);
+  const MeshStream* const stream = body.stream();
+  if (!stream) return source;
+  const MeshStream::Surface surface = stream->surface();
+  source.rest = surface.rest, source.triangles = surface.triangles, source.fans = surface.fans;
+  return source;
 }
 
 bool place_in_touch(const SectionReader& reader, palpate_scene& scene, BodyInTouch& body) {
@@ -259,10 +269,11 @@ palpate_status build(EffectBuild& build) {
   TouchState& touch = scene.touch;
   LargeBody& body = body_of(scene);
   if (const palpate_status status = take_offset(reader, touch.offset, body.deforming())) return status;
-  touch.held = scene.shape.held = {field_nodes_of(reader, scene), !is_in_touch(def)};
+  // Of a body that is cut the touch has the whole field.
+  touch.held = scene.shape.held = {field_nodes_of(reader, scene), !is_in_touch(def) && !may_be_cut(def)};
   const bool made = (!contacts_may_slide(def) || body.watch_energy(reader.memory(), touch.most_constraints)) &&
                     (def.law == PALPATE_LAW_STICKING ||
-                     body.deforming().follow_normals(reader.memory(), surface_of(reader, touch))) &&
+                     body.deforming().follow_normals(reader.memory(), surface_of_body(reader, touch, body))) &&
                     (is_in_touch(def) ? place_in_touch(reader, scene, static_cast<BodyInTouch&>(body))
                                       : place_in_thread(reader, scene, static_cast<BodyInThread&>(body)));
   if (made) log_fewest_steps(scene);

@@ -244,11 +244,20 @@ void BodyInThread::judge(TouchStep& step, ContactSolver::Outcome outcome) {
 }
 
 void BodyInThread::write(const TouchStep& step) const {
-  Body::write(step);
-  std::copy_n(beside_.added().all(), 3 * static_cast<std::size_t>(step.state->held.nodes), field_behind(*step.out));
+  const std::size_t numbers = 3 * static_cast<std::size_t>(step.state->held.nodes);
+  const float* const added = beside_.added().all();
+  float* const field = field_behind(*step.out);
+  if (!linear_) {
+    Body::write(step);
+    std::copy_n(added, numbers, field);
+    return;
+  }
+  linear_->write(step);
+  for (std::size_t i = 0; i < numbers; ++i) field[i] += added[i];
 }
 
 void BodyInThread::forget() {
+  if (linear_) linear_->forget();
   if (watches_) energy_.forget();
   beside_.forget();
 }

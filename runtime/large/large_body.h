@@ -13,9 +13,18 @@
 
 namespace palpate {
 
-class LargeBody : public Body {
+class LargeBody : public Body, public MeshFollower {
  public:
   DeformingBody& deforming() { return deforming_; }
+  // The mesh may be cut (mesh_follower.h).
+  MeshFollower* mesh_follower() override { return this; }
+  Layout follow(AddedCompliance* added) override { return deforming_.follow(added); }
+  void split(const Split& split, bool replayed) override { deforming_.split(split, replayed); }
+  void remove(std::int32_t tetrahedron) override { deforming_.remove(tetrahedron); }
+  void ground(std::int32_t node, double stiffness) override { deforming_.ground(node, stiffness); }
+  void changed(bool replayed) override { deforming_.changed(replayed); }
+  void forget_changes() override { deforming_.forget_changes(); }
+
   // For contacts that slide. False where memory ends.
   bool watch_energy(SceneMemory& memory, std::int32_t constraint_capacity) {
     watches_ = true;
@@ -23,6 +32,8 @@ class LargeBody : public Body {
   }
 
   bool responds_linearly() const override { return false; }
+  // That the body follows in a thread of its own; nullptr: none.
+  const MeshStream* stream() const { return stream_; }
 
  protected:
   ~LargeBody() = default;
@@ -37,11 +48,12 @@ class LargeBody : public Body {
 
   DeformingBody deforming_;
   BodyEnergy energy_;
+  MeshStream* stream_ = nullptr;
   bool watches_ = false;
 };
 
 // LARGE: the body takes the steps of its method in the touch, and has a field of its own.
-class BodyInTouch final : public LargeBody, public MeshFollower {
+class BodyInTouch final : public LargeBody {
  public:
   // For those who ask about the surface beside the solve. False where memory ends.
   bool create_field(SceneMemory& memory, const Offset* offset, std::int32_t constraint_capacity,
@@ -86,13 +98,8 @@ class BodyInTouch final : public LargeBody, public MeshFollower {
     new_nodes_ = new_nodes, on_ = memory.array<Vec3>(static_cast<std::size_t>(new_nodes.count));
     return !memory.failed();
   }
-  MeshFollower* mesh_follower() override { return this; }
-  Layout follow(AddedCompliance* added) override { return deforming_.follow(added); }
   void split(const Split& split, bool replayed) override;
   void bring(std::int32_t node, Vec3 on) override { on_[node - new_nodes_.first] = on; }
-  void remove(std::int32_t tetrahedron) override { deforming_.remove(tetrahedron); }
-  void ground(std::int32_t node, double stiffness) override { deforming_.ground(node, stiffness); }
-  void changed(bool replayed) override { deforming_.changed(replayed); }
   void forget_changes() override;
 
  private:
@@ -113,6 +120,16 @@ class BodyInThread final : public LargeBody {
  public:
   BodyBeside& beside() { return beside_; }
 
+  // The linear organ of the touch is `linear`, whose mesh is cut.
+  void follow_beside(Body* linear, MeshStream* stream) override {
+    linear_ = linear, stream_ = stream;
+    beside_.follow(stream);
+  }
+  void copy_node(std::int32_t from, std::int32_t to) override { beside_.copy_node(from, to); }
+  SurfaceField* surface_field() override { return linear_ ? linear_->surface_field() : nullptr; }
+  void move_surface(TouchStep& step, const ContactConstraints& set) override {
+    return linear_ ? linear_->move_surface(step, set) : Body::move_surface(step, set);
+  }
   const AddedField* added() const override { return &beside_.added(); }
   const ContactConstraints& take(TouchStep& step) override;
   void take_targets(const TouchStep& step) override { beside_.take_targets(step.state->rows.set()); }
@@ -134,7 +151,8 @@ class BodyInThread final : public LargeBody {
   void give(TouchStep& step);
 
   BodyBeside beside_;
-  bool is_joint_ = false;  // in this step, solved with other bodies
+  Body* linear_ = nullptr;  // nullptr: the organ of the tensors
+  bool is_joint_ = false;   // in this step, solved with other bodies
 };
 
 }  // namespace palpate

@@ -334,7 +334,7 @@ void LargeRows::find_responses(const Spot& spot) {
     float* of_metric[3];
     for (int d = 0; d < 3; ++d)
       of_metric[d] = response(spot, d), std::copy(columns[d], columns[d] + energy_->length(), of_metric[d]);
-    metric_->rest().solve(columns, 3);
+    metric_->solve_at_rest(columns, 3);
     if (metric_->is_renewed() || metric_->held().count() > 0)
       metric_->solve(of_metric, 3);
     else

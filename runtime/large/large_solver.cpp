@@ -145,7 +145,8 @@ void LargeSolver::restored() {
 }
 
 void LargeSolver::renew() {
-  if (!metric_.renews() || (now_.at_rest && !metric_.is_renewed() && !metric_.has_begun())) return;
+  if (!metric_.renews() || energy_.is_changed() || (now_.at_rest && !metric_.is_renewed() && !metric_.has_begun()))
+    return;
   if (!metric_.has_begun()) pairs_.mark();
   if (!metric_.renew(u_)) return;
   // Pairs are samples of the tangent, whatever the metric. Those from before the new metric's state go: the new metric is the tangent of a
@@ -256,6 +257,7 @@ void LargeSolver::split(const MeshFollower::Split& split, bool replayed) {
 
 // The state stays where it is. What it has more or less of energy, nobody's force has done: a site that averages over fewer tetrahedra has more.
 void LargeSolver::changed(bool replayed) {
+  metric_.forget();
   if (replayed) return;
   pairs_.drop();
   soft_.forget();

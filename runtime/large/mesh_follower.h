@@ -13,6 +13,9 @@
 
 namespace palpate {
 
+class Body;
+class NodeFans;
+
 // Nodes first .. first + count - 1 of the bundle's mesh, which are in no tetrahedron: they become the new nodes.
 struct NewNodes {
   std::int32_t first = 0, count = 0;
@@ -39,8 +42,39 @@ class AddedCompliance {
   ~AddedCompliance() = default;
 };
 
+// The changes of a mesh as numbers, which a body that is solved in another thread follows. Whoever cuts adds them in the thread of the touch; each job for
+// the other thread carries those that it does not have yet.
+class MeshStream {
+ public:
+  // ---- the thread of the touch
+  virtual std::int32_t end() const { return 0; }  // numbers so far; 0 after the mesh was put back
+  // Copies whole changes from number `from` on, most numbers at most. Returns how many numbers.
+  virtual std::int32_t copy(std::int32_t /*from*/, std::int32_t /*most*/, std::int32_t* /*out*/) const { return 0; }
+  static constexpr std::int32_t kMostOfJob = 16384;
+
+  // ---- the other thread
+  virtual void follow(const std::int32_t* /*numbers*/, std::int32_t /*count*/, bool /*replayed*/) {}
+  virtual void forget() {}  // back to the uncut mesh
+  // The surface that it has followed.
+  struct Surface {
+    const double* rest = nullptr;
+    const std::int32_t* triangles = nullptr;
+    const NodeFans* fans = nullptr;
+  };
+  virtual Surface surface() const { return {}; }
+  // No other thread follows: all of the first `count` numbers again.
+  virtual void restore(std::int32_t /*count*/) {}
+
+ protected:
+  ~MeshStream() = default;
+};
+
 class MeshFollower {
  public:
+  // A body that is solved beside the touch: `linear` is the organ that the touch solves, and the body follows `stream`. Borrowed.
+  virtual void follow_beside(Body* /*linear*/, MeshStream* /*stream*/) {}
+  // In the thread of the touch: a surface node has what another one has, until a solution tells.
+  virtual void copy_node(std::int32_t /*from*/, std::int32_t /*to*/) {}
   static constexpr std::int32_t kMostGrounded = 1024;
 
   struct Layout {

@@ -106,7 +106,7 @@ class PlanWriter {
   }
 
   void add_deform() {
-    if (body_ && !has_own_field_)
+    if (body_ && (!in_touch_ || scene_.touch.body->added()))
       step(true, Pass::deform, body_->effect->body->pass(def_), "deform", sections_of(*body_->effect), body_->bytes);
   }
 
@@ -115,10 +115,10 @@ class PlanWriter {
     const char* const superposition =
         def_.shape == PALPATE_SHAPE_VOLUME ? "superposition: volume" : "superposition: surface";
     const auto superposed = [&] {
-      if (has_own_field_) return none_;
+      if (in_touch_) return none_;
       return has_interior_shape(scene_) ? sections_.volume() : sections_.surface();
     };
-    step(has_shape, Pass::superposition, has_own_field_ ? "displacements of the touch" : superposition, "shape",
+    step(has_shape, Pass::superposition, in_touch_ ? "displacements of the touch" : superposition, "shape",
          superposed(), memory_.shape);
     step(def_.radial != PALPATE_RADIAL_OFF, Pass::radial, "radial: response", "shape",
          sections_.response(SectionId::response_radial));
@@ -128,9 +128,9 @@ class PlanWriter {
  private:
   void add_solution() {
     static const char* const laws[] = {"solve: sticking", "solve: sliding", "solve: unilateral", "solve: coulomb"};
-    if (has_own_field_)
-      step(true, Pass::contact, body_->effect->body->pass(def_), "touch", sections_of(*body_->effect),
-           memory_.contacts + body_->bytes);
+    if (in_touch_)
+      step(true, Pass::contact, in_touch_->effect->body->pass(def_), "touch", sections_of(*in_touch_->effect),
+           memory_.contacts + in_touch_->bytes);
     else
       step(true, Pass::contact, laws[def_.law], "touch", sections_.contacts(), memory_.contacts);
   }
@@ -169,7 +169,7 @@ class PlanWriter {
   const CoreSections sections_;
   const SectionList none_ = sections_.none();
   const EffectInScene* const body_ = scene_.body();
-  const bool has_own_field_ = scene_.touch.body->surface_field() != nullptr;
+  const EffectInScene* const in_touch_ = scene_.body_in_touch();
 };
 
 }  // namespace

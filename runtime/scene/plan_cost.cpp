@@ -23,7 +23,7 @@ class PassWork {
       case Pass::rows:
         return {0, 0, 10 + 10 * contacts + 5 * nodes + 1700 * patches()};
       case Pass::contact:
-        return has_own_field() ? deform() : solve();
+        return in_touch() ? of_body(*in_touch()) : solve();
       case Pass::force:
         return {
             0, 0,
@@ -31,10 +31,10 @@ class PassWork {
       case Pass::output:
         return {0, 0, 25 + 3 * tools + nodes};
       case Pass::superposition:
-        if (has_own_field()) return {24.0 * scene_.shape.nodes, 0, 50};
+        if (in_touch()) return {24.0 * scene_.shape.nodes, 0, 50};
         return superposition();
       case Pass::deform:
-        return deform();
+        return of_body(*scene_.body());
       case Pass::radial:
         return {0, 0,
                 (2.5 + 0.25 * scene_.shape.radial.ratio_count()) * scene_.shape.nodes * std::min(tools, contacts)};
@@ -60,8 +60,8 @@ class PassWork {
     return scene_.def.contact == PALPATE_CONTACT_PATCH ? std::max(0, load_.contacts - load_.grips) : 0;
   }
 
-  bool has_own_field() const { return scene_.touch.body->surface_field() != nullptr; }
-  palpate_pass_work deform() const { return scene_.body()->effect->body->predict(scene_, load_); }
+  const EffectInScene* in_touch() const { return scene_.body_in_touch(); }
+  palpate_pass_work of_body(const EffectInScene& body) const { return body.effect->body->predict(scene_, load_); }
 
   palpate_pass_work solve() const {
     const double rows = load_.rows, nodes = load_.nodes, contacts = load_.contacts;

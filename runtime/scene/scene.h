@@ -59,6 +59,14 @@ struct palpate_scene {
       if (effects[e].effect->body) return &effects[e];
     return nullptr;
   }
+  // The effect whose body the touch solves, with a field of its own; nullptr: the linear organ. Beside a body that is solved in another thread the
+  // touch has another one's.
+  const palpate::EffectInScene* body_in_touch() const {
+    const palpate::EffectInScene* found = nullptr;
+    for (std::int32_t e = 0; e < effect_count && touch.body->surface_field(); ++e)
+      if (effects[e].effect->body && (!found || touch.body->added())) found = &effects[e];
+    return found;
+  }
   // The effect's state; nullptr where the scene does not have it.
   void* state_of(const palpate::Effect& effect) const {
     for (std::int32_t e = 0; e < effect_count; ++e)

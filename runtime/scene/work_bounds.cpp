@@ -20,7 +20,7 @@ class WorkBounds {
       : scene_(scene),
         def_(scene.def),
         touch_(scene.touch),
-        in_touch_(scene.touch.body->surface_field() ? scene.body()->effect->body : nullptr),
+        in_touch_(scene.body_in_touch() ? scene.body_in_touch()->effect->body : nullptr),
         bound_(scene.touch.surface.bound ? scene.touch.surface.bound->triangle_count() : 0) {}
 
   // Of tests and changes. The rest is kept for the solution.
