@@ -103,7 +103,7 @@ class SceneMemory {
       kept_[kept_count_++] = kept;
   }
   void* take(std::size_t count, std::size_t each);
-  static constexpr int kMaxArrays = 512;
+  static constexpr int kMaxArrays = 640;
   palpate_allocator host_;
   void* arrays_[kMaxArrays] = {};
   int array_count_ = 0;
