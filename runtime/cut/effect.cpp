@@ -31,6 +31,9 @@ constexpr const char* kResponseIsOfTheWhole =
 constexpr const char* kBelowTheSurface =
     "what lies below the surface is known for the whole mesh alone and does not follow a cut: leave it out, with shape "
     "SURFACE, or leave cut OFF";
+constexpr const char* kAveragedShear =
+    "under large deformation the element p1-ang averages strain over the tetrahedra around a node, on both sides of a "
+    "cut: take a bundle of p1 or p1-anp, deformation LINEAR, or leave cut OFF";
 constexpr const char* kOnTheSurface =
     "what is bound to the triangles of the whole organ does not follow a cut: leave it out, or leave cut OFF";
 constexpr EffectNeed kNeeds[] = {
@@ -141,7 +144,8 @@ palpate_status prepare(EffectBuild& build) {
   SceneMemory& memory = reader.memory();
   const palpate_cut_def& def = cut_of(scene.def);
   // LARGE_AUTO has become what it stands for.
-  if (const char* const wrong = check(scene.def)) return fail(reader.error(), PALPATE_ERROR_EFFECT, 0, "cut: %s", wrong);
+  if (const char* const wrong = check(scene.def))
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0, "cut: %s", wrong);
   auto* const cut = memory.make<CutOfScene>();
   if (!cut) return reader.no_memory("cut");
   build.state = cut;
@@ -152,6 +156,8 @@ palpate_status prepare(EffectBuild& build) {
   if (status == PALPATE_OK) status = reader.read_rest(scene.def, reader.counts().surface_nodes, &rest);
   if (status == PALPATE_OK) status = reader.map_preload(scene.def, &preload);
   if (status != PALPATE_OK) return status;
+  if (!is_linear(scene.def) && region.body.averaged_shear > 0)
+    return fail(reader.error(), PALPATE_ERROR_EFFECT, 0, "cut: %s", kAveragedShear);
   CutScene::Source source;
   source.touched = {&scene.touch, scene.def.max_points};
   source.target = is_large(scene.def) ? static_cast<CutTarget*>(&cut->large) : &cut->organ, source.body = region.mesh,

@@ -48,10 +48,6 @@ const std::vector<Refusal>& refusals() {
        {"cut"},
        {"volumes held"},
        "A volume that is held does not follow a cut: it is found from the whole organ."},
-      {"h",
-       {"cut"},
-       {"large beside", "large renewed"},
-       "A mesh that is cut is solved in the touch."},
   };
   return list;
 }
@@ -73,7 +69,8 @@ const Refusal* refusal_of(const Effect& a, const Effect& b) {
 // What the referee asks of a scene beside its effects: a report, and under large deformation the displacement of every node.
 SceneOfEffects watched(SceneOfEffects of) {
   of.def.report.report = PALPATE_REPORT_CONTACTS;
-  if (of.def.large.deformation != PALPATE_DEFORMATION_LINEAR) of.def.shape = PALPATE_SHAPE_VOLUME;
+  // The box that can be cut has all of its nodes among those of the surface.
+  if (of.def.large.deformation != PALPATE_DEFORMATION_LINEAR && !of.cut) of.def.shape = PALPATE_SHAPE_VOLUME;
   return of;
 }
 

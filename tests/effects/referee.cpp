@@ -807,12 +807,13 @@ void Referee::check_large(Organ& organ, int k) {
     const VectorXd moved = body_.motions * amounts;
     load += body_.touched.stiffness() * moved;  // gravity; zero where supports alone move
     for (Eigen::Index i = 0; i < load.size(); ++i)
-      if (body_.touched.fixed[i] && left.origin(static_cast<std::int32_t>(i / 3)) == i / 3) miss("supports", std::fabs(found[i] - moved[i]), kLength);
+      if (body_.touched.fixed[i] && left.origin(static_cast<std::int32_t>(i / 3)) == i / 3)
+        miss("supports", std::fabs(found[i] - moved[i]), kLength);
   }
   if (of_.loads) load += stage_.loads(k);
   for (Eigen::Index i = 0; i < load.size(); ++i)
     if (body_.touched.fixed[i]) load[i] = 0;
-  if (of_.def.shape != PALPATE_SHAPE_VOLUME) return;
+  if (organ.told.size() < static_cast<std::size_t>(rest_.size())) return;
   VectorXd exact = found;
   const double pressure = of_.motions ? palpate_scene_motion_state(organ.scene, kFilling)->amount : 0;
   for (int i = 0; i < (pressure != 0 ? 8 : 1); ++i)

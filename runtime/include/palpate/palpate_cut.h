@@ -25,7 +25,7 @@ extern "C" {
 #endif
 
 /* The organ's mesh is cut along the faces of its tetrahedra that lie nearest to the way of a blade; tissue that is removed is whole tetrahedra. What is
- * left deforms as the mesh that is left would, exactly (linear elasticity). The lips of a cut are surface: they are touched and drawn. */
+ * left deforms as the mesh that is left would, exactly (linear elasticity), or by the method of large deformation. The lips of a cut are surface: they are touched and drawn. */
 typedef enum palpate_cut {
   PALPATE_CUT_OFF, /* no cut, and neither memory nor time for it                                                 */
   PALPATE_CUT_ON   /* Needs a bundle with a region that can be cut, and collision DEFORMED                       */

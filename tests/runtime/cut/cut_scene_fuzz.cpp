@@ -30,8 +30,9 @@ int main(int argc, char** argv) {
   const bool found = palpate::tests::play_seeds(
       options.seed, options.steps, options.scene_steps, &done,
       [&](std::uint64_t at, int of_scene, const auto& told) {
-        // Every third one under large deformation, where the bundle has what that needs.
-        palpate::tests::RandomCutScene scene(opened, at, has_large && at % 3 == 0);
+        // Some under large deformation, where the bundle has what that needs.
+        palpate::tests::RandomCutScene scene(
+            opened, at, has_large ? static_cast<palpate_deformation_model>(at % 4) : PALPATE_DEFORMATION_LINEAR);
         std::string fault;
         for (int i = 0; i < of_scene && fault.empty(); ++i, ++done) {
           fault = scene.step();

@@ -538,10 +538,10 @@ TEST(CutScene, ASavedStateUnderLargeDeformationGoesOnWithTheSameBitsAndAResetSce
   }
 }
 
-void play_random_scenes(std::uint64_t first, std::uint64_t end, bool large) {
+void play_random_scenes(std::uint64_t first, std::uint64_t end, palpate_deformation_model as) {
   long faces = 0, removed = 0, pieces = 0;
   for (std::uint64_t seed = first; seed < end; ++seed) {
-    RandomCutScene scene(block(seed % 2 ? Element::p1 : Element::p1_anp).bundle.get(), seed, large);
+    RandomCutScene scene(block(seed % 2 ? Element::p1 : Element::p1_anp).bundle.get(), seed, as);
     for (int s = 0; s < 150; ++s) ASSERT_EQ(scene.step(), "") << "seed " << seed << ", step " << s;
     ASSERT_EQ(scene.let_go(), "") << "seed " << seed;
     faces += scene.state().faces, removed += scene.state().removed, pieces += scene.state().pieces - 1;
@@ -551,10 +551,10 @@ void play_random_scenes(std::uint64_t first, std::uint64_t end, bool large) {
   EXPECT_GT(pieces, 0);
 }
 TEST(CutScene, RandomScenesStayClosedFiniteAndComeBackToRest) {
-  play_random_scenes(0, 12, false);
+  play_random_scenes(0, 12, PALPATE_DEFORMATION_LINEAR);
 }
 TEST(CutScene, RandomScenesUnderLargeDeformationStayClosedFiniteAndComeBackToRest) {
-  play_random_scenes(100, 112, true);
+  for (const palpate_deformation_model as : kLarge) play_random_scenes(100, 112, as);
 }
 
 TEST(CutScene, BadInputIsRefused) {

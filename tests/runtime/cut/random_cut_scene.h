@@ -17,8 +17,10 @@ namespace palpate::tests {
 
 class RandomCutScene {
  public:
-  // bundle: of an organ that may be cut, borrowed. large: under large deformation.
-  RandomCutScene(palpate_bundle* bundle, std::uint64_t seed, bool large = false) : random_(seed), bundle_(bundle) {
+  // bundle: of an organ that may be cut, borrowed. deformation: what is solved in another thread is so once in a few steps.
+  RandomCutScene(palpate_bundle* bundle, std::uint64_t seed,
+                 palpate_deformation_model deformation = PALPATE_DEFORMATION_LINEAR)
+      : random_(seed), bundle_(bundle) {
     palpate_bundle_info info = {};
     palpate_bundle_fill_info(bundle, &info, sizeof info);
     nodes_ = info.surface_node_count;
@@ -38,8 +40,8 @@ class RandomCutScene {
     def.contact = models[random_() % 4], def.law = laws[random_() % 4];
     def.cut.cut = PALPATE_CUT_ON, def.cut.cut_rank = random_() % 3 == 0 ? 150 : 600;
     def.cut.cut_operations = random_() % 2 ? 30'000 : 1'000'000;
-    is_large_ = large;
-    if (large) def.large.deformation = PALPATE_DEFORMATION_LARGE;
+    is_large_ = deformation != PALPATE_DEFORMATION_LINEAR;
+    if (is_large_) def.large.deformation = deformation;
     palpate_error error = {};
     palpate_scene* made = nullptr;
     if (palpate_scene_create(bundle, &def, &made, &error) != PALPATE_OK) fault_ = error.text;
@@ -77,7 +79,7 @@ class RandomCutScene {
     const palpate_blade none = palpate_default_blade();
     palpate_scene_set_blade(scene_.get(), 0, &none, nullptr);
     tools_.clear();
-    for (int s = 0; s < 400 && (s < (is_large_ ? 300 : 3) || state().left > 0); ++s) touch();
+    for (int s = 0; s < 1000 && (s < (is_large_ ? 700 : 3) || state().left > 0); ++s) touch();
     if (state().left > 0 && !state().is_full) return "the compliance does not follow";
     const std::string fault = fault_of_surface();
     if (!fault.empty()) return fault;
@@ -107,6 +109,7 @@ class RandomCutScene {
   }
   palpate_contacts* contacts() { return reinterpret_cast<palpate_contacts*>(contacts_.data()); }
   palpate_step_flags touch() {
+    if (is_large_ && share() < 0.6) palpate_scene_deform(scene_.get());
     return palpate_scene_touch(scene_.get(), tools_.data(), static_cast<std::int32_t>(tools_.size()), 1e-3, contacts(),
                                8 * contacts_.size());
   }
