@@ -69,7 +69,8 @@ class ContactRows {
   // Starts a step without contacts, of which `contacts` will be asked for. Those of the last step are kept, so that an unchanged
   // patch need not be computed again.
   void begin(std::int32_t contacts);
-  void forget() { last_.constraint_count = 0; }
+  // Between steps or before begin(): the next step computes each patch anew.
+  void forget() { set_.node_count = set_.constraint_count = last_.constraint_count = 0; }
   // Whether discs may have a DiscSlide: the answer for the whole scene.
   bool discs_slide() const { return source_.slides; }
 

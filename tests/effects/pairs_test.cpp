@@ -46,6 +46,27 @@ TEST(EffectCrowds, ActTogetherAsAFullSolveSays) {
     }
 }
 
+// The same beside a slit that a blade with toughness cuts from step 60 on; alone, under a plate, and against another organ that it is sewn to. Without
+// friction as points: the referee does not know the mean place of a disc that slides near an edge (docs/method.md, section 6).
+TEST(EffectCrowds, ActTogetherBesideACutAsAFullSolveSays) {
+  const std::vector<const char*> crowd = {
+      "collision deformed", "relaxation", "preload", "report", "motions", "loads", "links", "cut", "force control"};
+  for (const char* law : {"law sliding", "law unilateral"}) {
+    std::vector<const char*> all = crowd;
+    all.insert(all.end(), {law, "contact point"});
+    EXPECT_EQ(faults_of_crowd(all), "") << law;
+  }
+  for (const char* law : {"law sticking", "law coulomb"}) {
+    std::vector<const char*> all = crowd;
+    all.insert(all.end(), {law, "contact patch", "grasps"});
+    EXPECT_EQ(faults_of_crowd(all), "") << law;
+    all.push_back("obstacles");
+    EXPECT_EQ(faults_of_crowd(all), "") << law << ", a plate";
+    all.insert(all.end(), {"organs that touch", "links between organs"});
+    EXPECT_EQ(faults_of_crowd(all), "") << law << ", a plate, two organs";
+  }
+}
+
 // The same with a plate that presses the organ, with friction. Beside the touch, a tool that is given a force next to a needle and a plate stays
 // flagged, and so do jaws that slip next to a needle, a held volume, loads and a plate (docs/method.md, section 23).
 TEST(EffectCrowds, ActTogetherUnderAPlateAsAFullSolveSays) {

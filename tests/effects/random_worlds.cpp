@@ -117,11 +117,13 @@ void RandomWorld::make_organs() {
     organ.def = any_def();
     organ.base = pose_at(kOrgans[k], kTurns[k]);
     organ.holds_volume = happens(0.5);
+    if (organ.def.large.deformation == PALPATE_DEFORMATION_LINEAR)
+      let_be_cut(organ, std::mt19937_64(3 * seed_ + static_cast<std::uint64_t>(k)));
     organs_.push_back(organ);
     poses_.push_back(organ.base);
   }
   std::vector<palpate_world_organ> list;
-  for (Organ& organ : organs_) list.push_back(organ_of(body().bundle(), &organ.def, &organ.base));
+  for (Organ& organ : organs_) list.push_back(organ_of(body(organ).bundle(), &organ.def, &organ.base));
   palpate_world_def def = palpate_default_world_def();
   def.organs = list.data(), def.organ_count = count;
   def.force_limit = def.force_slew = def.torque_limit = def.torque_slew = INFINITY;
@@ -133,8 +135,36 @@ void RandomWorld::make_organs() {
   world_.reset(world);
   if (!world) return find(fmt::format("refused: {}", error.text));
   contacts_ = std::make_unique<WorldContacts>(world);
-  const std::size_t floats = 3 * body().body.mesh.nodes.size();
-  displacements_.assign(organs_.size(), std::vector<float>(floats)), positions_ = displacements_;
+  for (const Organ& organ : organs_) displacements_.emplace_back(3 * body(organ).body.mesh.nodes.size());
+  positions_ = displacements_;
+}
+
+const TouchedBody& RandomWorld::body(const Organ& organ) const {
+  SceneOfEffects scene;
+  scene.cut = organ.is_cut;
+  return body_of(scene).touched;
+}
+
+// Two of three. Draws from numbers of its own, so that the rest of the world is what the seed has always drawn.
+void RandomWorld::let_be_cut(Organ& organ, std::mt19937_64 random) {
+  const auto any = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto any_vector = [&](double size) {
+    const double x = any(-size, size), y = any(-size, size);
+    return Vector3d(x, y, any(-size, size));
+  };
+  organ.is_cut = any(0, 3) > 1;
+  if (!organ.is_cut) return;
+  organ.holds_volume = false;
+  SceneDef& def = organ.def;
+  def.shape = PALPATE_SHAPE_SURFACE;
+  def.inside.inside = PALPATE_INSIDE_OFF, def.crossings.crossings = PALPATE_CROSSINGS_OFF, def.needles.needles = 0;
+  def.preload = PALPATE_PRELOAD_OFF;  // it would open the cut, also when all is let go
+  def.cut.cut = PALPATE_CUT_ON, def.cut.cut_operations = any(0, 2) > 1 ? 20'000 : 1'000'000;
+  organ.blade.place = Vector3d(0.03, 0.025, 0.03) + any_vector(0.02);
+  organ.blade.edge = 0.02 * (Vector3d(0, 0, 1) + any_vector(0.4)), organ.blade.ahead = any_vector(1).normalized();
+  for (Wander& wander : organ.blade.way)
+    for (int w = 0; w < 2; ++w) wander.size[w] = any(0, 0.03), wander.rate[w] = any(1, 12), wander.phase[w] = any(0, 6);
+  organ.blade.toughness = any(0, 2) > 1 ? any(0.5, 30) : 0;
 }
 
 palpate_link_end RandomWorld::any_end() {
@@ -214,7 +244,7 @@ void RandomWorld::set_tools() {
   Eigen::Map<Vector3d>(needle_.direction) =
       turned(organ_of_tool(3), (kSide + 3 * Vector3d(stuck[2], 0, stuck[0])).normalized());
   if (is_away_[3] && happens(0.05)) ++needle_.id;
-  tool[3].parts = is_away_[3] ? nullptr : &needle_.part;
+  tool[3].parts = is_away_[3] || organs_[organ_of_tool(3)].is_cut ? nullptr : &needle_.part;
   pusher_ = in_world(organ_of_tool(4), Vector3d(0.048, 0.014, -0.0005));
   tool[4].points = pusher_.data(), tool[4].point_count = 1, tool[4].disc_radius = 0.004, tool[4].friction = 0.4;
   const Vector3d pushed = at(pushed_way_);
@@ -252,11 +282,28 @@ void RandomWorld::set_organs() {
         if (end.kind == PALPATE_END_WORLD) Eigen::Map<Vector3d>(end.point) = in_world(k, Vector3d(end.point));
     }
     palpate_scene_set_links(scene, sent.data(), static_cast<std::int32_t>(sent.size()), nullptr);
+    if (organs_[k].is_cut) set_blade(k);
   }
   std::vector<palpate_world_link> sent = links_;
   for (palpate_world_link& link : sent)
     if (link.kind != PALPATE_LINK_CLIP) link.rest_length = std::max(0.0, 0.05 + at(rest_length_way_));
   palpate_world_set_links(world_.get(), sent.data(), static_cast<std::int32_t>(sent.size()), nullptr);
+}
+
+// Away for a third of the time.
+void RandomWorld::set_blade(std::size_t organ) {
+  auto& of = organs_[organ].blade;
+  palpate_blade blade = palpate_default_blade();
+  Vector3d at = of.place;
+  for (int d = 0; d < 3; ++d)
+    for (int w = 0; w < 2; ++w)
+      at[d] += of.way[d].size[w] * std::sin(of.way[d].rate[w] * dt_ * at_ + of.way[d].phase[w]);
+  const Vector3d points[] = {in_world(organ, at - of.edge), in_world(organ, at + of.edge)};
+  if (at_ / 40 % 3 > 0) blade.points = points[0].data(), blade.point_count = 2;
+  blade.toughness = of.toughness;
+  Eigen::Map<Vector3d>(blade.direction) = turned(organ, of.ahead);
+  palpate_scene* const scene = palpate_world_scene(world_.get(), static_cast<std::int32_t>(organ));
+  palpate_scene_set_blade(scene, 0, &blade, nullptr);
 }
 
 void RandomWorld::step(const std::vector<palpate_tool>& tools) {
@@ -268,8 +315,9 @@ void RandomWorld::step(const std::vector<palpate_tool>& tools) {
     const bool beside = organs_[k].def.large.deformation >= PALPATE_DEFORMATION_LARGE_BESIDE;
     if (beside && (at_ % 3 == 0 || tools.empty())) palpate_scene_deform(scene);
     palpate_shape_out out = shape_out(displacements_[k].data(), positions_[k].data(),
-                                      static_cast<std::int32_t>(body().body.mesh.nodes.size()));
+                                      static_cast<std::int32_t>(displacements_[k].size() / 3));
     flags_ |= palpate_scene_shape(scene, &contacts_->organ(static_cast<std::int32_t>(k)), &out);
+    if (organs_[k].is_cut) continue;
     flags_ |= palpate_scene_inside(scene, &out, nullptr) & PALPATE_STEP_BAD_INPUT;
     flags_ |= palpate_scene_crossings(scene, &out, nullptr) & PALPATE_STEP_BAD_INPUT;
   }
@@ -283,9 +331,9 @@ void RandomWorld::find(const std::string& what) {
 std::string RandomWorld::text() const {
   std::string text;
   for (const Organ& organ : organs_)
-    text += fmt::format("{}{} {}{}{}{}", text.empty() ? "" : "; ", kWordsOfBody[organ.def.large.deformation],
+    text += fmt::format("{}{} {}{}{}{}{}", text.empty() ? "" : "; ", kWordsOfBody[organ.def.large.deformation],
                         kWordsOfLaw[organ.def.law], organ.holds_volume ? ", volume held" : "",
-                        organ.def.preload == PALPATE_PRELOAD_ON ? ", preload" : "",
+                        organ.def.preload == PALPATE_PRELOAD_ON ? ", preload" : "", organ.is_cut ? ", cut" : "",
                         fmt::format(", {} links", organ.links.size()));
   return text + fmt::format("; {} between, friction {:.2g}", links_.size(), friction_);
 }
@@ -330,15 +378,34 @@ void RandomWorld::let_go() {
     palpate_scene_set_motions(scene, amounts.data(), 4, nullptr);
     for (int l = 0; l < 2; ++l) palpate_scene_set_load(scene, l, PALPATE_LOAD_FORCE, amounts.data(), nullptr);
     palpate_scene_set_links(scene, nullptr, 0, nullptr);
+    const palpate_blade none = palpate_default_blade();
+    if (organs_[k].is_cut) palpate_scene_set_blade(scene, 0, &none, nullptr);
   }
   palpate_world_set_links(world_.get(), nullptr, 0, nullptr);
   tools_.clear();
 }
 
+// m. A new node's displacement is told from where it was in reserve.
+double RandomWorld::displacement_left(std::size_t organ) const {
+  std::vector<float> u = displacements_[organ];
+  const palpate_scene* const scene = palpate_world_scene(world_.get(), static_cast<std::int32_t>(organ));
+  const TouchedBody& of = body(organs_[organ]);
+  std::vector<std::array<std::int32_t, 2>> made(static_cast<std::size_t>(palpate_scene_cut_nodes(scene, nullptr, 0)));
+  if (!made.empty()) palpate_scene_cut_nodes(scene, made[0].data(), static_cast<std::int32_t>(made.size()));
+  for (const auto& [node, from] : made)
+    for (int d = 0; d < 3; ++d) u[3 * node + d] += static_cast<float>((of.node(node) - of.node(from))[d]);
+  double left = 0;
+  for (const float x : u) left = std::max<double>(left, std::fabs(x));
+  return left;
+}
+
 void RandomWorld::look_at_rest() {
   double left = 0;
-  for (const auto& u : displacements_)
-    for (const float x : u) left = std::max<double>(left, std::fabs(x));
+  for (std::size_t k = 0; k < organs_.size(); ++k) {
+    left = std::max(left, displacement_left(k));
+    const palpate_scene* const scene = palpate_world_scene(world_.get(), static_cast<std::int32_t>(k));
+    if (const palpate_cut_state* const cut = palpate_scene_cut_state(scene)) counts_.cut += cut->faces;
+  }
   counts_.left = std::max(counts_.left, left);
   if (left > kLeft || flags_ != 0) find(fmt::format("let go, it has {:.3g} mm left", 1e3 * left));
 }

@@ -1,5 +1,6 @@
 // Random worlds with all of it: 1 to 3 organs, each linear or under large deformation, that touch, are linked, breathe, bear loads and hold a
-// volume, under a tool, a grip, jaws, a needle and a tool that presses with a given force, whose targets wander, jump and vanish.
+// volume, under a tool, a grip, jaws, a needle and a tool that presses with a given force, whose targets wander, jump and vanish. Some of the
+// linear ones are cut by a blade that wanders; these have no needle, tell nothing of what is inside, and hold no volume.
 // In every step:
 // - all numbers are finite;
 // - forces and displacements are bounded (random_worlds.cpp says by what).
@@ -16,6 +17,7 @@ namespace palpate::tests {
 
 struct WorldCounts {
   long steps = 0, flagged = 0, large = 0, touching = 0, found = 0;  // large: steps with a body under large deformation
+  long cut = 0;                                                     // faces
   double force = 0, displacement = 0,
          left = 0;  // largest: N; m; m, of what a world that was let go has left of its displacement
 };
@@ -40,6 +42,12 @@ class RandomWorld {
     palpate_pose base;
     bool holds_volume = false;
     std::vector<palpate_link> links;
+    bool is_cut = false;
+    struct {
+      Eigen::Vector3d place, edge, ahead;  // m, of its middle; half of it; unit
+      std::array<Wander, 3> way;
+      double toughness = 0;  // J/m^2
+    } blade;
   };
 
   int draw(int below) { return static_cast<int>(random_() % static_cast<std::uint64_t>(below)); }
@@ -50,17 +58,21 @@ class RandomWorld {
   Eigen::Vector3d at(std::array<Wander, 3>& wander);
   std::array<Wander, 3> any_way(double size) { return {any_wander(size), any_wander(size), any_wander(size)}; }
   const TouchedBody& body() const { return body_of(Store::f32).touched; }
+  const TouchedBody& body(const Organ& organ) const;
   palpate_link_end any_end();
 
   SceneDef any_def();
   void make_organs();
+  void let_be_cut(Organ& organ, std::mt19937_64 random);
   void make_links();
   void set_tools();
   void set_organs();
+  void set_blade(std::size_t organ);
   void let_go();
   void step(const std::vector<palpate_tool>& tools);
   void look();
   void look_at_rest();
+  double displacement_left(std::size_t organ) const;
   palpate_pose pose_of(std::size_t organ, const Eigen::Vector3d& moved) const;
   Eigen::Vector3d in_world(std::size_t organ, const Eigen::Vector3d& p) const;
   Eigen::Vector3d turned(std::size_t organ, const Eigen::Vector3d& v) const;

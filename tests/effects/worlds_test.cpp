@@ -14,6 +14,7 @@ TEST(EffectWorlds, AtRandomAreFiniteAndBoundedAndComeBackToRestWhenLetGo) {
     RandomWorld(seed, &counts, [](const std::string& found) { ADD_FAILURE() << found; }).play(200);
   EXPECT_GT(counts.large, counts.steps / 4);
   EXPECT_GT(counts.touching, 0);
+  EXPECT_GT(counts.cut, 0);
   EXPECT_GT(counts.displacement, 0.005);
 }
 

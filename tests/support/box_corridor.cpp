@@ -81,8 +81,8 @@ BundleParts cut_box(const TinyBox& box, std::int32_t reserve) {
   return parts;
 }
 
-DenseBody box_that_can_be_cut(std::int32_t reserve) {
-  DenseBody box = dense_box({});
+DenseBody box_that_can_be_cut(std::int32_t reserve, const TinyBox& form) {
+  DenseBody box = dense_box(form);
   auto& nodes = box.body.mesh.nodes;
   nodes.insert(nodes.end(), static_cast<std::size_t>(reserve), std::array(nodes[0]));
   box.fixed.resize(3 * nodes.size(), 1);

@@ -17,8 +17,8 @@ void add_corridor(BundleParts& parts, const DenseBody& dense, const std::vector<
 
 // Adds the sections of a cut's region. nodes: ascending.
 void add_cut(BundleParts& parts, const DenseBody& dense, const std::vector<std::int32_t>& nodes);
-// The box, all of which may be cut: no node is inside, and the last ones of the surface are in reserve. They wait at the first node.
-DenseBody box_that_can_be_cut(std::int32_t reserve);
+// A box, all of which may be cut: no node is inside, and the last ones of the surface are in reserve. They wait at the first node.
+DenseBody box_that_can_be_cut(std::int32_t reserve, const TinyBox& form = {});
 // That region, with its reserve.
 void add_cut_region(BundleParts& parts, const DenseBody& dense, std::int32_t reserve);
 

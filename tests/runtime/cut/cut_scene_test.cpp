@@ -171,6 +171,19 @@ std::int32_t nearest(const Played& played, Vector3d p, double at, int side) {
   return best;
 }
 
+// Of the whole organ.
+std::int32_t triangle_nearest(const Played& played, const Vector3d& p) {
+  std::int32_t best = -1;
+  double least = INFINITY;
+  for (std::size_t t = 0; t < played.of.body.triangles.size(); ++t) {
+    Vector3d middle = Vector3d::Zero();
+    for (const std::int32_t n : played.of.body.triangles[t])
+      middle += Vector3d(played.of.body.nodes[static_cast<std::size_t>(n)].data()) / 3;
+    if ((middle - p).norm() < least) least = (middle - p).norm(), best = static_cast<std::int32_t>(t);
+  }
+  return best;
+}
+
 palpate_tool puller(const palpate_grip& grip, std::int32_t id) {
   palpate_tool tool = palpate_default_tool();
   tool.id = id, tool.grips = &grip, tool.grip_count = 1;
@@ -350,6 +363,40 @@ TEST(CutScene, ALipIsTouched) {
   }
   EXPECT_GT(met, 90);
   EXPECT_GT(palpate_contacts_tool(played.contacts, 1)->force_raw[1], 0.001) << "the lip pushes back";
+}
+
+// A disc is held while a blade cuts beside it, so that its triangles get other nodes: it then acts as one that comes after the cut, and after a
+// reset as one on a new organ.
+TEST(CutScene, ADiscThatIsHeldHasTheNodesOfWhatIsLeft) {
+  SceneDef def = cut_def();
+  def.contact = PALPATE_CONTACT_PATCH;
+  for (const Element element : {Element::p1, Element::p1_anp}) {
+    Played before(block(element), def), after(block(element), def);
+    palpate_grip grip = grip_at_place(triangle_nearest(before, {0.055, 0.031, 0.04}), {0.4, 0.3, 0.3}, {0, 0, 0});
+    const auto held = [&] {
+      palpate_tool tool = puller(grip, 1);
+      tool.disc_radius = 0.004;
+      return tool;
+    };
+    const auto expect_same = [&](Played& one, Played& other, const char* when) {
+      grip.displacement[0] = 0.001, grip.displacement[2] = 0.003;
+      ASSERT_EQ(one.touch({held()}), 0u);
+      ASSERT_EQ(other.touch({held()}), 0u);
+      ASSERT_EQ(one.contacts->node_count, other.contacts->node_count) << when;
+      for (std::int32_t e = 0; e < one.contacts->node_count; ++e) {
+        const palpate_contact_node &a = one.contacts.nodes()[e], &b = other.contacts.nodes()[e];
+        EXPECT_EQ(a.node, b.node) << when;
+        EXPECT_LT((Vector3d(a.force) - Vector3d(b.force)).norm(), 1e-9) << when;
+      }
+      EXPECT_GT(Vector3d(palpate_contacts_tool(one.contacts, 0)->force_raw).norm(), 0.01);
+    };
+    before.cut(0.03, 0.025, {held()});
+    after.cut(0.03);
+    expect_same(before, after, "after the cut");
+    palpate_scene_reset(before.scene.get());
+    Played fresh(block(element), def);
+    expect_same(before, fresh, "after a reset");
+  }
 }
 
 // ---- large deformation -----------------------------------------------------------------------------------------------
