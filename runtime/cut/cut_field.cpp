@@ -225,7 +225,7 @@ void CutField::end(const ContactId& id) {
 
 Vec3 CutField::evaluate_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return read(now_, node) + moved_at_node(node);
+  return read(now_, node) + beside_contacts(node);
 }
 
 Vec3 CutField::before_at_node(std::int32_t node, QueryWork* work) {
@@ -238,7 +238,7 @@ Vec3 CutField::at_node_without(std::int32_t node, const ContactId& id, QueryWork
   const Contact* const contact = find(id);
   if (!contact) return at_node(node, work);
   work->add(6);
-  if (contact->part == -1) return moved_at_node(node);
+  if (contact->part == -1) return beside_contacts(node);
   std::int32_t which = contact->part;
   if (which < 0) {
     which = kMostParts;
@@ -249,7 +249,7 @@ Vec3 CutField::at_node_without(std::int32_t node, const ContactId& id, QueryWork
       asked_ = id;
     }
   }
-  return read(now_, node) - read(part(parts_, which), node) + moved_at_node(node);
+  return read(now_, node) - read(part(parts_, which), node) + beside_contacts(node);
 }
 
 Operations CutField::operations_to_predict(const ContactId& id) const {
@@ -277,7 +277,7 @@ bool CutField::predict_without(const ContactId& id, Operations most, Operations*
 
 Vec3 CutField::predicted_at_node(std::int32_t node, QueryWork* work) {
   work->add(3);
-  return read(predicted_.field, node) + moved_at_node(node);
+  return read(predicted_.field, node) + beside_contacts(node);
 }
 
 bool CutField::pulls_among_others(const ContactId& id, Vec3 outward) const {

@@ -41,9 +41,7 @@ class CutField final : public SurfaceField {
 
   bool empty() const override { return !moves_ && contact_count_ == 0 && !offset_; }
   bool has_offset() const override { return true; }
-  Vec3 moved_at_node(std::int32_t node) const override {
-    return added_ ? offset_->now(node) + added_->now(node) : offset_->now(node);
-  }
+  Vec3 moved_at_node(std::int32_t node) const override { return offset_->now(node); }
   void begin_moved() override;
   void end(const ContactId& id) override;
   Vec3 before_at_node(std::int32_t node, QueryWork* work) override;
@@ -93,6 +91,10 @@ class CutField final : public SurfaceField {
   float* part(float* parts, std::int32_t which) const { return parts + static_cast<std::size_t>(which) * numbers_; }
   const Contact* find(const ContactId& id) const { return find_contact(contacts_, contact_count_, id); }
   Vec3 evaluate_at_node(std::int32_t node, QueryWork* work) override;
+  // m: what belongs to no contact.
+  Vec3 beside_contacts(std::int32_t node) const {
+    return added_ ? offset_->now(node) + added_->now(node) : offset_->now(node);
+  }
   double moved_norm() const { return added_ ? offset_->longest() + added_->longest() : offset_->longest(); }
   double moved_change() const { return added_ ? offset_->change() + added_->change() : offset_->change(); }
   void gather(const ContactConstraints& set, const Vec3* force);

@@ -153,11 +153,12 @@ void BodyInTouch::write(const TouchStep& step) const {
   for (std::int32_t n = 0; n < step.state->held.nodes && offset.exists(); ++n)
     for (int i = 0; i < 3; ++i)
       field[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] += static_cast<float>(offset.now(n)[i]);
-  const std::int32_t end = std::min(new_nodes_.first + new_nodes_.count, step.state->held.nodes);
-  for (std::int32_t n = new_nodes_.first; n < end; ++n)
-    for (int i = 0; i < 3; ++i)
-      field[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)] +=
-          static_cast<float>(on_[n - new_nodes_.first][i]);
+  // New nodes; those that still wait stay where they are.
+  for (std::int32_t k = 0; k < new_nodes_.count && new_nodes_.first + k < step.state->held.nodes; ++k)
+    for (int i = 0; i < 3; ++i) {
+      float& u = field[3 * static_cast<std::size_t>(new_nodes_.first + k) + static_cast<std::size_t>(i)];
+      u = k < made_ ? u + static_cast<float>(on_[k][i]) : 0.0f;
+    }
   out.sweeps = deforming_.effort().sweeps, out.newton_steps = deforming_.effort().newton_steps;
   out.residual_displacement = outcome_.missed;
 }
@@ -170,12 +171,14 @@ void BodyInTouch::forget() {
 
 void BodyInTouch::split(const Split& split, bool replayed) {
   deforming_.split(split, replayed);
+  made_ = split.node - new_nodes_.first + 1;
   if (has_field_ && !replayed) field_.copy_node(split.from, split.node);
 }
 
 void BodyInTouch::forget_changes() {
   deforming_.forget_changes();
   std::fill_n(on_, new_nodes_.count, Vec3{});
+  made_ = 0;
 }
 
 // ---- beside it -------------------------------------------------------------------------------------------------------

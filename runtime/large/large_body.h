@@ -110,8 +110,9 @@ class BodyInTouch final : public LargeBody {
   BodyField field_;
   bool has_field_ = false;
   NewNodes new_nodes_;
-  Vec3* on_ = nullptr;  // [new nodes] m, by which a new node is off its place at rest in the bundle
-  bool sound_ = true;   // where several bodies are solved as one: all numbers of this step are finite so far
+  std::int32_t made_ = 0;  // of the new nodes
+  Vec3* on_ = nullptr;     // [new nodes] m, by which a new node is off its place at rest in the bundle
+  bool sound_ = true;      // where several bodies are solved as one: all numbers of this step are finite so far
   DeformingBody::Outcome outcome_;  // of the step that goes on
 };
 

@@ -65,6 +65,13 @@ TEST(EffectCrowds, ActTogetherBesideACutAsAFullSolveSays) {
     all.insert(all.end(), {"organs that touch", "links between organs"});
     EXPECT_EQ(faults_of_crowd(all), "") << law << ", a plate, two organs";
   }
+  for (const char* tissue : {"large", "large beside", "large renewed"}) {
+    std::vector<const char*> all = crowd;
+    all.insert(all.end(), {"law coulomb", "contact patch", "grasps", tissue});
+    EXPECT_EQ(faults_of_crowd(all), "") << tissue;
+    all.insert(all.end(), {"obstacles", "organs that touch", "links between organs"});
+    EXPECT_EQ(faults_of_crowd(all), "") << tissue << ", a plate, two organs";
+  }
 }
 
 // The same with a plate that presses the organ, with friction. Beside the touch, a tool that is given a force next to a needle and a plate stays

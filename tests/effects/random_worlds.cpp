@@ -117,8 +117,7 @@ void RandomWorld::make_organs() {
     organ.def = any_def();
     organ.base = pose_at(kOrgans[k], kTurns[k]);
     organ.holds_volume = happens(0.5);
-    if (organ.def.large.deformation == PALPATE_DEFORMATION_LINEAR)
-      let_be_cut(organ, std::mt19937_64(3 * seed_ + static_cast<std::uint64_t>(k)));
+    let_be_cut(organ, std::mt19937_64(3 * seed_ + static_cast<std::uint64_t>(k)));
     organs_.push_back(organ);
     poses_.push_back(organ.base);
   }
