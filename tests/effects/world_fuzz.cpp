@@ -27,8 +27,9 @@ int main(int argc, char** argv) {
       [&](double seconds) {
         std::printf(
             "%ld steps, %ld with a flag, %ld with a body under large deformation, %ld in which organs pressed one "
-            "another; %.3g N and %.3g mm at most, %.3g mm left at most of a world that was let go; %ld found, %.0f s\n",
-            all.steps, all.flagged, all.large, all.touching, all.force, 1e3 * all.displacement, 1e3 * all.left,
+            "another, %ld faces cut; %.3g N and %.3g mm at most, %.3g mm left at most of a world that was let go; %ld "
+            "found, %.0f s\n",
+            all.steps, all.flagged, all.large, all.touching, all.cut, all.force, 1e3 * all.displacement, 1e3 * all.left,
             all.found, seconds);
       });
   return found ? 1 : 0;

@@ -7,6 +7,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -67,8 +68,24 @@ struct Combination {
   palpate_collision collision;
   palpate_contact_model contact;
   palpate_contact_law law;
-  enum Organ { at_rest, moved, hyperelastic, loaded } organ = at_rest;
+  enum Organ { at_rest, moved, hyperelastic, loaded, cut } organ = at_rest;
 };
+
+// Comes from the free face towards the support, and is withdrawn after step 300; now and then tissue is removed at the top.
+void cut_organ(palpate_scene* scene, std::size_t s, const std::function<void(double*)>& place) {
+  double edge[3][3];
+  for (int i = 0; i < 3; ++i) {
+    edge[i][0] = 0.064 - 1.2e-4 * static_cast<double>(s), edge[i][1] = 0.023, edge[i][2] = 0.025 * i - 0.005;
+    place(edge[i]);
+  }
+  palpate_blade blade = palpate_default_blade();
+  blade.points = edge[0], blade.point_count = s < 300 ? 3 : 0;
+  double middle[3] = {0.05, 0.04, 0.04};
+  place(middle);
+  if (palpate_scene_set_blade(scene, 0, &blade, nullptr) != PALPATE_OK ||
+      (s % 100 == 50 && palpate_scene_remove_tissue(scene, middle, 0.008, nullptr) != PALPATE_OK))
+    std::exit(3);
+}
 
 // skinned: floats of the scene's render mesh, 0 without one. looks_inside: the scene tells stress.
 Played play(palpate_scene* scene, const palpate_bundle* bundle, const Combination& c, std::size_t skinned,
@@ -101,6 +118,7 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, const Combinatio
       const double weight[] = {20 * step.pull[0], -0.05, 20 * step.pull[2]};
       if (palpate_scene_set_load(scene, 0, PALPATE_LOAD_FORCE_IN_WORLD, weight, nullptr) != PALPATE_OK) std::exit(3);
     }
+    if (c.organ == Combination::cut) cut_organ(scene, s, place);
     for (auto& p : step.press) place(p);
     for (auto& p : step.pinch) place(p);
     palpate_grip grips[kMostGrips];
@@ -130,6 +148,7 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, const Combinatio
     const std::size_t bytes = 3 * sizeof(float) * static_cast<std::size_t>(out.node_count);
     played.shape.update(displacements.data(), bytes);
     played.shape.update(positions.data(), bytes);
+    if (const palpate_cut_state* const cut = palpate_scene_cut_state(scene)) played.shape.update(cut, sizeof *cut);
     if (skinned) {
       palpate_skin_out skin = skin_out(drawn.data(), nullptr, static_cast<std::int32_t>(skinned / 3));
       skin.report = palpate_scene_report(scene), skin.disc_normals = discs.data(), skin.disc_capacity = 64;
@@ -147,14 +166,20 @@ Played play(palpate_scene* scene, const palpate_bundle* bundle, const Combinatio
     played.contact_nodes += contacts->node_count;
     for (int t = 0; t < 3; ++t) played.slips += palpate_contacts_tool(contacts, t)->slip_count;
   }
+  const palpate_cut_state* const cut = palpate_scene_cut_state(scene);
+  if (cut && (cut->faces < 10 || cut->removed == 0)) {
+    std::fprintf(stderr, "recorded_run: %d faces cut, %d tetrahedra removed\n", cut->faces, cut->removed);
+    std::exit(3);
+  }
   return played;
 }
 
-// Every contact model under every law on both surfaces, and some of them on an organ that moves, on a hyperelastic one, and on one that bears a load
-// and a tool with a given force; half of the linear
+// Every contact model under every law on both surfaces, and some of them on an organ that moves, on a hyperelastic one, on one that bears a load
+// and a tool with a given force, and on one that is cut; half of the linear
 // scenes use all other effects too.
 bool has_the_rest(const Combination& c) {
-  return c.organ != Combination::hyperelastic && (static_cast<int>(c.collision) + c.contact + c.law) % 2 == 0;
+  return c.organ != Combination::hyperelastic && c.organ != Combination::cut &&
+         (static_cast<int>(c.collision) + c.contact + c.law) % 2 == 0;
 }
 
 std::vector<Combination> combinations() {
@@ -167,6 +192,7 @@ std::vector<Combination> combinations() {
     all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::moved});
     all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::hyperelastic});
     all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::loaded});
+    all.push_back({PALPATE_COLLISION_DEFORMED, PALPATE_CONTACT_PATCH, law, Combination::cut});
   }
   return all;
 }
@@ -193,6 +219,7 @@ palpate::SceneDef scene_def(const Combination& c) {
     static const palpate_obstacle table = plate_beside();
     def.obstacles.count = 1, def.obstacles.list = &table;
   }
+  if (c.organ == Combination::cut) def.shape = PALPATE_SHAPE_SURFACE, def.cut.cut = PALPATE_CUT_ON;
   if (c.organ == Combination::hyperelastic) def.large.deformation = PALPATE_DEFORMATION_LARGE;
   if (!has_the_rest(c)) return def;
   def.radial = PALPATE_RADIAL_RESPONSE, def.force = PALPATE_FORCE_RESPONSE, def.preload = PALPATE_PRELOAD_ON;

@@ -9,6 +9,7 @@
 #include "formats/tissue_laws.h"
 #include "tests/runtime/recorded_input.h"
 #include "tests/runtime/touched_box.h"
+#include "tests/support/box_corridor.h"
 #include "tests/support/packed_bundle.h"
 
 namespace palpate::tests {
@@ -79,6 +80,17 @@ TEST_F(RecordedRun, HashesTheSameFromEveryFormOfABundleInEveryBuild) {
     different.insert(expected);
   }
   EXPECT_EQ(different.size(), std::size(kPackedForms));  // each form holds other numbers
+}
+
+// A bundle that can be cut has the scenes that are cut, and lacks what the linear ones above need.
+TEST_F(RecordedRun, HashesTheSameInEveryBuildWhereTheOrganIsCut) {
+  write_bundle(bundle_, cut_box({.cells = {6, 5, 4}}, 120));
+  const std::string expected = output_of("configured", bundle_, path_);
+  std::istringstream lines(expected);
+  int cut = 0;
+  for (std::string line; std::getline(lines, line);) cut += line.find("organ 4") != std::string::npos;
+  EXPECT_EQ(cut, 2) << expected;
+  for (const auto& build : builds()) EXPECT_EQ(output_of(build, bundle_, path_), expected) << build;
 }
 
 // Those of Yeoh and Ogden; the scenes above have the neo-Hookean one.
