@@ -61,7 +61,8 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset
   const auto amounts = static_cast<std::size_t>(offset->count()), volumes = static_cast<std::size_t>(volume_count());
   const std::size_t job = sizeof(Job) + nodes * sizeof(ContactNode) +
                           constraints * (sizeof(ContactConstraint) + sizeof(Vec3)) + amounts * sizeof(double) +
-                          volumes * sizeof(RowVolume) + (stream_ ? MeshStream::kMostOfJob * sizeof(std::int32_t) : 0),
+                          volumes * sizeof(RowVolume) +
+                          (limits_.stream ? MeshStream::kMostOfJob * sizeof(std::int32_t) : 0),
                     solution = sizeof(Solution) + constraints * sizeof(Solved) + amounts * sizeof(double) +
                                volumes * sizeof(RowVolume) +
                                3 * sizeof(float) *
@@ -87,7 +88,7 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset
   memory.keep(borne_.share), memory.keep(miss_), memory.keep(moved_by_);
   for (std::int32_t* number :
        {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_, &behind_, &goes_on_,
-        &settled_, &followed_, &thread_.published, &thread_.doubted, &thread_.followed})
+        &settled_, &told_.followed, &thread_.published, &thread_.doubted, &thread_.followed})
     memory.keep(*number);
   memory.keep(begun_), memory.keep(thread_.begun), memory.keep(thread_.given);
   return !memory.failed();
@@ -97,7 +98,7 @@ void BodyBeside::forget() {
   ++begun_;
   added_.forget();
   for (double* const amounts : amounts_) std::fill_n(amounts, offset_->count(), 0.0);
-  told_ = {}, moved_by_ = {}, borne_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = followed_ = 0,
+  told_ = {}, moved_by_ = {}, borne_ = {}, forget_miss(), behind_ = goes_on_ = settled_ = 0,
   solutions_taken_ = solved_count_[0] = solved_count_[1] = 0;
 }
 
@@ -112,13 +113,14 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
 
 void BodyBeside::send(const ContactConstraints& set) {
   auto* const job = reinterpret_cast<Job*>(palpate_mailbox_slot(jobs()));
-  *job = {begun_, set.node_count, set.constraint_count, followed_, 0};
+  *job = {begun_, set.node_count, set.constraint_count, told_.followed, 0};
   std::copy(set.nodes, set.nodes + set.node_count, nodes_of(job));
   std::copy(set.constraints, set.constraints + set.constraint_count, constraints_of(job));
   std::copy(set.target, set.target + set.constraint_count, targets_of(job));
   std::copy_n(offset_->amounts(), offset_->count(), amounts_of(job));
   std::copy_n(offset_->volumes(), volume_count(), volumes_of(job));
-  if (stream_) job->change_numbers = stream_->copy(followed_, MeshStream::kMostOfJob, changes_of(job));
+  if (limits_.stream)
+    job->change_numbers = limits_.stream->copy(told_.followed, MeshStream::kMostOfJob, changes_of(job));
   palpate_mailbox_publish(jobs());
 }
 
@@ -211,7 +213,6 @@ bool BodyBeside::is_behind(const ContactConstraints& set) const {
 }
 
 void BodyBeside::copy(Solution* newest) {
-  followed_ = newest->followed;
   settled_ = solved_count_[newest_] > 0 && !told_.failed && (settled_ || (!told_.cut && told_.residual <= kUnfinished));
   newest_ = 1 - newest_;
   told_ = newest->told;
@@ -466,7 +467,7 @@ void BodyBeside::aim(const ContactConstraints& set) {
 bool BodyBeside::follow_changes(Job* job) {
   const std::int32_t known = thread_.followed - job->first_change, count = job->change_numbers - known;
   if (known < 0 || count <= 0) return false;
-  stream_->follow(changes_of(job) + known, count, false);
+  limits_.stream->follow(changes_of(job) + known, count, false);
   thread_.followed += count;
   return true;
 }
@@ -478,7 +479,7 @@ void BodyBeside::copy_node(std::int32_t from, std::int32_t to) {
 }
 
 void BodyBeside::restored() {
-  if (stream_) stream_->restore(thread_.followed);
+  if (limits_.stream) limits_.stream->restore(thread_.followed);
   body_->restored();
 }
 
@@ -487,7 +488,7 @@ std::int32_t BodyBeside::deform() {
   if (!job) return 0;
   if (job->begun != thread_.begun) {
     body_->forget();
-    if (stream_) stream_->forget();
+    if (limits_.stream) limits_.stream->forget();
     thread_.begun = job->begun, thread_.published = thread_.doubted = thread_.followed = 0, thread_.given = 0;
   }
   thread_.set.nodes = nodes_of(job), thread_.set.constraints = constraints_of(job),
@@ -534,7 +535,6 @@ void BodyBeside::publish(const ContactConstraints& set, Job* job, const Deformin
   std::copy_n(volumes_of(job), volume_count(), volumes_of(solution));
   if (volume_count() > 0) body_->tell_volumes(volumes_of(solution));
   solution->constraint_count = thread_.published = set.constraint_count;
-  solution->followed = thread_.followed;
   Solved* const solved = solved_of(solution);
   for (std::int32_t p = 0; p < set.constraint_count; ++p) {
     const ContactConstraint& constraint = set.constraints[p];

@@ -42,6 +42,7 @@ class BodyBeside {
     std::int32_t nodes = 0, constraints = 0;  // most of each in a step
     std::int32_t field_nodes = 0,
                  surface_nodes = 0;  // whose displacements a solution has; at least those of the surface
+    MeshStream* stream = nullptr;    // of a mesh that is cut, borrowed; nullptr: it stays whole
   };
   // A step is not to be trusted (DEFORMATION_BEHIND) where its contacts are estimated to miss the solution of their targets by this
   // share of what the linear organ does at them, and by more than kLeastMiss metres. The estimate is what the newest solution says that it
@@ -55,8 +56,7 @@ class BodyBeside {
 
   // body: made, borrowed; only deform() and restored() use it. offset: borrowed; the other thread reads its rows alone.
   bool create(SceneMemory& memory, DeformingBody* body, Offset* offset, const Limits& limits);
-  // The mesh is cut: before create(), borrowed. A new node has from now on what another one has.
-  void follow(MeshStream* stream) { stream_ = stream; }
+  // The mesh is cut: a new node has from now on what another one has.
   void copy_node(std::int32_t from, std::int32_t to);
   // For constraints with frames; as TurnedSurface::create. False where memory ends.
   bool follow_normals(SceneMemory& memory, const TurnedSurface::Source& surface) {
@@ -70,9 +70,10 @@ class BodyBeside {
     double residual = 0, least_volume = 1;
     double off =
         0;  // rad, of the frames of its contacts from the surface's normals: its forces miss as much of themselves
-    double energy = 0;  // J, of the body
-    double given = 0;   // J, that the offset has given it since forget()
-    double spring = 0;  // J, of the linear organ under the same forces
+    double energy = 0;                      // J, of the body
+    double given = 0;                       // J, that the offset has given it since forget()
+    double spring = 0;                      // J, of the linear organ under the same forces
+    std::int32_t followed = 0, unused = 0;  // numbers of the mesh's stream
   };
   // Takes the newest solution, and returns the constraints of a step as the linear organ is to hold
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
@@ -92,7 +93,9 @@ class BodyBeside {
   const ContactConstraints& left() const { return left_; }
   const Told& told() const { return told_; }
   // The contacts of this step are too far from the newest solution.
-  bool behind() const { return behind_ != 0 || borne_.is_less || (stream_ && followed_ != stream_->end()); }
+  bool behind() const {
+    return behind_ != 0 || borne_.is_less || (limits_.stream && told_.followed != limits_.stream->end());
+  }
   // No solution before the newest one was at its targets with contacts.
   bool is_first() const { return settled_ == 0; }
   const AddedField& added() const { return added_; }
@@ -147,7 +150,7 @@ class BodyBeside {
   struct Solution {
     std::uint64_t begun;
     Told told;
-    std::int32_t constraint_count, followed;  // followed: numbers of the mesh's stream
+    std::int32_t constraint_count, unused;
   };
   // Of the offset between solutions and since the newest one.
   struct MovedBy {
@@ -212,7 +215,6 @@ class BodyBeside {
   DeformingBody* body_ = nullptr;
   Offset* offset_ = nullptr;
   TurnedSurface turned_;
-  MeshStream* stream_ = nullptr;
   Limits limits_;
   std::uint64_t *jobs_ = nullptr, *solutions_ = nullptr;  // the mailboxes' memory
   // Of the touch:
@@ -234,7 +236,6 @@ class BodyBeside {
       0;  // a solution with contacts before the newest one was at its targets, and none has failed since
   std::uint64_t begun_ = 1;
   std::int32_t solutions_taken_ = 0;  // since forget(); 2 and more count as 2
-  std::int32_t followed_ = 0;         // of the stream, by the newest solution
   struct Thread {
     ContactConstraints set;
     Vec3* force = nullptr;      // [nodes] N

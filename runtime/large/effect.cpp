@@ -231,7 +231,7 @@ bool place_in_thread(const SectionReader& reader, palpate_scene& scene, BodyInTh
   TouchState& touch = scene.touch;
   BodyBeside::Limits limits;
   limits.nodes = def.max_contact_nodes, limits.constraints = touch.most_constraints;
-  limits.surface_nodes = reader.surface_nodes();
+  limits.surface_nodes = reader.surface_nodes(), limits.stream = body.stream();
   const std::int32_t nodes = static_cast<std::int32_t>(reader.counts().nodes);
   limits.field_nodes = scene.tensors.corridor ? nodes : std::max(reader.surface_nodes(), touch.held.nodes);
   return body.beside().create(reader.memory(), &body.deforming(), &touch.offset, limits) &&

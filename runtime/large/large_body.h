@@ -33,7 +33,7 @@ class LargeBody : public Body, public MeshFollower {
 
   bool responds_linearly() const override { return false; }
   // That the body follows in a thread of its own; nullptr: none.
-  const MeshStream* stream() const { return stream_; }
+  MeshStream* stream() const { return stream_; }
 
  protected:
   ~LargeBody() = default;
@@ -122,10 +122,7 @@ class BodyInThread final : public LargeBody {
   BodyBeside& beside() { return beside_; }
 
   // The linear organ of the touch is `linear`, whose mesh is cut.
-  void follow_beside(Body* linear, MeshStream* stream) override {
-    linear_ = linear, stream_ = stream;
-    beside_.follow(stream);
-  }
+  void follow_beside(Body* linear, MeshStream* stream) override { linear_ = linear, stream_ = stream; }
   void copy_node(std::int32_t from, std::int32_t to) override { beside_.copy_node(from, to); }
   SurfaceField* surface_field() override { return linear_ ? linear_->surface_field() : nullptr; }
   void move_surface(TouchStep& step, const ContactConstraints& set) override {
