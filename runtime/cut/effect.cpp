@@ -69,7 +69,8 @@ RowBudget rows(const palpate_scene_def& def) {
 
 void add_sections(const palpate_scene_def&, SectionList& sections) {
   sections.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,
-                SectionId::poisson, SectionId::provenance});
+                SectionId::poisson, SectionId::provenance, SectionId::foundation, SectionId::large_support_nodes,
+                SectionId::large_support_stiffness});
 }
 
 const char* pass_of(const palpate_scene_def& def) {
@@ -122,6 +123,7 @@ palpate_status prepare(EffectBuild& build) {
   source.first_reserve = region.first_reserve;
   source.new_nodes = def.cut_nodes > 0 ? std::min(def.cut_nodes, region.reserve) : region.reserve;
   source.rank = def.cut_rank, source.operations = def.cut_operations, source.blade_points = def.cut_points;
+  organ.supports = region.supports;
   organ.body = &region.body, organ.tensors = &scene.tensors, organ.touchable = scene.touchable;
   organ.pairs = &cut->pairs.emplace(scene.tensors, region.pairs);
   organ.pair_nodes = region.nodes, organ.pair_count = 0;
@@ -134,7 +136,7 @@ palpate_status prepare(EffectBuild& build) {
                 "cut: %s; rebuild the bundle", wrong);
   if (memory.failed() || !cut->organ.create(memory, organ, scene.touch)) return reader.no_memory("cut");
   surface.triangles = cut->scene.surface().triangles(), surface.triangle_count = cut->scene.surface().capacity();
-  surface.active = cut->scene.surface().active(), surface.rest = rest;
+  surface.active = cut->scene.surface().active(), surface.rest = rest, surface.divided = &cut->scene.divided();
   // The shape half, which may run beside the touch, has the bundle's own triangles.
   scene.shape.surface.triangle_count = reader.triangles();
   return reader.copy_indices(SectionId::triangles, 3 * reader.counts().triangles, &formats::IndexedSections::triangles,

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/base/vec3.h"
 
 namespace palpate {
 
@@ -15,7 +16,9 @@ struct CutBody {
   std::int32_t tetrahedron_count = 0;
   const std::int32_t* triangles = nullptr;  // [triangle_count][3]: the whole surface, counter-clockwise from outside
   std::int32_t triangle_count = 0;
-  const std::uint8_t* held = nullptr;  // [node_count] 1: a support holds the node; nullptr: none
+  const std::uint8_t* held = nullptr;  // [node_count] 1: the node cannot move; nullptr: none
+  const Mat3* support =
+      nullptr;  // [triangle_count] N/m, by which a foundation or springs hold a triangle; nullptr: none
   const std::uint8_t* dividable =
       nullptr;  // [node_count] 0: it stays whole, and so do its tetrahedra; nullptr: all may be divided
 };
