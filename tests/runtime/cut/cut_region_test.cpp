@@ -185,11 +185,13 @@ INSTANTIATE_TEST_SUITE_P(Elements, CutBundle,
                          });
 
 TEST_P(CutBundle, GivesTheComplianceOfTheCutBody) {
-  const Inputs inputs(GetParam().element);
+  const Inputs inputs(GetParam().element, {16, 10, 8}, "{ half_space = { point = [34, 0, 0], normal = [-1, 0, 0] } }",
+                      Inputs::kBelowAll);
   CutPlay play(inputs, inputs.precompute(std::string("--store ") + GetParam().store));
   play.cut(play.faces_of_plane(1, 0.025), 70);
   play.cut(play.faces_of_plane(2, 0.02), 100);
-  play.burn({0.055, 0.0125, 0.04}, 30);
+  play.burn({0.055, 0.0125, 0.04}, 20);
+  play.burn({0.055, 0.0375, 0.0}, 30);  // of the foundation as well
   ASSERT_GE(play.new_nodes(), 100);
   ASSERT_EQ(play.removed, 30);
   const Groups groups(play, 11);

@@ -31,7 +31,8 @@ SceneDef cut_def() {
 
 // 80 x 50 x 40 mm, all of which may be cut, held at x = 0.
 struct Block {
-  explicit Block(Element of, std::array<int, 3> cells = {10, 6, 5}) : inputs(of, cells, kAll), body(inputs.body()) {
+  explicit Block(Element of, const char* foundation = Inputs::kBesideTheCut)
+      : inputs(of, {10, 6, 5}, kAll, foundation), body(inputs.body()) {
     palpate_error error = {};
     palpate_bundle* opened = nullptr;
     EXPECT_EQ(palpate_bundle_open_file(inputs.precompute("").c_str(), nullptr, &opened, &error), PALPATE_OK)
@@ -44,6 +45,11 @@ struct Block {
 };
 const Block& block(Element element) {
   static const Block p1(Element::p1), anp(Element::p1_anp);
+  return element == Element::p1 ? p1 : anp;
+}
+// On a foundation below all of it.
+const Block& standing_block(Element element) {
+  static const Block p1(Element::p1, Inputs::kBelowAll), anp(Element::p1_anp, Inputs::kBelowAll);
   return element == Element::p1 ? p1 : anp;
 }
 
@@ -172,44 +178,45 @@ palpate_tool puller(const palpate_grip& grip, std::int32_t id) {
 
 // Grips draw both sides of a cut apart: the field and the forces are those of the mesh that is left.
 TEST(CutScene, AnOpenedCutIsThatOfTheStiffnessFactoredAnew) {
-  for (const Element element : {Element::p1, Element::p1_anp}) {
-    Played played(block(element));
-    played.cut(0.035);
-    EXPECT_GT(played.state().nodes, 10);
-    EXPECT_EQ(played.state().left, 0);
-    EXPECT_EQ(played.state().pieces, 1);
-    palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0.006, 0.001}),
-                 down = grip_at_node(nearest(played, {0.08, 0, 0.02}, 0.025, -1), {0, -0.006, 0});
-    for (int s = 0; s < 3; ++s) ASSERT_EQ(played.touch({puller(up, 1), puller(down, 2)}), 0u);
-    const FactoredBody now(played.left(), element);
-    VectorXd force = VectorXd::Zero(3 * played.mesh().nodes());
-    for (std::int32_t e = 0; e < played.contacts->node_count; ++e) {
-      const palpate_contact_node& node = played.contacts.nodes()[e];
-      force.segment<3>(3 * played.in_mesh(node.node)) += Vector3d(node.force);
-    }
-    const VectorXd right = now.solve(force);
-    const std::vector<float> shape = played.positions();
-    double worst = 0, opened = 0;
-    for (std::int32_t n = 0; n < played.mesh().nodes(); ++n) {
-      const auto rest = played.of.body.nodes[static_cast<std::size_t>(played.mesh().at_rest(n))];
-      const std::int32_t own = played.in_scene(n), reserve = played.of.body.surface_count - played.of.body.reserve;
-      const bool waits = n >= reserve && n < played.of.body.surface_count;  // in no tetrahedron
-      if (own >= played.surface_nodes() || waits) continue;
-      for (int i = 0; i < 3; ++i) {
-        const double u = static_cast<double>(shape[3 * static_cast<std::size_t>(own) + static_cast<std::size_t>(i)]) -
-                         rest[static_cast<std::size_t>(i)];
-        worst = std::max(worst, std::abs(u - right[3 * n + i]));
+  for (const Element element : {Element::p1, Element::p1_anp})
+    for (const bool stands : {false, true}) {
+      Played played(stands ? standing_block(element) : block(element));
+      played.cut(0.035);
+      EXPECT_GT(played.state().nodes, 10);
+      EXPECT_EQ(played.state().left, 0);
+      EXPECT_EQ(played.state().pieces, 1);
+      palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0.006, 0.001}),
+                   down = grip_at_node(nearest(played, {0.08, 0, 0.02}, 0.025, -1), {0, -0.006, 0});
+      for (int s = 0; s < 3; ++s) ASSERT_EQ(played.touch({puller(up, 1), puller(down, 2)}), 0u);
+      const FactoredBody now(played.left(), element);
+      VectorXd force = VectorXd::Zero(3 * played.mesh().nodes());
+      for (std::int32_t e = 0; e < played.contacts->node_count; ++e) {
+        const palpate_contact_node& node = played.contacts.nodes()[e];
+        force.segment<3>(3 * played.in_mesh(node.node)) += Vector3d(node.force);
       }
-      if (n >= static_cast<std::int32_t>(played.of.body.nodes.size()))
-        opened = std::max(opened, (right.segment<3>(3 * n) - right.segment<3>(3 * played.mesh().from(n))).norm());
+      const VectorXd right = now.solve(force);
+      const std::vector<float> shape = played.positions();
+      double worst = 0, opened = 0;
+      for (std::int32_t n = 0; n < played.mesh().nodes(); ++n) {
+        const auto rest = played.of.body.nodes[static_cast<std::size_t>(played.mesh().at_rest(n))];
+        const std::int32_t own = played.in_scene(n), reserve = played.of.body.surface_count - played.of.body.reserve;
+        const bool waits = n >= reserve && n < played.of.body.surface_count;  // in no tetrahedron
+        if (own >= played.surface_nodes() || waits) continue;
+        for (int i = 0; i < 3; ++i) {
+          const double u = static_cast<double>(shape[3 * static_cast<std::size_t>(own) + static_cast<std::size_t>(i)]) -
+                           rest[static_cast<std::size_t>(i)];
+          worst = std::max(worst, std::abs(u - right[3 * n + i]));
+        }
+        if (n >= static_cast<std::int32_t>(played.of.body.nodes.size()))
+          opened = std::max(opened, (right.segment<3>(3 * n) - right.segment<3>(3 * played.mesh().from(n))).norm());
+      }
+      EXPECT_LT(worst, 1e-4 * 0.006) << name_of(element);
+      EXPECT_GT(opened, 0.006) << "the lips are apart";
+      // The grips are where they draw.
+      for (const palpate_grip* grip : {&up, &down})
+        for (int i = 0; i < 3; ++i)
+          EXPECT_NEAR(right[3 * played.in_mesh(grip->node) + i], grip->displacement[i], 1e-6) << name_of(element);
     }
-    EXPECT_LT(worst, 1e-4 * 0.006) << name_of(element);
-    EXPECT_GT(opened, 0.006) << "the lips are apart";
-    // The grips are where they draw.
-    for (const palpate_grip* grip : {&up, &down})
-      for (int i = 0; i < 3; ++i)
-        EXPECT_NEAR(right[3 * played.in_mesh(grip->node) + i], grip->displacement[i], 1e-6) << name_of(element);
-  }
 }
 
 // ---- what was held before a cut --------------------------------------------------------------------------------------
@@ -249,7 +256,7 @@ int side_of(const Played& played, std::int32_t node, double at) {
     const std::int32_t* const t = mesh.nodes_of(static_cast<std::int32_t>(e));
     if (std::find(t, t + 4, own) == t + 4) continue;
     for (const std::int32_t n : played.of.body.tetrahedra[e])
-      sum += played.of.body.nodes[static_cast<std::size_t>(n)][1] / 4 - at;
+      sum += played.of.body.nodes[static_cast<std::size_t>(n)][1] / 4 - at / 4;
   }
   return !divided ? 0 : sum > 0 ? 1 : -1;
 }
@@ -416,7 +423,7 @@ TEST(CutScene, APieceThatComesOffIsToldAndStaysWhereAGripDrawsIt) {
 // The lobe lies on its foundation alone, which a blade has divided, and whose edge is removed.
 TEST(CutScene, ALobeThatIsCutOffLiesOnItsFoundation) {
   for (const Element element : {Element::p1, Element::p1_anp}) {
-    Played played(block(element));
+    Played played(standing_block(element));
     for (double y = -0.01; y < 0.06; y += 0.001) {
       const double points[6] = {0.045, y, -0.01, 0.045, y, 0.05};
       palpate_blade blade = palpate_default_blade();
@@ -590,7 +597,8 @@ TEST(CutScene, ASavedStateGoesOnWithTheSameBitsAndAResetSceneIsNew) {
 TEST(CutScene, RandomScenesStayClosedFiniteAndComeBackToRest) {
   long faces = 0, removed = 0, pieces = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
-    RandomCutScene scene(block(seed % 2 ? Element::p1 : Element::p1_anp).bundle.get(), seed);
+    const Element element = seed % 2 ? Element::p1 : Element::p1_anp;
+    RandomCutScene scene((seed % 4 < 2 ? block(element) : standing_block(element)).bundle.get(), seed);
     for (int s = 0; s < 150; ++s) ASSERT_EQ(scene.step(), "") << "seed " << seed << ", step " << s;
     ASSERT_EQ(scene.let_go(), "") << "seed " << seed;
     faces += scene.state().faces, removed += scene.state().removed, pieces += scene.state().pieces - 1;
