@@ -4,6 +4,7 @@
 
 #include <palpate/palpate_scene_def.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
