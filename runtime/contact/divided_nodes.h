@@ -11,18 +11,21 @@ namespace palpate {
 class DividedNodes {
  public:
   // New nodes so far: 0 again after a reset. The k-th one does not change.
-  virtual std::int32_t made() const = 0;
-  // What has seen the first `seen` new nodes, and holds `node` below a disc of that radius, m, around a place of the surface (0: at the place itself): the
-  // node that it holds now. Of the parts that the node has become, the one with most of the disc's area at the node; where the disc reaches no triangle of the node, the one with
-  // the place's triangle, or else the nearest. Cost: the triangles around the node, where it was divided; else the new nodes.
-  virtual std::int32_t now(std::int32_t node, std::int32_t seen, const SurfacePoint& place, double radius) const = 0;
+  virtual std::int32_t made() const { return 0; }
+  // The node that now has what was held at `node` when the first `seen` new nodes were there, below a disc of that radius, m, around a place of the
+  // surface (0: at the place itself). Of the parts that the node has become, the one with most of the disc's area at the node; where the disc
+  // reaches no triangle of the node, the one with the place's triangle, or else the nearest. Cost: the new nodes; the triangles around a node that
+  // was divided.
+  virtual std::int32_t now(std::int32_t node, std::int32_t /*seen*/, const SurfacePoint&, double /*radius*/) const {
+    return node;
+  }
   // The k-th new node, and the node that it was divided from.
   struct Pair {
     std::int32_t node, from;
   };
-  virtual Pair pair(std::int32_t k) const = 0;
+  virtual Pair pair(std::int32_t) const { return {}; }
   // The bundle's node that a node was before all cuts.
-  virtual std::int32_t at_rest(std::int32_t node) const = 0;
+  virtual std::int32_t at_rest(std::int32_t node) const { return node; }
 
  protected:
   ~DividedNodes() = default;

@@ -373,6 +373,66 @@ TEST(CutScene, LinksHoldTheTrianglesThatTheyWereGiven) {
     }
 }
 
+// A plate presses the block on a table and has drawn it along; a cut between them divides nodes that stick.
+TEST(CutScene, AnObstacleHoldsBothLipsWithItsFriction) {
+  palpate_obstacle plates[2] = {palpate_default_obstacle(), palpate_default_obstacle()};
+  SceneDef def = cut_def();
+  def.obstacles.count = 2, def.obstacles.list = plates;
+  palpate_pose pose = palpate_default_pose();
+  const auto put = [&](double x, double z) {
+    pose.position[0] = x, pose.position[1] = 0.025, pose.position[2] = z;
+    pose.orientation[0] = 0, pose.orientation[1] = 1;  // it looks down
+  };
+  put(0.04, 0.041);
+  for (palpate_obstacle& plate : plates) {
+    plate.kind = PALPATE_OBSTACLE_RECTANGLE, plate.size[0] = plate.size[1] = 0.3, plate.friction = 5;
+    std::copy_n(pose.position, 3, plate.position);
+  }
+  std::copy_n(pose.orientation, 4, plates[0].orientation);
+  plates[1].position[2] = -1e-4;
+  Played played(block(Element::p1), def);
+  for (int s = 0; s <= 60; ++s) {
+    put(0.04 + 2e-5 * std::max(0, s - 30), 0.041 - 1e-4 * std::min(s, 30));
+    palpate_error error = {};
+    ASSERT_EQ(palpate_scene_set_obstacle_pose(played.scene.get(), 0, &pose, &error), PALPATE_OK) << error.text;
+    ASSERT_EQ(played.touch(), 0u) << s;
+  }
+  const std::vector<float> before = played.positions();
+  played.cut(0.04);
+  for (int s = 0; s < 3; ++s) ASSERT_EQ(played.touch(), 0u);
+  const std::vector<float> after = played.positions();
+  int divided = 0;
+  std::set<std::int32_t> nodes;
+  for (const auto& t : played.triangles()) nodes.insert(t.begin(), t.end());
+  for (const std::int32_t n : nodes) {
+    const std::int32_t own = played.mesh().at_rest(played.in_mesh(n));
+    const auto& rest = played.of.body.nodes[static_cast<std::size_t>(own)];
+    const double pressed = static_cast<double>(before[static_cast<std::size_t>(3 * own + 2)]);
+    // Those at the end may slip.
+    if (std::abs(rest[2] - 0.04) > 1e-9 || std::abs(pressed - 0.038) > 1e-6 || rest[0] > 0.075) continue;
+    if (side_of(played, n, 0.025) == 0) continue;
+    ++divided;
+    for (std::size_t d = 0; d < 3; ++d)
+      EXPECT_NEAR(after[static_cast<std::size_t>(3 * n) + d], before[static_cast<std::size_t>(3 * own) + d], 2e-6) << n;
+  }
+  EXPECT_GT(divided, 3);
+}
+
+TEST(CutScene, Experiment) {
+  for (const Element element : {Element::p1, Element::p1_anp})
+    for (const double end : {0.035, 0.02, 0.01})
+      for (const bool stands : {false, true}) {
+        Played played(stands ? standing_block(element) : block(element));
+        played.cut(end);
+        palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0.006, 0.001}),
+                     down = grip_at_node(nearest(played, {0.08, 0, 0.02}, 0.025, -1), {0, -0.006, 0});
+        for (int s = 0; s < 3; ++s) ASSERT_EQ(played.touch({puller(up, 1), puller(down, 2)}), 0u);
+        const HeldError found = held_error(played, played.left(), element, 0.025, 0);
+        std::printf("%s end %g stands %d: field %.2e rows %.2e\n", name_of(element), end, stands, found.field,
+                    found.rows);
+      }
+}
+
 // Without a blade, the effect changes nothing beyond rounding.
 TEST(CutScene, BeforeTheFirstCutItIsTheUncutOrgan) {
   SceneDef plain = cut_def();
