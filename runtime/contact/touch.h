@@ -28,6 +28,8 @@
 
 namespace palpate {
 
+class DividedNodes;
+
 // Where a contact on a bound surface holds the mesh. It follows from the anchor and the tool's radius, of which it is a copy.
 struct BoundContact {
   SurfacePoint anchor;
@@ -44,6 +46,7 @@ struct TouchedSurface {
   const std::uint8_t* active = nullptr;    // [triangle_count]
   const NodeFans* fans = nullptr;          // the tree's
   std::uint64_t changes = 0;               // how often it has changed
+  const DividedNodes* divided = nullptr;   // of a surface that changes
   const double* rest = nullptr;            // [Ns][3] m, positions without contacts, preload included
   const double* rest_of_all = nullptr;     // [N][3] m, the same of all nodes, where contacts may hold some inside
   std::int32_t* column_of_node = nullptr;  // [Ns] tensor column of each surface node; -1: none

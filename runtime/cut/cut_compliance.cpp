@@ -18,12 +18,13 @@ CutOutcome outcome_of_slot(std::int32_t slot) {
 }  // namespace
 
 bool CutCompliance::create(SceneMemory& memory, const HyperelasticBody& body, const PairCompliance& source,
-                           const CutCapacity& capacity) {
+                           const CutCapacity& capacity, const SupportedSurface& surface) {
   capacity_ = capacity;
   stride_ = static_cast<std::size_t>(padded_row(capacity.patterns));
   const std::int32_t nodes = body.node_count + capacity.new_nodes;
   const auto slots = static_cast<std::size_t>(capacity.nodes), jumps = static_cast<std::size_t>(capacity.new_nodes);
-  if (!tissue_.create(memory, body, capacity.new_nodes)) return false;
+  if (!tissue_.create(memory, body, capacity.new_nodes) || !supports_.create(memory, body, surface, tissue_))
+    return false;
   const bool made = slots_.create(memory, source, body.node_count, capacity.nodes) &&
                     basis_.create(memory, capacity.patterns, capacity.nodes, kEntriesOfPattern * capacity.patterns) &&
                     sites_.create(memory, nodes, capacity.patterns) && columns_.create(memory, nodes, kMostPatch) &&
@@ -46,7 +47,7 @@ bool CutCompliance::create(SceneMemory& memory, const HyperelasticBody& body, co
 }
 
 void CutCompliance::forget() {
-  tissue_.forget(), slots_.forget(), basis_.forget(), sites_.forget();
+  tissue_.forget(), supports_.forget(), slots_.forget(), basis_.forget(), sites_.forget();
   std::fill_n(matrix_, static_cast<std::size_t>(capacity_.patterns) * stride_, 0.0);
   ++version_;
 }
@@ -244,14 +245,41 @@ CutCompliance::Unit CutCompliance::remove(std::int32_t e) {
     unit = ground_node(tissue_.corners(e)[a], stiffness);
     if (unit) grounded[a] = stiffness;
   }
+  int freed = 0;
+  while (unit && freed < 4) {
+    unit = change_foundation(e, freed, -1);
+    freed += unit ? 1 : 0;
+  }
   if (unit) unit = take_away(e);
   if (unit) {
     tissue_.remove(e);
     return unit;
   }
+  while (freed-- > 0) change_foundation(e, freed, 1);
   for (int a = 0; a < 4; ++a)
     if (grounded[a] > 0) ground_node(tissue_.corners(e)[a], -grounded[a]);
   return unit;
+}
+
+// The foundation below a face of a tetrahedron, times factor.
+CutCompliance::Unit CutCompliance::change_foundation(std::int32_t e, int opposite, double factor) {
+  const CutSupports::Face* const face = supports_.face(e, opposite);
+  if (!face || !face->founded) return {};
+  SmallMatrix s;
+  columns_.begin(9);
+  begin_coordinates(9);
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < 3; ++i) {
+      const std::int32_t node = tissue_.corners(e)[(opposite + 1 + a) % 4];
+      Vec3 unit;
+      unit[i] = 1;
+      for (int b = 0; b < 3; ++b)
+        for (int j = 0; j < 3; ++j) s.m[3 * a + i][3 * b + j] = factor * (a == b ? 2 : 1) * face->block.m[i][j];
+      columns_.add(node, 3 * a + i, unit);
+      if (const Unit done = coordinates_of_node(node, unit, 3 * a + i); !done) return done;
+    }
+  if (const Unit done = take_slots(); !done) return done;
+  return add_stiffness(s);
 }
 
 // The columns of a removed tetrahedron: its own strain modes, then those of the sites at its corners.
@@ -292,8 +320,9 @@ CutCompliance::Unit CutCompliance::take_away(std::int32_t e) {
   return add_stiffness(s);
 }
 
-// columns_: B, forces on all nodes per unit jump of the tetrahedra that go with the new node; own: N, the stiffness of that jump.
-void CutCompliance::collect_jumps(const CutChange& change, const CutChange::NewNode& made, SmallMatrix* own) {
+// columns_: B, forces on all nodes per unit jump of the tetrahedra that go with the new node; own: N, the stiffness of that jump. springs: share
+// of the node's springs that goes with it.
+void CutCompliance::collect_jumps(const CutChange& change, std::int32_t from, double springs, SmallMatrix* own) {
   const auto add = [&](double stiffness, int m, Vec3 jump_gradient, std::int32_t node, Vec3 gradient) {
     const Vec3 force = strain_mode(m, gradient), jump = strain_mode(m, jump_gradient);
     for (int i = 0; i < 3; ++i) columns_.add(node, i, stiffness * jump[i] * force);
@@ -323,13 +352,47 @@ void CutCompliance::collect_jumps(const CutChange& change, const CutChange::NewN
       if (first) add_site_jumps(node, region, own);
     }
   }
+  add_support_jumps(change, from, springs, own);
   // A new node is held as the one that it comes from.
   for (int i = 0; i < 3; ++i) {
-    if (!tissue_.is_held(made.from, i)) continue;
+    if (!tissue_.is_held(from, i)) continue;
     for (int j = 0; j < 3; ++j) own->m[i][j] = own->m[j][i] = 0;
     own->m[i][i] = 1;
     columns_.clear(i);
   }
+}
+
+// Of the foundations below the tetrahedra that go, and of the springs.
+void CutCompliance::add_support_jumps(const CutChange& change, std::int32_t from, double springs, SmallMatrix* own) {
+  const auto add = [&](std::int32_t node, double factor, const Mat3& block) {
+    for (int i = 0; i < 3; ++i) columns_.add(node, i, factor * load3(block.m[i]));
+  };
+  const auto add_own = [&](double factor, const Mat3& block) {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) own->m[i][j] += factor * block.m[i][j];
+  };
+  for (std::int32_t k = 0; k < change.moved_count && supports_.exist(); ++k) {
+    const std::int32_t e = change.moved[k].tetrahedron;
+    const int at = scratch_.moved[e] - 1;
+    for (int opposite = 0; opposite < 4 && at >= 0; ++opposite) {
+      const CutSupports::Face* const face = opposite == at ? nullptr : supports_.face(e, opposite);
+      if (!face || !face->founded) continue;
+      for (int c = 0; c < 4; ++c)
+        if (c != opposite) add(tissue_.corners(e)[c], c == at ? 2 : 1, face->block);
+      add_own(2, face->block);
+    }
+  }
+  if (!(springs > 0)) return;
+  const std::int32_t origin = tissue_.origin(from);
+  const double goes = springs * supports_.held(from);
+  supports_.for_each_spring(origin, [&](std::int32_t other, const Mat3& block) {
+    if (other == origin) {
+      add(from, goes, block), add_own(goes, block);
+      return;
+    }
+    for (std::int32_t n = other; n < tissue_.nodes(); n = std::max(n + 1, tissue_.rest_nodes()))
+      if (tissue_.origin(n) == other) add(n, goes * supports_.held(n), block);
+  });
 }
 
 // Of the site of a node and a region, which averages over tetrahedra that go and over others.
@@ -358,7 +421,8 @@ void CutCompliance::add_site_jumps(std::int32_t node, std::int32_t region, Small
 CutCompliance::Unit CutCompliance::free_jump(const CutChange& change, const CutChange::NewNode& made) {
   SmallMatrix own, t, x;
   columns_.begin(3);
-  collect_jumps(change, made, &own);
+  const double springs = supports_.share_of(tissue_, made.from, [&](std::int32_t e) { return scratch_.moved[e] != 0; });
+  collect_jumps(change, made.from, springs, &own);
   if (const Unit unit = take_slots(); !unit) return unit;
   if (!basis_.has_room(3)) return {CutOutcome::full};
   const std::int32_t pattern = basis_.count(), jump = 3 * (made.node - tissue_.rest_nodes());
@@ -389,6 +453,7 @@ CutCompliance::Unit CutCompliance::free_jump(const CutChange& change, const CutC
   // The copy has what its origin has of the cut so far, by for_each_jump().
   add_to_matrix(x, 3, 1);
   tissue_.add_node(made.from);
+  supports_.split(made.from, made.node, springs);
   for (std::int32_t k = 0; k < change.moved_count; ++k)
     if (scratch_.moved[change.moved[k].tetrahedron])
       tissue_.move_corner(change.moved[k].tetrahedron, made.from, made.node);

@@ -16,6 +16,7 @@
 #include "runtime/base/vec3.h"
 #include "runtime/cut/cut_basis.h"
 #include "runtime/cut/cut_change.h"
+#include "runtime/cut/cut_supports.h"
 #include "runtime/cut/cut_tissue.h"
 #include "runtime/cut/force_columns.h"
 #include "runtime/cut/small_update.h"
@@ -49,9 +50,10 @@ struct CutResult {
 
 class CutCompliance {
  public:
-  // body, source: borrowed. Memory: about 72 nodes^2 + 8 patterns^2 bytes.
+  // body, source, surface: borrowed. surface: what tells how supports follow a cut; without it they stay with the nodes that keep their numbers.
+  // Memory: about 72 nodes^2 + 8 patterns^2 bytes.
   bool create(SceneMemory& memory, const HyperelasticBody& body, const PairCompliance& source,
-              const CutCapacity& capacity);
+              const CutCapacity& capacity, const SupportedSurface& surface = {});
 
   // Back to the uncut body.
   void forget();
@@ -63,6 +65,7 @@ class CutCompliance {
   CutOutcome ground(std::int32_t node, double stiffness);
 
   const CutTissue& tissue() const { return tissue_; }
+  const CutSupports& supports() const { return supports_; }
   std::int32_t rank() const { return basis_.count(); }
   // A pattern stays as it is and keeps its number; each change may add some behind the others, also one that is not made.
   const CutBasis& basis() const { return basis_; }
@@ -108,14 +111,16 @@ class CutCompliance {
   Unit split_site(std::int32_t node, std::int32_t from, std::int32_t region);
   Unit remove(std::int32_t tetrahedron);
   Unit take_away(std::int32_t tetrahedron);
+  Unit change_foundation(std::int32_t tetrahedron, int opposite, double factor);
   Unit ground_node(std::int32_t node, double stiffness);
   Unit take_slots();
   Unit add_stiffness(const SmallMatrix& s);
   Unit coordinates_of_node(std::int32_t node, Vec3 force, int column);
   Unit coordinates_of_site(std::int32_t node, std::int32_t region, int column);
   Unit new_site_patterns(const NodeGradients& site, std::int32_t* first);
-  void collect_jumps(const CutChange& change, const CutChange::NewNode& made, SmallMatrix* own);
+  void collect_jumps(const CutChange& change, std::int32_t from, double springs, SmallMatrix* own);
   void add_site_jumps(std::int32_t node, std::int32_t region, SmallMatrix* own);
+  void add_support_jumps(const CutChange& change, std::int32_t from, double springs, SmallMatrix* own);
   void begin_coordinates(int columns);
   void measure(SmallMatrix* t);
   void add_to_matrix(const SmallMatrix& x, int columns, double sign);
@@ -125,6 +130,7 @@ class CutCompliance {
   double* row(double* of, int j) const { return of + static_cast<std::size_t>(j) * stride_; }
 
   CutTissue tissue_;
+  CutSupports supports_;
   CutSlots slots_;
   CutBasis basis_;
   CutSites sites_;

@@ -9,8 +9,8 @@ namespace palpate {
 bool CutLarge::create(SceneMemory& memory, const Parts& parts, TouchState* touch) {
   touch_ = touch, follower_ = parts.follower, fixed_ = parts.body->fixed;
   rest_nodes_ = parts.body->node_count, surface_nodes_ = parts.surface_nodes, first_new_ = parts.first_reserve;
-  if (!compliance_.create(memory, *parts.body, *parts.pairs, parts.capacity) ||
-      !moved_.create(memory, parts.surface_nodes, parts.surface_nodes))
+  if (!compliance_.create(memory, *parts.body, *parts.pairs, parts.capacity, parts.supports) ||
+      !create_supports(memory, parts) || !moved_.create(memory, parts.surface_nodes, parts.surface_nodes))
     return false;
   layout_ = follower_->follow(this);
   most_new_ = parts.capacity.new_nodes;
@@ -53,14 +53,66 @@ CutResult CutLarge::take_change(const CutChange& change, bool replayed) {
 
 CutOutcome CutLarge::ground(std::int32_t node, double stiffness, bool) {
   const CutOutcome outcome = compliance_.ground(node, stiffness);
-  if (outcome == CutOutcome::made) follower_->ground(surface_node(node), stiffness);
+  if (outcome == CutOutcome::made && supports_.grounded_count < kMostGrounded) {
+    MeshFollower::Support& hold = supports_.grounded[supports_.grounded_count++];
+    hold = {surface_node(node), surface_node(node), {}};
+    for (int i = 0; i < 3; ++i) hold.block.m[i][i] = stiffness;
+  }
   changed_ = true;
   return outcome;
 }
 
 void CutLarge::end_changes(bool replayed) {
-  if (changed_) follower_->changed(replayed);
+  if (changed_) follow_supports(), follower_->changed(replayed);
   changed_ = false;
+}
+
+// ---- supports --------------------------------------------------------------------------------------------------------
+
+bool CutLarge::create_supports(SceneMemory& memory, const Parts& parts) {
+  constexpr std::int32_t of_face = 6, of_new_node = 64;
+  supports_.grounded = memory.array<MeshFollower::Support>(kMostGrounded);
+  supports_.most = kMostGrounded;
+  if (compliance_.supports().exist())
+    supports_.most +=
+        of_face * parts.supports.count + 2 * parts.body->support_count + of_new_node * parts.capacity.new_nodes;
+  supports_.list = memory.array<MeshFollower::Support>(static_cast<std::size_t>(supports_.most));
+  return !memory.failed();
+}
+
+void CutLarge::add_support(std::int32_t a, std::int32_t b, double factor, const Mat3& block) {
+  if (supports_.count == supports_.most) return;
+  MeshFollower::Support& support = supports_.list[supports_.count++];
+  support = {surface_node(a), surface_node(b), {}};
+  add_scaled(support.block, factor, block);
+}
+
+// As CutCompliance has them.
+void CutLarge::follow_supports() {
+  const CutSupports& supports = compliance_.supports();
+  const CutTissue& tissue = compliance_.tissue();
+  supports_.count = 0;
+  for (std::int32_t e = 0; e < tissue.tetrahedra() && supports.exist(); ++e)
+    for (int opposite = 0; opposite < 4 && tissue.is_left(e); ++opposite) {
+      const CutSupports::Face* const face = supports.face(e, opposite);
+      if (!face || !face->founded) continue;
+      for (int a = 0; a < 4; ++a)
+        for (int b = a; b < 4; ++b)
+          if (a != opposite && b != opposite)
+            add_support(tissue.corners(e)[a], tissue.corners(e)[b], a == b ? 2 : 1, face->block);
+    }
+  for (std::int32_t n = 0; n < tissue.nodes() && supports.exist(); ++n) {
+    const std::int32_t origin = tissue.origin(n);
+    if (!supports.has_springs(origin)) continue;
+    supports.for_each_spring(origin, [&](std::int32_t other, const Mat3& block) {
+      if (other == origin) add_support(n, n, supports.held(n), block);
+      for (std::int32_t m = other; other > origin && m < tissue.nodes(); m = std::max(m + 1, tissue.rest_nodes()))
+        if (tissue.origin(m) == other) add_support(n, m, supports.held(n) * supports.held(m), block);
+    });
+  }
+  for (std::int32_t i = 0; i < supports_.grounded_count && supports_.count < supports_.most; ++i)
+    supports_.list[supports_.count++] = supports_.grounded[i];
+  follower_->take_supports(supports_.list, supports_.count);
 }
 
 void CutLarge::forget_changes(bool) {
@@ -68,7 +120,7 @@ void CutLarge::forget_changes(bool) {
     origin_[k] = first_new_ + k;
     if (touch_) touch_->surface.column_of_node[first_new_ + k] = -1;
   }
-  followed_ = 0;
+  followed_ = supports_.grounded_count = 0;
   compliance_.forget();
   follower_->forget_changes();
 }

@@ -18,6 +18,7 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
   struct Parts {
     const HyperelasticBody* body = nullptr;  // whose reserve nodes are in no tetrahedron
     const PairCompliance* pairs = nullptr;
+    SupportedSurface supports;
     std::int32_t surface_nodes = 0, first_reserve = 0;  // the surface nodes from there on are in reserve
     CutCapacity capacity;                               // new_nodes: at most those in reserve
     MeshFollower* follower = nullptr;
@@ -44,6 +45,9 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
 
  private:
   void follow_split(std::int32_t made, bool replayed);
+  bool create_supports(SceneMemory& memory, const Parts& parts);
+  void follow_supports();
+  void add_support(std::int32_t a, std::int32_t b, double factor, const Mat3& block);
   std::int32_t surface_node(std::int32_t node) const {
     return node < rest_nodes_ ? node : first_new_ + node - rest_nodes_;
   }
@@ -70,6 +74,13 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
   double *field_ = nullptr, *weighed_ = nullptr, *x_ = nullptr, *w_ = nullptr;
   Vec3* pseudo_ = nullptr;  // [slots] N
   std::int32_t most_new_ = 0;
+  // Of the body as it is: foundations, springs, and what holds pieces that have come off.
+  struct Supports {
+    MeshFollower::Support* list = nullptr;
+    std::int32_t count = 0, most = 0, grounded_count = 0;
+    MeshFollower::Support* grounded = nullptr;  // [kMostGrounded]
+  } supports_;
+  static constexpr std::int32_t kMostGrounded = 1024;
 };
 
 }  // namespace palpate

@@ -19,7 +19,8 @@ bool CutOrgan::create(SceneMemory& memory, const Parts& parts, TouchState& touch
   CutCapacity capacity = parts.capacity;
   capacity.new_nodes = std::min(capacity.new_nodes, reserve);
   brought_ = memory.array<Vec3>(static_cast<std::size_t>(reserve));
-  if (!compliance_.create(memory, *parts.body, *parts.pairs, capacity) || !response_.create(memory, source) ||
+  if (!compliance_.create(memory, *parts.body, *parts.pairs, capacity, parts.supports) ||
+      !response_.create(memory, source) ||
       !field_.create(memory, parts.tensors, &response_, &touch.offset, &touch.solver,
                      {parts.contact_nodes, parts.constraints}))
     return false;

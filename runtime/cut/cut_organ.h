@@ -28,6 +28,7 @@ class CutOrgan final : public Body, public CutTarget {
     const PairCompliance* pairs = nullptr;
     const std::int32_t* pair_nodes = nullptr;
     const double* preload = nullptr;  // [nodes][3] m; nullptr: none
+    SupportedSurface supports;
     std::int32_t pair_count = 0;
     std::int32_t surface_nodes = 0, first_reserve = 0;  // the surface nodes from there on are in reserve
     std::int32_t contact_nodes = 0, constraints = 0;    // of a step, at most

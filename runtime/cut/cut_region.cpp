@@ -33,15 +33,34 @@ bool is_fixed(const HyperelasticBody& body, std::int32_t node) {
   return held[0] && held[1] && held[2];
 }
 
-// held: [nodes]. A foundation or spring holds a node along all axes where its stiffness is above 0 along each of them.
-void mark_held(const HyperelasticBody& body, std::uint8_t* held) {
-  for (std::int32_t n = 0; n < body.node_count; ++n) held[n] = is_fixed(body, n);
-  for (std::int32_t p = 0; p < body.support_count; ++p) {
-    const std::int32_t node = body.support_nodes[2 * static_cast<std::int64_t>(p)];
-    const double* const k = body.support_stiffness + 9 * static_cast<std::int64_t>(p);
-    if (node == body.support_nodes[2 * static_cast<std::int64_t>(p) + 1] && k[0] > 0 && k[4] > 0 && k[8] > 0)
-      held[node] = 1;
+palpate_status read_foundation(const SectionReader& reader, CutRegion* region) {
+  SupportedSurface& supports = region->supports;
+  supports.triangles = region->mesh.triangles, supports.count = reader.triangles();
+  if (!reader.find(SectionId::foundation)) return PALPATE_OK;
+  if (const palpate_status status = reader.map(SectionId::foundation, &supports.foundation)) return status;
+  for (std::int64_t i = 0; i < 2 * std::int64_t{supports.count}; ++i)
+    if (!(supports.foundation[i] >= 0 && supports.foundation[i] <= 1e15))
+      return reader.not_usable(SectionId::foundation, static_cast<std::uint64_t>(i));
+  return PALPATE_OK;
+}
+
+// With how much foundations and springs hold each triangle of the mesh.
+palpate_status measure_supports(const SectionReader& reader, CutRegion* region) {
+  SceneMemory scratch = reader.memory().of_same_host();
+  CutTissue tissue;
+  CutSupports supports;
+  const bool made = tissue.create(scratch, region->body, 0) &&
+                    supports.create(scratch, region->body, region->supports, tissue) && !scratch.failed();
+  if (made && supports.exist()) {
+    Mat3* const support = reader.memory().array<Mat3>(static_cast<std::size_t>(reader.triangles()));
+    for (std::int32_t t = 0; support && t < reader.triangles(); ++t) {
+      support[t] = supports.springs_of(t);
+      add_scaled(support[t], 12, supports.face_of_triangle(t)->block);
+    }
+    region->mesh.support = support;
   }
+  scratch.release_all();
+  return made && !reader.memory().failed() ? PALPATE_OK : reader.no_memory(kEffect);
 }
 
 // Of a cut at a node the tetrahedra there change; where the element averages at nodes, sites at their corners as well.
@@ -61,6 +80,12 @@ palpate_status find_dividable(const SectionReader& reader, const HyperelasticBod
     }
   }
   scratch.release_all();
+  // Of springs between two nodes, a cut at one acts on the other.
+  for (std::int64_t p = 0; p < body.support_count; ++p) {
+    const std::int32_t* const pair = body.support_nodes + 2 * p;
+    for (int a = 0; a < 2; ++a)
+      if (place[pair[1 - a]] < 0 && !is_fixed(body, pair[1 - a])) may_divide[pair[a]] = 0;
+  }
   return PALPATE_OK;
 }
 
@@ -119,6 +144,7 @@ palpate_status read_cut_region(const SectionReader& reader, const Tensors& tenso
   if (status == PALPATE_OK)
     status = reader.copy_indices(SectionId::triangles, 3 * static_cast<std::size_t>(reader.counts().triangles),
                                  &formats::IndexedSections::triangles, &region->mesh.triangles);
+  if (status == PALPATE_OK) status = read_foundation(reader, region);
   if (status != PALPATE_OK) return status;
   region->node_count = static_cast<std::int32_t>(count);
   const std::int32_t* reserve = nullptr;
@@ -140,7 +166,7 @@ palpate_status read_cut_region(const SectionReader& reader, const Tensors& tenso
   for (std::int32_t i = 0; i < region->node_count; ++i)
     if (const std::int32_t node = region->nodes[i]; column[node] < 0 && !is_fixed(body, node))
       return no_column(reader, i, node);
-  mark_held(body, held);
+  for (std::int32_t n = 0; n < body.node_count; ++n) held[n] = is_fixed(body, n);
   if ((status = find_dividable(reader, body, place, may_divide)) != PALPATE_OK) return status;
   region->may_divide = may_divide;
   region->pairs.place = place, region->pairs.column = column, region->pairs.fixed = body.fixed;
@@ -148,7 +174,7 @@ palpate_status read_cut_region(const SectionReader& reader, const Tensors& tenso
   mesh.nodes = body.nodes, mesh.node_count = body.node_count;
   mesh.tetrahedra = body.tetrahedra, mesh.tetrahedron_count = body.tetrahedron_count;
   mesh.triangle_count = reader.triangles(), mesh.held = held, mesh.dividable = may_divide;
-  return PALPATE_OK;
+  return measure_supports(reader, region);
 }
 
 }  // namespace palpate

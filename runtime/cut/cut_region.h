@@ -8,6 +8,7 @@
 
 #include <cstdint>
 
+#include "runtime/cut/cut_supports.h"
 #include "runtime/cut/pair_compliance.h"
 #include "runtime/cut/rest_mesh.h"
 #include "runtime/large/hyperelastic_body.h"
@@ -43,8 +44,9 @@ class RegionPairs final : public PairCompliance {
 
 // Arrays live as long as the memory of the reader that filled them in, and the bundle.
 struct CutRegion {
-  HyperelasticBody body;  // at rest, for CutCompliance
-  CutBody mesh;           // the same body, for CutMesh. Held: three axes, by fixed nodes or by soft supports
+  HyperelasticBody body;                // at rest, for CutCompliance
+  CutBody mesh;                         // the same body, for CutMesh. Held: along three axes
+  SupportedSurface supports;            // of CutCompliance
   const std::int32_t* nodes = nullptr;  // [node_count] on which a cut may act, ascending
   std::int32_t node_count = 0;          //
   const std::uint8_t* may_divide =

@@ -27,6 +27,7 @@ const char* CutScene::create(SceneMemory& memory, const Source& source) {
   if (!log_.create(memory, logged) || !loose_.create(memory, mesh_, source.can_hold) ||
       !surface_.create(memory, mesh_, number_))
     return nullptr;
+  divided_.create(&mesh_, source.target, source.first_reserve, &surface_, source.rest);
   blades_.create(memory, source.can_hold, source.tissue, source.blade_points);
   memory.keep(removal_), memory.keep(told_);
   return nullptr;
@@ -38,13 +39,22 @@ void CutScene::remove_tissue(const double* centre, double radius) {
 }
 
 double CutScene::most_operations() const {
-  return static_cast<double>(source_.operations) + cost_of(CutLog::Unit::remove, source_.rank);
+  return static_cast<double>(source_.operations) +
+         cost_of(CutLog::Unit::remove, source_.rank, source_.target->compliance().supports().most_foundations());
 }
 
-// Operations of a unit at a rank: the products with the matrix between the patterns (measured: docs/accuracy.md, "Cuts").
-double CutScene::cost_of(CutLog::Unit::Kind kind, std::int32_t rank) {
+// Operations of a unit at a rank: the products with the matrix between the patterns (measured: docs/accuracy.md, "Cuts"). foundations: of the
+// tetrahedron that is removed, nine columns each.
+double CutScene::cost_of(CutLog::Unit::Kind kind, std::int32_t rank, int foundations) {
   const double square = static_cast<double>(rank) * rank;
-  return kind == CutLog::Unit::split ? 2e4 + square : 4e4 + 2 * square;
+  return kind == CutLog::Unit::split ? 2e4 + square : 4e4 + 2 * square + foundations * (4e4 + 3 * square);
+}
+
+double CutScene::cost_of(const CutLog::Unit& unit) const {
+  const CutCompliance& compliance = source_.target->compliance();
+  const int foundations =
+      unit.kind == CutLog::Unit::remove ? compliance.supports().foundations_of(unit.change.removed[unit.number]) : 0;
+  return cost_of(unit.kind, compliance.rank(), foundations);
 }
 
 void CutScene::begin_step(TouchStep&) {
@@ -67,7 +77,7 @@ void CutScene::follow(double* left) {
   if (log_.left() == 0) return;
   while (log_.left() > 0 && *left > 0) {
     const CutLog::Unit unit = log_.next();
-    *left -= cost_of(unit.kind, source_.target->compliance().rank());
+    *left -= cost_of(unit);
     if (!take(unit, false)) {
       // What is tied together stays so.
       told_.is_full = 1;

@@ -9,6 +9,7 @@
 #include "runtime/cut/cut_log.h"
 #include "runtime/cut/cut_mesh.h"
 #include "runtime/cut/cut_target.h"
+#include "runtime/cut/divided_surface.h"
 #include "runtime/cut/loose_pieces.h"
 #include "runtime/cut/scene_surface.h"
 
@@ -33,6 +34,7 @@ class CutScene final : public RowSource {
   // The sentence of what is wrong with the body; nullptr: nothing, unless the memory has failed.
   const char* create(SceneMemory& memory, const Source& source);
   SceneSurface& surface() { return surface_; }
+  const DividedSurface& divided() const { return divided_; }
   // palpate_scene_cut_nodes().
   std::int32_t write_nodes(std::int32_t* nodes, std::int32_t most) const;
   const CutMesh& mesh() const { return mesh_; }
@@ -59,7 +61,8 @@ class CutScene final : public RowSource {
   };
   PlacedMesh placed() const { return {&mesh_.state().rest(), mesh_.nodes_of(0), position_, node_}; }
   TouchState& touch() const { return *source_.touched.touch; }
-  static double cost_of(CutLog::Unit::Kind kind, std::int32_t rank);
+  static double cost_of(CutLog::Unit::Kind kind, std::int32_t rank, int foundations);
+  double cost_of(const CutLog::Unit& unit) const;
   void follow(double* left);
   bool take(const CutLog::Unit& unit, bool replayed);
   bool change_mesh();
@@ -77,6 +80,7 @@ class CutScene final : public RowSource {
   Blades blades_;
   LoosePieces loose_;
   SceneSurface surface_;
+  DividedSurface divided_;
   std::int32_t* number_ = nullptr;  // [body's nodes and new ones] the scene's node
   // The same, where nodes that the compliance does not have yet are those from which they come; and m, [][3], where they are.
   std::int32_t* node_ = nullptr;

@@ -26,6 +26,7 @@ class CutTriangles {
   std::int32_t* triangles() const { return triangles_; }    // [count][3]
   const std::uint8_t* active() const { return active_; }    // [count] 1: part of the surface
   const std::int32_t* changed() const { return changed_; }  // each once
+  std::int32_t of_face(std::int32_t face) const { return of_face_[face]; }
   std::int32_t changed_count() const { return changed_count_; }
 
  private:

@@ -88,7 +88,8 @@ RowBudget rows(const palpate_scene_def& def) {
 
 void add_sections(const palpate_scene_def&, SectionList& sections) {
   sections.add({SectionId::nodes, SectionId::tetrahedra, SectionId::region, SectionId::fixed, SectionId::young,
-                SectionId::poisson, SectionId::provenance});
+                SectionId::poisson, SectionId::provenance, SectionId::foundation, SectionId::large_support_nodes,
+                SectionId::large_support_stiffness});
 }
 
 const char* pass_of(const palpate_scene_def& def) {
@@ -120,8 +121,10 @@ std::int32_t slots_of(const palpate_cut_def& def, const CutRegion& region) {
 bool create_target(const SectionReader& reader, palpate_scene& scene, CutOfScene& cut, const CutCapacity& capacity,
                    const double* rest, const double* preload) {
   const CutRegion& region = cut.region;
-  const CutLarge::Parts large = {&region.body,         &*cut.pairs, reader.surface_nodes(),
-                                 region.first_reserve, capacity,    scene.touch.body->mesh_follower()};
+  CutLarge::Parts large;
+  large.body = &region.body, large.pairs = &*cut.pairs, large.supports = region.supports, large.capacity = capacity;
+  large.surface_nodes = reader.surface_nodes(), large.first_reserve = region.first_reserve;
+  large.follower = scene.touch.body->mesh_follower();
   if (is_large(scene.def)) return cut.large.create(reader.memory(), large, &scene.touch);
   CutOrgan::Parts organ;
   if (!is_linear(scene.def)) {
@@ -133,7 +136,7 @@ bool create_target(const SectionReader& reader, palpate_scene& scene, CutOfScene
   organ.pairs = &*cut.pairs, organ.pair_nodes = region.nodes, organ.pair_count = 0, organ.preload = preload;
   organ.surface_nodes = reader.surface_nodes(), organ.first_reserve = region.first_reserve;
   organ.contact_nodes = scene.def.max_contact_nodes, organ.constraints = scene.touch.most_constraints;
-  organ.capacity = capacity;
+  organ.capacity = capacity, organ.supports = region.supports;
   return cut.organ.create(reader.memory(), organ, scene.touch);
 }
 
@@ -174,7 +177,7 @@ palpate_status prepare(EffectBuild& build) {
                 "cut: %s; rebuild the bundle", wrong);
   if (memory.failed() || !create_target(reader, scene, *cut, capacity, rest, preload)) return reader.no_memory("cut");
   surface.triangles = cut->scene.surface().triangles(), surface.triangle_count = cut->scene.surface().capacity();
-  surface.active = cut->scene.surface().active(), surface.rest = rest;
+  surface.active = cut->scene.surface().active(), surface.rest = rest, surface.divided = &cut->scene.divided();
   // The shape half, which may run beside the touch, has the bundle's own triangles.
   scene.shape.surface.triangle_count = reader.triangles();
   return reader.copy_indices(SectionId::triangles, 3 * reader.counts().triangles, &formats::IndexedSections::triangles,

@@ -1,6 +1,7 @@
 #include "runtime/cut/mesh_pieces.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "runtime/base/vec3.h"
 
@@ -9,6 +10,21 @@ namespace {
 
 // Three places are on one line if the area between them is below this share of the square of their largest distance.
 constexpr double kOnOneLine = 1e-3;
+// Supports hold a piece if they resist each shift of it by more than this share of what they resist in all.
+constexpr double kLeastSupport = 1e-6;
+
+bool resists_each_shift(const Mat3& k) {
+  const double least = kLeastSupport * (k.m[0][0] + k.m[1][1] + k.m[2][2]);
+  Mat3 l;  // of Cholesky
+  for (int j = 0; j < 3; ++j)
+    for (int i = j; i < 3; ++i) {
+      double sum = k.m[i][j];
+      for (int m = 0; m < j; ++m) sum -= l.m[i][m] * l.m[j][m];
+      if (i == j && !(sum > least)) return false;
+      l.m[i][j] = i == j ? std::sqrt(sum) : sum / l.m[j][j];
+    }
+  return true;
+}
 
 }  // namespace
 
@@ -30,6 +46,11 @@ bool MeshPieces::create(SceneMemory& memory, const CutState& state) {
   memory.keep_array(pieces_, tetrahedra, count_);
   for (std::int32_t n = 0; body.held && n < body.node_count; ++n)
     if (body.held[n]) held_[held_count_++] = n;
+  if (body.support) supported_ = memory.array<std::int32_t>(static_cast<std::size_t>(body.triangle_count));
+  for (std::int32_t t = 0; supported_ && t < body.triangle_count; ++t) {
+    const Mat3& k = body.support[t];
+    if (k.m[0][0] + k.m[1][1] + k.m[2][2] > 0) supported_[supported_count_++] = t;
+  }
   forget();
   return true;
 }
@@ -137,6 +158,18 @@ void MeshPieces::measure() {
       counted_[piece] = held_[i];
       add_anchor(pieces_[piece], held_[i]);
     }
+  for (std::int32_t i = 0; i < count_; ++i)
+    if (!pieces_[i].is_held) pieces_[i].is_held = is_supported(i);
+}
+
+// By the triangles that it has, of which each holds at three corners.
+bool MeshPieces::is_supported(std::int32_t piece) const {
+  Mat3 sum;
+  for (std::int32_t i = 0; i < supported_count_; ++i) {
+    const std::int32_t t = state_->rest().face_of_triangle(supported_[i]) / 4;
+    if (!state_->gone(t) && piece_of_[t] == piece) add_scaled(sum, 1, state_->rest().body().support[supported_[i]]);
+  }
+  return resists_each_shift(sum);
 }
 
 }  // namespace palpate

@@ -34,7 +34,8 @@ class MeshPieces {
   void renumber();
   // The tetrahedron is removed.
   void remove(std::int32_t tetrahedron);
-  // Counts the anchors of the pieces anew. Cost: the nodes that are held, and the tetrahedra around them.
+  // Counts the anchors of the pieces anew. Cost: the nodes that are held, and the tetrahedra around them; for each piece that they do not hold,
+  // the triangles of the surface that have supports.
   void measure();
   // Tetrahedra that searches have visited since create().
   std::int64_t work() const { return work_; }
@@ -49,20 +50,22 @@ class MeshPieces {
   int visit(Search& search, const Search& other);
   Search flood(std::int32_t tetrahedron);
   void add_anchor(CutPiece& piece, std::int32_t node);
+  bool is_supported(std::int32_t piece) const;
 
   struct Line {
     std::int32_t node[2];  // the first two anchors of a piece, at different places
   };
   const CutState* state_ = nullptr;
-  std::int32_t* piece_of_ = nullptr;  // [tetrahedra]
-  CutPiece* pieces_ = nullptr;        // [tetrahedra]
-  Line* lines_ = nullptr;             // [tetrahedra], by piece
-  std::int32_t* lists_[2] = {};       // [tetrahedra]
-  std::uint32_t* marks_ = nullptr;    // [tetrahedra]
-  std::int32_t* held_ = nullptr;      // nodes
-  std::int32_t* part_of_ = nullptr;   // [tetrahedra]: while they are numbered anew
-  std::int32_t* counted_ = nullptr;   // [tetrahedra], by piece: the last node that was counted for it
-  std::int32_t held_count_ = 0, count_ = 0;
+  std::int32_t* piece_of_ = nullptr;   // [tetrahedra]
+  CutPiece* pieces_ = nullptr;         // [tetrahedra]
+  Line* lines_ = nullptr;              // [tetrahedra], by piece
+  std::int32_t* lists_[2] = {};        // [tetrahedra]
+  std::uint32_t* marks_ = nullptr;     // [tetrahedra]
+  std::int32_t* held_ = nullptr;       // nodes
+  std::int32_t* part_of_ = nullptr;    // [tetrahedra]: while they are numbered anew
+  std::int32_t* counted_ = nullptr;    // [tetrahedra], by piece: the last node that was counted for it
+  std::int32_t* supported_ = nullptr;  // triangles
+  std::int32_t held_count_ = 0, supported_count_ = 0, count_ = 0;
   std::uint32_t mark_ = 0;
   std::int64_t work_ = 0;
 };

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/base/vec3.h"
 
 namespace palpate {
 
@@ -15,9 +16,11 @@ struct CutBody {
   std::int32_t tetrahedron_count = 0;
   const std::int32_t* triangles = nullptr;  // [triangle_count][3]: the whole surface, counter-clockwise from outside
   std::int32_t triangle_count = 0;
-  const std::uint8_t* held = nullptr;  // [node_count] 1: a support holds the node; nullptr: none
+  const std::uint8_t* held = nullptr;  // [node_count] 1: the node cannot move; nullptr: none
   const std::uint8_t* dividable =
       nullptr;  // [node_count] 0: it stays whole, and so do its tetrahedra; nullptr: all may be divided
+  const Mat3* support =
+      nullptr;  // [triangle_count] N/m, by which a foundation or springs hold a triangle; nullptr: none
 };
 
 // A corner of a tetrahedron is 4 tetrahedron + 0..3, and so is the face that is opposite to this corner.

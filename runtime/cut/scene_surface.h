@@ -18,6 +18,8 @@ class SceneSurface {
   std::int32_t capacity() const { return triangles_.count(); }
   const std::int32_t* triangles() const { return triangles_.triangles(); }
   const std::uint8_t* active() const { return triangles_.active(); }
+  // The triangle of a face of a tetrahedron; -1: it has none.
+  std::int32_t triangle_of(std::int32_t face) const { return triangles_.of_face(face); }
 
   // Whose surface it is: with so many points of a tool.
   struct Touched {

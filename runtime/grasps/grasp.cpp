@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "runtime/contact/contact_laws.h"
-
+#include "runtime/contact/divided_nodes.h"
 #include "runtime/contact/touch_step.h"
 #include "runtime/include/palpate/palpate_grasps.h"
 
@@ -49,7 +49,8 @@ Mat3 without_one(Mat3 turn) {
 
 bool Grasps::create(SceneMemory& memory, const DiscSource& source, std::int32_t max_tools, std::int32_t most_nodes,
                     const DisplacementField* field, Pass pass) {
-  source_ = source, field_ = field, pass_ = pass, most_nodes_ = most_nodes;
+  source_ = source, field_ = field, pass_ = pass, most_nodes_ = most_nodes, most_tools_ = max_tools;
+  memory.keep(seen_);
   grasps_ = memory.array<Grasp>(static_cast<std::size_t>(max_tools));
   memory.keep_array(grasps_, static_cast<std::size_t>(max_tools));
   for (std::int32_t t = 0; !memory.failed() && t < max_tools; ++t) forget_tool(t);
@@ -64,6 +65,7 @@ void Grasps::forget_tool(std::int32_t t) {
 
 void Grasps::find_patch(const SurfacePoint& place, double radius, GraspPatch* to) {
   find_grasp_patch(source_, place, radius, most_nodes_, to);
+  to->middle = place, to->radius = radius;
   for (int e = 0; e < to->count; ++e) {
     const Vec3 rest = load3(source_.rest + 3 * static_cast<std::size_t>(to->node[e]));
     const Vec3 u = field_->at_node(to->node[e]);
@@ -267,7 +269,17 @@ std::uint32_t Grasps::tell_forces(std::int32_t t, const Tool& tool, const TouchS
 
 // ---- as a source of rows ---------------------------------------------------------------------------------------------
 
+// Jaws hold the tissue that they have taken: where a cut divides it, the side that they touch.
+void Grasps::follow_surface(const TouchedSurface& surface) {
+  if (!surface.divided || surface.divided->made() == seen_) return;
+  for (std::int32_t t = 0; t < most_tools_; ++t)
+    for (GraspPatch& patch : grasps_[t].patches)
+      follow_divided(*surface.divided, seen_, patch.middle, patch.radius, patch.node, patch.count);
+  seen_ = surface.divided->made();
+}
+
 std::int32_t Grasps::begin(TouchStep& step) {
+  follow_surface(step.state->surface);
   std::int32_t count = 0;
   for (std::int32_t t = 0; t < step.state->input.count(); ++t)
     count += begin_tool(t, step.state->input.tool(t), step.state->organ, &step.unasked);

@@ -42,6 +42,7 @@ struct Grasp {
 };
 
 struct TouchState;
+struct TouchedSurface;
 
 class Grasps final : public RowSource {
  public:
@@ -50,6 +51,7 @@ class Grasps final : public RowSource {
               const DisplacementField* field, Pass pass);
 
   std::int32_t begin(TouchStep& step) override;
+  void forget_rest() override { seen_ = 0; }
   void request_of_tool(TouchStep& step, std::int32_t t) override;
   bool asks_again(TouchStep& step) override;
   void take_reactions(TouchStep& step, bool solved) override;
@@ -79,6 +81,7 @@ class Grasps final : public RowSource {
   std::uint32_t tell_forces(std::int32_t t, const Tool& tool, const TouchState& state, Vec3 unit, Vec3* torque,
                             Vec3* torque_along);
 
+  void follow_surface(const TouchedSurface& surface);
   void close(Grasp& grasp, const Tool& tool);
   void find_patch(const SurfacePoint& place, double radius, GraspPatch* to);
   Vec3 target(const Grasp& grasp, const Tool& tool, int patch, int part) const;
@@ -89,7 +92,8 @@ class Grasps final : public RowSource {
   DiscSource source_ = {};
   const DisplacementField* field_ = nullptr;
   Pass pass_ = Pass::contact;
-  std::int32_t most_nodes_ = 0;
+  std::int32_t most_nodes_ = 0, most_tools_ = 0;
+  std::int32_t seen_ = 0;    // divided nodes that the grasps have followed
   Grasp* grasps_ = nullptr;  // [max_tools]
   // What the slips of a step have shown.
   struct Slip {

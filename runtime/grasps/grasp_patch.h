@@ -17,6 +17,8 @@ struct GraspPatch {
   // The gradients are those of a disc of this many node spacings at least: below that the torque depends on where it lies between the nodes.
   static constexpr double kResolved = 1;
   std::int32_t count = 0, has_gradients = 0;
+  SurfacePoint middle = {};  // of the disc, when it closed
+  double radius = 0;         // m
   std::int32_t node[kMostNodes] = {};
   double weight[3][kMostNodes] = {};      // of the mean and the two gradients
   Mat3 local[3];                          // m/N, and 1/(N m): compliance that the mesh does not resolve

@@ -44,7 +44,9 @@ class DeformingBody {
   MeshFollower::Layout follow(AddedCompliance* added) { return solver_.follow(added); }
   void split(const MeshFollower::Split& split, bool replayed) { solver_.split(split, replayed); }
   void remove(std::int32_t tetrahedron) { solver_.remove(tetrahedron); }
-  void ground(std::int32_t node, double stiffness) { solver_.ground(node, stiffness); }
+  void take_supports(const MeshFollower::Support* supports, std::int32_t count) {
+    solver_.take_supports(supports, count);
+  }
   void changed(bool replayed) { solver_.changed(replayed); }
   void forget_changes() { solver_.forget_changes(); }
 

@@ -64,8 +64,7 @@ void HyperelasticEnergy::reorder(const std::int32_t* improved) {
 
 bool HyperelasticEnergy::create(SceneMemory& memory, const HyperelasticBody& body, bool has_preload,
                                 const NewNodes& new_nodes) {
-  if (!elements_.create(memory, body, place_, rows_, new_nodes.count) || !take_supports(memory, body, new_nodes))
-    return false;
+  if (!elements_.create(memory, body, place_, rows_, new_nodes.count) || !take_supports(memory, body)) return false;
   if (new_nodes.count > 0) {
     new_.origin = memory.array<std::int32_t>(static_cast<std::size_t>(nodes_));
     for (std::int32_t n = 0; n < nodes_ && new_.origin; ++n) new_.origin[n] = n;
@@ -77,7 +76,7 @@ bool HyperelasticEnergy::create(SceneMemory& memory, const HyperelasticBody& bod
     for (int i = 0; i < 3; ++i)
       if (place_[n] < at_rest_ && body.fixed[3 * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)])
         held_[held_count_++] = 3 * place_[n] + i;
-  new_.held = held_count_, new_.supports = support_count_;
+  new_.held = held_count_;
   return true;
 }
 
@@ -94,27 +93,18 @@ void HyperelasticEnergy::split(const MeshFollower::Split& split) {
   elements_.split(from, to, split.tetrahedra, split.count);
 }
 
-void HyperelasticEnergy::ground(std::int32_t node, double stiffness) {
-  if (support_count_ == new_.supports + MeshFollower::kMostGrounded) return;
-  support_place_[2 * support_count_] = support_place_[2 * support_count_ + 1] = place_[node];
-  double* const k = support_stiffness_ + 9 * static_cast<std::size_t>(support_count_++);
-  std::fill_n(k, 9, 0.0);
-  for (int i = 0; i < 3; ++i) k[4 * i] = stiffness;
-}
-
 void HyperelasticEnergy::forget_changes() {
   if (!new_.origin) return;
   for (std::int32_t n = 0; n < nodes_; ++n) new_.origin[n] = n;
-  new_.made = 0, new_.removed = false;
-  held_count_ = new_.held, support_count_ = new_.supports;
+  new_.made = 0, new_.removed = false, new_.supports = nullptr;
+  held_count_ = new_.held;
   elements_.forget_changes();
 }
 
-bool HyperelasticEnergy::take_supports(SceneMemory& memory, const HyperelasticBody& body, const NewNodes& new_nodes) {
-  const auto count = static_cast<std::size_t>(body.support_count),
-             most = count + (new_nodes.count > 0 ? MeshFollower::kMostGrounded : 0);
-  support_place_ = memory.array<std::int32_t>(2 * most);
-  support_stiffness_ = memory.array<double>(9 * most);
+bool HyperelasticEnergy::take_supports(SceneMemory& memory, const HyperelasticBody& body) {
+  const auto count = static_cast<std::size_t>(body.support_count);
+  support_place_ = memory.array<std::int32_t>(2 * count);
+  support_stiffness_ = memory.array<double>(9 * count);
   if (memory.failed()) return false;
   for (std::size_t i = 0; i < 2 * count; ++i) support_place_[i] = place_[body.support_nodes[i]];
   std::copy(body.support_stiffness, body.support_stiffness + 9 * count, support_stiffness_);
@@ -125,29 +115,41 @@ bool HyperelasticEnergy::take_supports(SceneMemory& memory, const HyperelasticBo
 // The energy of the soft supports, J. f += their forces.
 double HyperelasticEnergy::add_supports(const float* u, float* f) const {
   double twice = 0;
-  for (std::int32_t p = 0; p < support_count_; ++p) {
-    const double* const k = support_stiffness_ + 9 * static_cast<std::size_t>(p);
-    const std::int32_t a = support_place_[2 * p], b = support_place_[2 * p + 1];
-    float at_a[3], at_b[3];  // from where they are slack
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::size_t of_a = 3 * static_cast<std::size_t>(a) + i, of_b = 3 * static_cast<std::size_t>(b) + i;
-      at_a[i] = base_ ? base_[of_a] + u[of_a] : u[of_a], at_b[i] = base_ ? base_[of_b] + u[of_b] : u[of_b];
+  if (new_.supports) {
+    for (std::int32_t p = 0; p < new_.support_count; ++p) {
+      const MeshFollower::Support& support = new_.supports[p];
+      twice += add_support(place_[support.node], place_[support.other], support.block.m[0], u, f);
     }
-    double on_a[3], on_b[3];
-    for (int i = 0; i < 3; ++i) {
-      on_a[i] = k[3 * i] * static_cast<double>(at_b[0]) + k[3 * i + 1] * static_cast<double>(at_b[1]) +
-                k[3 * i + 2] * static_cast<double>(at_b[2]);
-      on_b[i] = k[i] * static_cast<double>(at_a[0]) + k[3 + i] * static_cast<double>(at_a[1]) +
-                k[6 + i] * static_cast<double>(at_a[2]);
-    }
-    for (int i = 0; i < 3; ++i) {
-      twice += static_cast<double>(at_a[i]) * on_a[i] * (a == b ? 1 : 2);
-      if (a < rows_) f[3 * static_cast<std::size_t>(a) + static_cast<std::size_t>(i)] += static_cast<float>(on_a[i]);
-      if (a != b && b < rows_)
-        f[3 * static_cast<std::size_t>(b) + static_cast<std::size_t>(i)] += static_cast<float>(on_b[i]);
-    }
+    return twice / 2;
   }
+  for (std::int32_t p = 0; p < support_count_; ++p)
+    twice += add_support(support_place_[2 * p], support_place_[2 * p + 1],
+                         support_stiffness_ + 9 * static_cast<std::size_t>(p), u, f);
   return twice / 2;
+}
+
+// J, twice the energy of a pair of places; k: [3][3] N/m, in the rows of a.
+double HyperelasticEnergy::add_support(std::int32_t a, std::int32_t b, const double* k, const float* u,
+                                       float* f) const {
+  float at_a[3], at_b[3];  // from where they are slack
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t of_a = 3 * static_cast<std::size_t>(a) + i, of_b = 3 * static_cast<std::size_t>(b) + i;
+    at_a[i] = base_ ? base_[of_a] + u[of_a] : u[of_a], at_b[i] = base_ ? base_[of_b] + u[of_b] : u[of_b];
+  }
+  double on_a[3], on_b[3], twice = 0;
+  for (int i = 0; i < 3; ++i) {
+    on_a[i] = k[3 * i] * static_cast<double>(at_b[0]) + k[3 * i + 1] * static_cast<double>(at_b[1]) +
+              k[3 * i + 2] * static_cast<double>(at_b[2]);
+    on_b[i] = k[i] * static_cast<double>(at_a[0]) + k[3 + i] * static_cast<double>(at_a[1]) +
+              k[6 + i] * static_cast<double>(at_a[2]);
+  }
+  for (int i = 0; i < 3; ++i) {
+    twice += static_cast<double>(at_a[i]) * on_a[i] * (a == b ? 1 : 2);
+    if (a < rows_) f[3 * static_cast<std::size_t>(a) + static_cast<std::size_t>(i)] += static_cast<float>(on_a[i]);
+    if (a != b && b < rows_)
+      f[3 * static_cast<std::size_t>(b) + static_cast<std::size_t>(i)] += static_cast<float>(on_b[i]);
+  }
+  return twice;
 }
 
 bool HyperelasticEnergy::take_load(SceneMemory& memory, const HyperelasticBody& body, const BlockRows& stiffness,

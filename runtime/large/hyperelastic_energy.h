@@ -81,7 +81,9 @@ class HyperelasticEnergy {
   // The mesh is cut (mesh_follower.h): then evaluate anew, with displacements of new nodes.
   void split(const MeshFollower::Split& split);
   void remove(std::int32_t tetrahedron) { elements_.remove(tetrahedron), new_.removed = true; }
-  void ground(std::int32_t node, double stiffness);
+  void take_supports(const MeshFollower::Support* supports, std::int32_t count) {
+    new_.supports = supports, new_.support_count = count;
+  }
   void forget_changes();
   bool is_changed() const { return new_.made > 0 || new_.removed; }
   // A load acts at rest, so that a changed body does not rest where the uncut one does.
@@ -104,8 +106,9 @@ class HyperelasticEnergy {
     bool acts = false;                     // an amount is not zero
   };
   const float* from_mesh(const float* u) const;
-  bool take_supports(SceneMemory& memory, const HyperelasticBody& body, const NewNodes& new_nodes);
+  bool take_supports(SceneMemory& memory, const HyperelasticBody& body);
   double add_supports(const float* u, float* f) const;
+  double add_support(std::int32_t a, std::int32_t b, const double* k, const float* u, float* f) const;
   void take_force(const RowForce& force, const double* row, float* load) const;
   Vec3 displaced(std::int32_t place, const float* u, bool with_offset) const;
   void clear_held_dofs(const HyperelasticBody& body, float* f) const;
@@ -127,8 +130,10 @@ class HyperelasticEnergy {
   struct New {
     std::int32_t* origin =
         nullptr;  // [nodes] each node, or the node at rest that a new one comes from; nullptr: the mesh is not cut
-    std::int32_t made = 0, held = 0, supports = 0;
+    std::int32_t made = 0, held = 0;
     bool removed = false;
+    const MeshFollower::Support* supports = nullptr;  // in place of the uncut body's; nullptr: these
+    std::int32_t support_count = 0;
   } new_;
   double base_energy_ = 0, noise_ = 0;  // J
   double load_share_ = 1;

@@ -21,7 +21,9 @@ class LargeBody : public Body, public MeshFollower {
   Layout follow(AddedCompliance* added) override { return deforming_.follow(added); }
   void split(const Split& split, bool replayed) override { deforming_.split(split, replayed); }
   void remove(std::int32_t tetrahedron) override { deforming_.remove(tetrahedron); }
-  void ground(std::int32_t node, double stiffness) override { deforming_.ground(node, stiffness); }
+  void take_supports(const Support* supports, std::int32_t count) override {
+    deforming_.take_supports(supports, count);
+  }
   void changed(bool replayed) override { deforming_.changed(replayed); }
   void forget_changes() override { deforming_.forget_changes(); }
 

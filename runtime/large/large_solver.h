@@ -81,7 +81,9 @@ class LargeSolver {
   MeshFollower::Layout follow(AddedCompliance* added);
   void split(const MeshFollower::Split& split, bool replayed);
   void remove(std::int32_t tetrahedron) { energy_.remove(tetrahedron); }
-  void ground(std::int32_t node, double stiffness) { energy_.ground(node, stiffness); }
+  void take_supports(const MeshFollower::Support* supports, std::int32_t count) {
+    energy_.take_supports(supports, count);
+  }
   void changed(bool replayed);
   void forget_changes() { energy_.forget_changes(); }
 

@@ -75,8 +75,6 @@ class MeshFollower {
   virtual void follow_beside(Body* /*linear*/, MeshStream* /*stream*/) {}
   // In the thread of the touch: a surface node has what another one has, until a solution tells.
   virtual void copy_node(std::int32_t /*from*/, std::int32_t /*to*/) {}
-  static constexpr std::int32_t kMostGrounded = 1024;
-
   struct Layout {
     const std::int32_t* place = nullptr;  // [nodes of the mesh]
     std::int32_t rows = 0;                // nodes at places below it move
@@ -97,8 +95,13 @@ class MeshFollower {
   // m, by which a new node is off its place at rest in the bundle.
   virtual void bring(std::int32_t /*node*/, Vec3 /*on*/) {}
   virtual void remove(std::int32_t /*tetrahedron*/) {}
-  // A spring, N/m along each axis, holds a node where it is at rest.
-  virtual void ground(std::int32_t /*node*/, double /*stiffness*/) {}
+  // Part of the soft supports: a block, N/m, in the rows of one node and the columns of another one, or of the same.
+  struct Support {
+    std::int32_t node, other;
+    Mat3 block;
+  };
+  // All of them from now on. Borrowed.
+  virtual void take_supports(const Support* /*supports*/, std::int32_t /*count*/) {}
   virtual void changed(bool /*replayed*/) {}
   virtual void forget_changes() {}
 

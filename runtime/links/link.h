@@ -31,6 +31,7 @@ struct LinkEnd {
   std::int32_t constraint = -1;  // of this step, in that organ. Where both ends are on one organ the first one has it
   std::int32_t unused = 0;       // in the place of padding, which a saved state would hold
   std::int32_t node[kMostNodes] = {};
+  std::int32_t at_rest[kMostNodes] = {};  // the bundle's nodes that they were before a cut
   double weight[kMostNodes] = {};
   Mat3 local;        // m/N, compliance below its disc that the mesh does not resolve
   ContactDisc disc;  // in x, y, z

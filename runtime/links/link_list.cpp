@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "runtime/contact/divided_nodes.h"
 #include "runtime/contact/touch.h"
 
 namespace palpate {
@@ -20,8 +21,10 @@ bool LinkList::create(SceneMemory& memory, const LinkedOrgan* organs, std::int32
   organs_ = organs, organ_count_ = organ_count, in_world_ = in_world, capacity_ = capacity;
   links_ = memory.array<Link>(static_cast<std::size_t>(capacity));
   coming_ = memory.array<Link>(static_cast<std::size_t>(capacity));
+  seen_ = memory.array<std::int32_t>(static_cast<std::size_t>(organ_count));
   memory.keep(count_);
   memory.keep(path_);
+  memory.keep_array(seen_, static_cast<std::size_t>(organ_count));
   memory.keep_array(links_, static_cast<std::size_t>(capacity), count_);
   return !memory.failed();
 }
@@ -74,6 +77,10 @@ void LinkList::end_set(std::int32_t count) {
     for (int e = 0; e < 2; ++e) {
       find_link_end(organs_[link.ends[e].organ].surface, link.given.ends[e], link.given.radius, &link.ends[e]);
       link.reach += reach_of(link.ends[e]);
+      LinkEnd& found = link.ends[e];
+      const DividedNodes* const divided = touch(found).surface.divided;
+      for (std::int32_t v = 0; v < found.count; ++v)
+        found.at_rest[v] = divided ? divided->at_rest(found.node[v]) : found.node[v];
     }
   }
   std::swap(links_, coming_);
@@ -97,7 +104,9 @@ double LinkList::reach_of(const LinkEnd& end) const {
 }
 
 void LinkList::forget() {
+  std::fill_n(seen_, organ_count_, 0);
   for (std::int32_t i = 0; i < count_; ++i) {
+    for (LinkEnd& end : links_[i].ends) std::copy_n(end.at_rest, end.count, end.node);
     start_link(links_[i], links_[i].given, i);
     place(links_[i]);
   }
@@ -153,7 +162,25 @@ const palpate_link_state* LinkList::state(std::int32_t i) const {
 
 // ---- a step ----------------------------------------------------------------------------------------------------------
 
+// A link holds the tissue that it was given: where a cut divides it, the side that the end touches.
+void LinkList::follow_surfaces() {
+  for (std::int32_t k = 0; k < organ_count_; ++k) {
+    const DividedNodes* const divided = organs_[k].touch->surface.divided;
+    if (!divided || divided->made() == seen_[k]) continue;
+    for (std::int32_t i = 0; i < count_; ++i)
+      for (int e = 0; e < 2; ++e) {
+        LinkEnd& end = links_[i].ends[e];
+        const palpate_link_end& given = links_[i].given.ends[e];
+        if (end.organ == k && given.kind == PALPATE_END_SURFACE_POINT)
+          follow_divided(*divided, seen_[k], surface_point_of(given.triangle, given.barycentric),
+                         links_[i].given.radius, end.node, end.count);
+      }
+    seen_[k] = divided->made();
+  }
+}
+
 void LinkList::place_ends() {
+  follow_surfaces();
   for (std::int32_t i = 0; i < count_; ++i) {
     Link& link = links_[i];
     drop_rows(link);

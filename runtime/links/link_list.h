@@ -78,8 +78,9 @@ class LinkList {
 
   const LinkedOrgan* organs_ = nullptr;
   std::int32_t organ_count_ = 0, count_ = 0;
-  Link* links_ = nullptr;  // [capacity]
-  double path_ = 0;        // sqrt(J), sum of the norms of the field's changes, as far as they were measured
+  Link* links_ = nullptr;         // [capacity]
+  std::int32_t* seen_ = nullptr;  // [organ_count] divided nodes that the ends have followed
+  double path_ = 0;               // sqrt(J), sum of the norms of the field's changes, as far as they were measured
 
  private:
   palpate_status begin_set(const Names& names, std::int32_t count, bool missing, palpate_error* error) const;
@@ -89,6 +90,7 @@ class LinkList {
   double reach_of(const LinkEnd& end) const;
   void place(Link& link) const;
   void take_back(Link& link) const;
+  void follow_surfaces();
   Mat3 compliance_between(const Link& one, const Link& other) const;
 
   Link* coming_ = nullptr;  // [capacity]

@@ -48,6 +48,7 @@ double Links::longest(const Link& link) const {
 // Whether a link may be slack without being measured, if the field has changed little. What runs on shares its length with neighbours.
 bool Links::may_rest(std::int32_t i) const {
   const Link& link = links_[i];
+  if (organ_.surface.active) return false;  // the bound is that of the uncut organ
   return link.given.kind == PALPATE_LINK_THREAD && !has_rows(link) && !in_chain(i) && std::isfinite(link.path) &&
          longest(link) + kLeastSlack < link.rest_length;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "runtime/contact/contact_patch.h"
+#include "runtime/contact/divided_nodes.h"
 #include "runtime/contact/touch_step.h"
 
 namespace palpate {
@@ -46,14 +47,14 @@ bool Obstacles::create(SceneMemory& memory, const Source& source, std::int32_t c
   memory.keep_array(moved_, obstacles);
   memory.keep_array(states_, obstacles);
   memory.keep_array(due_, obstacles * nodes);
-  memory.keep(held_count_);
+  memory.keep(held_count_), memory.keep(seen_);
   memory.keep_array(held_, obstacles * nodes, held_count_);
   forget_rest();
   return !memory.failed();
 }
 
 void Obstacles::forget_rest() {
-  held_count_ = 0;
+  held_count_ = seen_ = 0;
   for (std::int32_t i = 0; i < count_; ++i) {
     moved_[i].way = 0, moved_[i].begun = 0, moved_[i].apart = -1;
     states_[i] = palpate_obstacle_state{};
@@ -180,6 +181,23 @@ void Obstacles::search(std::int32_t i, std::int32_t* next_held) {
   }
 }
 
+// Where a cut divides a node that an obstacle holds, both parts go on as it was.
+void Obstacles::follow_surface() {
+  const DividedNodes* const divided = touch_->surface.divided;
+  for (; divided && seen_ < divided->made(); ++seen_) {
+    const DividedNodes::Pair pair = divided->pair(seen_);
+    for (std::int32_t k = 0; k < held_count_; ++k) {
+      if (held_[k].node != pair.from) continue;
+      std::int32_t at = held_count_++;
+      for (; held_[at - 1].obstacle > held_[k].obstacle ||
+             (held_[at - 1].obstacle == held_[k].obstacle && held_[at - 1].node > pair.node);
+           --at)
+        held_[at] = held_[at - 1];
+      held_[at] = held_[k], held_[at].node = pair.node;
+    }
+  }
+}
+
 // Where there are more nodes than the scene has room for, those that press stay, and of the others the nearest.
 std::uint32_t Obstacles::keep_nearest() {
   if (found_count_ <= most_) return 0;
@@ -201,6 +219,7 @@ std::uint32_t Obstacles::keep_nearest() {
 
 std::int32_t Obstacles::begin(TouchStep& step) {
   work_ = {}, flags_ = at_peace_ = 0, found_count_ = 0;
+  follow_surface();
   std::int32_t next_held = 0;
   // All obstacles have the organ's pose of the same step.
   const bool organ_stands = moved_[0].begun && same_pose(touch_->organ.pose(), moved_[0].organ_before);

@@ -82,6 +82,7 @@ class Obstacles final : public RowSource {
   bool faces(std::int32_t i, std::int32_t node, Vec3 normal);
   bool look(std::int32_t i, std::int32_t node, const Held* before, Held* found);
   double overlap_of(std::int32_t i, std::int32_t node, double gap);
+  void follow_surface();
   void search(std::int32_t i, std::int32_t* next_held);
   std::uint32_t keep_nearest();
   bool rubs(const Held& held) const { return obstacles_[held.obstacle].friction > 0 && held.rubs > 0; }
@@ -101,6 +102,7 @@ class Obstacles final : public RowSource {
   Held *held_ = nullptr, *found_ = nullptr;   // [capacity], ascending by obstacle and node
   double* nearness_ = nullptr;                // [capacity]
   std::int32_t held_count_ = 0, found_count_ = 0;
+  std::int32_t seen_ = 0;                   // divided nodes that the held ones have followed
   std::uint32_t flags_ = 0, at_peace_ = 0;  // at_peace_: a bit for each obstacle that stays far in this step
   QueryWork work_;
 };

@@ -2,6 +2,7 @@
 
 #include <Eigen/CholmodSupport>
 #include <algorithm>
+#include <map>
 
 namespace palpate {
 
@@ -14,11 +15,30 @@ CutChange OwnedChange::get() const {
           static_cast<std::int32_t>(removed.size())};
 }
 
+CutReference::CutReference(ElasticBody rest)
+    : body_(rest), rest_(std::move(rest)), left_(body_.tetrahedra.size(), 1), below_(body_.triangles.size(), 0) {
+  for (std::size_t n = 0; n < body_.nodes.size(); ++n) origin_.push_back(static_cast<std::int32_t>(n));
+  std::map<std::array<std::int32_t, 3>, std::size_t> of_face;
+  for (std::size_t e = 0; e < body_.tetrahedra.size(); ++e)
+    for (std::size_t c = 0; c < 4; ++c) {
+      const auto& t = body_.tetrahedra[e];
+      std::array<std::int32_t, 3> face = {t[(c + 1) % 4], t[(c + 2) % 4], t[(c + 3) % 4]};
+      std::ranges::sort(face);
+      of_face[face] = e;
+    }
+  for (std::size_t t = 0; t < body_.triangles.size(); ++t) {
+    std::array<std::int32_t, 3> face = body_.triangles[t];
+    std::ranges::sort(face);
+    below_[t] = of_face.at(face);
+  }
+}
+
 void CutReference::apply(const OwnedChange& change) {
   for (const auto& made : change.new_nodes) {
     const auto from = static_cast<std::size_t>(made.from);
     body_.nodes.push_back(body_.nodes[from]);
     body_.fixed.push_back(body_.fixed[from]);
+    origin_.push_back(origin_[from]);
   }
   for (const auto& moved : change.moved)
     std::copy(moved.corners, moved.corners + 4, body_.tetrahedra[static_cast<std::size_t>(moved.tetrahedron)].begin());
@@ -37,7 +57,66 @@ ElasticBody CutReference::now() const {
   result.tetrahedra.clear(), result.region.clear();
   for (std::size_t e = 0; e < body_.tetrahedra.size(); ++e)
     if (left_[e]) result.tetrahedra.push_back(body_.tetrahedra[e]), result.region.push_back(body_.region[e]);
+  for (std::size_t t = 0; t < body_.triangles.size(); ++t)
+    for (auto& node : result.triangles[t])
+      for (const auto corner : body_.tetrahedra[below_[t]])
+        if (origin_[static_cast<std::size_t>(corner)] ==
+            rest_.triangles[t][static_cast<std::size_t>(&node - result.triangles[t].data())])
+          node = corner;
+  for (auto& foundation : result.foundations)
+    std::erase_if(foundation.triangles, [&](std::int32_t t) { return !left_[below_[static_cast<std::size_t>(t)]]; });
+  if (rest_.springs.empty()) return result;
+  const auto shares = shares_of_springs();
+  for (auto& set : result.springs) {
+    std::vector<Spring> divided;
+    for (const Spring& spring : set.springs)
+      for (const auto& [a, share_a] : shares[static_cast<std::size_t>(spring.a)]) {
+        Spring part = spring;
+        part.a = a;
+        if (spring.b == Spring::kWorld) {
+          part.stiffness = share_a * spring.stiffness;
+          divided.push_back(part);
+          continue;
+        }
+        for (const auto& [b, share_b] : shares[static_cast<std::size_t>(spring.b)]) {
+          part.b = b, part.stiffness = share_a * share_b * spring.stiffness;
+          divided.push_back(part);
+        }
+      }
+    set.springs = divided;
+  }
   return result;
+}
+
+// Of each node at rest: the nodes at its place with their shares.
+std::vector<std::vector<std::pair<std::int32_t, double>>> CutReference::shares_of_springs() const {
+  std::vector<char> has(rest_.nodes.size(), 0);
+  for (const auto& set : rest_.springs)
+    for (const Spring& spring : set.springs) {
+      has[static_cast<std::size_t>(spring.a)] = 1;
+      if (spring.b != Spring::kWorld) has[static_cast<std::size_t>(spring.b)] = 1;
+    }
+  std::vector<std::map<std::int32_t, double>> own(rest_.nodes.size()), any(rest_.nodes.size());
+  for (std::size_t t = 0; t < rest_.triangles.size(); ++t) {
+    const auto& rest = rest_.triangles[t];
+    const bool all = std::ranges::all_of(rest, [&](std::int32_t n) { return has[static_cast<std::size_t>(n)] != 0; });
+    const double area = area_of(rest_, {"", 0, 0, {static_cast<std::int32_t>(t)}});
+    for (const auto corner : body_.tetrahedra[below_[t]]) {
+      const auto at = origin_[static_cast<std::size_t>(corner)];
+      if (std::ranges::find(rest, at) == rest.end()) continue;
+      any[static_cast<std::size_t>(at)][corner] += area;
+      if (all) own[static_cast<std::size_t>(at)][corner] += area;
+    }
+  }
+  std::vector<std::vector<std::pair<std::int32_t, double>>> shares(rest_.nodes.size());
+  for (std::size_t n = 0; n < rest_.nodes.size(); ++n) {
+    const auto& areas = own[n].empty() ? any[n] : own[n];
+    double sum = 0;
+    for (const auto& [node, area] : areas) sum += area;
+    for (const auto& [node, area] : areas) shares[n].emplace_back(node, area / sum);
+    if (areas.empty()) shares[n].emplace_back(static_cast<std::int32_t>(n), 1);
+  }
+  return shares;
 }
 
 struct FactoredBody::Factor {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "precompute/elements/discretisation.h"
@@ -22,7 +23,7 @@ struct OwnedChange {
 
 class CutReference {
  public:
-  explicit CutReference(ElasticBody rest) : body_(rest), rest_(std::move(rest)), left_(body_.tetrahedra.size(), 1) {}
+  explicit CutReference(ElasticBody rest);
   const ElasticBody& rest() const { return rest_; }
   // Nodes with the new ones, tetrahedra with their corners now; removed ones are still there.
   const std::vector<std::array<std::int32_t, 4>>& corners() const { return body_.tetrahedra; }
@@ -50,12 +51,17 @@ class CutReference {
     return change;
   }
   std::array<double, 3> centre(std::size_t e) const;
-  // What is left, as a body of its own with the same nodes.
+  // What is left, as a body of its own with the same nodes. Foundations are below the triangles that are left, with the corners that they have now; of a
+  // spring each node at its place has the share that the node has of the area of the triangles there whose corners all have springs.
   ElasticBody now() const;
 
  private:
+  std::vector<std::vector<std::pair<std::int32_t, double>>> shares_of_springs() const;
+
   ElasticBody body_, rest_;
   std::vector<char> left_;
+  std::vector<std::int32_t> origin_;  // [nodes] node at rest
+  std::vector<std::size_t> below_;    // [triangles] tetrahedron
 };
 
 // K of a body, factored. A node without tetrahedra stands on a spring.

@@ -250,7 +250,11 @@ void Referee::check(int s) {
   const bool large = of_.def.large.deformation != PALPATE_DEFORMATION_LINEAR;
   last_u_ = s == 0 ? VectorXd(VectorXd::Zero(rest_.size())) : organs_[0].u;
   for (int k = 0; k < stage_.organs(); ++k) read(organs_[k], k);
-  if (s == 0 || has_changed_) measure_surface();
+  if (s == 0 || has_changed_) {
+    const std::vector<std::int32_t> before = triangles_;
+    measure_surface();
+    follow_jaws(before);
+  }
   // Beside its steps a hyperelastic body only approaches the solution: what it is held to, it is where all stands still.
   const bool looks = stage_.flags == 0 && (!large || s == kSteps - 1);
   trusted += stage_.flags == 0;
@@ -489,6 +493,38 @@ void Referee::close_jaws(const palpate_grasp& grasp) {
   jaws_.id = grasp.id, jaws_.position = vector(grasp.position), jaws_.turn = turn_of(grasp);
   jaws_.rows = jaws.rows(jaws_.position, Vector3d::Zero(), Eigen::Quaterniond::Identity());
   jaws_.closed_on = last_u_;
+  const std::int32_t* const corner = triangles_.data() + 3 * grasp.triangle;
+  jaws_.middle = Vector3d::Zero(), jaws_.radius = grasp.radius;
+  for (int v = 0; v < 3; ++v) jaws_.middle += grasp.barycentric[v] * Vector3d(position_.data() + 3 * corner[v]);
+}
+
+// Of a node that was divided the jaws hold the part with most of their disc's area on triangles of the whole organ. before: the triangles.
+void Referee::follow_jaws(const std::vector<std::int32_t>& before) {
+  std::map<std::int32_t, std::int32_t> now;
+  for (const studies::Row& row : jaws_.rows)
+    for (const studies::Row::Term& term : row.terms) now[static_cast<std::int32_t>(term.dof / 3)] = -1;
+  for (auto& [node, part] : now) {
+    part = node;
+    std::map<std::int32_t, double> area;
+    for (std::size_t t = 0; t < body_.touched.body.triangles.size(); ++t)
+      for (std::size_t v = 3 * t; v < 3 * t + 3; ++v) {
+        if (before[v] != node) continue;
+        const Vector3d a(position_.data() + 3 * before[3 * t]), b(position_.data() + 3 * before[3 * t + 1]),
+            c(position_.data() + 3 * before[3 * t + 2]);
+        constexpr int parts = 40;
+        for (int i = 0; i < parts; ++i)
+          for (int j = 0; i + j < parts; ++j) {
+            const Vector3d p = a + (i + 0.5) / parts * (b - a) + (j + 0.5) / parts * (c - a);
+            if ((p - jaws_.middle).norm() <= jaws_.radius) area[triangles_[v]] += (b - a).cross(c - a).norm();
+          }
+      }
+    for (const auto& [other, held] : area)
+      if (held > area[part]) part = other;
+    jaws_.closed_on.segment<3>(3 * part) = Vector3d(jaws_.closed_on.segment<3>(3 * node));
+  }
+  for (studies::Row& row : jaws_.rows)
+    for (studies::Row::Term& term : row.terms)
+      term.dof = 3 * now[static_cast<std::int32_t>(term.dof / 3)] + term.dof % 3;
 }
 
 void Referee::check_grasp(const Organ& organ) {
@@ -513,7 +549,7 @@ void Referee::check_grasp(const Organ& organ) {
       if (at == index.end()) return miss("nodes of the jaws", 1, 1);
       h(3 * at->second + term.dof % 3, r) = term.weight;
       // The node's motion since the jaws closed, less that of the jaws.
-      const Vector3d closed = jaws_.closed_on.segment<3>(3 * node), y = rest(node) + closed,
+      const Vector3d closed = jaws_.closed_on.segment<3>(3 * node), y = rest(organ.left[0].origin(node)) + closed,
                      moved = turn * (y - jaws_.position) + vector(grasp.position) - y;
       ahead[r] += term.weight * (organ.u[term.dof] - closed[term.dof % 3] - moved[term.dof % 3]);
     }

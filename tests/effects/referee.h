@@ -69,6 +69,7 @@ class Referee {
   void check_law(const palpate_contact& contact, const Eigen::Vector3d& ahead, const Eigen::Vector3d& force);
   void check_tools(const Organ& organ);
   void close_jaws(const palpate_grasp& grasp);
+  void follow_jaws(const std::vector<std::int32_t>& before);
   void check_pusher(const Organ& organ);
   void check_grasp(const Organ& organ);
   void check_needle(const Organ& organ);
@@ -105,6 +106,8 @@ class Referee {
     std::int32_t id = -1;
     Eigen::Vector3d position;
     Eigen::Quaterniond turn;
+    Eigen::Vector3d middle;  // m, of the disc at rest
+    double radius;           // m
     std::vector<studies::Row> rows;
     Eigen::VectorXd closed_on;  // m, of all nodes
   } jaws_;

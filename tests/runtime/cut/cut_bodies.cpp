@@ -81,7 +81,8 @@ CutBody BodyToCut::view() const {
           triangles.data(),
           static_cast<std::int32_t>(triangles.size() / 3),
           held.empty() ? nullptr : held.data(),
-          dividable.empty() ? nullptr : dividable.data()};
+          dividable.empty() ? nullptr : dividable.data(),
+          support.empty() ? nullptr : support.data()};
 }
 
 std::vector<std::int32_t> BodyToCut::inner_faces() const {
@@ -92,7 +93,7 @@ std::vector<std::int32_t> BodyToCut::inner_faces() const {
 }
 
 BodyToCut body_of(std::vector<double> nodes, std::vector<std::int32_t> tetrahedra) {
-  BodyToCut body{std::move(nodes), std::move(tetrahedra), {}, {}, {}};
+  BodyToCut body{std::move(nodes), std::move(tetrahedra), {}, {}, {}, {}};
   const auto sides = sides_of(body);
   for (std::int32_t f = 0; f < 4 * body.tetrahedron_count(); ++f)
     if (!sides.count(f))

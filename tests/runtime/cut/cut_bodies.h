@@ -16,6 +16,7 @@ struct BodyToCut {
   std::vector<double> nodes;
   std::vector<std::int32_t> tetrahedra, triangles;
   std::vector<std::uint8_t> held, dividable;
+  std::vector<Mat3> support;  // of the triangles
 
   CutBody view() const;
   std::int32_t node_count() const { return static_cast<std::int32_t>(nodes.size() / 3); }

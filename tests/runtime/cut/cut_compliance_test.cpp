@@ -35,9 +35,13 @@ struct Cut {
       : element(of),
         large(rest, of),
         body(rest),
+        foundation(foundation_of_triangles(rest)),
         uncut(rest, of),
         pairs(uncut, columns.empty() ? all_of(body.nodes()) : columns, body.nodes(), single) {
-    made = compliance.create(memory, large.get(), pairs, capacity);
+    made = compliance.create(
+        memory, large.get(), pairs, capacity,
+        {rest.triangles.empty() ? nullptr : body.rest().triangles[0].data(),
+         foundation.empty() ? nullptr : foundation[0].data(), static_cast<std::int32_t>(rest.triangles.size())});
     response.resize(2, std::vector<double>(compliance.response_numbers()));
   }
   ~Cut() { memory.release_all(); }
@@ -83,6 +87,7 @@ struct Cut {
   Element element;
   LargeBody large;
   CutReference body;
+  std::vector<std::array<double, 2>> foundation;
   FactoredBody uncut;
   StoredPairs pairs;
   SceneMemory memory{palpate_allocator{}};
@@ -180,6 +185,90 @@ TEST(CutCompliance, ARandomChangeIsThatOfTheStiffness) {
     }
     EXPECT_GT(splits, 8);
     EXPECT_GT(removals, 8);
+  }
+}
+
+// Foundations below two sides, of which one triangle may have two; springs to the world, along an axis and to other nodes; nothing is fixed but two dofs.
+ElasticBody supported(std::array<int, 3> cells, bool springs) {
+  ElasticBody body = two_tissues(cells, 0.45);
+  const auto on = [&](std::size_t axis, double at) {
+    std::vector<std::int32_t> found;
+    for (std::size_t t = 0; t < body.triangles.size(); ++t)
+      if (std::ranges::all_of(body.triangles[t], [&](std::int32_t n) {
+            return std::abs(body.nodes[static_cast<std::size_t>(n)][axis] - at) < 1e-9;
+          }))
+        found.push_back(static_cast<std::int32_t>(t));
+    return found;
+  };
+  const double top = 0.01 * cells[2];
+  std::vector<std::int32_t> half = on(2, 0);
+  half.resize(half.size() / 2);
+  body.foundations = {{"below", 4e5, 1e5, on(2, 0)}, {"half", 3e5, 0, half}, {"side", 2e5, 3e5, on(1, 0)}};
+  if (!springs) return body;
+  SpringSet world{"above", {}}, ties{"ties", {}};
+  for (std::size_t n = 0; n < body.nodes.size(); ++n) {
+    const auto& p = body.nodes[n];
+    if (std::abs(p[2] - top) > 1e-9 || p[0] < 0.015) continue;
+    world.springs.push_back({static_cast<std::int32_t>(n), Spring::kWorld, 20 + static_cast<double>(n % 5)});
+    if (n % 2) world.springs.back().axis = {0.6, 0, 0.8};
+    if (n % 3 == 0 && n > 4)
+      ties.springs.push_back({static_cast<std::int32_t>(n), static_cast<std::int32_t>(n) - 4, 15, {0, 0.8, 0.6}});
+  }
+  body.springs = {world, ties};
+  return body;
+}
+
+TEST(CutCompliance, AFoundationFollowsTheTrianglesThatItIsBelow) {
+  for (const Element element : kElements) {
+    Cut cut(supported({4, 3, 3}, false), element, {200, 60, 1500});
+    ASSERT_TRUE(cut.made);
+    std::mt19937 random(17);
+    int splits = 0, removals = 0;
+    for (int step = 0; step < 60; ++step) {
+      OwnedChange change;
+      if (random() % 2) {
+        change = random_split(cut.body, random);
+        if (change.new_nodes.empty()) continue;
+      } else {
+        const auto e = static_cast<std::int32_t>(random() % cut.body.corners().size());
+        if (!cut.body.is_left(static_cast<std::size_t>(e))) continue;
+        change.removed.push_back(e);
+      }
+      const CutResult result = cut.apply(change);
+      if (result.outcome == CutOutcome::loose) continue;
+      ASSERT_EQ(result.outcome, CutOutcome::made);
+      (change.removed.empty() ? splits : removals)++;
+      std::vector<std::int32_t> nodes = {70, 20, 41};
+      for (std::int32_t n = cut.body.rest().surface_count; n < cut.body.nodes(); n += 9) nodes.push_back(n);
+      const auto [compliance, force] = cut.errors(nodes);
+      ASSERT_LT(compliance, 1e-9) << "step " << step << " element " << static_cast<int>(element);
+      ASSERT_LT(force, 1e-9);
+    }
+    EXPECT_GT(splits, 8);
+    EXPECT_GT(removals, 8);
+  }
+}
+
+TEST(CutCompliance, SpringsAreDividedByTheAreaOfTheTrianglesAtTheirNodes) {
+  for (const Element element : kElements) {
+    Cut cut(supported({4, 3, 3}, true), element, {200, 60, 1500});
+    ASSERT_TRUE(cut.made);
+    std::mt19937 random(29);
+    int splits = 0;
+    for (int step = 0; step < 50; ++step) {
+      const OwnedChange change = random_split(cut.body, random);
+      if (change.new_nodes.empty()) continue;
+      const CutResult result = cut.apply(change);
+      if (result.outcome == CutOutcome::loose) continue;
+      ASSERT_EQ(result.outcome, CutOutcome::made);
+      ++splits;
+      std::vector<std::int32_t> nodes = {70, 20, 41};
+      for (std::int32_t n = cut.body.rest().surface_count; n < cut.body.nodes(); n += 9) nodes.push_back(n);
+      const auto [compliance, force] = cut.errors(nodes);
+      ASSERT_LT(compliance, 1e-9) << "step " << step << " element " << static_cast<int>(element);
+      ASSERT_LT(force, 1e-9);
+    }
+    EXPECT_GT(splits, 20);
   }
 }
 

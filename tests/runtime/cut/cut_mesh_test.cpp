@@ -535,6 +535,40 @@ TEST(CutMesh, ASeveredPieceIsToldInItsStepWithWhatHoldsIt) {
   EXPECT_EQ(held, 1);
 }
 
+// Below the end of a block; along z alone they let it slide.
+TEST(CutMesh, SupportsHoldThePieceThatHasTheirTrianglesIfTheyResistEachShift) {
+  for (const bool slides : {false, true}) {
+    BodyToCut body = block_to_cut(6, 2, 2, 0, 0);
+    body.support.resize(body.triangles.size() / 3);
+    for (std::size_t t = 0; t < body.support.size(); ++t) {
+      bool below = true;
+      for (std::size_t v = 3 * t; v < 3 * t + 3; ++v) {
+        const double* const p = body.nodes.data() + 3 * body.triangles[v];
+        below = below && p[2] == 0 && p[0] >= 4;
+      }
+      for (int i = 0; i < 3; ++i) body.support[t].m[i][i] = below && (i == 2 || !slides);
+    }
+    CutPlay play(body);
+    EXPECT_EQ(play.mesh.pieces().piece(0).is_held, !slides);
+    sweep_plane(play, 0, 2.5, -1, 4, 0.1);
+    ASSERT_GE(play.mesh.pieces().count(), 2);
+    int held = 0;
+    for (std::int32_t i = 0; i < play.mesh.pieces().count(); ++i) {
+      const CutPiece& piece = play.mesh.pieces().piece(i);
+      held += piece.is_held;
+      double most = 0;
+      for (const std::int32_t n : {0, 1, 2, 3})
+        most = std::max(
+            most,
+            body.nodes[3 * static_cast<std::size_t>(body.tetrahedra[static_cast<std::size_t>(4 * piece.first + n)])]);
+      if (piece.is_held) {
+        EXPECT_GE(most, 3) << "its first tetrahedron";
+      }
+    }
+    EXPECT_EQ(held, !slides);
+  }
+}
+
 TEST(CutMesh, AnchorsOnOneLineHoldNothing) {
   BodyToCut body = block_to_cut(4, 2, 2, 0, 0);
   for (std::size_t n = 0; n < body.held.size(); ++n)

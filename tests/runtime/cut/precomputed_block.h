@@ -16,9 +16,14 @@ namespace palpate::tests {
 
 // A block of soft, nearly incompressible tissue that is held at x = 0 and stands on a foundation there; the half away from there may be cut.
 struct Inputs {
+  static constexpr char kBesideTheCut[] =
+      "{ and = [{ patch = \"z0\" }, { half_space = { point = [26, 0, 0], normal = [1, 0, 0] } }] }";
+  static constexpr char kBelowAll[] = "{ patch = \"z0\" }";
+
   explicit Inputs(Element of, std::array<int, 3> cells = {16, 10, 8},
-                  const std::string& region = "{ half_space = { point = [34, 0, 0], normal = [-1, 0, 0] } }")
-      : element(of) {
+                  const std::string& region = "{ half_space = { point = [34, 0, 0], normal = [-1, 0, 0] } }",
+                  const std::string& foundation = kBesideTheCut)
+      : element(of), founded(foundation) {
     write_mesh(file("msh"), box_mesh(cells, {80, 50, 40}, 0.1));
     std::ofstream(file("organ.toml")) << "name = \"block\"\nmesh_unit = \"mm\"\nframe = \"none\"\nelement = \""
                                       << name_of(of) << R"("
@@ -37,12 +42,11 @@ select = { patch = "x0" }
 name = "below"
 normal = { value = 1e4, unit = "N/m^3", source = "test" }
 tangential = { value = 1e4, unit = "N/m^3", source = "test" }
-select = { and = [{ patch = "z0" }, { half_space = { point = [26, 0, 0], normal = [1, 0, 0] } }] }
-[cut]
-region = )" << region << '\n';
+select = )" << foundation
+                                   << "\n[cut]\nregion = " << region << '\n';
   }
   std::filesystem::path file(const std::string& name) const {
-    return scratch(std::string(name_of(element)) + "." + name);
+    return scratch(std::string(name_of(element)) + (founded == kBelowAll ? ".below." : ".") + name);
   }
   std::string precompute(const std::string& options) const {
     const std::string bundle = file("h5").string();
@@ -58,6 +62,7 @@ region = )" << region << '\n';
                              read_boundary_config(file("bc.toml")), {file("msh"), file("organ.toml"), file("bc.toml")});
   }
   Element element;
+  std::string founded;
 };
 
 }  // namespace palpate::tests

@@ -1,9 +1,10 @@
 // Random scenes of an organ that is cut: blades with and without toughness at up to 2 m/s, strokes that cross, end inside, go back in place or stand still,
-// removal, probes that press beside the cut and into it, grips that draw.
+// removal, probes that press beside the cut and into it, grips that draw, jaws that take hold before a cut and lift, and threads, springs and clips.
 #pragma once
 
 #include <palpate/palpate_scene_def.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -38,6 +39,7 @@ class RandomCutScene {
     SceneDef def;
     def.collision = PALPATE_COLLISION_DEFORMED, def.shape = PALPATE_SHAPE_SURFACE;
     def.contact = models[random_() % 4], def.law = laws[random_() % 4];
+    def.links.max_links = kMostLinks, def.grasps.grasps = def.contact == PALPATE_CONTACT_PATCH;
     def.cut.cut = PALPATE_CUT_ON, def.cut.cut_rank = random_() % 3 == 0 ? 150 : 600;
     def.cut.cut_operations = random_() % 2 ? 30'000 : 1'000'000;
     is_large_ = deformation != PALPATE_DEFORMATION_LINEAR;
@@ -48,6 +50,7 @@ class RandomCutScene {
     scene_.reset(made);
     contacts_.resize(palpate_contacts_bytes(made) / 8 + 1);
     disc_ = def.contact == PALPATE_CONTACT_PATCH ? 0.004 : 0;
+    triangles_ = info.triangle_count;
     begin_stroke();
   }
 
@@ -61,6 +64,7 @@ class RandomCutScene {
       palpate_scene_remove_tissue(scene_.get(), centre.data(), 0.003 + 0.006 * share(), nullptr);
     }
     move_tools();
+    if (share() < 0.03) sew();
     const palpate_step_flags flags = touch();
     flagged += flags != 0;
     for (std::int32_t t = 0; t < contacts()->tool_count; ++t)
@@ -79,6 +83,7 @@ class RandomCutScene {
     const palpate_blade none = palpate_default_blade();
     palpate_scene_set_blade(scene_.get(), 0, &none, nullptr);
     tools_.clear();
+    palpate_scene_set_links(scene_.get(), nullptr, 0, nullptr);
     for (int s = 0; s < 1000 && (s < (is_large_ ? 700 : 3) || state().left > 0); ++s) touch();
     if (state().left > 0 && !state().is_full) return "the compliance does not follow";
     const std::string fault = fault_of_surface();
@@ -91,7 +96,7 @@ class RandomCutScene {
     return "";
   }
   const palpate_cut_state& state() const { return *palpate_scene_cut_state(scene_.get()); }
-  long flagged = 0;
+  long flagged = 0, sewn = 0;
 
  private:
   double share() { return std::uniform_real_distribution<double>(0, 1)(random_); }
@@ -158,11 +163,51 @@ class RandomCutScene {
     tools_.assign(1, palpate_default_tool());
     tools_[0].points = probe_.data(), tools_[0].point_count = 1, tools_[0].id = 1, tools_[0].disc_radius = disc_;
     tools_[0].friction = 0.3;
+    move_jaws();
     if (grip_.node < 0) return;
     draws_ = std::min(0.01, draws_ + 2e-4);
     for (std::size_t d = 0; d < 3; ++d) grip_.displacement[d] = draws_ * drawn_[d];
     tools_.push_back(palpate_default_tool());
     tools_[1].grips = &grip_, tools_[1].grip_count = 1, tools_[1].id = 2;
+  }
+
+  // Jaws take the organ's own triangles, of which some may be gone.
+  void move_jaws() {
+    if (disc_ == 0) return;
+    if (share() < 0.015) {
+      holds_ = share() < 0.7;
+      jaws_ = palpate_default_grasp();
+      jaws_.id = ++closings_;
+      jaws_.triangle = static_cast<std::int32_t>(random_() % static_cast<std::uint64_t>(triangles_));
+      jaws_.radius = 0.003 + 0.004 * share(), jaws_.barycentric[random_() % 3] = 1;
+      if (share() < 0.5) jaws_.friction = 0.3, jaws_.clamp_force = 2 * share();
+      lifted_ = direction();
+    }
+    if (!holds_) return;
+    for (std::size_t d = 0; d < 3; ++d) jaws_.position[d] += 5e-5 * lifted_[d];
+    tools_.push_back(palpate_default_tool());
+    tools_.back().parts = &jaws_.part, tools_.back().id = 3;
+  }
+  // Another list of links between the organ's own triangles, or from one to the world. Refused where a triangle is gone.
+  void sew() {
+    links_.resize(random_() % (kMostLinks + 1));
+    for (palpate_link& link : links_) {
+      link = palpate_default_link();
+      constexpr palpate_link_kind kinds[] = {PALPATE_LINK_THREAD, PALPATE_LINK_SPRING, PALPATE_LINK_CLIP};
+      link.kind = kinds[random_() % 3], link.stiffness = 1 + 20 * share(), link.breaking_force = 0.5 + share();
+      link.rest_length = link.kind == PALPATE_LINK_CLIP ? 0 : 0.02 * share();
+      link.radius = disc_ > 0 && share() < 0.5 ? 0.004 : 0;
+      for (palpate_link_end& end : link.ends) {
+        end.kind = PALPATE_END_SURFACE_POINT, end.barycentric[random_() % 3] = 1;
+        end.triangle = static_cast<std::int32_t>(random_() % static_cast<std::uint64_t>(triangles_));
+      }
+      if (share() < 0.4) {
+        link.ends[1].kind = PALPATE_END_WORLD;
+        std::copy_n(somewhere().data(), 3, link.ends[1].point);
+      }
+    }
+    sewn += palpate_scene_set_links(scene_.get(), links_.data(), static_cast<std::int32_t>(links_.size()), nullptr) ==
+            PALPATE_OK;
   }
 
   std::string fault_of_surface() {
@@ -206,6 +251,12 @@ class RandomCutScene {
   std::vector<float> shape_;
   std::vector<std::int32_t> used_;
   std::vector<palpate_tool> tools_;
+  static constexpr std::uint64_t kMostLinks = 3;
+  std::vector<palpate_link> links_;
+  palpate_grasp jaws_ = palpate_default_grasp();
+  std::vector<double> lifted_;
+  std::int32_t triangles_ = 0, closings_ = 0;
+  bool holds_ = false;
   palpate_grip grip_ = [] {
     palpate_grip grip = palpate_default_grip();
     grip.node = -1;

@@ -1,0 +1,103 @@
+// What holds a body softly while it is cut: foundations below triangles of its surface, and springs at nodes.
+//
+// A foundation belongs to its triangle: its stiffness is at the corners that the triangle has now, and goes with the tetrahedron below it.
+// A spring belongs to a node. Where the node splits, each part takes the share of the spring that it has of the area of the node's triangles:
+// of those whose three corners have springs, or, where the node has none of these, of all triangles of the surface at rest. Removal leaves springs
+// as they are.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/base/scene_memory.h"
+#include "runtime/base/vec3.h"
+#include "runtime/cut/cut_tissue.h"
+
+namespace palpate {
+
+// Of the body at rest; borrowed.
+struct SupportedSurface {
+  const std::int32_t* triangles = nullptr;  // [count][3]
+  const double* foundation = nullptr;       // [count][2] N/m^3, along the normal and along the surface; nullptr: none
+  std::int32_t count = 0;
+};
+
+class CutSupports {
+ public:
+  // body: its support_stiffness is that of the foundations and the springs. tissue: of the same body, uncut. False where memory ends.
+  bool create(SceneMemory& memory, const HyperelasticBody& body, const SupportedSurface& surface,
+              const CutTissue& tissue);
+  void forget();
+
+  // A face of the surface at rest.
+  struct Face {
+    Mat3 block;            // N/m, of its foundation between two corners; that of a corner with itself is twice as much
+    double area = 0;       // m^2
+    bool founded = false;  // it has a foundation
+    bool has_springs = false;  // at each of its corners
+  };
+  // The face of tetrahedron e that is opposite to a corner; nullptr: it is none of the surface, or the body has no supports.
+  const Face* face(std::int32_t e, int opposite) const {
+    const std::int32_t at = face_at_ ? face_at_[4 * static_cast<std::int64_t>(e) + opposite] : -1;
+    return at < 0 ? nullptr : faces_ + at;
+  }
+  const Face* face_of_triangle(std::int32_t triangle) const { return faces_ ? faces_ + triangle : nullptr; }
+  bool exist() const { return faces_ != nullptr; }
+  // Of a tetrahedron; of any, at most.
+  int foundations_of(std::int32_t e) const;
+  int most_foundations() const { return most_foundations_; }
+  // N/m: with how much springs hold the corners of a triangle whose corners all have some; zero of another one.
+  Mat3 springs_of(std::int32_t triangle) const;
+
+  // The share of a node's springs that goes with some of its tetrahedra: of those where goes(tetrahedron) is true.
+  template <class Goes>
+  double share_of(const CutTissue& tissue, std::int32_t node, Goes goes) const {
+    if (!has_springs(tissue.origin(node))) return 0;
+    double all = 0, part = 0;
+    for (const bool any : {false, true}) {
+      tissue.for_each_at(node, [&](std::int32_t e, int corner) {
+        for (int c = 0; c < 4; ++c) {
+          const Face* const of = c == corner ? nullptr : face(e, c);
+          if (!of || !(any || of->has_springs)) continue;
+          all += of->area;
+          if (goes(e)) part += of->area;
+        }
+      });
+      if (all > 0) break;
+    }
+    return all > 0 ? part / all : 0;
+  }
+  // Springs of a node: calls visit(node at rest, block, N/m, in the rows of the node and the columns of the other one), the node itself among them.
+  template <class Visit>
+  void for_each_spring(std::int32_t at_rest, Visit visit) const {
+    if (!first_) return;
+    for (std::int32_t at = first_[at_rest]; at < first_[at_rest + 1]; ++at)
+      visit(springs_[at].other, springs_[at].block);
+  }
+  bool has_springs(std::int32_t at_rest) const { return first_ && first_[at_rest + 1] > first_[at_rest]; }
+  // Of its springs at rest, that a node still has; of a new node since split().
+  double held(std::int32_t node) const { return held_[node]; }
+  void split(std::int32_t from, std::int32_t node, double share) {
+    if (!held_) return;
+    held_[node] = share * held_[from], held_[from] -= held_[node];
+  }
+
+ private:
+  struct Spring {
+    std::int32_t other, unused;
+    Mat3 block;
+  };
+  bool make_faces(SceneMemory& memory, const HyperelasticBody& body, const SupportedSurface& surface,
+                  const CutTissue& tissue);
+  bool make_springs(SceneMemory& memory, const HyperelasticBody& body, const SupportedSurface& surface);
+
+  std::int32_t* face_at_ = nullptr;  // [tetrahedra][4]; nullptr: the body has no supports
+  Face* faces_ = nullptr;            // [triangles]
+  const std::int32_t* triangles_ = nullptr;
+  std::int32_t* first_ = nullptr;  // [nodes at rest + 1] into springs_; nullptr: there are none
+  Spring* springs_ = nullptr;
+  double* held_ = nullptr;  // [nodes at rest + new ones]
+  std::int32_t all_nodes_ = 0;
+  int most_foundations_ = 0;
+};
+
+}  // namespace palpate
