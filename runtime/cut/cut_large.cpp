@@ -12,7 +12,7 @@ bool CutLarge::create(SceneMemory& memory, const Parts& parts, TouchState* touch
   if (!compliance_.create(memory, *parts.body, *parts.pairs, parts.capacity, parts.supports) ||
       !create_supports(memory, parts) || !moved_.create(memory, parts.surface_nodes, parts.surface_nodes))
     return false;
-  layout_ = follower_->follow(this);
+  layout_ = follower_->follow_mesh(this);
   most_new_ = parts.capacity.new_nodes;
   const auto slots = static_cast<std::size_t>(compliance_.most_slots()), vectors = std::size_t{kMostVectors},
              made = static_cast<std::size_t>(most_new_);

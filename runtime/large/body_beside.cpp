@@ -530,7 +530,8 @@ void BodyBeside::publish(const ContactConstraints& set, Job* job, const Deformin
   solution->begun = thread_.begun;
   thread_.given += body_->take_given();
   solution->told = {outcome.steps,        outcome.cut,     is_unfinished(outcome), outcome.failed, outcome.residual,
-                    outcome.least_volume, body_->off(set), body_->energy(),        thread_.given,  0};
+                    outcome.least_volume, body_->off(set), body_->energy(),        thread_.given,  0,
+                    thread_.followed};
   std::copy_n(amounts_of(job), offset_->count(), amounts_of(solution));
   std::copy_n(volumes_of(job), volume_count(), volumes_of(solution));
   if (volume_count() > 0) body_->tell_volumes(volumes_of(solution));

@@ -41,7 +41,7 @@ class DeformingBody {
   }
 
   // The mesh is cut: as LargeSolver.
-  MeshFollower::Layout follow(AddedCompliance* added) { return solver_.follow(added); }
+  MeshFollower::Layout follow_mesh(AddedCompliance* added) { return solver_.follow_mesh(added); }
   void split(const MeshFollower::Split& split, bool replayed) { solver_.split(split, replayed); }
   void remove(std::int32_t tetrahedron) { solver_.remove(tetrahedron); }
   void take_supports(const MeshFollower::Support* supports, std::int32_t count) {

@@ -18,7 +18,7 @@ class LargeBody : public Body, public MeshFollower {
   DeformingBody& deforming() { return deforming_; }
   // The mesh may be cut (mesh_follower.h).
   MeshFollower* mesh_follower() override { return this; }
-  Layout follow(AddedCompliance* added) override { return deforming_.follow(added); }
+  Layout follow_mesh(AddedCompliance* added) override { return deforming_.follow_mesh(added); }
   void split(const Split& split, bool replayed) override { deforming_.split(split, replayed); }
   void remove(std::int32_t tetrahedron) override { deforming_.remove(tetrahedron); }
   void take_supports(const Support* supports, std::int32_t count) override {

@@ -245,7 +245,7 @@ void LargeSolver::move_by(const double* amounts, const RowVolume* volumes) {
 
 // ---- the mesh is cut -----------------------------------------------------------------------------------------------
 
-MeshFollower::Layout LargeSolver::follow(AddedCompliance* added) {
+MeshFollower::Layout LargeSolver::follow_mesh(AddedCompliance* added) {
   metric_.add(added);
   return {energy_.places(), energy_.rows_at_rest(), energy_.length()};
 }

@@ -78,7 +78,7 @@ class LargeSolver {
   }
 
   // The mesh is cut, between steps: as MeshFollower says. Cost of changed(): an evaluation, and six solves for each row's nodes.
-  MeshFollower::Layout follow(AddedCompliance* added);
+  MeshFollower::Layout follow_mesh(AddedCompliance* added);
   void split(const MeshFollower::Split& split, bool replayed);
   void remove(std::int32_t tetrahedron) { energy_.remove(tetrahedron); }
   void take_supports(const MeshFollower::Support* supports, std::int32_t count) {

@@ -81,7 +81,7 @@ class MeshFollower {
     std::size_t length = 0;               // numbers of a vector
   };
   // Before the first change. added: borrowed.
-  virtual Layout follow(AddedCompliance* /*added*/) { return {}; }
+  virtual Layout follow_mesh(AddedCompliance* /*added*/) { return {}; }
 
   // Changes of the mesh, after those of the added compliance; then changed(). A node of the mesh that has waited lies where `from` lies, and has some
   // of its tetrahedra.
