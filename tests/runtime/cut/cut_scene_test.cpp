@@ -418,21 +418,6 @@ TEST(CutScene, AnObstacleHoldsBothLipsWithItsFriction) {
   EXPECT_GT(divided, 3);
 }
 
-TEST(CutScene, Experiment) {
-  for (const Element element : {Element::p1, Element::p1_anp})
-    for (const double end : {0.035, 0.02, 0.01})
-      for (const bool stands : {false, true}) {
-        Played played(stands ? standing_block(element) : block(element));
-        played.cut(end);
-        palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0.006, 0.001}),
-                     down = grip_at_node(nearest(played, {0.08, 0, 0.02}, 0.025, -1), {0, -0.006, 0});
-        for (int s = 0; s < 3; ++s) ASSERT_EQ(played.touch({puller(up, 1), puller(down, 2)}), 0u);
-        const HeldError found = held_error(played, played.left(), element, 0.025, 0);
-        std::printf("%s end %g stands %d: field %.2e rows %.2e\n", name_of(element), end, stands, found.field,
-                    found.rows);
-      }
-}
-
 // Without a blade, the effect changes nothing beyond rounding.
 TEST(CutScene, BeforeTheFirstCutItIsTheUncutOrgan) {
   SceneDef plain = cut_def();
