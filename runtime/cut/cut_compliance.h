@@ -58,8 +58,8 @@ class CutCompliance {
   // Back to the uncut body.
   void forget();
 
-  // Cost of a split node or a removed tetrahedron, rank r and k columns (3; 6 of p1, 10 of p1-anp): 2 k r^2 multiply-adds, k r times the nodes
-  // of a pattern, and the reads of the nodes that are new.
+  // Cost of a split node or a removed tetrahedron, rank r and k columns (3; 6 of p1, 10 of p1-anp, and 9 for each foundation of what is removed):
+  // 2 k r^2 multiply-adds, k r times the nodes of a pattern, and the reads of the nodes that are new.
   CutResult apply(const CutChange& change);
   // A stiffness, N/m, to the world for a node: for a piece that is to stay where it is, on three nodes before it comes loose.
   CutOutcome ground(std::int32_t node, double stiffness);

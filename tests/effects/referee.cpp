@@ -498,14 +498,15 @@ void Referee::close_jaws(const palpate_grasp& grasp) {
   for (int v = 0; v < 3; ++v) jaws_.middle += grasp.barycentric[v] * Vector3d(position_.data() + 3 * corner[v]);
 }
 
-// Of a node that was divided the jaws hold the part with most of their disc's area on triangles of the whole organ. before: the triangles.
+// Of a node that was divided the jaws hold the part with most of their disc's area on triangles of the whole organ; where the disc reaches none of
+// them, the nearest part. before: the triangles.
 void Referee::follow_jaws(const std::vector<std::int32_t>& before) {
   std::map<std::int32_t, std::int32_t> now;
   for (const studies::Row& row : jaws_.rows)
     for (const studies::Row::Term& term : row.terms) now[static_cast<std::int32_t>(term.dof / 3)] = -1;
   for (auto& [node, part] : now) {
     part = node;
-    std::map<std::int32_t, double> area;
+    std::map<std::int32_t, double> area, distance;
     for (std::size_t t = 0; t < body_.touched.body.triangles.size(); ++t)
       for (std::size_t v = 3 * t; v < 3 * t + 3; ++v) {
         if (before[v] != node) continue;
@@ -515,11 +516,15 @@ void Referee::follow_jaws(const std::vector<std::int32_t>& before) {
         for (int i = 0; i < parts; ++i)
           for (int j = 0; i + j < parts; ++j) {
             const Vector3d p = a + (i + 0.5) / parts * (b - a) + (j + 0.5) / parts * (c - a);
-            if ((p - jaws_.middle).norm() <= jaws_.radius) area[triangles_[v]] += (b - a).cross(c - a).norm();
+            const double far = (p - jaws_.middle).norm();
+            if (far <= jaws_.radius) area[triangles_[v]] += (b - a).cross(c - a).norm();
+            double& least = distance.try_emplace(triangles_[v], far).first->second;
+            least = std::min(least, far);
           }
       }
-    for (const auto& [other, held] : area)
-      if (held > area[part]) part = other;
+    distance.try_emplace(node, HUGE_VAL);
+    for (const auto& [other, far] : distance)
+      if (area[other] > area[part] || (area[other] == 0 && area[part] == 0 && far < distance[part])) part = other;
     jaws_.closed_on.segment<3>(3 * part) = Vector3d(jaws_.closed_on.segment<3>(3 * node));
   }
   for (studies::Row& row : jaws_.rows)

@@ -65,7 +65,7 @@ class RandomCutScene {
     }
     move_tools();
     if (share() < 0.03) sew();
-    const palpate_step_flags flags = touch();
+    flags = touch();
     flagged += flags != 0;
     for (std::int32_t t = 0; t < contacts()->tool_count; ++t)
       for (const double f : palpate_contacts_tool(contacts(), t)->force_raw)
@@ -96,7 +96,16 @@ class RandomCutScene {
     return "";
   }
   const palpate_cut_state& state() const { return *palpate_scene_cut_state(scene_.get()); }
+  const palpate_scene* scene() const { return scene_.get(); }
+  const palpate_contacts* told() const { return reinterpret_cast<const palpate_contacts*>(contacts_.data()); }
+  // m, of the nodes of the surface; of those in use, as a shape has them.
+  const std::vector<float>& positions() {
+    fault_of_surface();
+    return shape_;
+  }
+  const std::vector<std::int32_t>& nodes_in_use() const { return used_; }
   long flagged = 0, sewn = 0;
+  palpate_step_flags flags = 0;  // of the last step
 
  private:
   double share() { return std::uniform_real_distribution<double>(0, 1)(random_); }
