@@ -896,7 +896,9 @@ void play_random_scenes(std::uint64_t first, std::uint64_t end, palpate_deformat
     faces += scene.state().faces, removed += scene.state().removed, pieces += scene.state().pieces - 1;
   }
   EXPECT_GT(faces, 100);
-  if (as == PALPATE_DEFORMATION_LINEAR) EXPECT_GT(compared, 3);
+  if (as == PALPATE_DEFORMATION_LINEAR) {
+    EXPECT_GT(compared, 3);
+  }
   EXPECT_GT(removed, 20);
   EXPECT_GT(pieces, 0);
 }
