@@ -216,8 +216,8 @@ std::string page_of(const std::vector<std::vector<PairFound>>& found) {
       "| cell | meaning |\n|---|---|\n"
       "| 1 | they act together; the error is at most 1e-5, that of single precision |\n"
       "| 2 | at most 1e-3: half precision; the end of iterations where lines or normals turn with the surface |\n"
-      "| 3 | at most 3e-2: normals that lag behind the surface; the end of the steps of a hyperelastic body; jaws, and "
-      "discs that slide, beside a cut |\n"
+      "| 3 | at most 3e-2: normals that lag behind the surface; the end of the steps of a hyperelastic body; discs "
+      "that slide beside a cut |\n"
       "| · | two values of one effect: a scene has one of them |\n";
   for (const Refusal& refusal : refusals()) page += fmt::format("| {} | {} |\n", refusal.key, refusal.reason);
   page += "\nRows and columns are the same effects, in the same order.\n\n| |";
