@@ -40,13 +40,13 @@ class CutOrgan final : public Body, public CutTarget {
   // Makes itself the body of the touch, before its offset and contacts are built. False where memory ends.
   bool create(SceneMemory& memory, const Parts& parts, TouchState& touch);
 
-  CutResult take_change(const CutChange& change, bool replayed) override;
-  CutOutcome ground(std::int32_t node, double stiffness, bool replayed) override;
+  CutResult take_change(const CutChange& change, bool replayed = false) override;
+  CutOutcome ground(std::int32_t node, double stiffness, bool replayed = false) override;
   void bring(std::int32_t surface_node, Vec3 from_reserve) override {
     brought_[surface_node - response_.first_new()] = from_reserve;
   }
   // So does Body::forget().
-  void forget_changes(bool replayed) override;
+  void forget_changes(bool replayed = false) override;
   void show(const CutTriangles& triangles) override;
 
   const CutResponse& response() const { return response_; }
