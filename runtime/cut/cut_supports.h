@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/vec3.h"
