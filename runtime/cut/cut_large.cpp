@@ -53,12 +53,13 @@ CutResult CutLarge::take_change(const CutChange& change, bool replayed) {
 
 CutOutcome CutLarge::ground(std::int32_t node, double stiffness, bool) {
   const CutOutcome outcome = compliance_.ground(node, stiffness);
-  if (outcome == CutOutcome::made && supports_.grounded_count < kMostGrounded) {
-    MeshFollower::Support& hold = supports_.grounded[supports_.grounded_count++];
-    hold = {surface_node(node), surface_node(node), {}};
-    for (int i = 0; i < 3; ++i) hold.block.m[i][i] = stiffness;
-  }
   changed_ = true;
+  if (outcome != CutOutcome::made) return outcome;
+  const std::int32_t own = surface_node(node);
+  MeshFollower::Support *hold = supports_.grounded, *const end = hold + supports_.grounded_count;
+  while (hold < end && hold->node != own) ++hold;
+  if (hold == end) *hold = {own, own, {}}, ++supports_.grounded_count;
+  for (int i = 0; i < 3; ++i) hold->block.m[i][i] += stiffness;
   return outcome;
 }
 
@@ -70,18 +71,21 @@ void CutLarge::end_changes(bool replayed) {
 // ---- supports --------------------------------------------------------------------------------------------------------
 
 bool CutLarge::create_supports(SceneMemory& memory, const Parts& parts) {
-  constexpr std::int32_t of_face = 6, of_new_node = 64;
-  supports_.grounded = memory.array<MeshFollower::Support>(kMostGrounded);
-  supports_.most = kMostGrounded;
+  constexpr std::size_t of_face = 6;
+  // The node at rest of one that is grounded has a slot of the compliance.
+  const std::size_t new_nodes = static_cast<std::size_t>(parts.capacity.new_nodes),
+                    grounded = static_cast<std::size_t>(parts.capacity.nodes) + new_nodes;
+  std::size_t most = grounded;
   if (compliance_.supports().exist())
-    supports_.most +=
-        of_face * parts.supports.count + 2 * parts.body->support_count + of_new_node * parts.capacity.new_nodes;
-  supports_.list = memory.array<MeshFollower::Support>(static_cast<std::size_t>(supports_.most));
+    most += of_face * static_cast<std::size_t>(parts.supports.count) +
+            static_cast<std::size_t>(parts.body->support_count) +
+            static_cast<std::size_t>(compliance_.supports().most_pairs_of_new()) * new_nodes;
+  supports_.grounded = memory.array<MeshFollower::Support>(grounded);
+  supports_.list = memory.array<MeshFollower::Support>(most);
   return !memory.failed();
 }
 
 void CutLarge::add_support(std::int32_t a, std::int32_t b, double factor, const Mat3& block) {
-  if (supports_.count == supports_.most) return;
   MeshFollower::Support& support = supports_.list[supports_.count++];
   support = {surface_node(a), surface_node(b), {}};
   add_scaled(support.block, factor, block);
@@ -103,15 +107,15 @@ void CutLarge::follow_supports() {
     }
   for (std::int32_t n = 0; n < tissue.nodes() && supports.exist(); ++n) {
     const std::int32_t origin = tissue.origin(n);
-    if (!supports.has_springs(origin)) continue;
+    if (!supports.has_springs(origin) || supports.held(n) == 0) continue;
     supports.for_each_spring(origin, [&](std::int32_t other, const Mat3& block) {
       if (other == origin) add_support(n, n, supports.held(n), block);
       for (std::int32_t m = other; other > origin && m < tissue.nodes(); m = std::max(m + 1, tissue.rest_nodes()))
-        if (tissue.origin(m) == other) add_support(n, m, supports.held(n) * supports.held(m), block);
+        if (tissue.origin(m) == other && supports.held(m) > 0) add_support(n, m, supports.held(n) * supports.held(m), block);
     });
   }
-  for (std::int32_t i = 0; i < supports_.grounded_count && supports_.count < supports_.most; ++i)
-    supports_.list[supports_.count++] = supports_.grounded[i];
+  std::copy_n(supports_.grounded, supports_.grounded_count, supports_.list + supports_.count);
+  supports_.count += supports_.grounded_count;
   follower_->take_supports(supports_.list, supports_.count);
 }
 

@@ -76,11 +76,9 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
   std::int32_t most_new_ = 0;
   // Of the body as it is: foundations, springs, and what holds pieces that have come off.
   struct Supports {
-    MeshFollower::Support* list = nullptr;
-    std::int32_t count = 0, most = 0, grounded_count = 0;
-    MeshFollower::Support* grounded = nullptr;  // [kMostGrounded]
+    MeshFollower::Support *list = nullptr, *grounded = nullptr;
+    std::int32_t count = 0, grounded_count = 0;
   } supports_;
-  static constexpr std::int32_t kMostGrounded = 1024;
 };
 
 }  // namespace palpate

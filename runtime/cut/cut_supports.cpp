@@ -128,6 +128,7 @@ bool CutSupports::make_springs(SceneMemory& memory, const HyperelasticBody& body
           if (other) other->block.m[i % 3][i / 3] = block[i];
         }
       });
+      count_pairs(surface, body.node_count, next);
     }
     for (std::int32_t t = 0; t < surface.count; ++t) {
       const std::int32_t* const node = surface.triangles + 3 * static_cast<std::int64_t>(t);
@@ -138,6 +139,20 @@ bool CutSupports::make_springs(SceneMemory& memory, const HyperelasticBody& body
   const bool made = !memory.failed() && !scratch.failed();
   scratch.release_all();
   return made;
+}
+
+// triangles_at: memory for it, [nodes].
+void CutSupports::count_pairs(const SupportedSurface& surface, std::int32_t nodes, std::int32_t* triangles_at) {
+  std::fill_n(triangles_at, nodes, 0);
+  for (std::int64_t corner = 0; corner < 3 * std::int64_t{surface.count}; ++corner)
+    ++triangles_at[surface.triangles[corner]];
+  for (std::int32_t n = 0; n < nodes; ++n) {
+    std::int32_t pairs = 0;
+    for_each_spring(n, [&](std::int32_t other, const Mat3&) {
+      pairs += other == n ? 1 : std::max(1, triangles_at[other]);
+    });
+    most_pairs_of_new_ = std::max(most_pairs_of_new_, pairs);
+  }
 }
 
 Mat3 CutSupports::springs_of(std::int32_t triangle) const {

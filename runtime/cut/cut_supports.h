@@ -75,6 +75,9 @@ class CutSupports {
       visit(springs_[at].other, springs_[at].block);
   }
   bool has_springs(std::int32_t at_rest) const { return first_ && first_[at_rest + 1] > first_[at_rest]; }
+  // Pairs of nodes with a spring between them that a new node adds, at most: the parts of a node that have some of its springs are no more than its
+  // triangles.
+  std::int32_t most_pairs_of_new() const { return most_pairs_of_new_; }
   // Of its springs at rest, that a node still has; of a new node since split().
   double held(std::int32_t node) const { return held_[node]; }
   void split(std::int32_t from, std::int32_t node, double share) {
@@ -90,6 +93,7 @@ class CutSupports {
   bool make_faces(SceneMemory& memory, const HyperelasticBody& body, const SupportedSurface& surface,
                   const CutTissue& tissue);
   bool make_springs(SceneMemory& memory, const HyperelasticBody& body, const SupportedSurface& surface);
+  void count_pairs(const SupportedSurface& surface, std::int32_t nodes, std::int32_t* triangles_at);
 
   std::int32_t* face_at_ = nullptr;  // [tetrahedra][4]; nullptr: the body has no supports
   Face* faces_ = nullptr;            // [triangles]
@@ -97,7 +101,7 @@ class CutSupports {
   std::int32_t* first_ = nullptr;  // [nodes at rest + 1] into springs_; nullptr: there are none
   Spring* springs_ = nullptr;
   double* held_ = nullptr;  // [nodes at rest + new ones]
-  std::int32_t all_nodes_ = 0;
+  std::int32_t all_nodes_ = 0, most_pairs_of_new_ = 0;
   int most_foundations_ = 0;
 };
 

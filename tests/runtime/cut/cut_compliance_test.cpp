@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "runtime/cut/cut_large.h"
 #include "studies/bodies/bodies.h"
 #include "studies/cut/cut_body.h"
 #include "studies/hyperelastic/large_body.h"
@@ -270,6 +271,59 @@ TEST(CutCompliance, SpringsAreDividedByTheAreaOfTheTrianglesAtTheirNodes) {
     }
     EXPECT_GT(splits, 20);
   }
+}
+
+// A body under large deformation that notes what holds it.
+struct NotedSupports final : MeshFollower {
+  void take_supports(const Support* supports, std::int32_t count) override { taken.assign(supports, supports + count); }
+  std::vector<Support> taken;
+
+  // 2 J, of displacements u, m: [nodes].
+  double twice_energy(const std::vector<Vec3>& u) const {
+    double sum = 0;
+    for (const Support& s : taken)
+      sum += (s.node == s.other ? 1 : 2) *
+             dot(u[static_cast<std::size_t>(s.node)], s.block * u[static_cast<std::size_t>(s.other)]);
+    return sum;
+  }
+};
+
+TEST(CutLarge, SupportsAreThoseOfTheBodyThatIsLeft) {
+  Cut cut(supported({4, 3, 3}, true), Element::p1, {200, 60, 1500});
+  NotedSupports noted;
+  CutLarge::Parts parts;
+  parts.body = &cut.large.get(), parts.pairs = &cut.pairs, parts.follower = &noted;
+  parts.supports = {cut.body.rest().triangles[0].data(), cut.foundation[0].data(),
+                    static_cast<std::int32_t>(cut.body.rest().triangles.size())};
+  parts.surface_nodes = cut.body.nodes() + 60, parts.first_reserve = cut.body.nodes();
+  parts.capacity = {200, 60, 1500};
+  CutLarge large;
+  ASSERT_TRUE(large.create(cut.memory, parts, nullptr));
+  std::mt19937 random(31);
+  std::vector<Vec3> u(static_cast<std::size_t>(parts.surface_nodes));
+  for (Vec3& at : u)
+    for (int i = 0; i < 3; ++i) at[i] = static_cast<double>(random() % 2001) / 1000 - 1;
+  int splits = 0;
+  for (int step = 0; step < 50; ++step) {
+    const OwnedChange change = random_split(cut.body, random);
+    if (change.new_nodes.empty() || large.take_change(change.get(), false).outcome != CutOutcome::made) continue;
+    cut.body.apply(change), ++splits;
+    large.end_changes(false);
+    const LargeBody left(cut.body.now(), Element::p1);
+    NotedSupports right;
+    for (std::int32_t p = 0; p < left.get().support_count; ++p) {
+      const std::int32_t* const nodes = left.get().support_nodes + 2 * p;
+      right.taken.push_back({nodes[0], nodes[1], {}});
+      for (int i = 0; i < 9; ++i) right.taken.back().block.m[i / 3][i % 3] = left.get().support_stiffness[9 * p + i];
+    }
+    ASSERT_NEAR(noted.twice_energy(u) / right.twice_energy(u), 1, 1e-12) << "step " << step;
+  }
+  EXPECT_GT(splits, 20);
+  // However often a node is grounded, no part is lost.
+  const double before = noted.twice_energy(u);
+  for (int k = 0; k < 2000; ++k) ASSERT_EQ(large.ground(40, 3, false), CutOutcome::made);
+  large.end_changes(false);
+  EXPECT_NEAR((noted.twice_energy(u) - before) / (6000 * dot(u[40], u[40])), 1, 1e-9);
 }
 
 // The tetrahedra beyond a plane get copies of a node on it.
