@@ -13,7 +13,6 @@ constexpr std::int32_t kOfNode = 400, kOfTetrahedron = 16;
 bool CutBeside::create(SceneMemory& memory, const CutLarge::Parts& parts, const CutTriangles& surface,
                        const double* rest) {
   nodes_ = parts.surface_nodes, triangle_count_ = surface.count();
-  rest_nodes_ = parts.body->node_count, first_new_ = parts.first_reserve;
   const auto corners = 3 * static_cast<std::size_t>(triangle_count_), count = static_cast<std::size_t>(triangle_count_);
   const auto numbers = 3 * static_cast<std::size_t>(nodes_);
   rest_ = memory.array<double>(numbers);
@@ -36,10 +35,8 @@ void CutBeside::follow(const std::int32_t* numbers, std::int32_t count, bool rep
 
 void CutBeside::split(const CutChange& change) {
   body_.take_change(change, replayed_);
-  const auto in_scene = [&](std::int32_t n) { return n < rest_nodes_ ? n : first_new_ + n - rest_nodes_; };
-  const CutChange::NewNode& made = *change.new_nodes;
-  std::copy_n(rest_ + 3 * static_cast<std::size_t>(in_scene(made.from)), 3,
-              rest_ + 3 * static_cast<std::size_t>(in_scene(made.node)));
+  const auto rest_of = [&](std::int32_t n) { return rest_ + 3 * static_cast<std::size_t>(body_.surface_node(n)); };
+  std::copy_n(rest_of(change.new_nodes->from), 3, rest_of(change.new_nodes->node));
 }
 
 void CutBeside::remove(std::int32_t tetrahedron) {

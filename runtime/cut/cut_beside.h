@@ -35,7 +35,7 @@ class CutBeside final : public MeshStream {
   CutStream stream_;  // of the touch
   CutLarge body_;
   NodeFans fans_;
-  std::int32_t nodes_ = 0, triangle_count_ = 0, rest_nodes_ = 0, first_new_ = 0;
+  std::int32_t nodes_ = 0, triangle_count_ = 0;
   double* rest_ = nullptr;
   std::int32_t *triangles_ = nullptr, *uncut_ = nullptr;
   std::uint8_t *active_ = nullptr, *uncut_active_ = nullptr;

@@ -48,9 +48,6 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
   bool create_supports(SceneMemory& memory, const Parts& parts);
   void follow_supports();
   void add_support(std::int32_t a, std::int32_t b, double factor, const Mat3& block);
-  std::int32_t surface_node(std::int32_t node) const {
-    return node < rest_nodes_ ? node : first_new_ + node - rest_nodes_;
-  }
   // Of the k-th new node: -1 where it comes from a node at rest.
   std::int32_t new_parent(std::int32_t k) const {
     const std::int32_t parent = compliance_.tissue().parent(rest_nodes_ + k);
@@ -63,7 +60,7 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
   MeshFollower* follower_ = nullptr;
   MeshFollower::Layout layout_;
   const std::uint8_t* fixed_ = nullptr;  // [nodes][3]
-  std::int32_t rest_nodes_ = 0, surface_nodes_ = 0, first_new_ = 0, followed_ = 0;
+  std::int32_t rest_nodes_ = 0, surface_nodes_ = 0, followed_ = 0;
   bool changed_ = false;                // since end_changes()
   std::int32_t* origin_ = nullptr;      // [new nodes] the surface node at rest
   std::int32_t* tetrahedra_ = nullptr;  // [largest star]

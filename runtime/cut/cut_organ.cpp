@@ -8,7 +8,7 @@
 namespace palpate {
 
 bool CutOrgan::create(SceneMemory& memory, const Parts& parts, TouchState& touch) {
-  touch_ = &touch, beside_ = parts.beside, stream_ = parts.stream;
+  touch_ = &touch, beside_ = parts.beside, stream_ = parts.stream, first_new_ = parts.first_reserve;
   CutResponse::Source source;
   source.compliance = &compliance_, source.tensors = parts.tensors, source.touchable = parts.touchable;
   source.pairs = parts.pairs, source.pair_nodes = parts.pair_nodes, source.pair_count = parts.pair_count;

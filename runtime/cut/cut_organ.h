@@ -50,7 +50,6 @@ class CutOrgan final : public Body, public CutTarget {
   void show(const CutTriangles& triangles) override;
 
   const CutResponse& response() const { return response_; }
-  std::int32_t surface_node(std::int32_t node) const { return response_.surface_node(node); }
 
   SurfaceField* surface_field() override { return &field_; }
   void move_surface(TouchStep& step, const ContactConstraints& set) override;

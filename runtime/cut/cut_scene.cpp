@@ -27,7 +27,7 @@ const char* CutScene::create(SceneMemory& memory, const Source& source) {
   if (!log_.create(memory, logged) || !loose_.create(memory, mesh_, source.can_hold) ||
       !surface_.create(memory, mesh_, number_))
     return nullptr;
-  divided_.create(&mesh_, source.target, source.first_reserve, &surface_, source.rest);
+  divided_.create(&mesh_, source.target, &surface_, source.rest);
   blades_.create(memory, source.can_hold, source.tissue, source.blade_points);
   memory.keep(removal_), memory.keep(told_);
   return nullptr;

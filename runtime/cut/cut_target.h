@@ -13,9 +13,17 @@ class CutTarget {
  public:
   const CutCompliance& compliance() const { return compliance_; }
   std::int32_t new_nodes() const { return compliance_.tissue().nodes() - compliance_.tissue().rest_nodes(); }
+  // The surface node of a node of CutCompliance: new nodes are those behind all of the bundle's mesh, and the k-th is the k-th surface node in
+  // reserve. And back.
+  std::int32_t surface_node(std::int32_t node) const {
+    const CutTissue& tissue = compliance_.tissue();
+    return tissue.is_new(node) ? first_new_ + node - tissue.rest_nodes() : node;
+  }
+  std::int32_t node_of_mesh(std::int32_t surface_node) const {
+    return surface_node < first_new_ ? surface_node : compliance_.tissue().rest_nodes() + surface_node - first_new_;
+  }
 
-  // A change of the mesh, with the numbers of CutCompliance: new nodes are those behind all of the bundle's mesh, and the k-th is the k-th surface
-  // node in reserve. Made until one part cannot be (CutResult). What the surface shows stays as it is until the next solve. replayed: of a
+  // A change of the mesh, with the numbers of CutCompliance. Made until one part cannot be (CutResult). What the surface shows stays as it is until the next solve. replayed: of a
   // saved state, before Body::restored() and ContactSolver::restored(), in the order in which the changes came.
   virtual CutResult take_change(const CutChange& /*change*/, bool /*replayed*/) { return {}; }
   // The same of a piece that is to stay where it is.
@@ -34,6 +42,7 @@ class CutTarget {
  protected:
   ~CutTarget() = default;
   CutCompliance compliance_;
+  std::int32_t first_new_ = 0;  // the surface nodes from there on are in reserve
 };
 
 }  // namespace palpate

@@ -11,7 +11,8 @@ constexpr int kParts = 8;
 }  // namespace
 
 DividedNodes::Pair DividedSurface::pair(std::int32_t k) const {
-  return {first_new_ + k, surface_node(tissue().parent(tissue().rest_nodes() + k))};
+  const std::int32_t node = tissue().rest_nodes() + k;
+  return {target_->surface_node(node), target_->surface_node(tissue().parent(node))};
 }
 
 // Calls visit(face, node now) for the faces around a node as it was when `seen` new nodes were made: those of the surface at rest, or those of
@@ -48,7 +49,7 @@ void DividedSurface::measure(std::int32_t face, Vec3 middle, double radius, Part
 }
 
 std::int32_t DividedSurface::now(std::int32_t node, std::int32_t seen, const SurfacePoint& place, double radius) const {
-  const std::int32_t own = in_tissue(node), first = tissue().rest_nodes(), origin = tissue().origin(own);
+  const std::int32_t own = target_->node_of_mesh(node), first = tissue().rest_nodes(), origin = tissue().origin(own);
   bool divided = false;
   for (std::int32_t k = seen; k < made() && !divided; ++k) divided = tissue().origin(first + k) == origin;
   if (!divided) return node;
@@ -75,7 +76,7 @@ std::int32_t DividedSurface::now(std::int32_t node, std::int32_t seen, const Sur
   const Part* best = parts;
   for (const Part* p = parts; p < parts + count; ++p)
     if (p->area > best->area || (p->area == 0 && best->area == 0 && p->distance < best->distance)) best = p;
-  return surface_node(best->node);
+  return target_->surface_node(best->node);
 }
 
 }  // namespace palpate

@@ -12,16 +12,15 @@ namespace palpate {
 
 class DividedSurface final : public DividedNodes {
  public:
-  // All borrowed. first_new: surface node of the first new one. rest: [surface nodes][3] m.
-  void create(const CutMesh* mesh, const CutTarget* target, std::int32_t first_new, const SceneSurface* surface,
-              const double* rest) {
-    mesh_ = mesh, target_ = target, first_new_ = first_new, surface_ = surface, rest_ = rest;
+  // All borrowed. rest: [surface nodes][3] m.
+  void create(const CutMesh* mesh, const CutTarget* target, const SceneSurface* surface, const double* rest) {
+    mesh_ = mesh, target_ = target, surface_ = surface, rest_ = rest;
   }
 
   std::int32_t made() const override { return target_->new_nodes(); }
   std::int32_t now(std::int32_t node, std::int32_t seen, const SurfacePoint& place, double radius) const override;
   Pair pair(std::int32_t k) const override;
-  std::int32_t at_rest(std::int32_t node) const override { return tissue().origin(in_tissue(node)); }
+  std::int32_t at_rest(std::int32_t node) const override { return tissue().origin(target_->node_of_mesh(node)); }
 
  private:
   // A part that the node has become: how much of the disc's area it has, m^2, and how near its triangles are to the disc's middle, m.
@@ -31,12 +30,6 @@ class DividedSurface final : public DividedNodes {
   };
   static constexpr int kMostParts = 16;
   const CutTissue& tissue() const { return target_->compliance().tissue(); }
-  std::int32_t in_tissue(std::int32_t node) const {
-    return node < first_new_ ? node : tissue().rest_nodes() + node - first_new_;
-  }
-  std::int32_t surface_node(std::int32_t tissue_node) const {
-    return tissue().is_new(tissue_node) ? first_new_ + tissue_node - tissue().rest_nodes() : tissue_node;
-  }
   Vec3 rest_of(std::int32_t tissue_node) const {
     return load3(rest_ + 3 * static_cast<std::size_t>(tissue().origin(tissue_node)));
   }
@@ -46,7 +39,6 @@ class DividedSurface final : public DividedNodes {
 
   const CutMesh* mesh_ = nullptr;
   const CutTarget* target_ = nullptr;
-  std::int32_t first_new_ = 0;
   const SceneSurface* surface_ = nullptr;
   const double* rest_ = nullptr;
 };
