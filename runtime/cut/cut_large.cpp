@@ -111,7 +111,8 @@ void CutLarge::follow_supports() {
     supports.for_each_spring(origin, [&](std::int32_t other, const Mat3& block) {
       if (other == origin) add_support(n, n, supports.held(n), block);
       for (std::int32_t m = other; other > origin && m < tissue.nodes(); m = std::max(m + 1, tissue.rest_nodes()))
-        if (tissue.origin(m) == other && supports.held(m) > 0) add_support(n, m, supports.held(n) * supports.held(m), block);
+        if (tissue.origin(m) == other && supports.held(m) > 0)
+          add_support(n, m, supports.held(n) * supports.held(m), block);
     });
   }
   std::copy_n(supports_.grounded, supports_.grounded_count, supports_.list + supports_.count);

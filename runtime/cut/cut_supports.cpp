@@ -148,9 +148,8 @@ void CutSupports::count_pairs(const SupportedSurface& surface, std::int32_t node
     ++triangles_at[surface.triangles[corner]];
   for (std::int32_t n = 0; n < nodes; ++n) {
     std::int32_t pairs = 0;
-    for_each_spring(n, [&](std::int32_t other, const Mat3&) {
-      pairs += other == n ? 1 : std::max(1, triangles_at[other]);
-    });
+    for_each_spring(
+        n, [&](std::int32_t other, const Mat3&) { pairs += other == n ? 1 : std::max(1, triangles_at[other]); });
     most_pairs_of_new_ = std::max(most_pairs_of_new_, pairs);
   }
 }
