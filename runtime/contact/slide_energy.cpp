@@ -52,15 +52,12 @@ void SlideEnergy::forget() {
 }
 
 bool SlideEnergy::is_shared(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding) {
-  for (std::int32_t p = 0; p < acting.constraint_count; ++p) {
-    const ContactLaw law = acting.constraints[p].law;
-    const bool pushes = law == ContactLaw::unilateral || law == ContactLaw::coulomb;
-    if (pushes && !sliding[p].slides() && solver.reaction(p).x > 0) return true;
-  }
+  for (std::int32_t p = 0; p < acting.constraint_count; ++p)
+    if (const Vec3 r = solver.reaction(p); !sliding[p].slides() && dot(r, r) > 0) return true;
   return false;
 }
 
-// Where something else presses, the surface is not at rest without the contacts that slide: what lifts it towards a tool gives the tool a target
+// Where something else bears a force, the surface is not at rest without the contacts that slide: what lifts it towards a tool gives the tool a target
 // against its push, though the tool stores energy. Their ways by themselves are A r of their reactions alone.
 void SlideEnergy::find_ways(const ContactSolver& solver, const ContactConstraints& acting, Sliding* sliding, bool met,
                             bool apart) const {
@@ -165,6 +162,8 @@ void SlideEnergy::Sliding::lengthen(double depth, double push, double more) cons
     *slack -= (*slack > 0 ? 1 : -1) * std::min(std::fabs(*slack), more * std::fabs(depth));
   else if (*slack > 0)
     *slack = std::clamp(depth + *slack, 0.0, *slack);
+  else if (push > 0)
+    *slack = std::clamp(depth + *slack, *slack, 0.0);
 }
 
 // The energy that was lost pays for longer targets in the next step. Where a contact bears no force, or one against its slack, its target
@@ -174,8 +173,10 @@ void SlideEnergy::lengthen(const ContactConstraints& acting, const Sliding* slid
   for (std::int32_t p = 0, end = 0; p < acting.constraint_count; p = end) {
     double depth = 0, force = 0;
     for (; end < acting.constraint_count && acting.constraints[p].id.contact == acting.constraints[end].id.contact;
-         ++end)
-      depth += acting.constraints[end].share * acting.target[end].x, force += held_[end].reaction.x;
+         ++end) {
+      const double push = held_[end].reaction.x;
+      depth += acting.constraints[end].share * (push != 0 ? sliding[end].way.x : acting.target[end].x), force += push;
+    }
     sliding[p].lengthen(depth, force, more);
   }
 }

@@ -38,7 +38,7 @@ class SlideEnergy {
   bool exists() const { return sliding_ != nullptr; }
   void forget();
 
-  // Whether something else pushes, as another organ: targets are then no measure of what contacts that slide store.
+  // Whether something else bears a force, as a grip or another organ: targets are then no measure of what contacts that slide store.
   static bool is_shared(const ContactSolver& solver, const ContactConstraints& acting, const Sliding* sliding);
 
   // After a solve. sliding: [constraint_count], of this step; acting: the targets that were solved. True where contacts have shorter targets in

@@ -2,6 +2,7 @@
 #include <random>
 
 #include "runtime/scene/scene.h"
+#include "tests/runtime/lifted_tissue.h"
 #include "tests/runtime/touched_box.h"
 #include "tests/runtime/waved_block.h"
 #include "tests/support/box_corridor.h"
@@ -280,6 +281,31 @@ TEST(SlideEnergy, TakesARowWithALimitByWhatItReachesNotByItsTarget) {
   // Friction takes all that its tool does beyond the limit: nothing is given, however far it goes.
   for (int step = 1; step <= 20; ++step) EXPECT_FALSE(account.is_short_of_energy(0.002, 5e-4 * step)) << step;
   EXPECT_NEAR(account.limited_reaction(), 0.01, 1e-9);
+}
+
+// ---- beside what holds tissue --------------------------------------------------------------------------------------------
+
+// Tissue that something has lifted stays above its place at rest under a tool that presses it: the tool's target is against its push.
+// Contacts on the edge's node and on one node beside it are compared with a full solve, a disc with one that sticks.
+TEST(SlideEnergy, AToolOnTissueThatAGripAClipOrJawsHaveLiftedFeelsWhatItPresses) {
+  const TouchedBox& box = tiny_box();
+  for (const Holds holds : {Holds::grip, Holds::jaws, Holds::clip})
+    for (const palpate_contact_law law : {PALPATE_LAW_UNILATERAL, PALPATE_LAW_SLIDING}) {
+      Lifted scene(box, holds, law);
+      const double force = scene.press();
+      double expected = Lifted(box, holds, PALPATE_LAW_STICKING).press();
+      if (holds != Holds::jaws) {
+        const Eigen::MatrixXd k = box.stiffness();
+        Eigen::VectorXd u = Eigen::VectorXd::Zero(k.rows());
+        std::vector<bool> imposed(box.fixed.begin(), box.fixed.end());
+        for (int i = 0; i < 3; ++i) imposed[3 * scene.held + i] = true;
+        u[3 * scene.held + 2] = 6e-3;
+        imposed[3 * scene.top + 2] = true, u[3 * scene.top + 2] = scene.point[2] - box.node(scene.top)[2];
+        u = solve_imposed(k, imposed, u, Eigen::VectorXd::Zero(k.rows()));
+        expected = -(k.row(3 * scene.top + 2) * u)(0);
+      }
+      EXPECT_NEAR(force, expected, 0.02 * expected) << static_cast<int>(holds) << " " << law;
+    }
 }
 
 // ---- needles ----------------------------------------------------------------------------------------------------------

@@ -1,7 +1,9 @@
 // Contacts that slide under large deformation: closed ways give back no more than went in.
 #include <random>
 
+#include "tests/runtime/large/large_scene.h"
 #include "tests/runtime/large/pressed_box.h"
+#include "tests/runtime/lifted_tissue.h"
 #include "tests/runtime/waved_block.h"
 
 namespace palpate::tests {
@@ -171,6 +173,19 @@ TEST(LargeClosedWay, AWayThatTheBodyFollowsLateGivesBackNoMoreThanWentIn) {
                                law.friction, closed_way(random), 1, stiff, 1e-3);
     EXPECT_GT(account.flagged, 0) << "it does not lag";
     EXPECT_LE(account.gain(), kMostGain) << "law " << law.law << " " << law.friction;
+  }
+}
+
+// As SlideEnergy.AToolOnTissueThatAGripAClipOrJawsHaveLiftedFeelsWhatItPresses: a disc that slides feels what one that sticks feels, but for what
+// the tissue gives way to the side.
+TEST(LargeClosedWay, AToolOnTissueThatAGripAClipOrJawsHaveLiftedFeelsWhatItPresses) {
+  const TouchedBody box = large_body(false);
+  for (const Holds holds : {Holds::grip, Holds::jaws, Holds::clip}) {
+    const double sticking = Lifted(box, holds, PALPATE_LAW_STICKING, PALPATE_DEFORMATION_LARGE).press();
+    for (const palpate_contact_law law : {PALPATE_LAW_UNILATERAL, PALPATE_LAW_SLIDING}) {
+      const double force = Lifted(box, holds, law, PALPATE_DEFORMATION_LARGE).press();
+      EXPECT_NEAR(force, sticking, 0.05 * sticking) << static_cast<int>(holds) << " " << law;
+    }
   }
 }
 
