@@ -192,8 +192,8 @@ void add_motions(std::vector<FilledSection>& sections, const BundleContent& cont
   sections.push_back(names_of(SectionId::motion_names, body.motions, [](const Motion& motion) { return motion.name; }));
   sections.push_back(made(SectionId::motion_kinds, {m}, kinds));
   sections.push_back(made(SectionId::motion_surface, {m, ns, 3}, std::move(surface)));
-  // A hyperelastic body moves with all of its nodes.
-  if (content.interior || !content.elimination_order.empty())
+  // A hyperelastic body moves with all of its nodes; none is inside where a cut's region is the whole organ.
+  if (n > ns && (content.interior || !content.elimination_order.empty()))
     sections.push_back(made(SectionId::motion_interior, {m, n - ns, 3}, std::move(interior)));
   if (!content.motions.volume.empty())
     sections.push_back(held_by_content(SectionId::motion_volume, {m, m}, content.motions.volume));

@@ -91,7 +91,7 @@ class SceneMemory {
       return !is_array && asked >= begin && asked < begin + bytes ? static_cast<std::ptrdiff_t>(asked - begin) : -1;
     }
   };
-  static constexpr int kMaxKept = 640;
+  static constexpr int kMaxKept = 704;
   const Kept* kept() const { return kept_; }
   int kept_count() const { return kept_count_; }
 
@@ -103,7 +103,7 @@ class SceneMemory {
       kept_[kept_count_++] = kept;
   }
   void* take(std::size_t count, std::size_t each);
-  static constexpr int kMaxArrays = 640;
+  static constexpr int kMaxArrays = 704;
   palpate_allocator host_;
   void* arrays_[kMaxArrays] = {};
   int array_count_ = 0;

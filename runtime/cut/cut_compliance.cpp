@@ -417,11 +417,28 @@ void CutCompliance::add_site_jumps(std::int32_t node, std::int32_t region, Small
   }
 }
 
+// Of the loads at a node, what goes with the tetrahedra that go.
+LoadShare CutCompliance::share_of_loads(std::int32_t node) const {
+  const auto goes = [&](std::int32_t e) { return scratch_.moved[e] != 0; };
+  double all = 0, part = 0;
+  tissue_.for_each_at(node, [&](std::int32_t e, int) {
+    const double volume = tissue_.volume(e);
+    all += volume;
+    if (goes(e)) part += volume;
+  });
+  LoadShare share;
+  share.in_volume = part / all;
+  const double on_surface = supports_.share_of_forces(tissue_, node, goes);
+  share.on_surface = on_surface < 0 ? share.in_volume : on_surface;
+  return share;
+}
+
 // The node is there twice, and the tetrahedra that go have its copy; sites still average over both sides.
 CutCompliance::Unit CutCompliance::free_jump(const CutChange& change, const CutChange::NewNode& made) {
   SmallMatrix own, t, x;
   columns_.begin(3);
   const double springs = supports_.share_of(tissue_, made.from, [&](std::int32_t e) { return scratch_.moved[e] != 0; });
+  const LoadShare loads = share_of_loads(made.from);
   collect_jumps(change, made.from, springs, &own);
   if (const Unit unit = take_slots(); !unit) return unit;
   if (!basis_.has_room(3)) return {CutOutcome::full};
@@ -452,7 +469,7 @@ CutCompliance::Unit CutCompliance::free_jump(const CutChange& change, const CutC
   }
   // The copy has what its origin has of the cut so far, by for_each_jump().
   add_to_matrix(x, 3, 1);
-  tissue_.add_node(made.from);
+  tissue_.add_node(made.from, loads);
   supports_.split(made.from, made.node, springs);
   for (std::int32_t k = 0; k < change.moved_count; ++k)
     if (scratch_.moved[change.moved[k].tetrahedron])

@@ -108,6 +108,7 @@ class CutCompliance {
   struct Unit;  // how a part of a change ended
   Unit split(const CutChange& change, const CutChange::NewNode& made);
   Unit free_jump(const CutChange& change, const CutChange::NewNode& made);
+  LoadShare share_of_loads(std::int32_t node) const;
   Unit split_site(std::int32_t node, std::int32_t from, std::int32_t region);
   Unit remove(std::int32_t tetrahedron);
   Unit take_away(std::int32_t tetrahedron);

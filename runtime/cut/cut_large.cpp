@@ -25,6 +25,7 @@ bool CutLarge::create(SceneMemory& memory, const Parts& parts, TouchState* touch
       memory.array<double>(CutBasis::scratch_of_weigh(compliance_.most_slots(), static_cast<std::int32_t>(stride_)));
   x_ = memory.array<double>(vectors * stride_), w_ = memory.array<double>(vectors * stride_);
   pseudo_ = memory.array<Vec3>(slots);
+  loads_ = memory.array<MeshFollower::DividedLoad>(2 * made);
   for (std::int32_t k = 0; k < most_new_ && origin_; ++k) origin_[k] = first_new_ + k;
   if (touch) touch->offset.change_body(this);
   return !memory.failed();
@@ -64,7 +65,7 @@ CutOutcome CutLarge::ground(std::int32_t node, double stiffness, bool) {
 }
 
 void CutLarge::end_changes(bool replayed) {
-  if (changed_) follow_supports(), follower_->changed(replayed);
+  if (changed_) follow_supports(), follow_loads(), follower_->changed(replayed);
   changed_ = false;
 }
 
@@ -118,6 +119,19 @@ void CutLarge::follow_supports() {
   std::copy_n(supports_.grounded, supports_.grounded_count, supports_.list + supports_.count);
   supports_.count += supports_.grounded_count;
   follower_->take_supports(supports_.list, supports_.count);
+}
+
+// New nodes first: each takes its part of what the node at rest had.
+void CutLarge::follow_loads() {
+  const CutTissue& tissue = compliance_.tissue();
+  std::int32_t count = 0;
+  for (std::int32_t k = 0; k < followed_; ++k)
+    loads_[count++] = {first_new_ + k, origin_[k], tissue.loads(rest_nodes_ + k)};
+  for (std::int32_t n = 0; n < rest_nodes_ && followed_ > 0; ++n) {
+    const LoadShare& share = tissue.loads(n);
+    if (share.in_volume != 1 || share.on_surface != 1) loads_[count++] = {n, n, share};
+  }
+  follower_->take_loads(loads_, count);
 }
 
 void CutLarge::forget_changes(bool) {

@@ -47,6 +47,7 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
   void follow_split(std::int32_t made, bool replayed);
   bool create_supports(SceneMemory& memory, const Parts& parts);
   void follow_supports();
+  void follow_loads();
   void add_support(std::int32_t a, std::int32_t b, double factor, const Mat3& block);
   // Of the k-th new node: -1 where it comes from a node at rest.
   std::int32_t new_parent(std::int32_t k) const {
@@ -76,6 +77,7 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
     MeshFollower::Support *list = nullptr, *grounded = nullptr;
     std::int32_t count = 0, grounded_count = 0;
   } supports_;
+  MeshFollower::DividedLoad* loads_ = nullptr;  // [new nodes, twice]
 };
 
 }  // namespace palpate

@@ -40,6 +40,11 @@ class CutOrgan final : public Body, public CutTarget {
   // Makes itself the body of the touch, before its offset and contacts are built. False where memory ends.
   bool create(SceneMemory& memory, const Parts& parts, TouchState& touch);
 
+  // After all rows of the offset are there: CutResponse::take_loads().
+  bool take_loads(SceneMemory& memory, const HyperelasticBody& body, const std::uint8_t* may_divide) {
+    return response_.take_loads(memory, body, may_divide, touch_->offset.rows());
+  }
+
   CutResult take_change(const CutChange& change, bool replayed = false) override;
   CutOutcome ground(std::int32_t node, double stiffness, bool replayed = false) override;
   void bring(std::int32_t surface_node, Vec3 from_reserve) override {

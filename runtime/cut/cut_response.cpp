@@ -6,6 +6,7 @@
 #include "runtime/contact/offset.h"
 #include "runtime/cut/dense_loops.h"
 #include "runtime/dense/superposition.h"
+#include "runtime/large/block_rows.h"
 
 namespace palpate {
 namespace {
@@ -249,11 +250,79 @@ void CutResponse::begin_step(const Offset& offset) {
   for (std::int32_t p = 0; p < filled_; ++p)
     compliance.basis().for_each_force(
         p, [&](std::int32_t slot, Vec3 force) { scratch_.x[p] += dot(force, scratch_.slot_moved[slot]); });
+  if (load_) add_divided_loads(rows, scratch_.x);
   multiply(scratch_.x, 1, scratch_.y);
   spread(scratch_.y, 1, scratch_.spread);
   for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes()); ++i)
     scratch_.moved[i] = static_cast<float>(scratch_.spread[i * kMostRows]);
   moved_.set(scratch_.moved, scratch_.moved, 0, true);
+}
+
+// ---- loads -----------------------------------------------------------------------------------------------------------
+
+// A load is K times the displacement by it, but for a row of a force, whose weights are there without rounding.
+bool CutResponse::take_loads(SceneMemory& memory, const HyperelasticBody& body, const std::uint8_t* may_divide,
+                             const OffsetRows& rows) {
+  load_rows_ = rows.count;
+  if (loads() == 0 || !source_.moves) return true;
+  const auto nodes = static_cast<std::size_t>(source_.rest_nodes);
+  float* const loads_of = memory.array<float>(static_cast<std::size_t>(loads()) * 3 * nodes);
+  SceneMemory scratch = memory.of_same_host();
+  std::int32_t* const place = scratch.array<std::int32_t>(nodes);
+  double* const moved = scratch.array<double>(3 * nodes);
+  HyperelasticBody bare = body;
+  bare.fixed = scratch.array<std::uint8_t>(3 * nodes);
+  BlockRows stiffness;
+  for (std::int32_t n = 0; n < source_.rest_nodes && place; ++n) place[n] = n;
+  const bool made =
+      loads_of && !scratch.failed() && assemble_stiffness(scratch, bare, place, source_.rest_nodes, &stiffness);
+  for (std::int32_t m = 0; m < loads() && made; ++m) {
+    float* const load = loads_of + static_cast<std::size_t>(m) * 3 * nodes;
+    for (std::int32_t n = 0; n < source_.rest_nodes; ++n) {
+      const bool known = m == load_rows_ || n < rows.nodes || rows.inside;
+      const Vec3 u = !known           ? Vec3{}
+                     : m < load_rows_ ? rows.at(m, n)
+                                      : load3(source_.preload + 3 * static_cast<std::size_t>(n));
+      store3(u, moved + 3 * static_cast<std::size_t>(n));
+    }
+    palpate::multiply(stiffness, moved, source_.rest_nodes, load);
+    if (m < load_rows_ && rows.is_of_force(m)) {
+      std::fill_n(load, 3 * nodes, 0.0f);
+      const RowForce& force = rows.force[m];
+      for (std::int32_t k = 0; k < force.count; ++k)
+        load[3 * force.node[k] + force.axis] = static_cast<float>(force.weight[k]);
+    }
+    for (std::size_t d = 0; d < 3 * nodes; ++d)
+      if (body.fixed[d] || !may_divide[d / 3]) load[d] = 0;
+  }
+  scratch.release_all();
+  if (made) load_ = loads_of;
+  return made;
+}
+
+// x += Z^T f, f what nodes that have split have more or less than the uncut body has there. C f is zero: all of it is at one place at rest.
+void CutResponse::add_divided_loads(const OffsetRows& rows, double* x) const {
+  const CutTissue& tissue = source_.compliance->tissue();
+  for (std::int32_t n = 0; n < source_.rest_nodes; ++n)
+    if (const LoadShare& share = tissue.loads(n); share.in_volume != 1 || share.on_surface != 1)
+      add_load(rows, n, n, 1, x);
+  for (std::int32_t n = source_.rest_nodes; n < tissue.nodes(); ++n) add_load(rows, n, tissue.origin(n), 0, x);
+}
+
+// less: what of the whole load is there already.
+void CutResponse::add_load(const OffsetRows& rows, std::int32_t node, std::int32_t at_rest, double less,
+                           double* x) const {
+  const LoadShare& share = source_.compliance->tissue().loads(node);
+  Vec3 force;
+  for (std::int32_t m = 0; m < loads(); ++m) {
+    const bool in_volume = m == load_rows_ || rows.is_in_volume(m);
+    const double amount = m == load_rows_ ? 1 : amount_[m];
+    const float* const load = load_ + 3 * (static_cast<std::size_t>(m) * static_cast<std::size_t>(source_.rest_nodes) +
+                                           static_cast<std::size_t>(at_rest));
+    const double part = amount * ((in_volume ? share.in_volume : share.on_surface) - less);
+    for (int i = 0; i < 3 && part != 0; ++i) force[i] += part * static_cast<double>(load[i]);
+  }
+  add_force(surface_node(node), force, x);
 }
 
 }  // namespace palpate

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
+#include "runtime/bundle/offset_rows.h"
 #include "runtime/bundle/tensors.h"
 #include "runtime/contact/changed_body.h"
 #include "runtime/cut/cut_compliance.h"
@@ -34,6 +35,11 @@ class CutResponse final : public ChangedBody {
   };
   // Memory: 24 bytes for each surface node and pattern, twice as many for each remembered response, and 250 for each surface node.
   bool create(SceneMemory& memory, const Source& source);
+
+  // The loads of the offset's rows and of the preload, of which nodes that split take their parts. After all rows are there. may_divide: [nodes of
+  // body] 1: the rows have all nodes around. Memory: 12 bytes for each row and node. False where memory ends.
+  bool take_loads(SceneMemory& memory, const HyperelasticBody& body, const std::uint8_t* may_divide,
+                  const OffsetRows& rows);
 
   // After a change of the compliance: Z of its new patterns and nodes. False where a pair is not known. replayed: the change is one of a saved
   // state, which has what it moved. Cost: for each slot of the new patterns the column of its node, for each of their forces three
@@ -85,6 +91,9 @@ class CutResponse final : public ChangedBody {
   bool superpose_pattern(std::int32_t pattern);
   bool fill_by_columns(std::int32_t first, std::int32_t end);
   bool read_column(std::int32_t node);
+  std::int32_t loads() const { return load_rows_ + (source_.preload ? 1 : 0); }
+  void add_divided_loads(const OffsetRows& rows, double* x) const;
+  void add_load(const OffsetRows& rows, std::int32_t node, std::int32_t at_rest, double less, double* x) const;
   double* row(std::int32_t node) const { return z_ + 3 * static_cast<std::size_t>(node) * stride_; }
 
   Source source_;
@@ -100,6 +109,8 @@ class CutResponse final : public ChangedBody {
   std::int32_t* response_of_ = nullptr;  // [responses] node
   std::int32_t response_at_ = 0, next_response_ = 0;
   double* amount_ = nullptr;  // [rows of the offset] of the last step
+  float* load_ = nullptr;     // [loads()][rest_nodes][3] N: per unit of each row; by the preload
+  std::int32_t load_rows_ = 0;
   struct Scratch {
     double* column = nullptr;                     // [3][3 surface nodes] of a slot's node
     double* pair_row = nullptr;                   // [3][3 pair_count]

@@ -37,7 +37,8 @@ bool CutSupports::create(SceneMemory& memory, const HyperelasticBody& body, cons
   const double* const foundation = surface.foundation;
   const bool founded = foundation && std::any_of(foundation, foundation + 2 * static_cast<std::int64_t>(surface.count),
                                                  [](double k) { return k > 0; });
-  if (surface.count == 0 || (!founded && body.support_count == 0)) return true;
+  if (surface.count == 0) return true;
+  exist_ = founded || body.support_count > 0;
   all_nodes_ = tissue.most_nodes();
   if (!make_faces(memory, body, surface, tissue)) return false;
   return body.support_count == 0 || make_springs(memory, body, surface);

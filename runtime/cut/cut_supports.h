@@ -6,8 +6,8 @@
 // as they are.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <initializer_list>
 
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/vec3.h"
@@ -36,13 +36,13 @@ class CutSupports {
     bool founded = false;  // it has a foundation
     bool has_springs = false;  // at each of its corners
   };
-  // The face of tetrahedron e that is opposite to a corner; nullptr: it is none of the surface, or the body has no supports.
+  // The face of tetrahedron e that is opposite to a corner; nullptr: it is none of the surface.
   const Face* face(std::int32_t e, int opposite) const {
     const std::int32_t at = face_at_ ? face_at_[4 * static_cast<std::int64_t>(e) + opposite] : -1;
     return at < 0 ? nullptr : faces_ + at;
   }
   const Face* face_of_triangle(std::int32_t triangle) const { return faces_ ? faces_ + triangle : nullptr; }
-  bool exist() const { return faces_ != nullptr; }
+  bool exist() const { return exist_; }
   // Of a tetrahedron; of any, at most.
   int foundations_of(std::int32_t e) const;
   int most_foundations() const { return most_foundations_; }
@@ -53,19 +53,19 @@ class CutSupports {
   template <class Goes>
   double share_of(const CutTissue& tissue, std::int32_t node, Goes goes) const {
     if (!has_springs(tissue.origin(node))) return 0;
-    double all = 0, part = 0;
-    for (const bool any : {false, true}) {
-      tissue.for_each_at(node, [&](std::int32_t e, int corner) {
-        for (int c = 0; c < 4; ++c) {
-          const Face* const of = c == corner ? nullptr : face(e, c);
-          if (!of || !(any || of->has_springs)) continue;
-          all += of->area;
-          if (goes(e)) part += of->area;
-        }
-      });
-      if (all > 0) break;
-    }
-    return all > 0 ? part / all : 0;
+    const double share =
+        share_by(tissue, node, goes, [](const Face& face) { return face.has_springs ? face.area : 0; });
+    return share < 0 ? std::max(0.0, share_by(tissue, node, goes, area_of)) : share;
+  }
+  // Of the forces on the surface at a node: as foundations divide there, or springs, so that supports which move pull each part by its own; else as the
+  // area of the node's triangles. -1: it has none.
+  template <class Goes>
+  double share_of_forces(const CutTissue& tissue, std::int32_t node, Goes goes) const {
+    const double share = share_by(tissue, node, goes, [](const Face& face) {
+      return face.founded ? face.block.m[0][0] + face.block.m[1][1] + face.block.m[2][2] : 0;
+    });
+    if (share >= 0) return share;
+    return has_springs(tissue.origin(node)) ? share_of(tissue, node, goes) : share_by(tissue, node, goes, area_of);
   }
   // Springs of a node: calls visit(node at rest, block, N/m, in the rows of the node and the columns of the other one), the node itself among them.
   template <class Visit>
@@ -86,6 +86,21 @@ class CutSupports {
   }
 
  private:
+  static double area_of(const Face& face) { return face.area; }
+  // What goes, of the sum of weight(face) over the node's faces. -1: the sum is zero.
+  template <class Goes, class Weight>
+  double share_by(const CutTissue& tissue, std::int32_t node, Goes goes, Weight weight) const {
+    double all = 0, part = 0;
+    tissue.for_each_at(node, [&](std::int32_t e, int corner) {
+      for (int c = 0; c < 4; ++c) {
+        const Face* const of = c == corner ? nullptr : face(e, c);
+        if (!of) continue;
+        all += weight(*of);
+        if (goes(e)) part += weight(*of);
+      }
+    });
+    return all > 0 ? part / all : -1;
+  }
   struct Spring {
     std::int32_t other, unused;
     Mat3 block;
@@ -95,7 +110,7 @@ class CutSupports {
   bool make_springs(SceneMemory& memory, const HyperelasticBody& body, const SupportedSurface& surface);
   void count_pairs(const SupportedSurface& surface, std::int32_t nodes, std::int32_t* triangles_at);
 
-  std::int32_t* face_at_ = nullptr;  // [tetrahedra][4]; nullptr: the body has no supports
+  std::int32_t* face_at_ = nullptr;  // [tetrahedra][4]; nullptr: the surface is not known
   Face* faces_ = nullptr;            // [triangles]
   const std::int32_t* triangles_ = nullptr;
   std::int32_t* first_ = nullptr;  // [nodes at rest + 1] into springs_; nullptr: there are none
@@ -103,6 +118,7 @@ class CutSupports {
   double* held_ = nullptr;  // [nodes at rest + new ones]
   std::int32_t all_nodes_ = 0, most_pairs_of_new_ = 0;
   int most_foundations_ = 0;
+  bool exist_ = false;
 };
 
 }  // namespace palpate

@@ -12,6 +12,7 @@ bool CutTissue::create(SceneMemory& memory, const HyperelasticBody& body, std::i
   first_ = memory.array<std::int32_t>(nodes + 1), around_ = memory.array<std::int32_t>(corners);
   parent_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_new));
   origin_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_new));
+  loads_ = memory.array<LoadShare>(nodes + static_cast<std::size_t>(most_new));
   if (memory.failed()) return false;
   forget();
   for (std::size_t c = 0; c < corners; ++c) ++first_[corners_[c] + 1];
@@ -30,10 +31,14 @@ void CutTissue::forget() {
   const std::size_t tetrahedra = static_cast<std::size_t>(body_->tetrahedron_count);
   std::copy_n(body_->tetrahedra, 4 * tetrahedra, corners_);
   std::fill_n(removed_, tetrahedra, std::uint8_t{0});
+  std::fill_n(loads_, most_nodes(), LoadShare{});
   new_count_ = 0;
 }
 
-void CutTissue::add_node(std::int32_t from) {
+void CutTissue::add_node(std::int32_t from, LoadShare share) {
+  LoadShare &goes = loads_[nodes()], &stays = loads_[from];
+  goes = {share.in_volume * stays.in_volume, share.on_surface * stays.on_surface};
+  stays.in_volume -= goes.in_volume, stays.on_surface -= goes.on_surface;
   parent_[new_count_] = from, origin_[new_count_] = origin(from);
   ++new_count_;
 }

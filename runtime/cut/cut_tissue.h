@@ -8,6 +8,7 @@
 #include "runtime/base/vec3.h"
 #include "runtime/cut/strain_modes.h"
 #include "runtime/large/hyperelastic_body.h"
+#include "runtime/large/mesh_follower.h"
 
 namespace palpate {
 
@@ -56,8 +57,9 @@ class CutTissue {
 
   void forget();  // back to the body at rest
 
-  void add_node(std::int32_t from);  // gets the number nodes()
-  void take_node_back() { --new_count_; }
+  // gets the number nodes(). share: of what `from` has of the loads.
+  void add_node(std::int32_t from, LoadShare share);
+  const LoadShare& loads(std::int32_t node) const { return loads_[node]; }
   void move_corner(std::int32_t e, std::int32_t from, std::int32_t to);
   void remove(std::int32_t e) { removed_[e] = 1; }
 
@@ -67,6 +69,10 @@ class CutTissue {
   int site_modes() const { return body_->nodal_dilatation ? (body_->averaged_shear > 0 ? kStrainModes : 1) : 0; }
   // The four gradients of a tetrahedron, 1/m; returns its volume, m^3.
   double gradients(std::int32_t e, Vec3 g[4]) const;
+  double volume(std::int32_t e) const {
+    Vec3 g[4];
+    return gradients(e, g);
+  }
   // -1: the node is no corner of it.
   int corner_of(std::int32_t e, std::int32_t node) const;
 
@@ -101,6 +107,7 @@ class CutTissue {
   std::int32_t* first_ = nullptr;                       // [nodes at rest + 1] into around_
   std::int32_t* around_ = nullptr;                      // tetrahedra of each node at rest, ascending
   std::int32_t *parent_ = nullptr, *origin_ = nullptr;  // [most_new]
+  LoadShare* loads_ = nullptr;                          // [most_nodes()]
   std::int32_t new_count_ = 0, most_new_ = 0, largest_star_ = 0;
 };
 

@@ -188,8 +188,11 @@ palpate_status prepare(EffectBuild& build) {
 palpate_status build(EffectBuild& build) {
   palpate_scene& scene = build.scene;
   if (!is_large(scene.def)) scene.touch.held = scene.shape.held = {build.reader.surface_nodes(), false};
-  scene.touch.parts.ask(&cut_of(&scene)->scene);
-  return PALPATE_OK;
+  CutOfScene& cut = *cut_of(&scene);
+  scene.touch.parts.ask(&cut.scene);
+  const bool made =
+      is_large(scene.def) || cut.organ.take_loads(build.reader.memory(), cut.region.body, cut.region.may_divide);
+  return made ? PALPATE_OK : build.reader.no_memory("cut");
 }
 
 constexpr EffectBody kBody = {pass_of, predict, most_of_body};

@@ -248,4 +248,16 @@ bool assemble_stiffness(SceneMemory& memory, const HyperelasticBody& body, const
   return made;
 }
 
+void multiply(const BlockRows& stiffness, const double* moved, std::int32_t rows, float* out) {
+  for (std::int32_t row = 0; row < rows; ++row)
+    for (std::size_t i = 0; i < 3; ++i) {
+      double sum = 0;
+      for (std::int64_t at = stiffness.first[row]; at < stiffness.first[row + 1]; ++at)
+        for (std::size_t k = 0; k < 3; ++k)
+          sum += stiffness.block[9 * static_cast<std::size_t>(at) + 3 * i + k] *
+                 moved[3 * static_cast<std::size_t>(stiffness.column[at]) + k];
+      out[3 * static_cast<std::size_t>(row) + i] = static_cast<float>(sum);
+    }
+}
+
 }  // namespace palpate

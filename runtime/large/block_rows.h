@@ -31,4 +31,7 @@ struct BlockRows {
 bool assemble_stiffness(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* place, std::int32_t rows,
                         BlockRows* stiffness);
 
+// out: [3 rows] N, the first rows of the stiffness times a displacement by places, m.
+void multiply(const BlockRows& stiffness, const double* moved, std::int32_t rows, float* out);
+
 }  // namespace palpate

@@ -44,6 +44,7 @@ class DeformingBody {
   MeshFollower::Layout follow_mesh(AddedCompliance* added) { return solver_.follow_mesh(added); }
   void split(const MeshFollower::Split& split, bool replayed) { solver_.split(split, replayed); }
   void remove(std::int32_t tetrahedron) { solver_.remove(tetrahedron); }
+  void take_loads(const MeshFollower::DividedLoad* loads, std::int32_t count) { solver_.take_loads(loads, count); }
   void take_supports(const MeshFollower::Support* supports, std::int32_t count) {
     solver_.take_supports(supports, count);
   }

@@ -13,19 +13,6 @@ constexpr double kEnergyNoise = 2e-7;
 // Of a displacement by the offset, so that what rounding leaves of the gradient counts as none: 40 times its rounding in single precision.
 constexpr double kPlaceNoise = 2.5e-6;
 
-// out: [3 rows] N, the stiffness times a displacement [3 nodes] by places.
-void multiply(const BlockRows& stiffness, const double* moved, std::int32_t rows, float* out) {
-  for (std::int32_t row = 0; row < rows; ++row)
-    for (std::size_t i = 0; i < 3; ++i) {
-      double sum = 0;
-      for (std::int64_t at = stiffness.first[row]; at < stiffness.first[row + 1]; ++at)
-        for (std::size_t k = 0; k < 3; ++k)
-          sum += stiffness.block[9 * static_cast<std::size_t>(at) + 3 * i + k] *
-                 moved[3 * static_cast<std::size_t>(stiffness.column[at]) + k];
-      out[3 * static_cast<std::size_t>(row) + i] = static_cast<float>(sum);
-    }
-}
-
 void evaluate_plainly(const HyperelasticEnergy::Elements& elements, const float* u, float* f,
                       HyperelasticEnergy::Energy* energy) {
   *energy = elements.evaluate(u, f);
@@ -68,6 +55,7 @@ bool HyperelasticEnergy::create(SceneMemory& memory, const HyperelasticBody& bod
   if (new_nodes.count > 0) {
     new_.origin = memory.array<std::int32_t>(static_cast<std::size_t>(nodes_));
     for (std::int32_t n = 0; n < nodes_ && new_.origin; ++n) new_.origin[n] = n;
+    if (has_preload) new_.load = memory.array<float>(length_);
   }
   held_ = memory.array<std::int32_t>(3 * static_cast<std::size_t>(rows_));
   if (has_preload) base_ = memory.array<float>(padded_), absolute_ = memory.array<float>(padded_);
@@ -80,7 +68,7 @@ bool HyperelasticEnergy::create(SceneMemory& memory, const HyperelasticBody& bod
   return true;
 }
 
-// A new node has what the node that it comes from has, but for its tetrahedra and its supports.
+// A new node has what the node that it comes from has, but for its tetrahedra, supports and loads.
 void HyperelasticEnergy::split(const MeshFollower::Split& split) {
   const std::int32_t from = place_[split.from], to = place_[split.node];
   new_.origin[split.node] = new_.origin[split.from], ++new_.made;
@@ -91,14 +79,37 @@ void HyperelasticEnergy::split(const MeshFollower::Split& split) {
   for (float* const by : {base_, offset_.by})
     if (by) std::copy_n(by + 3 * static_cast<std::size_t>(from), 3, by + 3 * static_cast<std::size_t>(to));
   elements_.split(from, to, split.tetrahedra, split.count);
+  pressures_.split(from, to, split.tetrahedra, split.count);
+}
+
+void HyperelasticEnergy::take_loads(const MeshFollower::DividedLoad* loads, std::int32_t count) {
+  new_.loads = loads, new_.load_count = count;
+  if (load_) {
+    std::copy_n(new_.load, length_, load_);
+    divide(&LoadShare::in_volume, load_);
+  }
+  if (offset_.acts) sum_loads();
+}
+
+// load: [length] N, as the uncut mesh has it.
+void HyperelasticEnergy::divide(double LoadShare::*share, float* load) const {
+  for (std::int32_t k = 0; k < new_.load_count; ++k) {
+    const MeshFollower::DividedLoad& of = new_.loads[k];
+    const std::int32_t from = place_[of.at_rest], to = place_[of.node];
+    for (int i = 0; i < 3 && from < rows_ && to < rows_; ++i)
+      load[3 * to + i] = static_cast<float>(of.share.*share * static_cast<double>(load[3 * from + i]));
+  }
 }
 
 void HyperelasticEnergy::forget_changes() {
   if (!new_.origin) return;
   for (std::int32_t n = 0; n < nodes_; ++n) new_.origin[n] = n;
-  new_.made = 0, new_.removed = false, new_.supports = nullptr;
+  new_.made = new_.load_count = 0, new_.removed = false, new_.supports = nullptr;
+  if (load_) std::copy_n(new_.load, length_, load_);
+  pressures_.forget_changes();
   held_count_ = new_.held;
   elements_.forget_changes();
+  if (offset_.acts) sum_loads();
 }
 
 bool HyperelasticEnergy::take_supports(SceneMemory& memory, const HyperelasticBody& body) {
@@ -199,6 +210,7 @@ bool HyperelasticEnergy::take_offset(SceneMemory& memory, const HyperelasticBody
   of.loads = memory.array<float>(count * length_), of.load = memory.array<float>(length_);
   of.roughness = memory.array<double>(count), of.amounts = memory.array<double>(count);
   of.by = memory.array<float>(padded_);
+  if (new_.origin) of.supports = memory.array<float>(count * length_);
   memory.keep_array(of.amounts, count);
   if (!absolute_) absolute_ = memory.array<float>(padded_);
   SceneMemory scratch = memory.of_same_host();
@@ -207,8 +219,9 @@ bool HyperelasticEnergy::take_offset(SceneMemory& memory, const HyperelasticBody
   bare.fixed = scratch.array<std::uint8_t>(3 * nodes), bare.support_count = 0;
   double* const row = scratch.array<double>(3 * nodes);
   BlockRows stiffness;
-  const bool made = pressures_.create(memory, rows, body.nodes, nodes_, place_) && !memory.failed() &&
-                    !scratch.failed() && assemble_stiffness(scratch, bare, place_, nodes_, &stiffness);
+  const bool made = pressures_.create(memory, rows, body, new_.origin ? rows_ - at_rest_ : 0, place_) &&
+                    !memory.failed() && !scratch.failed() &&
+                    assemble_stiffness(scratch, bare, place_, nodes_, &stiffness);
   if (made) rest_pressures();
   for (std::int32_t m = 0; made && m < rows.count; ++m) {
     for (std::int32_t n = 0; n < nodes_; ++n) store3(rows.at(m, n), row + 3 * static_cast<std::size_t>(place_[n]));
@@ -217,6 +230,10 @@ bool HyperelasticEnergy::take_offset(SceneMemory& memory, const HyperelasticBody
     if (rows.is_of_force(m)) take_force(rows.force[m], row, load);
     if (rows.is_of_pressure(m)) take_force({}, row, load);  // what acts on its surface is added in each state
     clear_held_dofs(body, load);
+    if (of.supports) {
+      float* const by_supports = of.supports + static_cast<std::size_t>(m) * length_;
+      take_force({}, row, by_supports), clear_held_dofs(body, by_supports);
+    }
     double sum = 0;
     for (std::int32_t r = 0; r < at_rest_; ++r)
       for (std::size_t i = 0; i < 3; ++i) {
@@ -246,12 +263,47 @@ void HyperelasticEnergy::move(const double* from, const double* to, double share
     for (int i = 0; i < 3; ++i)
       of.by[3 * static_cast<std::size_t>(place_[n]) + static_cast<std::size_t>(i)] = static_cast<float>(at[i]);
   }
-  std::fill(of.load, of.load + length_, 0.0f);
-  for (std::int32_t m = 0; m < of.rows.count; ++m)
-    if (of.amounts[m] != 0)
-      add_multiple(static_cast<float>(of.amounts[m]), of.loads + static_cast<std::size_t>(m) * length_, length_,
-                   of.load);
+  sum_loads();
   pressures_.count_from([&](std::int32_t place) { return displaced(place, nullptr, true); });
+}
+
+void HyperelasticEnergy::sum_loads() {
+  Offset& of = offset_;
+  std::fill(of.load, of.load + length_, 0.0f);
+  if (new_.load_count > 0) return sum_divided_loads();
+  for (std::int32_t m = 0; m < of.rows.count; ++m)
+    if (of.amounts[m] != 0) add_row(of.amounts[m], of.loads, m, of.load);
+}
+
+void HyperelasticEnergy::add_row(double amount, const float* rows, std::int32_t m, float* sum) const {
+  add_multiple(static_cast<float>(amount), rows + static_cast<std::size_t>(m) * length_, length_, sum);
+}
+
+// The forces from outside are divided, those in the volume in absolute_. Soft supports bear what they bear as the cut has left them.
+void HyperelasticEnergy::sum_divided_loads() {
+  Offset& of = offset_;
+  std::fill(absolute_, absolute_ + length_, 0.0f);
+  for (std::int32_t m = 0; m < of.rows.count; ++m) {
+    if (of.amounts[m] == 0) continue;
+    float* const sum = of.rows.is_in_volume(m) ? absolute_ : of.load;
+    add_row(of.amounts[m], of.loads, m, sum), add_row(-of.amounts[m], of.supports, m, sum);
+  }
+  divide(&LoadShare::on_surface, of.load), divide(&LoadShare::in_volume, absolute_);
+  add_multiple(1, absolute_, length_, of.load);
+  const auto at = [&](std::int32_t place) {
+    const float* const u = of.by + 3 * static_cast<std::size_t>(place);
+    return Vec3{static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+  };
+  const auto subtract = [&](std::int32_t place, Vec3 force) {
+    for (int i = 0; i < 3 && place < rows_; ++i) of.load[3 * place + i] -= static_cast<float>(force[i]);
+  };
+  for (std::int32_t p = 0; p < new_.support_count; ++p) {
+    const MeshFollower::Support& support = new_.supports[p];
+    const std::int32_t a = place_[support.node], b = place_[support.other];
+    subtract(a, support.block * at(b));
+    if (a != b) subtract(b, transposed_times(support.block, at(a)));
+  }
+  clear_held(of.load);
 }
 
 // m, from the mesh: of where the body rests, with the offset, and with a displacement u by places; nullptr: zero. In the order and the precision
@@ -281,6 +333,7 @@ void HyperelasticEnergy::rest_at(const float* u, float* force) {
   base_energy_ = evaluate(u, force).energy;  // of the body alone, like its forces
   std::copy(u, u + length_, base_);
   std::copy(force, force + length_, load_);
+  if (new_.load) std::copy(force, force + length_, new_.load);
   load_share_ = 1, noise_ = kEnergyNoise * base_energy_;
 }
 

@@ -80,10 +80,13 @@ class HyperelasticEnergy {
   double turned_shear(const float* u, const float* move);
   // The mesh is cut (mesh_follower.h): then evaluate anew, with displacements of new nodes.
   void split(const MeshFollower::Split& split);
-  void remove(std::int32_t tetrahedron) { elements_.remove(tetrahedron), new_.removed = true; }
+  void remove(std::int32_t tetrahedron) {
+    elements_.remove(tetrahedron), pressures_.remove(tetrahedron), new_.removed = true;
+  }
   void take_supports(const MeshFollower::Support* supports, std::int32_t count) {
     new_.supports = supports, new_.support_count = count;
   }
+  void take_loads(const MeshFollower::DividedLoad* loads, std::int32_t count);
   void forget_changes();
   bool is_changed() const { return new_.made > 0 || new_.removed; }
   // A load acts at rest, so that a changed body does not rest where the uncut one does.
@@ -97,7 +100,8 @@ class HyperelasticEnergy {
  private:
   struct Offset {
     OffsetRows rows;
-    float* loads = nullptr;  // [rows][length] N per unit, K_el times the row
+    float* loads = nullptr;     // [rows][length] N per unit, K_el times the row
+    float* supports = nullptr;  // the same: what soft supports do of that; nullptr: the mesh is not cut
     double* roughness =
         nullptr;                // [rows] sqrt(J) per unit: of rounding that displaces each dof by its own displacement
     double* amounts = nullptr;  // [rows]
@@ -112,6 +116,10 @@ class HyperelasticEnergy {
   void take_force(const RowForce& force, const double* row, float* load) const;
   Vec3 displaced(std::int32_t place, const float* u, bool with_offset) const;
   void clear_held_dofs(const HyperelasticBody& body, float* f) const;
+  void sum_loads();
+  void sum_divided_loads();
+  void add_row(double amount, const float* rows, std::int32_t m, float* sum) const;
+  void divide(double LoadShare::*share, float* load) const;
 
   Elements elements_;
   std::int32_t nodes_ = 0, rows_ = 0, at_rest_ = 0;
@@ -134,6 +142,9 @@ class HyperelasticEnergy {
     bool removed = false;
     const MeshFollower::Support* supports = nullptr;  // in place of the uncut body's; nullptr: these
     std::int32_t support_count = 0;
+    const MeshFollower::DividedLoad* loads = nullptr;
+    std::int32_t load_count = 0;
+    float* load = nullptr;  // [length] N, of the preload in the uncut mesh
   } new_;
   double base_energy_ = 0, noise_ = 0;  // J
   double load_share_ = 1;

@@ -21,6 +21,7 @@ class LargeBody : public Body, public MeshFollower {
   Layout follow_mesh(AddedCompliance* added) override { return deforming_.follow_mesh(added); }
   void split(const Split& split, bool replayed) override { deforming_.split(split, replayed); }
   void remove(std::int32_t tetrahedron) override { deforming_.remove(tetrahedron); }
+  void take_loads(const DividedLoad* loads, std::int32_t count) override { deforming_.take_loads(loads, count); }
   void take_supports(const Support* supports, std::int32_t count) override {
     deforming_.take_supports(supports, count);
   }

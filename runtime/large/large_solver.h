@@ -68,7 +68,7 @@ class LargeSolver {
   // with K preload, and all displacements start there. no_equilibrium: it is not found, because the loads are too large.
   // fewest_for_rough: numbers of a factor from which its rough copy gives the directions (block_factor.h).
   // renews: makes renew() possible, in four times the factor's memory and 500 bytes a tetrahedron more.
-  // new_nodes: of a mesh that may be cut, which renews no metric.
+  // new_nodes: of a mesh that may be cut. With its first change the metric goes back to that at rest and is not renewed any more.
   Created create(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* order, std::int32_t order_count,
                  std::int32_t max_rows, std::int32_t max_nodes, const double* preload = nullptr, bool renews = false,
                  std::int64_t fewest_for_rough = BlockFactor::kFewestForRough, const NewNodes& new_nodes = {});
@@ -81,6 +81,7 @@ class LargeSolver {
   MeshFollower::Layout follow_mesh(AddedCompliance* added);
   void split(const MeshFollower::Split& split, bool replayed);
   void remove(std::int32_t tetrahedron) { energy_.remove(tetrahedron); }
+  void take_loads(const MeshFollower::DividedLoad* loads, std::int32_t count) { energy_.take_loads(loads, count); }
   void take_supports(const MeshFollower::Support* supports, std::int32_t count) {
     energy_.take_supports(supports, count);
   }

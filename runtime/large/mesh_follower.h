@@ -69,6 +69,11 @@ class MeshStream {
   ~MeshStream() = default;
 };
 
+// Of the loads at a node at rest, what a node there has: of those in the volume, as gravity, and of those on the surface.
+struct LoadShare {
+  double in_volume = 1, on_surface = 1;
+};
+
 class MeshFollower {
  public:
   // A body that is solved beside the touch: `linear` is the organ that the touch solves, and the body follows `stream`. Borrowed.
@@ -102,6 +107,12 @@ class MeshFollower {
   };
   // All of them from now on. Borrowed.
   virtual void take_supports(const Support* /*supports*/, std::int32_t /*count*/) {}
+  // Of nodes that have split, all from now on: new nodes first, then those at rest. Borrowed.
+  struct DividedLoad {
+    std::int32_t node, at_rest;
+    LoadShare share;
+  };
+  virtual void take_loads(const DividedLoad* /*loads*/, std::int32_t /*count*/) {}
   virtual void changed(bool /*replayed*/) {}
   virtual void forget_changes() {}
 

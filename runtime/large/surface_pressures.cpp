@@ -5,8 +5,8 @@
 
 namespace palpate {
 
-bool SurfacePressures::create(SceneMemory& memory, const OffsetRows& rows, const double* rest, std::int32_t nodes,
-                              const std::int32_t* place) {
+bool SurfacePressures::create(SceneMemory& memory, const OffsetRows& rows, const HyperelasticBody& body,
+                              std::int32_t new_nodes, const std::int32_t* place) {
   std::int32_t triangles = 0;
   for (std::int32_t m = 0; rows.pressure && m < rows.count; ++m)
     if (rows.pressure[m].count > 0) ++count_, triangles += rows.pressure[m].count;
@@ -15,11 +15,11 @@ bool SurfacePressures::create(SceneMemory& memory, const OffsetRows& rows, const
   held_ = memory.array<Held>(static_cast<std::size_t>(count_));
   held_before_ = memory.array<Held>(static_cast<std::size_t>(count_));
   corner_ = memory.array<std::int32_t>(3 * static_cast<std::size_t>(triangles));
-  node_ = memory.array<std::int32_t>(3 * static_cast<std::size_t>(triangles));
+  node_ = memory.array<std::int32_t>(3 * static_cast<std::size_t>(triangles) + static_cast<std::size_t>(new_nodes));
   SceneMemory scratch = memory.of_same_host();
-  std::int32_t* const number = scratch.array<std::int32_t>(static_cast<std::size_t>(nodes));
+  std::int32_t* const number = scratch.array<std::int32_t>(static_cast<std::size_t>(body.node_count));
   if (!number || memory.failed()) return scratch.release_all(), false;
-  std::fill(number, number + nodes, -1);
+  std::fill(number, number + body.node_count, -1);
   std::int32_t pieces = 0, end = 0;
   for (std::int32_t m = 0; m < rows.count; ++m) {
     const RowPressure& on = rows.pressure[m];
@@ -32,15 +32,63 @@ bool SurfacePressures::create(SceneMemory& memory, const OffsetRows& rows, const
     }
     end += on.count;
   }
+  const bool found = new_nodes == 0 || find_below(memory, body, number);
   scratch.release_all();
   for (Vec3** const array : {&rest_, &base_, &now_, &trial_})
-    *array = memory.array<Vec3>(static_cast<std::size_t>(node_count_));
-  if (memory.failed()) return false;
+    *array = memory.array<Vec3>(static_cast<std::size_t>(node_count_ + new_nodes));
+  if (memory.failed() || !found) return false;
   for (std::int32_t n = 0; n < node_count_; ++n) {
-    rest_[n] = load3(rest + 3 * static_cast<std::size_t>(node_[n]));
+    rest_[n] = load3(body.nodes + 3 * static_cast<std::size_t>(node_[n]));
     node_[n] = place[node_[n]];
   }
   return true;
+}
+
+// ---- a mesh that is cut ----------------------------------------------------------------------------------------------
+
+// number: [nodes] of each node here; -1: none.
+bool SurfacePressures::find_below(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* number) {
+  const auto all = static_cast<std::size_t>(triangles());
+  below_ = memory.array<std::int32_t>(all), uncut_ = memory.array<std::int32_t>(3 * all);
+  if (memory.failed()) return false;
+  std::copy_n(corner_, 3 * all, uncut_), uncut_nodes_ = node_count_;
+  for (std::int32_t e = 0; e < body.tetrahedron_count; ++e) {
+    std::int32_t own[4];
+    std::transform(body.tetrahedra + 4 * static_cast<std::int64_t>(e),
+                   body.tetrahedra + 4 * static_cast<std::int64_t>(e) + 4, own,
+                   [&](std::int32_t n) { return number[n]; });
+    if (std::count(own, own + 4, -1) > 1) continue;
+    for (std::int32_t t = 0; t < triangles(); ++t)
+      if (std::all_of(corner_ + 3 * t, corner_ + 3 * t + 3,
+                      [&](std::int32_t n) { return std::find(own, own + 4, n) != own + 4; }))
+        below_[t] = e;
+  }
+  return true;
+}
+
+void SurfacePressures::split(std::int32_t from, std::int32_t to, const std::int32_t* tetrahedra, std::int32_t count) {
+  std::int32_t made = -1;
+  for (std::int32_t c = 0; c < 3 * triangles(); ++c) {
+    const std::int32_t old = corner_[c];
+    if (node_[old] != from || std::find(tetrahedra, tetrahedra + count, below_[c / 3]) == tetrahedra + count) continue;
+    if (made < 0) {
+      made = node_count_++, node_[made] = to;
+      for (Vec3* const array : {rest_, base_, now_, trial_}) array[made] = array[old];
+    }
+    corner_[c] = made;
+  }
+}
+
+// A triangle without area neither presses nor sweeps.
+void SurfacePressures::remove(std::int32_t tetrahedron) {
+  for (std::int32_t t = 0; t < triangles(); ++t)
+    if (below_[t] == tetrahedron) corner_[3 * t + 1] = corner_[3 * t + 2] = corner_[3 * t];
+}
+
+void SurfacePressures::forget_changes() {
+  if (!uncut_) return;
+  std::copy_n(uncut_, 3 * static_cast<std::size_t>(triangles()), corner_);
+  node_count_ = uncut_nodes_;
 }
 
 void SurfacePressures::keep(SceneMemory& memory) {

@@ -16,14 +16,20 @@
 #include "runtime/base/scene_memory.h"
 #include "runtime/base/vec3.h"
 #include "runtime/bundle/offset_rows.h"
+#include "runtime/large/hyperelastic_body.h"
 
 namespace palpate {
 
 class SurfacePressures {
  public:
-  // rows: those of an offset, whose pressures are here. rest: [nodes][3] m. place: of each node in vectors of the body. False where memory ends.
-  bool create(SceneMemory& memory, const OffsetRows& rows, const double* rest, std::int32_t nodes,
+  // rows: those of an offset, whose pressures are here. new_nodes: that may split off, at most. place: of each node in vectors of the body. False
+  // where memory ends.
+  bool create(SceneMemory& memory, const OffsetRows& rows, const HyperelasticBody& body, std::int32_t new_nodes,
               const std::int32_t* place);
+  // The mesh is cut (mesh_follower.h), by places: a triangle goes with the tetrahedron below it.
+  void split(std::int32_t from, std::int32_t to, const std::int32_t* tetrahedra, std::int32_t count);
+  void remove(std::int32_t tetrahedron);
+  void forget_changes();
   void keep(SceneMemory& memory);
 
   std::int32_t count() const { return count_; }
@@ -94,12 +100,17 @@ class SurfacePressures {
     return amounts[of_[i].row] + held.multiplier + held.stiffness * (held.volume - swept);
   }
 
+  bool find_below(SceneMemory& memory, const HyperelasticBody& body, const std::int32_t* number);
+  std::int32_t triangles() const { return count_ > 0 ? of_[count_ - 1].end : 0; }
+
   Piece* of_ = nullptr;                            // [count]
   Held *held_ = nullptr, *held_before_ = nullptr;  // [count]
   std::int32_t count_ = 0, node_count_ = 0;
   std::int32_t* corner_ = nullptr;  // [triangles][3] numbers of nodes here
   std::int32_t* node_ = nullptr;    // [node_count] their places
-  Vec3* rest_ = nullptr;            // [node_count] m
+  // Where the mesh may be cut: [triangles] the tetrahedron; as corner_ was; node_count_ as it was.
+  std::int32_t *below_ = nullptr, *uncut_ = nullptr, uncut_nodes_ = 0;
+  Vec3* rest_ = nullptr;  // [node_count] m
   Vec3 *base_ = nullptr, *now_ = nullptr,
        *trial_ = nullptr;  // [node_count] m: displacements at rest, of the state, of the last evaluated one
 };

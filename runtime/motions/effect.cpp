@@ -60,6 +60,15 @@ palpate_status read_kinds_and_volumes(const SectionReader& reader, Motions::Sour
   return PALPATE_OK;
 }
 
+palpate_status tell_volumes(const SectionReader& reader, const std::int32_t* kind, OffsetRows* rows) {
+  auto* const in_volume = reader.memory().array<std::uint8_t>(static_cast<std::size_t>(rows->count));
+  if (!in_volume) return reader.no_memory("motions");
+  for (std::int32_t m = 0; m < rows->count; ++m)
+    in_volume[m] = static_cast<formats::MotionKind>(kind[m]) == formats::MotionKind::gravity;
+  rows->in_volume = in_volume;
+  return PALPATE_OK;
+}
+
 // The triangles of each pressure, for a body on whose surface it acts as that is.
 palpate_status read_surfaces(const SectionReader& reader, OffsetRows* rows) {
   if (!reader.find(SectionId::motion_pressed)) return PALPATE_OK;
@@ -99,6 +108,7 @@ palpate_status prepare(EffectBuild& build) {
   Motions::Source source;
   source.offset = &scene.touch.offset, source.count = rows.count, source.pass = build.pass;
   if (const palpate_status status = read_kinds_and_volumes(reader, &source)) return status;
+  if (const palpate_status status = tell_volumes(reader, source.kind, &rows)) return status;
   source.is_linear = scene.touch.body->responds_linearly(), source.is_whole = key_number(scene.def, "cut") == 0;
   const auto inside = static_cast<std::int32_t>(reader.counts().nodes - reader.counts().surface_nodes);
   if (asks_inside(scene) && inside > 0) {

@@ -16,7 +16,11 @@ CutChange OwnedChange::get() const {
 }
 
 CutReference::CutReference(ElasticBody rest)
-    : body_(rest), rest_(std::move(rest)), left_(body_.tetrahedra.size(), 1), below_(body_.triangles.size(), 0) {
+    : body_(rest),
+      rest_(std::move(rest)),
+      left_(body_.tetrahedra.size(), 1),
+      share_(body_.nodes.size(), 1),
+      below_(body_.triangles.size(), 0) {
   for (std::size_t n = 0; n < body_.nodes.size(); ++n) origin_.push_back(static_cast<std::int32_t>(n));
   std::map<std::array<std::int32_t, 3>, std::size_t> of_face;
   for (std::size_t e = 0; e < body_.tetrahedra.size(); ++e)
@@ -39,10 +43,39 @@ void CutReference::apply(const OwnedChange& change) {
     body_.nodes.push_back(body_.nodes[from]);
     body_.fixed.push_back(body_.fixed[from]);
     origin_.push_back(origin_[from]);
+    share_.push_back(0);
   }
   for (const auto& moved : change.moved)
     std::copy(moved.corners, moved.corners + 4, body_.tetrahedra[static_cast<std::size_t>(moved.tetrahedron)].begin());
+  for (const auto& made : change.new_nodes) {
+    const double goes = volume_at(made.node), stays = volume_at(made.from);
+    double& of = share_[static_cast<std::size_t>(made.from)];
+    share_[static_cast<std::size_t>(made.node)] = goes / (goes + stays) * of;
+    of *= stays / (goes + stays);
+  }
   for (const auto e : change.removed) left_[static_cast<std::size_t>(e)] = 0;
+}
+
+double CutReference::volume_at(std::int32_t node) const {
+  double sum = 0;
+  for (std::size_t e = 0; e < body_.tetrahedra.size(); ++e) {
+    const auto& t = body_.tetrahedra[e];
+    if (!left_[e] || std::ranges::find(t, node) == t.end()) continue;
+    Eigen::Matrix3d edges;
+    for (std::size_t v = 0; v < 3; ++v)
+      for (std::size_t i = 0; i < 3; ++i)
+        edges(static_cast<int>(i), static_cast<int>(v)) = position(t[v + 1])[i] - position(t[0])[i];
+    sum += std::abs(edges.determinant()) / 6;
+  }
+  return sum;
+}
+
+Eigen::VectorXd CutReference::divided(const Eigen::VectorXd& load) const {
+  Eigen::VectorXd all(3 * nodes());
+  for (std::int32_t n = 0; n < nodes(); ++n)
+    all.segment<3>(3 * n) =
+        share_[static_cast<std::size_t>(n)] * load.segment<3>(3 * origin_[static_cast<std::size_t>(n)]);
+  return all;
 }
 
 std::array<double, 3> CutReference::centre(std::size_t e) const {

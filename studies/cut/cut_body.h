@@ -32,6 +32,8 @@ class CutReference {
   const std::array<double, 3>& position(std::int32_t node) const { return body_.nodes[static_cast<std::size_t>(node)]; }
 
   void apply(const OwnedChange& change);
+  // Loads on the nodes at rest, [3 nodes] N: where a node splits, each part takes the share of the volume of the tetrahedra that are at it.
+  Eigen::VectorXd divided(const Eigen::VectorXd& load) const;
   // The tetrahedra at a node for which goes(tetrahedron) is true get a copy of it. Empty where none or all go.
   template <class Goes>
   OwnedChange split(std::int32_t node, Goes goes) const {
@@ -57,10 +59,12 @@ class CutReference {
 
  private:
   std::vector<std::vector<std::pair<std::int32_t, double>>> shares_of_springs() const;
+  double volume_at(std::int32_t node) const;
 
   ElasticBody body_, rest_;
   std::vector<char> left_;
   std::vector<std::int32_t> origin_;  // [nodes] node at rest
+  std::vector<double> share_;         // [nodes] of the loads there
   std::vector<std::size_t> below_;    // [triangles] tetrahedron
 };
 

@@ -17,7 +17,11 @@ class CutTruth {
   // [3N][3N] m/N; zero for nodes that are not in use.
   const Eigen::MatrixXd& compliance() const { return is_cut() ? compliance_ : whole_.compliance; }
   // [3N] m, where loads and supports move what is left that would move the whole box by this.
-  Eigen::VectorXd moved(const Eigen::VectorXd& by) const;
+  Eigen::VectorXd moved(const Eigen::VectorXd& by, bool in_volume) const;
+  // Loads on the nodes at rest, [3N] N, as the nodes have them: by volume, as gravity, or by the area of the triangles that a node has.
+  Eigen::VectorXd divided(const Eigen::VectorXd& load, bool in_volume) const;
+  // Triangles of the surface at rest, with the corners that they have now.
+  std::vector<std::array<std::int32_t, 3>> triangles() const;
   // What is left, under large deformation.
   const LargeReference& large() const { return large_ ? *large_ : whole_large(); }
   // The node at rest where a node began.
@@ -31,6 +35,7 @@ class CutTruth {
   const EffectBody& whole_;
   std::int32_t new_nodes_ = 0;
   std::vector<std::int32_t> origin_;
+  std::vector<std::array<std::int32_t, 4>> tetrahedra_;
   Eigen::MatrixXd stiffness_, compliance_;
   std::unique_ptr<Seen> seen_;
   std::unique_ptr<LargeReference> large_;

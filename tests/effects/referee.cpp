@@ -167,7 +167,11 @@ void Referee::read(Organ& organ, int k) {
   if (of_.loads) organ.u += body_.compliance * stage_.loads(k);
   if (of_.cut) {
     const bool sags = of_.def.preload == PALPATE_PRELOAD_ON;
-    organ.u = organ.left[0].moved(sags ? VectorXd(organ.u + body_.preload) : organ.u);
+    VectorXd by_volume = VectorXd::Zero(body.dofs());
+    if (of_.motions) by_volume = amounts_of(organ)[kWeight] * body_.motions.col(kWeight);
+    organ.u = organ.left[0].moved(organ.u - by_volume, false);
+    if (sags) by_volume += body_.preload;
+    organ.u += organ.left[0].moved(by_volume, true);
     for (Eigen::Index n = 0; sags && n < body.dofs() / 3; ++n)
       organ.u.segment<3>(3 * n) -= body_.preload.segment<3>(3 * organ.left[0].origin(static_cast<std::int32_t>(n)));
   }
@@ -821,13 +825,15 @@ void Referee::check_inside(Organ& organ) {
 // ---- large deformation -------------------------------------------------------------------------------------------------
 
 // N on each dof, of 1 Pa on the pressed face as it is; the displacement is from the mesh.
-VectorXd Referee::on_pressed_face(const VectorXd& displacement) const {
+VectorXd Referee::on_pressed_face(const CutTruth& left, const VectorXd& displacement) const {
   VectorXd force = VectorXd::Zero(displacement.size());
+  const auto triangles = left.triangles();
   for (std::size_t t = 0; t < body_.touched.body.triangles.size(); ++t) {
     if (body_.touched.outward(static_cast<std::int32_t>(t))[0] < 0.9) continue;
     Vector3d p[3];
-    const auto& corners = body_.touched.body.triangles[t];
-    for (int v = 0; v < 3; ++v) p[v] = body_.touched.node(corners[v]) + displacement.segment<3>(3 * corners[v]);
+    const auto& corners = triangles[t];
+    for (int v = 0; v < 3; ++v)
+      p[v] = body_.touched.node(left.origin(corners[v])) + displacement.segment<3>(3 * corners[v]);
     for (const auto n : corners) force.segment<3>(3 * n) -= (p[1] - p[0]).cross(p[2] - p[0]) / 6;
   }
   return force;
@@ -838,7 +844,7 @@ VectorXd Referee::on_pressed_face(const VectorXd& displacement) const {
 void Referee::check_large(Organ& organ, int k) {
   const CutTruth& left = organ.left[0];
   const LargeReference& reference = left.large();
-  VectorXd load = VectorXd::Zero(rest_.size()), found = organ.u;
+  VectorXd load = VectorXd::Zero(rest_.size()), on_surface = load, found = organ.u;
   for (std::int32_t n = 0; 3 * n < found.size(); ++n)
     found.segment<3>(3 * n) += rest(left.origin(n)) - body_.touched.node(left.origin(n));
   if (of_.def.preload == PALPATE_PRELOAD_ON) load = body_.touched.stiffness() * body_.preload;
@@ -851,14 +857,15 @@ void Referee::check_large(Organ& organ, int k) {
       if (body_.touched.fixed[i] && left.origin(static_cast<std::int32_t>(i / 3)) == i / 3)
         miss("supports", std::fabs(found[i] - moved[i]), kLength);
   }
-  if (of_.loads) load += stage_.loads(k);
+  if (of_.loads) on_surface = stage_.loads(k);
   for (Eigen::Index i = 0; i < load.size(); ++i)
-    if (body_.touched.fixed[i]) load[i] = 0;
+    if (body_.touched.fixed[i]) load[i] = on_surface[i] = 0;
+  load = left.divided(load, true) + left.divided(on_surface, false);
   if (organ.told.size() < static_cast<std::size_t>(rest_.size())) return;
   VectorXd exact = found;
   const double pressure = of_.motions ? palpate_scene_motion_state(organ.scene, kFilling)->amount : 0;
   for (int i = 0; i < (pressure != 0 ? 8 : 1); ++i)
-    reference.balance(load + organ.f + pressure * on_pressed_face(exact), &exact);
+    reference.balance(load + organ.f + pressure * on_pressed_face(left, exact), &exact);
   miss("newton", (exact - found).norm(), organ.u.norm());
   if (!std::isnan(stage_.held_volume(k)))
     miss("held volumes", std::fabs(stage_.held_volume(k) - palpate_scene_motion_state(organ.scene, kFilling)->volume),

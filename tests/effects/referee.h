@@ -82,7 +82,7 @@ class Referee {
   void check_skin(Organ& organ);
   void check_inside(Organ& organ);
   void check_crossings(const Organ& organ, std::vector<float>& positions);
-  Eigen::VectorXd on_pressed_face(const Eigen::VectorXd& displacement) const;
+  Eigen::VectorXd on_pressed_face(const CutTruth& left, const Eigen::VectorXd& displacement) const;
   void check_large(Organ& organ, int k);
 
   const SceneOfEffects of_;

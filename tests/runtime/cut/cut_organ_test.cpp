@@ -161,20 +161,15 @@ struct CutScene {
   Errors errors() {
     const FactoredBody now(cut.now(), block.element);
     const std::int32_t all = cut.nodes();
-    const auto extended = [&](const VectorXd& f) {
-      VectorXd out = VectorXd::Zero(3 * all);
-      out.head(f.size()) = f;
-      return out;
-    };
     VectorXd offset = VectorXd::Zero(3 * all);
     if (preload_force.size() > 0) {
-      const VectorXd before = uncut.solve(preload_force), after = now.solve(extended(preload_force));
+      const VectorXd before = uncut.solve(preload_force), after = now.solve(cut.divided(preload_force));
       for (std::int32_t n = 0; n < all; ++n) {
         const std::int32_t at = made.organ->compliance().tissue().origin(n);
         offset.segment<3>(3 * n) += after.segment<3>(3 * n) - before.segment<3>(3 * at);
       }
     }
-    if (row_force.size() > 0) offset += *made.amount * now.solve(extended(row_force));
+    if (row_force.size() > 0) offset += *made.amount * now.solve(cut.divided(row_force));
     VectorXd force = VectorXd::Zero(3 * all);
     const TouchState& touch = made.scene->touch;
     const ContactConstraints& set = touch.rows.set();

@@ -45,7 +45,10 @@ palpate_status prepare(EffectBuild& build) {
 }
 palpate_status build(EffectBuild& build) {
   build.scene.touch.held = build.scene.shape.held = {build.reader.surface_nodes(), false};
-  return PALPATE_OK;
+  const HyperelasticBody& body = *cut_making().parts.body;
+  const std::vector<std::uint8_t> all(static_cast<std::size_t>(body.node_count), 1);
+  const bool made = cut_making().organ->take_loads(build.reader.memory(), body, all.data());
+  return made ? PALPATE_OK : build.reader.no_memory("cut");
 }
 const char* pass_of(const palpate_scene_def&) {
   return "cut";

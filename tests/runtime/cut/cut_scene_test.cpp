@@ -787,6 +787,79 @@ TEST(CutScene, DrawnTissueIsCutUnderLargeDeformation) {
   }
 }
 
+// ---- loads -----------------------------------------------------------------------------------------------------------
+
+// What moves the block from outside (Inputs).
+struct Outside {
+  Vector3d acceleration{0, 1.5, -1};  // m/s^2
+  double pressure = 30;               // Pa
+  double below = 0.006;               // m
+  // In 80 steps.
+  void act(Played& played, int step) const {
+    const double share = std::min(1.0, step / 80.0);
+    const double amounts[5] = {share * acceleration[0], share * acceleration[1], share * acceleration[2],
+                               share * pressure, share * below};
+    ASSERT_EQ(palpate_scene_set_motions(played.scene.get(), amounts, 5, nullptr), PALPATE_OK);
+    ASSERT_EQ(played.touch() & ~PALPATE_STEP_DEFORMATION_BEHIND, 0u) << step;
+  }
+  // N, on what is left, as it is displaced.
+  VectorXd on(const ElasticBody& left, const VectorXd& u) const {
+    VectorXd force = VectorXd::Zero(u.size());
+    const auto rest = [&](std::int32_t n) { return Vector3d(left.nodes[static_cast<std::size_t>(n)].data()); };
+    for (const auto& t : left.tetrahedra) {
+      const Vector3d a = rest(t[1]) - rest(t[0]), b = rest(t[2]) - rest(t[0]), c = rest(t[3]) - rest(t[0]);
+      for (const std::int32_t n : t) force.segment<3>(3 * n) += 1000 * std::abs(a.cross(b).dot(c)) / 24 * acceleration;
+    }
+    for (const auto& t : left.triangles) {
+      if (std::ranges::any_of(t, [&](std::int32_t n) { return rest(n)[2] < 0.04 - 1e-9; })) continue;
+      const auto now = [&](std::size_t v) { return Vector3d(rest(t[v]) + u.segment<3>(3 * t[v])); };
+      for (const std::int32_t n : t) force.segment<3>(3 * n) -= pressure / 6 * (now(1) - now(0)).cross(now(2) - now(0));
+    }
+    const Vector3d moved = below * Vector3d(0.3, 0.2, 1).normalized();
+    for (const auto& foundation : left.foundations)
+      for (const std::int32_t triangle : foundation.triangles) {
+        const auto& t = left.triangles[static_cast<std::size_t>(triangle)];
+        const double area = (rest(t[1]) - rest(t[0])).cross(rest(t[2]) - rest(t[0])).norm() / 2;
+        for (const std::int32_t a : t)
+          for (const std::int32_t b : t)
+            if (rest(b)[0] > 0.002) force.segment<3>(3 * a) += 1e4 * area / 12 * (a == b ? 2 : 1) * moved;
+      }
+    return force;
+  }
+};
+
+// Where nodes split, what is left of their tetrahedra and triangles has its own weight, its own pressure and its own part of a foundation that moves.
+TEST(CutScene, EachLipBearsItsOwnPartOfWhatActsFromOutside) {
+  const Outside outside;
+  for (auto& [element, def] : kinds()) {
+    SCOPED_TRACE(std::string(name_of(element)) + " " + std::to_string(def.large.deformation));
+    SceneDef moved = def;
+    moved.motions.motions = 1;
+    Played played(standing_block(element), moved);
+    played.cut(0.03);
+    for (int s = 1; s <= 100; ++s) outside.act(played, s);
+    const ElasticBody left = played.left();
+    VectorXd right = VectorXd::Zero(3 * static_cast<Eigen::Index>(left.nodes.size()));
+    const bool large = def.large.deformation != PALPATE_DEFORMATION_LINEAR;
+    const LeftBody newton(played, element);
+    for (int i = 0; i < 8 && large; ++i) newton.newton.balance(outside.on(left, right), &right);
+    if (!large) right = FactoredBody(left, element).solve(outside.on(left, right));
+    const std::vector<float> shape = played.positions();
+    double off = 0, farthest = 0;
+    for (const auto& t : played.triangles())
+      for (const std::int32_t n : t)
+        for (int i = 0; i < 3; ++i) {
+          const std::int32_t own = played.in_mesh(n);
+          const double u = static_cast<double>(shape[static_cast<std::size_t>(3 * n + i)]) -
+                           left.nodes[static_cast<std::size_t>(own)][static_cast<std::size_t>(i)];
+          off = std::max(off, std::abs(u - right[3 * own + i]));
+          farthest = std::max(farthest, std::abs(right[3 * own + i]));
+        }
+    EXPECT_GT(farthest, 0.005);
+    EXPECT_LT(off, (large ? 1e-3 : 1e-5) * farthest);
+  }
+}
+
 // ---- states ----------------------------------------------------------------------------------------------------------
 
 void save_and_restore(palpate_deformation_model as) {

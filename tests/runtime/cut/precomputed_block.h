@@ -14,7 +14,8 @@
 
 namespace palpate::tests {
 
-// A block of soft, nearly incompressible tissue that is held at x = 0 and stands on a foundation there; the half away from there may be cut.
+// A block of soft, nearly incompressible tissue that is held at x = 0 and stands on a foundation; the half away from there may be cut. Its motions are
+// its weight along x, y and z, a pressure on its top, and its foundation but for the edge that is held, which moves along (3, 2, 10).
 struct Inputs {
   static constexpr char kBesideTheCut[] =
       "{ and = [{ patch = \"z0\" }, { half_space = { point = [26, 0, 0], normal = [1, 0, 0] } }] }";
@@ -31,6 +32,7 @@ struct Inputs {
 name = "box"
 young = { value = 5.4, unit = "kPa", source = "test" }
 poisson = { value = 0.45, source = "test" }
+density = { value = 1000, unit = "kg/m^3", source = "test" }
 )";
     std::ofstream(file("bc.toml")) << R"(name = "back"
 [store]
@@ -42,7 +44,19 @@ select = { patch = "x0" }
 name = "below"
 normal = { value = 1e4, unit = "N/m^3", source = "test" }
 tangential = { value = 1e4, unit = "N/m^3", source = "test" }
-select = )" << foundation
+select = )" << foundation << R"(
+[[motion]]
+name = "weight"
+kind = "gravity"
+[[motion]]
+name = "on top"
+kind = "pressure"
+select = { patch = "z1" }
+[[motion]]
+name = "below"
+kind = "piston"
+axis = [0.3, 0.2, 1]
+select = { and = [{ patch = "z0" }, { half_space = { point = [2, 0, 0], normal = [-1, 0, 0] } }] })"
                                    << "\n[cut]\nregion = " << region << '\n';
   }
   std::filesystem::path file(const std::string& name) const {
