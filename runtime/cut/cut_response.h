@@ -1,7 +1,8 @@
 // What a cut adds to the response of the surface nodes: the patterns of cut_compliance.h at each of them. Z is held for all surface nodes and grows
 // with the patterns, of which none changes any more. So the cut body has
 //     W' = C + Z M Z^T    between contact nodes,
-//     u = o + C f + Z M (Z^T f + P^T o)    at all surface nodes, under forces f and what the offset and the preload make of the uncut body, o.
+//     u = o + C f + Z M (Z^T (f + df) + P^T o)    at all surface nodes, under forces f and what the offset and the preload make of the uncut body, o,
+// with df, what parts of divided nodes have of the loads that make o (take_loads()).
 // A new node is a surface node of the bundle that has waited in no tetrahedron (reserve); it has the columns and rows of the node that it comes from.
 #pragma once
 
