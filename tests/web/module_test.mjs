@@ -63,7 +63,11 @@ for (const wasm of wasms) {
       assert.equal(scene.touch(0.001), 0);
       assert.ok(closed(scene.cutSurface), `step ${step}`);
     }
-    const state = scene.cutState, { triangles, isLip } = scene.cutSurface;
+    const state = scene.cutState, { triangles, isLip, nodes } = scene.cutSurface, { surfaceNodeCount, hasCut } = bundle.info, own = [...nodes].filter((_, i) => i % 2 === 0);
+    const other = runtime.openBundle(bytes);
+    assert.deepEqual([hasCut, other.info.hasCut], [true, false]);
+    other.close();
+    assert.ok(own.length === state.nodes && new Set(own).size === own.length && nodes.every((node) => node < surfaceNodeCount) && own.every((node) => triangles.includes(node)));
     assert.ok(state.surface > before.surface && state.faces > 0 && Math.abs(state.area - 0.05 * 0.04) < 2e-5);
     assert.deepEqual([state.pieces, state.waiting, state.left, state.isFull], [2, 0, 0, false]);
     assert.equal(isLip.reduce((sum, lip) => sum + lip, 0), 2 * state.faces);

@@ -10,7 +10,8 @@ import { reader, writer } from "./struct.js";
 /** @typedef {{surface: number, area: number, faces: number, removed: number, nodes: number, pieces: number, waiting: number, left: number, rank: number,
  *   isFull: boolean}} CutState
  *  What has been cut, as palpate_cut_state. surface: goes up where the surface has changed. */
-/** @typedef {{triangles: Int32Array, isLip: Uint8Array}} CutSurface  [count][3] nodes of a shape, and for each triangle whether a cut made it. */
+/** @typedef {{triangles: Int32Array, isLip: Uint8Array, nodes: Int32Array}} CutSurface  [count][3] nodes of a shape, and for each triangle whether a cut made it.
+ *  nodes: [count][2] the nodes that cuts have made, each with the bundle's that it comes from, at whose place it lies at rest. */
 
 const MOST_POINTS = 16; // PALPATE_MAX_BLADE_POINTS
 const BLADE_STATE = { vector: ["force", "torque"], number: ["work", "area"], integer: ["in_tissue", "cuts"] };
@@ -49,5 +50,14 @@ export function readCutSurface({ api, heap }, scene) {
   api.palpate_scene_cut_surface(scene, at, at + 12 * count, count);
   const found = { triangles: new Int32Array(heap.buffer, at, 3 * count).slice(), isLip: new Uint8Array(heap.buffer, at + 12 * count, count).slice() };
   heap.release(at);
-  return found;
+  return { ...found, nodes: readCutNodes({ api, heap }, scene) };
+}
+
+/** @param {Pick<Runtime, "api" | "heap">} runtime @param {number} scene @returns {Int32Array} a copy */
+function readCutNodes({ api, heap }, scene) {
+  const count = api.palpate_scene_cut_nodes(scene, 0, 0), at = heap.take(8 * count + 1);
+  api.palpate_scene_cut_nodes(scene, at, count);
+  const nodes = new Int32Array(heap.buffer, at, 2 * count).slice();
+  heap.release(at);
+  return nodes;
 }

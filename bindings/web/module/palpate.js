@@ -75,14 +75,14 @@ export { PalpateError, Scene, World };
  *  1, Pa, m/s^2 */
 /** @typedef {{name: string, half: string, sections: string, mappedBytes: number}} PlanPass */
 /** @typedef {{identity: bigint, nodeCount: number, surfaceNodeCount: number, triangleCount: number, tetrahedronCount: number,
- *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean, hasLarge: boolean, motionCount: number}} BundleInfo */
+ *   touchableCount: number, hasInterior: boolean, hasRadial: boolean, hasForce: boolean, hasPreload: boolean, hasLarge: boolean, hasCut: boolean, motionCount: number}} BundleInfo */
 
 const MOTION_KINDS = /** @type {const} */ (["piston", "rotation", "field", "pressure", "gravity"]); // of palpate.h, from 1 on
 const INFO = {
   integer: ["node_count", "surface_node_count", "triangle_count", "tetrahedron_count", "touchable_count", "has_interior", "has_radial", "has_force", "has_preload",
     "has_large", "motion_count"],
 };
-const REGION = 12, FOUNDATION = 21, YOUNG = 30; // sections of the bundle (formats/BUNDLE.md)
+const REGION = 12, FOUNDATION = 21, YOUNG = 30, CUT_NODES = 110; // sections of the bundle (formats/BUNDLE.md)
 
 // A WebAssembly module with one function that uses a v128: valid where the engine has SIMD.
 const SIMD_PROBE = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0,
@@ -245,6 +245,7 @@ export class Bundle {
     for (const name of Object.keys(info)) if (name.startsWith("has")) info[name] = !!info[name];
     info.identity = heap.data.getBigUint64(at + this.runtime.field("palpate_bundle_info.identity"), true);
     heap.release(at);
+    info.hasCut = this.#section(CUT_NODES).bytes > 0;
     return info;
   }
 

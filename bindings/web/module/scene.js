@@ -242,7 +242,7 @@ export class Scene extends ToolStates {
     const at = this.canCut ? this.runtime.api.palpate_scene_cut_state(this.pointer) >>> 0 : 0;
     return at === 0 ? undefined : readCutState(this.runtime, at);
   }
-  /** The surface of what is left, to draw in place of the bundle's triangles: copies. Call it when cutState.surface has changed. Needs cut: true.
+  /** The surface of what is left, to draw in place of the bundle's triangles, and the nodes that cuts have made: copies. Call it when cutState.surface has changed. Needs cut: true.
    *  @returns {CutSurface} */
   get cutSurface() {
     this.#needCut();

@@ -9,14 +9,14 @@ import { word, type Key } from "./words";
 
 export const DEFAULT_EFFECTS: PageEffects = {
   collision: "deformed", contact: "patch", law: "sticking", force: "linear", shape: "surface", radial: "off", preload: false, relaxation: [],
-  deformation: "linear", fine: false, dent: "discs", inside: false,
+  deformation: "linear", fine: false, dent: "discs", inside: false, cut: false,
 };
 export const DEFAULT_TOOL: ToolShape = { discRadius: 0.006, friction: 0.3 };
 
 // Swine brain, Miller and Chinzei (1997): the shares by which the instantaneous force decays, and their time constants.
 export const BRAIN_RELAXATION = [{ share: 0.45, time: 0.5 }, { share: 0.365, time: 50 }];
 
-export type Effect = "contact" | "law" | "follow" | "large" | "force" | "radial" | "relaxation" | "interior" | "preload" | "fine" | "dent";
+export type Effect = "contact" | "law" | "follow" | "large" | "force" | "radial" | "relaxation" | "interior" | "preload" | "fine" | "dent" | "cut";
 
 export interface EffectLine {
   effect: Effect; // which words name
@@ -26,6 +26,8 @@ export interface EffectLine {
   change: (value: string | boolean) => PageEffects;
 }
 
+// What knows the whole organ alone is off where the organ can be cut.
+const CUT: PageEffects = { cut: true, collision: "deformed", force: "linear", radial: "off", shape: "surface", fine: false, inside: false };
 // The measured curves correct a linear answer, so that one of the two is off where the other is on.
 const LINEAR: PageEffects = { deformation: "linear" };
 // What the page's address calls each model of deformation.
@@ -60,7 +62,11 @@ export const EFFECT_LINES: EffectLine[] = [
   switched("preload", (e) => !!e.preload, { preload: true }, { preload: false }),
   switched("fine", (e) => !!e.fine, { fine: true }, { fine: false }),
   switched("dent", (e) => e.dent === "discs", { dent: "discs" }, { dent: "off" }),
+  switched("cut", (e) => e.cut === true, CUT, { cut: false }),
 ];
+// What a page without a scalpel offers.
+export const UNCUT_LINES = EFFECT_LINES.filter(({ effect }) => effect !== "cut");
+export const canBeCut = (effects: PageEffects): PageEffects => ({ ...effects, ...CUT });
 
 export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean): boolean {
   if (effect === "large") return info.hasLarge;
@@ -68,6 +74,7 @@ export function isAvailable(effect: string, info: BundleInfo, hasMesh: boolean):
   if (effect === "radial") return info.hasRadial;
   if (effect === "interior") return info.hasInterior && info.nodeCount > info.surfaceNodeCount;
   if (effect === "preload") return info.hasPreload;
+  if (effect === "cut") return info.hasCut;
   if (effect === "fine" || effect === "dent") return hasMesh;
   return true;
 }

@@ -1,5 +1,5 @@
 // The list of effects on the page: for each a switch or a list of values, and its cost.
-import { EFFECT_LINES } from "./effects";
+import { EFFECT_LINES, UNCUT_LINES } from "./effects";
 import { element } from "./elements";
 import type { Cost, PageEffects } from "./messages";
 import { decimal, word, type Key } from "./words";
@@ -8,12 +8,12 @@ export class EffectsPanel {
   private effects: PageEffects = {};
   private costs = new Map<string, HTMLElement>();
 
-  // explains: with a sentence below each effect; without, the sentence is the line's title.
+  // explains: the viewer's, with a sentence below each effect; without, the sentence is the line's title.
   constructor(private list: HTMLElement, private changed: (effects: PageEffects) => void, private explains = false) {}
 
   open(effects: PageEffects, isAvailable: (effect: string) => boolean) {
     this.effects = { ...effects };
-    this.list.replaceChildren(...EFFECT_LINES.map((line) => {
+    this.list.replaceChildren(...(this.explains ? EFFECT_LINES : UNCUT_LINES).map((line) => {
       const available = isAvailable(line.effect);
       const row = element("label", { class: "line" }), cost = element("span", { class: "cost" }), sentence = word(`effect.${line.effect}.about`);
       const about = element("p", { class: "about", id: `about-${line.effect}` }, available ? sentence : `${sentence} ${word("effect.absent")}`);

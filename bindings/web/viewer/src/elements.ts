@@ -2,7 +2,7 @@
 export const byId = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
 export const input = (id: string) => byId<HTMLInputElement>(id);
 export const isOn = (id: string) => input(id).checked;
-export const mode = (value: "push" | "pull") => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!;
+export const mode = (value: "push" | "pull" | "scalpel") => document.querySelector<HTMLInputElement>(`input[name="mode"][value="${value}"]`)!;
 
 // With attributes and children: text, or further elements.
 export function element<Tag extends keyof HTMLElementTagNameMap>(tag: Tag, attributes: Record<string, string | number> = {}, ...children: (Node | string)[]) {

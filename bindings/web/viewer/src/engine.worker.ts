@@ -6,9 +6,11 @@ import { DeviceLink } from "./device_link";
 import { BRAIN_RELAXATION, DEFAULT_EFFECTS, DEFAULT_TOOL, isAvailable } from "./effects";
 import {
   frameArrays, frameBytes, TOOL_COUNT, TOUCH_HZ, type BoundMesh, type ColourBy, type Cost, type FieldOf, type Frame, type FromWorker, type PageEffects, type Path, type Recording, type SavedFile,
-  type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
+  type Edge, type Sample, type ToWorker, type ToolFrame, type ToolTarget, type ToolShape, type Vector,
 } from "./messages";
+import { CutWatch, cutFigures } from "./cut_watch";
 import { answerOf, DownloadError, FrameCounts, openStream, startRuntime } from "./engine_thread";
+import { HeldBlade } from "./held_blade";
 import { HeldTools } from "./held_tools";
 import { MotionClocks } from "./motion_clocks";
 import { nodulesOf } from "./nodules";
@@ -24,6 +26,7 @@ import type { WorldScene } from "./world_scene";
 import { playTrial } from "./trial";
 import { useLanguage } from "./words";
 
+const NONE: Int32Array = new Int32Array(0);
 const SAMPLE_EVERY = 4; // touches per point of the plot
 
 const say = (message: FromWorker, transfer: Transferable[] = []) => postMessage(message, { transfer });
@@ -43,6 +46,8 @@ let colours: SurfaceColours | null = null; // of the bundle's surface
 let fineColours: SurfaceColours | null = null;
 
 const held = new HeldTools();
+const scalpel = new HeldBlade();
+const cuts = new CutWatch();
 const recorder = new Recorder();
 let lastRecording: Recording | null = null;
 let replay: { path: Path; step: number; touched: boolean } | null = null;
@@ -73,6 +78,7 @@ async function opening(name: string, open: (engine: Runtime) => Promise<Bundle>)
     effects = DEFAULT_EFFECTS;
     toolShape = DEFAULT_TOOL;
     fineMesh = null;
+    cuts.forget();
     counts.stale = true;
     const mesh = meshOf(opened), surface = surfaceOf(mesh.positions.slice(), mesh.triangles);
     spacing = surface.spacing;
@@ -98,6 +104,7 @@ function close() {
 
 function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMesh) {
   if (!bundle) return;
+  if (scene && wanted.cut && mesh === fineMesh && same(wanted, effects)) return changeTool(tool);
   try {
     const changed = new TouchScene(bundle, wanted, tool, mesh);
     forget();
@@ -115,6 +122,16 @@ function changeEffects(wanted: PageEffects, tool: ToolShape, mesh: typeof fineMe
   }
 }
 
+const same = (a: PageEffects, b: PageEffects) => JSON.stringify(a) === JSON.stringify(b);
+
+// In the scene as it is, so that what was cut stays cut.
+function changeTool(tool: ToolShape) {
+  held.forget();
+  scene!.useTool(effects, (toolShape = tool));
+  loop.run();
+  say({ type: "accepted", effects, tool });
+}
+
 // ---- the touch loop --------------------------------------------------------------------------------------------------
 
 const loop = new TouchLoop(() => scene !== null && step(), () => link?.send((index) => scene!.force(index)));
@@ -128,12 +145,13 @@ const contactOf: number[] = Array(TOOL_COUNT).fill(0);
 function step(): boolean {
   if (own) return stepOf(own);
   present = replay ? replayedTools() : held.move();
-  const active = replay !== null || present.some(Boolean) || held.active;
-  // A recording begins with a scene that remembers nothing, so that playing it again gives the same forces.
-  if (active && !recorder.steps) scene!.reset();
-  counts.addTouch(scene!.touch(present));
+  const active = replay !== null || present.some(Boolean) || held.active || scalpel.active, records = active && !effects.cut;
+  // A recording begins with a scene that remembers nothing, so that playing it again gives the same forces. Such a scene is whole: where the organ
+  // can be cut, nothing is recorded.
+  if (records && !recorder.steps) scene!.reset();
+  counts.addTouch(scene!.touch(present, scalpel.move(scene!.waits)));
   present.forEach(note);
-  if (active) recorder.add(present, present.map((_, tool) => scene!.force(tool)));
+  if (records) recorder.add(present, present.map((_, tool) => scene!.force(tool)));
   if (!active && loop.quiet === 0) endRecording();
   return active;
 }
@@ -178,6 +196,12 @@ function place(index: number, target: ToolTarget) {
   if (!replay && !own && held.place(index, target)) loop.run();
 }
 
+function placeBlade(edge: Edge | null, toughness: number) {
+  if (replay || own || !scene?.scene.canCut) return;
+  scalpel.place(edge, toughness);
+  loop.run();
+}
+
 // ---- scenes whose tools hold or pierce the organ ---------------------------------------------------------------------
 
 interface OwnScene {
@@ -190,7 +214,8 @@ let own: OwnScene | null = null; // that plays now, beside the page's scene
 function playScene(of: WorldScene) {
   if (!bundle) return;
   try {
-    const { shape, fine } = effects, part = { bundle, pose: {}, effects: { ...of.organs[0].effects, shape }, mesh: (fine && fineMesh) || undefined };
+    const { shape, fine } = effects, isCut = of.blades.length > 0; // which neither the interior nor a finer mesh follows
+    const part = { bundle, pose: {}, effects: { ...of.organs[0].effects, shape: isCut ? "surface" : shape } as PageEffects, mesh: (fine && !isCut && fineMesh) || undefined };
     const play = new ScenePlay(of, [part]), clocks = new MotionClocks(of, [bundle.motions]), world = play.makeWorld(runtime!);
     forget();
     clocks.move(world.world);
@@ -281,6 +306,7 @@ function tryPath(path: Path) {
 function forget() {
   endRecording();
   held.forget();
+  scalpel.forget();
   present = Array(TOOL_COUNT).fill(null);
   replay = null;
   own?.world.destroy();
@@ -305,10 +331,12 @@ function answerFrame(recycled: ArrayBuffer | null) {
     field = fieldInside(organ);
     return flags;
   });
-  fillFrame(buffer, nodes, organ);
+  const surface = cuts.news(organ), edges = own ? own.play.edges : scalpel.edge ? [scalpel.edge] : [];
+  fillFrame(buffer, nodes, organ, cuts.made);
   const frame: Frame = {
     type: "frame", buffer, field: changed ? field : null, inside, vertices, tools: present.map(toolFrame), samples, changed, ...counts.take(touched, loop),
     replaying: replay !== null || own !== null, playing: own && own.play.time, speed: own?.play.speed ?? 1, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [], obstacles: own?.play.drawnObstacles ?? [],
+    cut: cutFigures(organ, edges), ...(surface === undefined ? {} : { surface }),
     engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };
   samples = [];
@@ -327,11 +355,12 @@ function fieldInside(organ: Scene): Frame["field"] {
   return { of: fieldOf, values: (fieldOf === "pressure" ? organ.field.pressures : organ.field.vonMises).slice() };
 }
 
-function fillFrame(buffer: ArrayBuffer, nodes: number, { positions, displacements, nodeCount, vertexCount, skinPositions, skinNormals }: Scene) {
+// made: the nodes that cuts have made, as DrawnSurface has them.
+function fillFrame(buffer: ArrayBuffer, nodes: number, { positions, displacements, nodeCount, vertexCount, skinPositions, skinNormals }: Scene, made = NONE) {
   const out = frameArrays(buffer, nodes, nodeCount - nodes, vertexCount);
   out.positions.set(positions.subarray(0, 3 * nodes));
   out.inside.set(positions.subarray(3 * nodes));
-  if (!vertexCount) return colours!.fill(colourBy, displacements, toolShape.discRadius, out.lengths);
+  if (!vertexCount) return colours!.fillCut(colourBy, displacements, toolShape.discRadius, out.lengths, made);
   out.fine.positions.set(skinPositions);
   out.fine.normals.set(skinNormals);
   const moved = skinPositions.map((x, i) => x - fineMesh!.positions[i]);
@@ -394,6 +423,7 @@ addEventListener("message", ({ data }: MessageEvent<ToWorker>) => {
   if (data.type === "open") void opening(data.name, async (engine) => engine.openBundle(new Uint8Array(data.bytes)));
   if (data.type === "effects") changeEffects(data.effects, data.tool, data.mesh === undefined ? fineMesh : data.mesh);
   if (data.type === "tool" && !link?.owns(data.index)) place(data.index, data.target);
+  if (data.type === "blade") placeBlade(data.edge, data.toughness);
   if (data.type === "link") connect(data.port);
   if (data.type === "withdraw") withdraw(data.index);
   if (data.type === "frame") answerFrame(data.buffer);

@@ -15,6 +15,8 @@ export const GUIDED_CASES: GuidedCase[] = [
   { name: "lift", organ: "liver", boundary: "abdomen", scene: "scenes/liver/lift.toml", steps: [[0, "case.lift.close"], [0.4, "case.lift.lift"], [1.4, "case.lift.hold"]] },
   { name: "biopsy", organ: "liver", boundary: "biopsy-breathing", scene: "scenes/liver/biopsy-breathing.toml",
     steps: [[0, "case.biopsy.way"], [0.5, "case.biopsy.in"], [2, "case.biopsy.wait"], [6, "case.biopsy.out"]] },
+  { name: "cut", organ: "liver", boundary: "cut", scene: "scenes/liver/cut.toml",
+    steps: [[0, "case.cut.close"], [0.4, "case.cut.lift"], [1, "case.cut.cut"], [3, "case.cut.away"]] },
 ];
 
 // The smallest of the server's bundles that a case plays on.

@@ -71,7 +71,7 @@ export class LiveOrgan {
   }
 
   isAvailable(effect: string): boolean {
-    return isAvailable(effect, this.info!, this.fine !== null);
+    return effect !== "cut" && isAvailable(effect, this.info!, this.fine !== null); // there is no scalpel
   }
 
   change(effects: PageEffects, tool = this.tool) {

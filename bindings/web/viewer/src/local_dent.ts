@@ -31,15 +31,18 @@ export class LocalDent {
 
   // displacements: [vertex][3] m; depths: [vertex] m, zero where too few vertices are around.
   depths(displacements: Float32Array, depths: Float32Array) {
-    const { first, vertex, weight } = this, u = displacements;
-    for (let v = 0; v < depths.length; ++v) {
-      let x = u[3 * v], y = u[3 * v + 1], z = u[3 * v + 2];
-      for (let i = first[v]; i < first[v + 1]; ++i) {
-        const at = 3 * vertex[i], w = weight[i];
-        x -= w * u[at], y -= w * u[at + 1], z -= w * u[at + 2];
-      }
-      depths[v] = first[v] === first[v + 1] ? 0 : Math.hypot(x, y, z);
+    for (let v = 0; v < depths.length; ++v) depths[v] = this.depthAt(v, displacements);
+  }
+
+  // own: the vertex that has moved, where it is another one at the same place.
+  depthAt(v: number, u: Float32Array, own = v): number {
+    const { first, vertex, weight } = this;
+    let x = u[3 * own], y = u[3 * own + 1], z = u[3 * own + 2];
+    for (let i = first[v]; i < first[v + 1]; ++i) {
+      const at = 3 * vertex[i], w = weight[i];
+      x -= w * u[at], y -= w * u[at + 1], z -= w * u[at + 2];
     }
+    return first[v] === first[v + 1] ? 0 : Math.hypot(x, y, z);
   }
 }
 

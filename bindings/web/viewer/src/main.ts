@@ -6,6 +6,7 @@ import { DEFAULT_EFFECTS, DEFAULT_TOOL, EFFECT_LINES, isAvailable } from "./effe
 import { EffectsPanel } from "./effects_panel";
 import { byId, input, isOn } from "./elements";
 import { FrameClock } from "./clocks";
+import { Cutting } from "./cutting";
 import { readFineMesh, type FineMesh } from "./fine_mesh";
 import { ForcePlot } from "./force_plot";
 import { Headset } from "./headset";
@@ -43,7 +44,7 @@ type Opened = Extract<FromWorker, { type: "opened" }>;
 
 class Viewer extends TouchPage<Frame, ToWorker> {
   private plot = new ForcePlot(byId<HTMLCanvasElement>("plot"));
-  private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.changeEffects(effects), true);
+  private effectsPanel = new EffectsPanel(byId("effects"), (effects) => this.chooseEffects(effects), true);
   effects: PageEffects = DEFAULT_EFFECTS;
   private opening: Opened | null = null; // what the worker told of the bundle
   private mesh: Mesh | null = null;
@@ -82,6 +83,8 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private field: FieldOf = "none"; // that the worker was asked for
   private linkedTo: number | null = null; // the port of the bridge of devices
   private headset: Headset;
+  private cutting: Cutting;
+  private wasFine = false; // before the organ could be cut
   private selfPlay = new SelfPlay(() => this.pressForShow(), () => {
     if (!this.selfPlay.isOn) this.reset();
     this.showHint();
@@ -89,7 +92,11 @@ class Viewer extends TouchPage<Frame, ToWorker> {
 
   constructor(canvas: HTMLCanvasElement, view: OrganView) {
     const worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
-    super(canvas, view, worker, { push: "hint.push", pull: "hint.pull" });
+    super(canvas, view, worker, { push: "hint.push", pull: "hint.pull", scalpel: "hint.scalpel" });
+    this.cutting = new Cutting(canvas, view, {
+      effects: () => this.effects, send: (edge, toughness) => this.tell({ type: "blade", edge, toughness }),
+      change: (effects) => this.allowCuts(effects), begins: () => this.beginCut(),
+    });
     this.headset = new Headset(view, byId("headset"), {
       isOpen: isReady, tools: () => this.newest?.frame.tools ?? [], positions: () => this.newest?.shape.positions ?? null,
       send: (index, target) => this.tell({ type: "tool", index, target }), begun: () => this.reset(),
@@ -108,6 +115,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   protected pointing() {
     return {
       followsDeformed: () => this.effects.collision === "deformed",
+      isIdle: () => this.cutting.isOn,
       depth: () => (this.task.isOn ? TASK_DEPTH : null),
       pressed: (hit: Hit) => {
         this.pressed = hit;
@@ -167,6 +175,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.parts = partsOf(mesh, provenance);
     input("show-names").disabled = !this.parts.length;
     byId("show-names").closest(".line")!.classList.toggle("absent", !this.parts.length);
+    this.cutting.open(info.hasCut);
     this.showChoices();
     this.fine = null;
     this.accepted = { effects: this.effects, tool: this.tool, fine: null };
@@ -309,6 +318,11 @@ class Viewer extends TouchPage<Frame, ToWorker> {
       byId<HTMLSelectElement>("section-field").value = "none"; // elements whose stress the runtime refuses
       this.cut();
     }
+    if (this.effects.cut && byId<HTMLSelectElement>("section").value !== "none") {
+      byId<HTMLSelectElement>("section").value = "none";
+      this.cut();
+    }
+    this.cutting.follow();
     this.showEffects();
     this.showFacts();
   }
@@ -341,9 +355,41 @@ class Viewer extends TouchPage<Frame, ToWorker> {
 
   // ---- doing ---------------------------------------------------------------------------------------------------------
 
+  // The finer surface comes back with the whole organ.
+  private withFine(effects: PageEffects): PageEffects {
+    if (effects.cut && !this.effects.cut) this.wasFine = !!this.effects.fine;
+    return this.effects.cut && !effects.cut && this.wasFine && this.fine ? { ...effects, fine: true } : effects;
+  }
+
+  // The scalpel is taken. What a cut does not leave right is off from now on, and the page says so.
+  private allowCuts(effects: PageEffects) {
+    byId<HTMLSelectElement>("section").value = "none";
+    this.changeEffects(effects);
+    this.cut();
+    this.showEffects();
+    this.tellUser(word("notice.cut"));
+  }
+
+  // In the list of effects, which shows what the cut has switched.
+  private chooseEffects(effects: PageEffects) {
+    const was = !!this.effects.cut;
+    if (effects.cut && !was) this.allowCuts(effects);
+    else this.changeEffects(effects);
+    if (was === !!effects.cut) return;
+    this.showEffects();
+    document.querySelector<HTMLElement>('[data-effect="cut"]')!.focus();
+  }
+
+  private beginCut() {
+    this.ownScene = null;
+    this.selfPlay.end();
+    byId("hint").classList.add("done");
+  }
+
   // otherMesh: the finer mesh is another one.
-  private changeEffects(effects: PageEffects, otherMesh = false) {
-    this.effects = effects;
+  private changeEffects(wanted: PageEffects, otherMesh = false) {
+    const effects = (this.effects = this.withFine(wanted));
+    this.cutting.follow();
     this.showFacts();
     this.measured = this.measuresLarge = false;
     this.pointer.forget();
@@ -526,7 +572,8 @@ class Viewer extends TouchPage<Frame, ToWorker> {
 
   protected letGo() {
     this.pointer.forget();
-    this.tell({ type: "reset" });
+    if (this.effects.cut) for (let index = 0; index < TOOL_COUNT; ++index) this.tell({ type: "withdraw", index });
+    else this.tell({ type: "reset" }); // which makes the organ whole
   }
 
   // port: of the bridge; null: lets the devices go.
@@ -576,6 +623,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.headset.tick();
     this.selfPlay.tick(start, this.newest?.frame.replaying ?? false);
     this.moveOn(start, this.effects.contact === "patch" ? this.tool.discRadius : 0);
+    this.view.moveBlades(this.newest?.frame.cut?.edges ?? []);
     const drawn = this.view.render();
     if (drawn || this.task.presses.length !== byId("presses").children.length) this.showPresses();
     if (drawn) this.showNames();
@@ -590,6 +638,8 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     const { inside, vertices } = frame;
     if (!this.takes(frame, this.info?.surfaceNodeCount ?? 0, inside, vertices, (this.fine?.positions.length ?? 0) / 3)) return;
     if (frame.changed) this.newest!.shape.field = frame.field;
+    if (frame.surface !== undefined) this.view.showCut(frame.surface);
+    this.cutting.show(frame.cut);
     this.recordedSteps = frame.recordedSteps;
     this.plot.add(frame.samples);
     this.numbers(frame);
@@ -597,7 +647,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
 
   protected numbers(frame: Frame) {
     const tools = frame.tools.filter((tool) => tool !== null);
-    if (tools.length || frame.replaying) this.lastTouch = performance.now();
+    if (tools.length || frame.replaying || this.cutting.active) this.lastTouch = performance.now();
     super.numbers(frame, tools.length > 0);
     if (frame.playing === null) this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
     else byId("trust").textContent = playedWords(frame);
@@ -638,7 +688,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   private showRecorded() {
     const none = this.recordedSteps === 0, seconds = fixed(this.recordedSteps / TOUCH_HZ, 1);
     for (const id of ["save-scene", "save-forces"]) byId<HTMLButtonElement>(id).disabled = none;
-    byId("recorded").textContent = none ? word("files.nothing") : word("files.recorded", { seconds });
+    byId("recorded").textContent = none ? word(this.effects.cut ? "files.cut" : "files.nothing") : word("files.recorded", { seconds });
   }
 
   private measure() {
@@ -658,13 +708,13 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   // What the page shows now, for scripts.
   get shown() {
     const shape = this.newest?.shape;
-    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, field: shape?.field ?? null, fieldMost: this.view.section.most, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, playing: this.newest?.frame.playing ?? null, holds: this.newest?.frame.holds ?? [], links: this.newest?.frame.links ?? [], obstacles: this.newest?.frame.obstacles ?? [], played: this.played, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
+    return { positions: shape?.positions ?? null, inside: (shape?.inside.length ?? 0) / 3, section: this.view.section.area, field: shape?.field ?? null, fieldMost: this.view.section.most, fine: shape?.fine ?? null, tools: this.newest?.frame.tools ?? [], engineBytes: this.newest?.frame.engineBytes ?? 0, replaying: this.newest?.frame.replaying ?? false, playing: this.newest?.frame.playing ?? null, holds: this.newest?.frame.holds ?? [], links: this.newest?.frame.links ?? [], obstacles: this.newest?.frame.obstacles ?? [], cut: this.newest?.frame.cut ?? null, triangles: this.view.triangles, played: this.played, replayed: this.replayed, curves: this.plot.traces.map((trace) => trace.curves) };
   }
 }
 
 // Compare with this page's setting on both sides.
 function compareAddress(effects: PageEffects, { discRadius }: ToolShape): string {
-  const words = String(new URLSearchParams(wordsOfEffects(effects)));
+  const words = String(new URLSearchParams(wordsOfEffects({ ...effects, cut: false })));
   return `compare.html${location.search}#${new URLSearchParams({ a: words, b: words, disc: String(1000 * discRadius) })}`;
 }
 

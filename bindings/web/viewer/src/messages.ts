@@ -31,6 +31,7 @@ export type BoundMesh = Required<RenderMesh> & { parents?: Uint32Array };
 export type PageEffects = Omit<Effects, "renderMesh"> & { fine?: boolean };
 
 export type Vector = [number, number, number];
+export type Edge = [heel: Vector, tip: Vector]; // of the page's scalpel, m
 
 // The tools' positions, touch by touch: [step][tool][x y z], NaN without a tool; hold: [step][tool].
 export interface Path {
@@ -51,6 +52,7 @@ export type ToWorker =
   | { type: "open"; name: string; bytes: ArrayBuffer }
   | { type: "effects"; effects: PageEffects; tool: ToolShape; mesh?: BoundMesh | null } // mesh: that the effect `fine` binds; left out: as it is
   | { type: "tool"; index: number; target: ToolTarget }
+  | { type: "blade"; edge: Edge | null; toughness: number } // where the pointer moves the scalpel, in a scene with the effect `cut`; null: it is let go. toughness: J/m^2
   | { type: "withdraw"; index: number } // takes a tool away at once; a touch of this tool alone is not recorded
   | { type: "frame"; buffer: ArrayBuffer | null }
   | { type: "replay"; path: Path | null } // null: the last touch
@@ -116,6 +118,23 @@ export interface Sample {
   force: number; // N
 }
 
+// The surface of an organ that is cut, in place of the bundle's triangles.
+export interface DrawnSurface {
+  triangles: Uint32Array; // [triangle][3] nodes; the bundle's own first
+  isLip: Uint8Array; // [triangle]
+  made: Int32Array; // [][2]: the nodes that cuts have made, and those that they come from, at whose places they lie at rest
+}
+
+// What has been cut in a scene whose organ can be cut.
+export interface CutFigures {
+  area: number; // m^2, at rest
+  faces: number;
+  pieces: number;
+  isFull: boolean; // nothing more can be cut
+  force: number; // N, the largest on a blade
+  edges: Vector[][]; // of the blades that are there, from heel to tip
+}
+
 // What the frames of a page of one organ and of several hold.
 export interface TouchFrame {
   type: "frame";
@@ -140,6 +159,8 @@ export interface Frame extends TouchFrame {
   inside: number; // nodes of the interior; 0: not computed
   vertices: number; // vertices of the finer mesh; 0: none is bound
   samples: Sample[]; // since the last frame
+  cut: CutFigures | null; // null: nothing can be cut
+  surface?: DrawnSurface | null; // from now on; null: the bundle's own triangles; left out: as before
   replaying: boolean;
   engineBytes: number; // the runtime's whole memory, which never shrinks
   recordedSteps: number; // of the touch that a replay plays and a file would hold; 0: none

@@ -4,6 +4,8 @@ import {
   type Material, Mesh as Object3, MeshBasicMaterial, type Object3D, Points, PointsMaterial, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import type { Pose } from "../../module/palpate.js";
+import { BladeFigures } from "./blade_figures";
+import { CutLips, cornersOf, cutOrgan, normalsOf } from "./cut_lips";
 import { colourByDisplacement, roundUp, TISSUE } from "./colours";
 import type { FineMesh } from "./fine_mesh";
 import { boxOf, distance } from "./geometry";
@@ -19,7 +21,7 @@ import { chosenQuality, isChosen, SlowFrames, type Quality } from "./quality";
 import { Section, type SectionAxis } from "./section";
 import { roomLight, Tissue } from "./tissue";
 import { ToolFigure } from "./tool_figure";
-import { TOOL_COUNT, type ColourBy, type Frame, type DrawnLink, type Mesh, type ToolFrame, type Vector } from "./messages";
+import { TOOL_COUNT, type ColourBy, type DrawnSurface, type Frame, type DrawnLink, type Mesh, type ToolFrame, type Vector } from "./messages";
 
 const LONGEST_DENT = 0.005, DENT_SHARE = 0.1; // m, and of the organ's smallest extent: that of a press up to where linear elasticity is good
 const SAME_PLACE = 0.008; // m: a dent moves what one sees by less
@@ -34,7 +36,9 @@ export interface Hit {
   barycentric: Vector;
   point: Vector; // on the surface as drawn
   place: Vector; // at rest
-  normal: Vector; // at rest, smooth, outwards
+  normal: Vector; // at rest, smooth, outwards; of a lip as drawn
+  isLip: boolean; // of a cut
+  away: number; // m, from the eye
 }
 
 export interface Shown {
@@ -76,6 +80,9 @@ export class OrganView {
   private tools = Array.from({ length: TOOL_COUNT }, () => new ToolFigure());
   private links = new LinkFigures();
   private obstacles = new ObstacleFigures();
+  private blades = new BladeFigures();
+  private lips = new CutLips();
+  private whole: Mesh | null = null; // the open mesh
   private seesThrough = false; // the tissue hides no needle
   private inks = { halo: "#ffffff", forces: [] as string[], further: "#000000" };
   private lines = new PointerLines();
@@ -110,7 +117,7 @@ export class OrganView {
     this.surface.material.polygonOffset = true;
     this.surface.material.polygonOffsetFactor = this.surface.material.polygonOffsetUnits = 1;
     this.renderer.localClippingEnabled = true;
-    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.outline, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.links.group, this.obstacles.group, this.lines.group);
+    this.scene.add(this.section.cut, this.camera.camera, sky, all, this.surface, this.fine, this.inside, this.outline, this.soft, this.wire, this.fixed, this.touchable, this.noduleMarks.group, ...this.tools.map((t) => t.group), this.links.group, this.obstacles.group, this.blades.group, this.lips.group, this.lines.group);
     for (const material of [this.soft.material, this.wire.material, this.fixed.material, this.touchable.material, ...this.links.materials]) shownThrough(material, FINE_HIDES);
     // The browser may have thrown the picture away.
     canvas.addEventListener("webglcontextrestored", () => (this.stale = true));
@@ -141,12 +148,14 @@ export class OrganView {
     const position = changing(mesh.positions.slice());
     this.geometry = this.wire.geometry = renewed(this.surface, { position, color: changing(new Float32Array(3 * nodes)), dent: changing(new Float32Array(nodes), 1) }, mesh.triangles);
     this.geometry.computeVertexNormals();
+    this.whole = mesh;
+    this.lips.hide();
     this.rest = mesh.positions;
     this.restNormals = (this.geometry.getAttribute("normal").array as Float32Array).slice();
     // Marks that share the array of the surface's positions.
     renewed(this.fixed, { position }, Uint32Array.from(mesh.fixed));
     renewed(this.touchable, { position }, Uint32Array.from(mesh.touchable));
-    renewed(this.soft, { position }, Uint32Array.from([...mesh.soft].flatMap((t) => [...mesh.triangles.subarray(3 * t, 3 * t + 3)])));
+    renewed(this.soft, { position }, cornersOf(mesh.soft, mesh.triangles));
     this.wire.frustumCulled = false;
     this.geometry.computeBoundingSphere();
     const sphere = this.geometry.boundingSphere!;
@@ -166,6 +175,23 @@ export class OrganView {
   showTriangles(triangles: Uint32Array) {
     this.geometry.setIndex(new BufferAttribute(triangles, 1));
     this.again();
+  }
+
+  // Draws this surface of the open mesh; null: its own one.
+  showCut(surface: DrawnSurface | null) {
+    const mesh = this.whole!, organ = surface ? cutOrgan(mesh, surface) : { triangles: mesh.triangles, rest: mesh.positions };
+    this.geometry.setIndex(new BufferAttribute(organ.triangles, 1));
+    this.soft.geometry.setIndex(new BufferAttribute(cornersOf(mesh.soft, organ.triangles), 1));
+    this.rest = organ.rest;
+    this.restNormals = normalsOf(organ.rest, organ.triangles);
+    if (surface) this.lips.show(this.geometry, surface);
+    else this.lips.hide();
+    this.again();
+  }
+
+  // That are drawn of the surface and of lips.
+  get triangles(): number {
+    return (this.geometry.index?.count ?? 0) / 3 + this.lips.count;
   }
 
   openFine(mesh: FineMesh | null) {
@@ -244,7 +270,7 @@ export class OrganView {
   show(shown: Shown) {
     this.again();
     this.shown = shown;
-    this.wire.visible = shown.mesh;
+    this.wire.visible = this.lips.wire.visible = shown.mesh;
     this.fixed.visible = shown.fixed;
     this.touchable.visible = shown.touchable;
     this.soft.visible = shown.soft;
@@ -255,7 +281,7 @@ export class OrganView {
     const style = getComputedStyle(of), colourOf = (name: string) => style.getPropertyValue(name).trim();
     const [ink, held, soft, touchable] = ["--ink", "--held", "--soft-held", "--touchable"].map(colourOf), forces = tools.map(colourOf);
     const halo = new Color(ink).getHSL({ h: 0, s: 0, l: 0 }).l < 0.5 ? "#ffffff" : "#14181b";
-    this.wire.material.color = new Color(ink);
+    this.wire.material.color = this.lips.wire.material.color = new Color(ink);
     this.inside.material.color = new Color(ink);
     this.outline.material.color = new Color(ink);
     this.fixed.material.color = new Color(held);
@@ -288,6 +314,12 @@ export class OrganView {
   moveObstacles(surfaces: ObstacleMesh[], poses: Pose[]) {
     this.stale ||= poses.length > 0 || this.obstacles.count > 0;
     this.obstacles.move(surfaces, poses);
+  }
+
+  // edges: of the blades that are there, from heel to tip.
+  moveBlades(edges: Vector[][]) {
+    this.stale ||= edges.length > 0 || this.blades.count > 0;
+    this.blades.move(edges, this.camera.camera);
   }
 
   // A figure for each tool of a scene.
@@ -350,13 +382,13 @@ export class OrganView {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     this.raycaster.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera.camera);
     const drawn = (point: Vector3) => this.section.planes.every((plane) => plane.distanceToPoint(point) >= 0);
-    const hit = this.raycaster.intersectObject(this.surface, false).find(({ point }) => drawn(point));
+    const hit = this.raycaster.intersectObjects([this.surface, ...this.lips.picked], false).find(({ point }) => drawn(point));
     if (!hit?.face || hit.face.normal.dot(this.raycaster.ray.direction) > 0) return null; // the cut is before it
     const corners = [hit.face.a, hit.face.b, hit.face.c];
     const barycentric = barycentricOf(hit.point, corners.map((n) => new Vector3().fromBufferAttribute(this.geometry.getAttribute("position") as BufferAttribute, n)));
     const mix = (of: Float32Array) => [0, 1, 2].map((d) => corners.reduce((sum, n, i) => sum + barycentric[i] * of[3 * n + d], 0)) as Vector;
-    const normal = new Vector3(...mix(this.restNormals)).normalize();
-    return { triangle: hit.faceIndex!, nodes: corners, barycentric, point: hit.point.toArray() as Vector, place: mix(this.rest), normal: normal.toArray() as Vector };
+    const isLip = hit.object !== this.surface, normal = isLip ? hit.face.normal : new Vector3(...mix(this.restNormals)).normalize();
+    return { isLip, away: hit.distance, triangle: hit.faceIndex!, nodes: corners, barycentric, point: hit.point.toArray() as Vector, place: mix(this.rest), normal: normal.toArray() as Vector };
   }
 
   // A touchable point of the organ near the middle of the view, which the view shows from the side: a press there is a dent that one
@@ -387,6 +419,13 @@ export class OrganView {
         if (away > most) [best, most] = [hit, away];
       }
     return best;
+  }
+
+  // The line of sight through a pixel: from the eye, along a direction of length 1.
+  sight(x: number, y: number): { from: Vector; along: Vector } {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.raycaster.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera.camera);
+    return { from: this.raycaster.ray.origin.toArray() as Vector, along: this.raycaster.ray.direction.toArray() as Vector };
   }
 
   // Moves a point by pixels in the plane that faces the camera.

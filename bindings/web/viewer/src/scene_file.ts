@@ -103,7 +103,7 @@ class PathOf {
 }
 
 // With the limits that palpate-run gives a scene of so many points.
-function createScene(bundle: Bundle, { effects: { fine, dent, inside, ...effects } }: Recording, tools: number): Scene {
+function createScene(bundle: Bundle, { effects: { fine, dent, inside, cut, ...effects } }: Recording, tools: number): Scene {
   return bundle.createScene({
     ...effects, maxTools: tools, maxPoints: tools, maxContactNodes: nodesFor(effects, tools),
   });
@@ -114,7 +114,7 @@ function shapeOf({ effects, tool: { discRadius, friction } }: Recording, { hold 
 }
 
 function sceneText(recording: Recording, tools: SceneTool[], paths: PathOf[], bundleName: string, steps: number): string {
-  const { relaxation, fine, dent, inside, ...effects } = recording.effects, lines = [];
+  const { relaxation, fine, dent, inside, cut, ...effects } = recording.effects, lines = [];
   lines.push(`name = "recording"`, `bundle = ${JSON.stringify(bundleName)}`, `unit = "m"`, "", "[effects]");
   for (const [effect, value] of Object.entries(effects)) lines.push(`${effect} = ${JSON.stringify(value)}`);
   lines.push("", "[rate]", `touch = ${TOUCH_HZ}`, `shape = ${SHAPE_HZ}`, `deform = ${DEFORM_HZ}`);

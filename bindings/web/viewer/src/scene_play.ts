@@ -3,6 +3,7 @@ import type { Pose, Runtime } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type DrawnLink, type Hold, type ToolFrame, type Vector } from "./messages";
 import type { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
+import { nodesOfBlades, SceneBlades } from "./scene_blades";
 import { SceneLinks } from "./scene_links";
 import { LONGEST_PATH } from "./path_files";
 import { OBSTACLE_NODES, SceneObstacles } from "./scene_obstacles";
@@ -29,6 +30,7 @@ export class ScenePlay {
   private links: SceneLinks;
   private loads: SceneLoads;
   private obstacles: SceneObstacles;
+  private blades: SceneBlades;
   private needlePlaces: number;
 
   // Throws an Error where a tool or a link has no place on its organ.
@@ -36,6 +38,7 @@ export class ScenePlay {
     this.links = new SceneLinks(scene, parts);
     this.loads = new SceneLoads(scene, parts);
     this.obstacles = new SceneObstacles(scene);
+    this.blades = new SceneBlades(scene);
     this.needlePlaces = scene.needlePlaces ?? NEEDLE_PLACES;
     this.tools = scene.tools.map((tool, t) => new PlayedTool(tool, t, scene.organs[tool.organ].name, parts[tool.organ]));
     const duration = durationOf(scene), { touch } = scene.rates;
@@ -60,7 +63,7 @@ export class ScenePlay {
     const held = grasps.reduce((sum, { opposite }) => sum + NODES_OF_DISC * (opposite ? 2 : 1), 0);
     const needles = this.scene.tools.filter((tool) => tool.organ === organ && tool.needle).length, pierced = NODES_OF_PLACE * (this.needlePlaces + 2) * needles;
     const obstacles = this.obstacles.of(organ);
-    const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced + (obstacles.length ? this.obstacleNodes : 0));
+    const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced + (obstacles.length ? this.obstacleNodes : 0) + (part.effects.cut ? nodesOfBlades(this.scene.cutPoints) : 0));
     const holds = { maxLinks: this.links.count(organ), loads: this.loads.patches(organ), obstacles, obstacleNodes: this.obstacleNodes, grasps: grasps.length > 0, needles: needles > 0, needlePlaces: this.needlePlaces };
     return { ...part, effects: { ...part.effects, ...this.room, maxContactNodes: this.scene.maxContactNodes ?? nodes, ...holds } };
   }
@@ -89,6 +92,7 @@ export class ScenePlay {
     this.links.hold(world, this.time);
     this.loads.hold(world, this.time);
     this.obstacles.hold(world, this.time);
+    this.blades.hold(world, this.time);
     const flags = world.touch(places.map((place, t) => this.tools[t].sent(place, this.time)));
     this.tools.forEach((_, t) => this.forces.set(world.force(t), 3 * (this.tools.length * this.step + t)));
     ++this.step;
@@ -134,6 +138,11 @@ export class ScenePlay {
   // Where the obstacles are now.
   get drawnObstacles(): Pose[] {
     return this.obstacles.poses(this.time);
+  }
+
+  // Of the blades that are there, from heel to tip.
+  get edges(): Vector[][] {
+    return this.blades.edges;
   }
 
   drawnLinks(world: TouchWorld): DrawnLink[] {

@@ -40,7 +40,7 @@ export function readScene(text: string, now: { effects: PageEffects; tool: ToolS
   if (effects.contact === "patch" && !(discRadius >= DISCS[0] && discRadius <= DISCS[1]))
     throw new Error(word("scene.disc", { least: 1000 * DISCS[0], most: 1000 * DISCS[1], found: 1000 * discRadius }));
   return {
-    effects: { ...effects, fine: now.effects.fine },
+    effects: { ...effects, fine: now.effects.fine && !effects.cut },
     tool: { discRadius: discRadius || now.tool.discRadius, friction: effects.law === "coulomb" ? frictions[0] : now.tool.friction }, path: pathOf(tools),
   };
 }
@@ -85,7 +85,7 @@ export function parsed(text: string): Table {
 // more: choices that the page's own tools do not have.
 export function readEffects(given: Table, relaxation: Table, hasDisc: boolean, more: Record<string, string[]> = {}): PageEffects {
   const effects: Table = { ...DEFAULT_EFFECTS, collision: "rest", contact: hasDisc ? "patch" : "point", preload: false, relaxation: [] };
-  refuseOthers("[effects]", given, [...Object.keys(CHOICES), "preload", "crossings"]);
+  refuseOthers("[effects]", given, [...Object.keys(CHOICES), "preload", "crossings", "cut"]);
   for (const [effect, value] of Object.entries(given)) {
     const choices = CHOICES[effect] && [...CHOICES[effect], ...(more[effect] ?? [])];
     if (choices ? !choices.includes(String(value)) : typeof value !== "boolean")

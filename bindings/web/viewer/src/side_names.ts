@@ -1,5 +1,5 @@
 // What the two sides of Compare are called: by what differs between them.
-import { DEFAULT_EFFECTS, EFFECT_LINES } from "./effects";
+import { DEFAULT_EFFECTS, UNCUT_LINES, type EffectLine } from "./effects";
 import type { PageEffects } from "./messages";
 import { count, decimal, word, type Key } from "./words";
 
@@ -17,12 +17,12 @@ export interface Setting {
 export function namesOf(settings: Setting[]): string[] {
   const parts = settings.map((setting) => [
     setting.organ, word("compare.vertices", { count: count(setting.nodes) }), setting.boundary, setting.element,
-    ...EFFECT_LINES.map((line) => wordsOf(line, setting.effects)), word("compare.disc-of", { mm: decimal(Number((1000 * setting.discRadius).toFixed(1))) }),
+    ...UNCUT_LINES.map((line) => wordsOf(line, setting.effects)), word("compare.disc-of", { mm: decimal(Number((1000 * setting.discRadius).toFixed(1))) }),
   ]);
   return parts.map((own, s) => own.filter((part, p) => part !== parts[1 - s][p]).join(", "));
 }
 
-function wordsOf({ effect, choices, value }: (typeof EFFECT_LINES)[number], effects: PageEffects): string {
+function wordsOf({ effect, choices, value }: EffectLine, effects: PageEffects): string {
   const now = value({ ...DEFAULT_EFFECTS, ...effects }), name = word(`effect.${effect}`);
   const chosen = choices ? word(choices.find(([one]) => one === now)![1]) : word(`switch.${now ? "on" : "off"}` as Key);
   return `${name}: ${chosen}`;

@@ -18,6 +18,15 @@ export class SurfaceColours {
   // spacing: of the organ's mesh, m, which resolves no smaller dent.
   constructor(private surface: Surface, private spacing: number) {}
 
+  // displacements: [vertex][3] m; lengths: [vertex] m. made: as DrawnSurface has it.
+  fillCut(by: ColourBy, displacements: Float32Array, discRadius: number, lengths: Float32Array, made: Int32Array) {
+    const { rest } = this.surface, u = made.length ? displacements.slice() : displacements;
+    // A shape has the displacement of a new node from a place that is none of the organ.
+    for (let i = 0; i < made.length; i += 2) for (let d = 0; d < 3; ++d) u[3 * made[i] + d] += rest[3 * made[i] + d] - rest[3 * made[i + 1] + d];
+    this.fill(by, u, discRadius, lengths);
+    if (by === "dent") for (let i = 0; i < made.length; i += 2) lengths[made[i]] = this.dent!.depthAt(made[i + 1], u, made[i]);
+  }
+
   // displacements: [vertex][3] m; lengths: [vertex] m.
   fill(by: ColourBy, displacements: Float32Array, discRadius: number, lengths: Float32Array) {
     const { parents } = this.surface, own = lengths.length - (parents?.length ?? 0) / 2;

@@ -24,6 +24,7 @@ export interface PointerOptions {
   send: (index: number, target: ToolTarget) => void;
   withdraw: (index: number) => void; // as if the press had not been
   pressed: (hit: Hit) => void;
+  isIdle?: () => boolean; // something else hears the pointer
   depth?: () => number | null; // m, to which each push goes; null: as the pointer says
 }
 
@@ -129,7 +130,7 @@ export class ToolPointer {
       this.fingers.set(event.pointerId, event);
       if (this.fingers.size > 1) return this.pinch();
     }
-    if (event.button !== 0) return;
+    if (event.button !== 0 || this.options.isIdle?.()) return;
     const hit = this.view.pick(event.offsetX, event.offsetY);
     if (!hit) return;
     event.stopImmediatePropagation();

@@ -61,7 +61,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   private rate = new TouchRate();
 
   // hints: the words below the organ, by the pointer's mode.
-  constructor(private canvas: HTMLCanvasElement, protected view: OrganView, private worker: Worker, private hints: { push: Key; pull: Key }) {
+  constructor(private canvas: HTMLCanvasElement, protected view: OrganView, private worker: Worker, private hints: { push: Key; pull: Key; scalpel?: Key }) {
     this.pointer = new ToolPointer(canvas, view, {
       ...this.pointing(), pulls: () => mode("pull").checked, keeps: () => isOn("keep"),
       send: (index, target) => this.tell({ type: "tool", index, target } as Message), withdraw: (index) => this.tell({ type: "withdraw", index } as Message),
@@ -166,7 +166,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
 
   protected showHint() {
     const hint = byId("hint");
-    hint.dataset.words = this.playsItself ? "hint.plays" : this.hints[mode("pull").checked ? "pull" : "push"];
+    hint.dataset.words = this.playsItself ? "hint.plays" : (mode("scalpel").checked && this.hints.scalpel) || this.hints[mode("pull").checked ? "pull" : "push"];
     hint.classList.remove("done");
     fill(hint.parentElement!);
   }

@@ -1,7 +1,8 @@
 // A scene of the runtime that measures the time of its touches and shapes. The worker's loop steps it.
-import type { Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
+import type { Blade, Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
+import { nodesOfBlades } from "./scene_blades";
 import { PAGE_RATES } from "./scene_reader";
 
 const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
@@ -57,6 +58,8 @@ export class BodySolves {
   }
 }
 
+const toolsFor = (effects: PageEffects, tool: ToolShape) => new PageTools(effects.contact === "patch" ? tool.discRadius : 0, effects.law === "coulomb" ? tool.friction : 0);
+
 // The surface's nodes, the finer mesh where one is bound, and whether the surface crosses itself. Returns flags.
 export const shapeOf = (scene: Scene) => scene.shape() | (scene.vertexCount ? scene.skin() : 0) | (scene.hasCrossings ? scene.crossings() : 0);
 
@@ -68,12 +71,12 @@ export class TouchScene {
 
   // mesh: the finer mesh that effects.fine binds.
   constructor(bundle: Bundle, { fine, dent, inside, ...effects }: PageEffects, tool: ToolShape, mesh: RenderMesh | null) {
-    this.tools = new PageTools(effects.contact === "patch" ? tool.discRadius : 0, effects.law === "coulomb" ? tool.friction : 0);
+    this.tools = toolsFor(effects, tool);
     // A dent is that of a disc, in a finer mesh.
     const dents = dent === "discs" && fine && mesh && effects.contact === "patch";
     this.scene = bundle.createScene({
-      ...effects, crossings: effects.shape !== "off", inside: inside && effects.shape === "volume", renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
-      maxContactNodes: nodesFor(effects, SCENE_TOOLS),
+      ...effects, crossings: effects.shape !== "off" && !effects.cut, inside: inside && effects.shape === "volume", renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
+      maxContactNodes: nodesFor(effects, SCENE_TOOLS) + (effects.cut ? nodesOfBlades() : 0),
     });
     this.solves = new BodySolves(effects);
     this.scene.setTools([]);
@@ -91,8 +94,20 @@ export class TouchScene {
     return shapeOf(this.scene);
   }
 
-  touch(tools: RecordedTool[]): number {
+  // Other tools, in the scene as it is.
+  useTool(effects: PageEffects, tool: ToolShape) {
+    this.tools = toolsFor(effects, tool);
+  }
+
+  // Whether a part of a cut is still to come.
+  get waits(): boolean {
+    return (this.scene.cutState?.left ?? 0) > 0;
+  }
+
+  // blade: null: there is none.
+  touch(tools: RecordedTool[], blade: Blade | null = null): number {
     this.scene.setTools(this.tools.all(tools));
+    if (this.scene.canCut) this.scene.setBlade(0, blade);
     const start = performance.now();
     const flags = this.scene.touch(1 / TOUCH_HZ);
     this.touchMs += performance.now() - start;

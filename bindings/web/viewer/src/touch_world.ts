@@ -18,7 +18,7 @@ export class TouchWorld {
   private frames: OrganFrame[];
 
   constructor(runtime: Runtime, parts: WorldPart[], options: WorldOptions, private rates = PAGE_RATES) {
-    this.world = runtime.createWorld(parts.map(({ bundle, pose, mesh, effects: { fine, dent, inside, ...effects } }) => ({ bundle, pose, effects: { crossings: effects.shape !== "off", ...effects, renderMesh: mesh } })), options);
+    this.world = runtime.createWorld(parts.map(({ bundle, pose, mesh, effects: { fine, dent, inside, ...effects } }) => ({ bundle, pose, effects: { crossings: effects.shape !== "off" && !effects.cut, ...effects, renderMesh: mesh } })), options);
     this.solves = parts.map(({ effects }) => new BodySolves(effects, rates));
     this.frames = parts.map(({ pose }) => new OrganFrame(pose));
   }

@@ -5,17 +5,18 @@ import { MOST_TOOLS, TOUCH_HZ, type PageEffects, type Vector } from "./messages"
 import { flatMesh, readObstacleMesh, type ObstacleMesh } from "./obstacle_mesh";
 import { LONGEST_PATH, rowsOfFile } from "./path_files";
 import { checkTimes, isRow, parsed, pathRows, playsAtPageRates, ratesOf, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
-import { SIDES, type SceneGrasp, type SceneGrip, type SceneLink, type SceneLoad, type SceneMotion, type SceneNeedle, type SceneObstacle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
+import { SIDES, type SceneBlade, type SceneGrasp, type SceneGrip, type SceneLink, type SceneLoad, type SceneMotion, type SceneNeedle, type SceneObstacle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
 import { word } from "./words";
 
-const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_OBSTACLES = 16, MOST_OBSTACLE_NODES = 2048, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
+const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_OBSTACLES = 16, MOST_OBSTACLE_NODES = 2048, MOST_BLADES = 4, MOST_TOUGHNESS = 1e6, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
 const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "load", "obstacle", "tool", "link"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
-const OF_LIMITS = ["points", "contact_nodes", "needle_places", "obstacle_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement", "crossings_calls", "crossings_operations"];
+const OF_LIMITS = ["points", "contact_nodes", "needle_places", "obstacle_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement", "crossings_calls", "crossings_operations", "cut_nodes", "cut_rank", "cut_operations", "cut_points"];
 const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
 const OF_MOTION = ["name", "organ", "sine", "amounts", "amounts_csv"];
 const OF_LOAD = ["name", "organ", "near", "at", "radius", "force", "forces", "traction", "tractions", "frame"];
 const OF_OBSTACLE = ["name", "organs", "kind", "size", "radius", "file", "unit", "normal", "position", "path", "path_csv", "turn", "friction", "depth"];
+const OF_BLADE = ["name", "edge", "position", "path", "path_csv", "turn", "cuts", "toughness", "direction"];
 const OF_TOOL = ["name", "organ", "points", "capsule", "path", "path_csv", "turn", "at", "near", "depth", "grip", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
 const OF_CAPSULE = ["radius", "length", "axis", "samples"], OF_GRIP = ["nearest", "box", "axes"];
 const OF_GRASP = ["near", "opposite", "radius", "friction", "clamp_force", "closing", "closed"];
@@ -33,7 +34,7 @@ export type SceneFiles = (name: string) => string | Uint8Array | null;
 // The CSV files and the meshes that a scene names.
 export function filesOfScene(text: string): string[] {
   const scene = parsed(text), named = (key: string, of: string) => listOf(scene[of]).map((one) => table(one, of)[key]);
-  return [...named("path_csv", "tool"), ...named("amounts_csv", "motion"), ...named("path_csv", "obstacle"), ...named("file", "obstacle")].filter((name) => typeof name === "string");
+  return [...named("path_csv", "tool"), ...named("amounts_csv", "motion"), ...named("path_csv", "obstacle"), ...named("path_csv", "blade"), ...named("file", "obstacle")].filter((name) => typeof name === "string");
 }
 
 // Throws an Error that names the key.
@@ -44,19 +45,20 @@ export function readWorld(text: string, files: SceneFiles): WorldScene {
 }
 
 // Of a tool or a scene of one organ: what the page's own tools, which press one point each, cannot do.
-const BEYOND_POINTS = ["path_csv", "capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "load", "obstacle", "limits"];
+const BEYOND_POINTS = ["path_csv", "capsule", "turn", "at", "near", "depth", "grip", "grasp", "needle"], BEYOND_TOOLS = ["link", "motion", "load", "obstacle", "blade", "limits"];
 
 // A scene of one organ that the page's own tools cannot play, as a world of that organ; null: another scene.
 export function readOwn(text: string, organ: string, files: SceneFiles): WorldScene | null {
   const { bundle, ...scene } = parsed(text), tools = listOf(scene.tool).map((tool) => table(tool, "tool"));
   const isBeyond = (tool: Table) => BEYOND_POINTS.some((key) => key in tool) || listOf(tool.points).length > 1;
   if (scene.organ !== undefined || !(BEYOND_TOOLS.some((key) => key in scene) || tools.some(isBeyond) || !playsAtPageRates(scene))) return null;
-  return worldOf({ ...scene, organ: [{ name: organ }] }, files);
+  return worldOf({ ...scene, organ: [{ name: organ }] }, files, ["blade"]);
 }
 
-function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles): WorldScene {
+// more: keys that only a scene of one organ has here.
+function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles, more: string[] = []): WorldScene {
   const unit = unitOf(scene), given = scene.organ as Table[];
-  refuseOthers(word("scene.itself"), scene, TOP);
+  refuseOthers(word("scene.itself"), scene, [...TOP, ...more]);
   const rates = ratesOf(scene), world = table(scene.world, "world"), limits = table(scene.limits, "limits"), names = given.map((organ, k) => nameOf(organ, `[[organ]] ${k + 1}`));
   refuseOthers("[world]", world, ["pairs", "friction"]);
   refuseOthers("[limits]", limits, OF_LIMITS);
@@ -69,6 +71,7 @@ function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles): WorldSc
   });
   const obstacles = listOf(scene.obstacle).map((obstacle, o) => readObstacle(table(obstacle, "obstacle"), `[[obstacle]] ${o + 1}`, names, unit, files));
   if (obstacles.length > MOST_OBSTACLES) throw new Error(word("world.many-obstacles", { most: MOST_OBSTACLES }));
+  const blades = readBlades(scene, unit, files);
   const tools = listOf(scene.tool).map((tool, t) => readTool(table(tool, "tool"), `[[tool]] ${t + 1}`, names, unit, files));
   if (tools.length > MOST_TOOLS) throw new Error(word("scene.many-tools", { most: MOST_TOOLS }));
   const links = listOf(scene.link).map((link, l) => readLink(table(link, "link"), `[[link]] ${l + 1}`, names, unit));
@@ -76,24 +79,24 @@ function worldOf(scene: Table & { organ?: unknown }, files: SceneFiles): WorldSc
   if (friction > 0 && pairs === 0) throw new Error(word("world.friction-alone"));
   const isWide = (k: number) => links.some(({ radius, isBetween, organs }) => radius && !isBetween && organs[0] === k);
   const organs = given.map((organ, k) => readOrgan(scene, organ, names[k], unit, {
-    touch: pairs > 0, moves: motions.some((motion) => motion.organ === k), bears: loads.some((load) => load.organ === k), held: obstacles.some((obstacle) => obstacle.organs.includes(k)),
+    touch: pairs > 0, moves: motions.some((motion) => motion.organ === k), bears: loads.some((load) => load.organ === k), held: obstacles.some((obstacle) => obstacle.organs.includes(k)), cut: blades.length > 0,
     disc: !tools.length || tools.some(({ discRadius, grasp, organ: of }) => discRadius > 0 || (grasp && of === k)) || isWide(k),
   }));
-  const touches = durationOf({ tools, motions, loads, obstacles }) * rates.touch;
+  const touches = durationOf({ tools, motions, loads, obstacles, blades }) * rates.touch;
   if (touches > MOST_TOUCHES) throw new Error(word("scene.touches", { most: MOST_TOUCHES, found: Math.ceil(touches) }));
   return {
-    name: String(scene.name ?? ""), unit, rates, pairs, friction, motions, loads, obstacles, tools, links,
+    name: String(scene.name ?? ""), unit, rates, pairs, friction, motions, loads, obstacles, blades, tools, links,
     forceLimit: numberOf(limits, "force", "[limits]"), forceSlew: numberOf(limits, "force_slew", "[limits]"),
     maxPoints: wholeOf(limits, "points", "[limits]", MOST_POINTS), maxContactNodes: wholeOf(limits, "contact_nodes", "[limits]", MOST_NODES), needlePlaces: wholeOf(limits, "needle_places", "[limits]", 64),
-    obstacleNodes: wholeOf(limits, "obstacle_nodes", "[limits]", MOST_OBSTACLE_NODES),
+    obstacleNodes: wholeOf(limits, "obstacle_nodes", "[limits]", MOST_OBSTACLE_NODES), cutPoints: wholeOf(limits, "cut_points", "[limits]"),
     organs: organs.map((organ) => ({ ...organ, effects: { ...organ.effects, ...limitsOf(limits) } })),
   };
 }
 
-// s, to the last row of a tool, a motion, a load or an obstacle.
-export function durationOf({ tools, motions, loads, obstacles }: Pick<WorldScene, "tools" | "motions" | "loads" | "obstacles">): number {
-  const ofTools = tools.flatMap(({ path, turn, place, grasp }) => [path, turn, place?.depth, grasp?.closing]), ofObstacles = obstacles.flatMap(({ path, turn }) => [path, turn]);
-  return Math.max(0, ...[...ofTools, ...ofObstacles, ...motions.map(({ rows }) => rows), ...loads.map(({ rows }) => rows)].map((rows) => rows?.at(-1)?.[0] ?? 0));
+// s, to the last row of a tool, a motion, a load, an obstacle or a blade.
+export function durationOf({ tools, motions, loads, obstacles, blades }: Pick<WorldScene, "tools" | "motions" | "loads" | "obstacles" | "blades">): number {
+  const ofTools = tools.flatMap(({ path, turn, place, grasp }) => [path, turn, place?.depth, grasp?.closing]), ofPoses = [...obstacles, ...blades].flatMap(({ path, turn }) => [path, turn]), cuts = blades.map((blade) => blade.cuts.at(-1)?.[1] ?? 0);
+  return Math.max(0, ...cuts, ...[...ofTools, ...ofPoses, ...motions.map(({ rows }) => rows), ...loads.map(({ rows }) => rows)].map((rows) => rows?.at(-1)?.[0] ?? 0));
 }
 
 const listOf = (given: unknown): unknown[] => (Array.isArray(given) ? given : []);
@@ -103,6 +106,7 @@ function limitsOf(limits: Table): PageEffects {
   const all = {
     forceLimit: number("force"), forceSlew: number("force_slew"), maxToolSpeed: number("tool_speed"),
     releaseDistance: number("release_distance"), maxOperations: wholeOf(limits, "operations", "[limits]"), crossingsCalls: wholeOf(limits, "crossings_calls", "[limits]"), crossingsOperations: wholeOf(limits, "crossings_operations", "[limits]"),
+    cutNodes: wholeOf(limits, "cut_nodes", "[limits]"), cutRank: wholeOf(limits, "cut_rank", "[limits]"), cutOperations: wholeOf(limits, "cut_operations", "[limits]"), cutPoints: wholeOf(limits, "cut_points", "[limits]"),
   };
   return Object.fromEntries(Object.entries(all).filter(([, value]) => value !== undefined));
 }
@@ -113,6 +117,7 @@ interface Needs {
   moves: boolean; // motions move it
   bears: boolean; // loads act on it
   held: boolean; // obstacles hold it off
+  cut: boolean; // blades cut it
   disc: boolean; // a disc or jaws touch it
 }
 
@@ -121,7 +126,9 @@ function readOrgan(scene: Table, given: Table, name: string, unit: number, needs
   refuseOthers(where, given, OF_ORGAN);
   const chosen = { ...table(scene.effects, "effects"), ...table(given.effects, "effects") };
   const relaxation = table(given.relaxation ?? scene.relaxation, "relaxation"), effects = readEffects(chosen, relaxation, needs.disc, OWN_CHOICES);
-  if (chosen.collision === undefined && (needs.touch || needs.moves || needs.bears || needs.held)) effects.collision = "deformed";
+  if (needs.cut && chosen.cut === false) throw new Error(word("scene.cut-off"));
+  if (needs.cut) effects.cut = true;
+  if (chosen.collision === undefined && (needs.touch || needs.moves || needs.bears || needs.held || needs.cut)) effects.collision = "deformed";
   return {
     name, bundle: given.bundle === undefined ? null : String(given.bundle), pose: poseOf(given, where, unit),
     effects: { ...effects, shape: "surface", motions: needs.moves }, // the page draws surfaces
@@ -163,6 +170,26 @@ function readObstacle(given: Table, where: string, organs: string[], unit: numbe
     name: nameOf(given, where), kind, organs: named.map((organ) => organOf({ organ }, where, organs)), size: both, ...surface, normal: normal ?? [0, 0, 1],
     path: path ? inMetres(path, unit) : [[0, ...(vectorOf(given, "position", where, unit) ?? [0, 0, 0])]], turn: given.turn === undefined ? [] : pathRows(given.turn, where, "turn"),
     friction: numberOf(given, "friction", where, MOST_FRICTION) ?? 0, depth: depth && unit * depth,
+  };
+}
+
+function readBlades(scene: Table, unit: number, files: SceneFiles): SceneBlade[] {
+  const blades = listOf(scene.blade).map((blade, b) => readBlade(table(blade, "blade"), `[[blade]] ${b + 1}`, unit, files));
+  if (blades.length > MOST_BLADES) throw new Error(word("world.many-blades", { most: MOST_BLADES }));
+  return blades;
+}
+
+function readBlade(given: Table, where: string, unit: number, files: SceneFiles): SceneBlade {
+  refuseOthers(where, given, OF_BLADE);
+  const edge = given.edge as number[][], direction = vectorOf(given, "direction", where, 1), toughness = numberOf(given, "toughness", where, MOST_TOUGHNESS) ?? 0;
+  const isEdge = Array.isArray(edge) && edge.length >= 2 && edge.length <= 16 && edge.every((point) => isRow(point, 3));
+  const ways = ["position", "path", "path_csv"].filter((key) => key in given), size = direction ? Math.hypot(...direction) : 0;
+  if (!isEdge || ways.length > 1 || toughness > 0 !== size > 0) throw new Error(word("world.blade", { where, found: shownAs(given) }));
+  const path = given.path !== undefined ? pathRows(given.path, where) : given.path_csv !== undefined ? fileRows(given, "path_csv", where, 4, files) : null;
+  return {
+    name: nameOf(given, where), edge: edge.map((point) => point.map((x) => unit * x) as Vector), path: path ? inMetres(path, unit) : [[0, ...(vectorOf(given, "position", where, unit) ?? [0, 0, 0])]],
+    turn: given.turn === undefined ? null : pathRows(given.turn, where, "turn"), cuts: timeSpans(given.cuts, `${where} cuts`), toughness,
+    direction: direction && (direction.map((x) => x / size) as Vector),
   };
 }
 

@@ -93,6 +93,17 @@ export interface SceneObstacle {
   depth?: number; // m
 }
 
+// A line that cuts the organ of a scene of one organ.
+export interface SceneBlade {
+  name: string;
+  edge: Vector[]; // m, in the blade's frame, from heel to tip
+  path: number[][]; // s, x, y, z m
+  turn: number[][] | null; // s, and degrees about x, y, z; null: it does not turn
+  cuts: [number, number][]; // s: when it is there; empty: always
+  toughness: number; // J/m^2; 0: it feels nothing
+  direction: Vector | null; // of length 1, where the edge looks, in its frame; null: without toughness
+}
+
 export interface SceneTool {
   name: string;
   organ: number; // that `place`, `grips`, `grasp` and `needle` are on
@@ -121,10 +132,12 @@ export interface WorldScene {
   maxContactNodes?: number;
   needlePlaces?: number;
   obstacleNodes?: number;
+  cutPoints?: number;
   organs: SceneOrgan[];
   motions: SceneMotion[];
   loads: SceneLoad[];
   obstacles: SceneObstacle[];
+  blades: SceneBlade[];
   tools: SceneTool[];
   links: SceneLink[];
 }
