@@ -270,7 +270,7 @@ void HyperelasticEnergy::move(const double* from, const double* to, double share
 void HyperelasticEnergy::sum_loads() {
   Offset& of = offset_;
   std::fill(of.load, of.load + length_, 0.0f);
-  if (new_.load_count > 0) return sum_divided_loads();
+  if (new_.supports) return sum_divided_loads();
   for (std::int32_t m = 0; m < of.rows.count; ++m)
     if (of.amounts[m] != 0) add_row(of.amounts[m], of.loads, m, of.load);
 }
