@@ -11,11 +11,13 @@ namespace palpate {
 
 inline constexpr std::int32_t kMostOffsetRows = 44;
 
-// The force of a row that is the displacement by a load: 1 N along an axis, spread over nodes of the surface.
+// The force of a row that is the displacement by a load: 1 N along an axis, spread over nodes of the surface. Of any row: where its forces are.
 struct RowForce {
   const std::int32_t* node = nullptr;  // [count]
   const double* weight = nullptr;      // [count]
   std::int32_t count = 0, axis = 0;
+  std::int32_t in_volume = 0,
+               unused = 0;  // 1: in the whole volume, as gravity; 0: at the surface, as of supports that move
 };
 
 // The piece of the surface on which a row's pressure acts, for a body that is not linear: corners of triangles, counter-clockwise from outside.
@@ -37,9 +39,7 @@ struct OffsetRows {
   std::int32_t count = 0, nodes = 0, nodes_inside = 0;
   const RowForce* force = nullptr;        // [count], without nodes where a row is no load's; nullptr: of none
   const RowPressure* pressure = nullptr;  // [count], without triangles where a row is no pressure; nullptr: of none
-  // [count] 1: the forces of the row are in the whole volume, as gravity; 0: at the surface, as of supports that move; nullptr: of all rows.
-  const std::uint8_t* in_volume = nullptr;
-  const double* longest = nullptr;  // [count] m per unit, an upper bound over the nodes
+  const double* longest = nullptr;        // [count] m per unit, an upper bound over the nodes
 
   const float* row(std::int32_t m) const {
     return numbers + 3 * static_cast<std::size_t>(m) * static_cast<std::size_t>(nodes);
@@ -53,7 +53,7 @@ struct OffsetRows {
   }
   bool is_of_force(std::int32_t m) const { return force && force[m].count > 0; }
   bool is_of_pressure(std::int32_t m) const { return pressure && pressure[m].count > 0; }
-  bool is_in_volume(std::int32_t m) const { return in_volume && in_volume[m] != 0; }
+  bool is_in_volume(std::int32_t m) const { return force && force[m].in_volume != 0; }
   // J per units: the work of the force of row `load` along row m.
   double work(std::int32_t m, std::int32_t load) const {
     double sum = 0;

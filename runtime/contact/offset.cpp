@@ -28,7 +28,6 @@ std::int32_t Offset::add(SceneMemory& memory, const OffsetRows& rows) {
     return both;
   };
   all.force = join_parts(rows_.force, rows.force), all.pressure = join_parts(rows_.pressure, rows.pressure);
-  all.in_volume = join_parts(rows_.in_volume, rows.in_volume);
   all.numbers = join(all.nodes, rows_.numbers, rows.numbers);
   if (all.inside) all.inside = join(all.nodes_inside, rows_.inside, rows.inside);
   rows_ = all;

@@ -419,16 +419,15 @@ void CutCompliance::add_site_jumps(std::int32_t node, std::int32_t region, Small
 
 // Of the loads at a node, what goes with the tetrahedra that go.
 LoadShare CutCompliance::share_of_loads(std::int32_t node) const {
-  const auto goes = [&](std::int32_t e) { return scratch_.moved[e] != 0; };
   double all = 0, part = 0;
   tissue_.for_each_at(node, [&](std::int32_t e, int) {
     const double volume = tissue_.volume(e);
     all += volume;
-    if (goes(e)) part += volume;
+    if (scratch_.moved[e]) part += volume;
   });
   LoadShare share;
   share.in_volume = part / all;
-  const double on_surface = supports_.share_of_forces(tissue_, node, goes);
+  const double on_surface = supports_.share_of_forces(tissue_, node, scratch_.moved);
   share.on_surface = on_surface < 0 ? share.in_volume : on_surface;
   return share;
 }
@@ -437,7 +436,7 @@ LoadShare CutCompliance::share_of_loads(std::int32_t node) const {
 CutCompliance::Unit CutCompliance::free_jump(const CutChange& change, const CutChange::NewNode& made) {
   SmallMatrix own, t, x;
   columns_.begin(3);
-  const double springs = supports_.share_of(tissue_, made.from, [&](std::int32_t e) { return scratch_.moved[e] != 0; });
+  const double springs = supports_.share_of(tissue_, made.from, scratch_.moved);
   const LoadShare loads = share_of_loads(made.from);
   collect_jumps(change, made.from, springs, &own);
   if (const Unit unit = take_slots(); !unit) return unit;

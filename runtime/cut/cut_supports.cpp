@@ -165,4 +165,40 @@ Mat3 CutSupports::springs_of(std::int32_t triangle) const {
   return sum;
 }
 
+// ---- shares ----------------------------------------------------------------------------------------------------------
+
+double CutSupports::weight_of(const Face& face, Weight weight) {
+  if (weight == Weight::foundation)
+    return face.founded ? face.block.m[0][0] + face.block.m[1][1] + face.block.m[2][2] : 0;
+  return weight == Weight::area || face.has_springs ? face.area : 0;
+}
+
+// What goes, of the sum of the weights of the node's faces. -1: the sum is zero.
+double CutSupports::share_by(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes,
+                             Weight weight) const {
+  double all = 0, part = 0;
+  tissue.for_each_at(node, [&](std::int32_t e, int corner) {
+    for (int c = 0; c < 4; ++c) {
+      const Face* const of = c == corner ? nullptr : face(e, c);
+      const double own = of ? weight_of(*of, weight) : 0;
+      all += own;
+      if (goes[e]) part += own;
+    }
+  });
+  return all > 0 ? part / all : -1;
+}
+
+double CutSupports::share_of(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes) const {
+  if (!has_springs(tissue.origin(node))) return 0;
+  double share = share_by(tissue, node, goes, Weight::area_with_springs);
+  if (share < 0) share = share_by(tissue, node, goes, Weight::area);
+  return std::max(0.0, share);
+}
+
+double CutSupports::share_of_forces(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes) const {
+  const double share = share_by(tissue, node, goes, Weight::foundation);
+  if (share >= 0) return share;
+  return has_springs(tissue.origin(node)) ? share_of(tissue, node, goes) : share_by(tissue, node, goes, Weight::area);
+}
+
 }  // namespace palpate

@@ -6,7 +6,6 @@
 // as they are.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
@@ -49,24 +48,11 @@ class CutSupports {
   // N/m: with how much springs hold the corners of a triangle whose corners all have some; zero of another one.
   Mat3 springs_of(std::int32_t triangle) const;
 
-  // The share of a node's springs that goes with some of its tetrahedra: of those where goes(tetrahedron) is true.
-  template <class Goes>
-  double share_of(const CutTissue& tissue, std::int32_t node, Goes goes) const {
-    if (!has_springs(tissue.origin(node))) return 0;
-    const double share =
-        share_by(tissue, node, goes, [](const Face& face) { return face.has_springs ? face.area : 0; });
-    return share < 0 ? std::max(0.0, share_by(tissue, node, goes, area_of)) : share;
-  }
+  // The share of a node's springs that goes with some of its tetrahedra: of those where goes[tetrahedron] is not 0.
+  double share_of(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes) const;
   // Of the forces on the surface at a node: as foundations divide there, or springs, so that supports which move pull each part by its own; else as the
   // area of the node's triangles. -1: it has none.
-  template <class Goes>
-  double share_of_forces(const CutTissue& tissue, std::int32_t node, Goes goes) const {
-    const double share = share_by(tissue, node, goes, [](const Face& face) {
-      return face.founded ? face.block.m[0][0] + face.block.m[1][1] + face.block.m[2][2] : 0;
-    });
-    if (share >= 0) return share;
-    return has_springs(tissue.origin(node)) ? share_of(tissue, node, goes) : share_by(tissue, node, goes, area_of);
-  }
+  double share_of_forces(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes) const;
   // Springs of a node: calls visit(node at rest, block, N/m, in the rows of the node and the columns of the other one), the node itself among them.
   template <class Visit>
   void for_each_spring(std::int32_t at_rest, Visit visit) const {
@@ -86,21 +72,9 @@ class CutSupports {
   }
 
  private:
-  static double area_of(const Face& face) { return face.area; }
-  // What goes, of the sum of weight(face) over the node's faces. -1: the sum is zero.
-  template <class Goes, class Weight>
-  double share_by(const CutTissue& tissue, std::int32_t node, Goes goes, Weight weight) const {
-    double all = 0, part = 0;
-    tissue.for_each_at(node, [&](std::int32_t e, int corner) {
-      for (int c = 0; c < 4; ++c) {
-        const Face* const of = c == corner ? nullptr : face(e, c);
-        if (!of) continue;
-        all += weight(*of);
-        if (goes(e)) part += weight(*of);
-      }
-    });
-    return all > 0 ? part / all : -1;
-  }
+  enum class Weight { foundation, area_with_springs, area };
+  static double weight_of(const Face& face, Weight weight);
+  double share_by(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes, Weight weight) const;
   struct Spring {
     std::int32_t other, unused;
     Mat3 block;

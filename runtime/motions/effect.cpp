@@ -61,11 +61,11 @@ palpate_status read_kinds_and_volumes(const SectionReader& reader, Motions::Sour
 }
 
 palpate_status tell_volumes(const SectionReader& reader, const std::int32_t* kind, OffsetRows* rows) {
-  auto* const in_volume = reader.memory().array<std::uint8_t>(static_cast<std::size_t>(rows->count));
-  if (!in_volume) return reader.no_memory("motions");
+  auto* const forces = reader.memory().array<RowForce>(static_cast<std::size_t>(rows->count));
+  if (!forces) return reader.no_memory("motions");
   for (std::int32_t m = 0; m < rows->count; ++m)
-    in_volume[m] = static_cast<formats::MotionKind>(kind[m]) == formats::MotionKind::gravity;
-  rows->in_volume = in_volume;
+    forces[m].in_volume = static_cast<formats::MotionKind>(kind[m]) == formats::MotionKind::gravity;
+  rows->force = forces;
   return PALPATE_OK;
 }
 
