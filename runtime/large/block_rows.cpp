@@ -209,14 +209,17 @@ class Assembly {
     }
   }
 
+  // Of a node that no tetrahedron has, as one in reserve for a cut.
+  bool is_empty(std::int32_t row) const { return out_.first[row] == out_.first[row + 1]; }
+
   void hold_dofs() {
     double sum = 0;
     for (std::int32_t row = 0; row < rows_; ++row)
-      for (int i = 0; i < 3; ++i) sum += out_.block[9 * out_.index_of(row, row) + 4 * i];
+      for (int i = 0; i < 3 && !is_empty(row); ++i) sum += out_.block[9 * out_.index_of(row, row) + 4 * i];
     const double mean = rows_ > 0 ? sum / (3.0 * rows_) : 1;
     for (std::int32_t n = 0; n < body_.node_count; ++n) {
       const std::int32_t row = place_[n];
-      if (row >= rows_) continue;
+      if (row >= rows_ || is_empty(row)) continue;
       for (int i = 0; i < 3; ++i) {
         if (!body_.fixed[3 * static_cast<std::int64_t>(n) + i]) continue;
         for (std::int64_t at = out_.first[row]; at < out_.first[row + 1]; ++at)
