@@ -259,7 +259,7 @@ double LawSolver::finish(const ContactSystem& system, double tolerance, std::int
   std::int32_t sweeps = kSweepsAgain;
   while (!improve(system, tolerance, reaction) && may_sweep(system)) {
     sweep_for_a_while(system, sweeps, tolerance, reaction);
-    sweeps += sweeps / 2;
+    sweeps = std::min(sweeps + sweeps / 2, 1 << 20);
   }
   std::copy(best_, best_ + system.rows_end, reaction);
   find_ahead(system, reaction, ahead_);
