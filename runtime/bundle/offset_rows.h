@@ -11,13 +11,14 @@ namespace palpate {
 
 inline constexpr std::int32_t kMostOffsetRows = 44;
 
-// The force of a row that is the displacement by a load: 1 N along an axis, spread over nodes of the surface. Of any row: where its forces are.
+// Of a row that is the displacement by a load: its force, 1 N along an axis, spread over nodes of the surface. Of each row: where its forces act.
 struct RowForce {
   const std::int32_t* node = nullptr;  // [count]
   const double* weight = nullptr;      // [count]
   std::int32_t count = 0, axis = 0;
-  std::int32_t in_volume = 0,
-               unused = 0;  // 1: in the whole volume, as gravity; 0: at the surface, as of supports that move
+  // 1: the forces of the row are in the whole volume, as gravity; 0: at the surface, as of supports that move.
+  std::int32_t in_volume = 0;
+  std::int32_t unused = 0;
 };
 
 // The piece of the surface on which a row's pressure acts, for a body that is not linear: corners of triangles, counter-clockwise from outside.

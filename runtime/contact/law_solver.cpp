@@ -11,6 +11,7 @@ constexpr std::int32_t kFirstSweeps = 3;  // before the first Newton step
 // does, the method wanders among states of sticking and slipping, which a few sweeps find sooner.
 constexpr int kPatience = 4;
 constexpr double kHelps = 0.5;
+constexpr std::int32_t kMostSweepsAtOnce = 1 << 20;
 constexpr std::int32_t kSweepsAgain = 10;  // where Newton's direction does not help; half as many more each time
 
 // Two sweeps that change the reactions alike, up to this share, are a drift: one contact hands its force to another that holds
@@ -259,7 +260,7 @@ double LawSolver::finish(const ContactSystem& system, double tolerance, std::int
   std::int32_t sweeps = kSweepsAgain;
   while (!improve(system, tolerance, reaction) && may_sweep(system)) {
     sweep_for_a_while(system, sweeps, tolerance, reaction);
-    sweeps = std::min(sweeps + sweeps / 2, 1 << 20);
+    sweeps = std::min(sweeps + sweeps / 2, kMostSweepsAtOnce);
   }
   std::copy(best_, best_ + system.rows_end, reaction);
   find_ahead(system, reaction, ahead_);
