@@ -322,6 +322,20 @@ export class OrganView {
     this.blades.move(edges, this.camera.camera);
   }
 
+  // What presses the organ moves a tool from now on: the camera stays until letGo().
+  hold(event: PointerEvent) {
+    event.stopImmediatePropagation();
+    this.canvas.focus({ preventScroll: true });
+    this.canvas.setPointerCapture(event.pointerId);
+    this.camera.controls.enabled = false;
+    this.canvas.classList.add("held");
+  }
+
+  letGo() {
+    this.camera.controls.enabled = true;
+    this.canvas.classList.remove("held");
+  }
+
   // A figure for each tool of a scene.
   private makeTools(count: number) {
     while (this.tools.length < count) {

@@ -15,7 +15,7 @@ export interface ScalpelOptions {
 export class ScalpelPointer {
   private held: { pointer: number; away: number } | null = null; // away: m, of the surface from the eye
 
-  constructor(private canvas: HTMLCanvasElement, private view: OrganView, private options: ScalpelOptions) {
+  constructor(canvas: HTMLCanvasElement, private view: OrganView, private options: ScalpelOptions) {
     // As those of ToolPointer: before the camera's.
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event), { capture: true });
@@ -32,11 +32,7 @@ export class ScalpelPointer {
     if (!this.options.isOn() || event.button !== 0 || !event.isPrimary) return;
     const hit = this.view.pick(event.offsetX, event.offsetY);
     if (!hit) return;
-    event.stopImmediatePropagation();
-    this.canvas.focus({ preventScroll: true });
-    this.canvas.setPointerCapture(event.pointerId);
-    this.view.camera.controls.enabled = false;
-    this.canvas.classList.add("held");
+    this.view.hold(event);
     this.held = { pointer: event.pointerId, away: hit.away };
     this.options.begins();
     this.options.send(this.edge(event));
@@ -51,8 +47,7 @@ export class ScalpelPointer {
   private up(event?: PointerEvent) {
     event?.stopImmediatePropagation();
     this.held = null;
-    this.view.camera.controls.enabled = true;
-    this.canvas.classList.remove("held");
+    this.view.letGo();
     this.options.send(null);
   }
 

@@ -85,8 +85,7 @@ export class ToolPointer {
     this.held = [];
     this.coming = [];
     this.targets.fill(null);
-    this.canvas.classList.remove("held");
-    this.view.camera.controls.enabled = true;
+    this.view.letGo();
   }
 
   // The space key: pushes at a point of the canvas, deeper the longer it is held.
@@ -133,11 +132,7 @@ export class ToolPointer {
     if (event.button !== 0 || this.options.isIdle?.()) return;
     const hit = this.view.pick(event.offsetX, event.offsetY);
     if (!hit) return;
-    event.stopImmediatePropagation();
-    this.canvas.focus({ preventScroll: true });
-    this.canvas.setPointerCapture(event.pointerId);
-    this.view.camera.controls.enabled = false;
-    this.canvas.classList.add("held");
+    this.view.hold(event);
     this.take(event.pointerId, hit, event.offsetX, event.offsetY);
   }
 
@@ -228,10 +223,7 @@ export class ToolPointer {
   private end(pointer: number): Held | undefined {
     const held = this.held.find((h) => h.pointer === pointer);
     this.held = this.held.filter((h) => h !== held);
-    if (held && this.held.length === 0) {
-      this.view.camera.controls.enabled = true;
-      this.canvas.classList.remove("held");
-    }
+    if (held && this.held.length === 0) this.view.letGo();
     return held;
   }
 }
