@@ -417,7 +417,7 @@ void CutCompliance::add_site_jumps(std::int32_t node, std::int32_t region, Small
   }
 }
 
-// Of the loads at a node, what goes with the tetrahedra that go.
+// The share of the loads at a node that goes to a new node with the tetrahedra of scratch_.moved.
 LoadShare CutCompliance::share_of_loads(std::int32_t node) const {
   double all = 0, part = 0;
   tissue_.for_each_at(node, [&](std::int32_t e, int) {

@@ -300,7 +300,7 @@ bool CutResponse::take_loads(SceneMemory& memory, const HyperelasticBody& body, 
   return made;
 }
 
-// x += Z^T f, f what nodes that have split have more or less than the uncut body has there. C f is zero: all of it is at one place at rest.
+// x += Z^T df, with df the loads of the parts of divided nodes less those of the uncut body. At one place df sums to zero, so C df is zero.
 void CutResponse::add_divided_loads(const OffsetRows& rows, double* x) const {
   const CutTissue& tissue = source_.compliance->tissue();
   for (std::int32_t n = 0; n < source_.rest_nodes; ++n)
@@ -309,7 +309,7 @@ void CutResponse::add_divided_loads(const OffsetRows& rows, double* x) const {
   for (std::int32_t n = source_.rest_nodes; n < tissue.nodes(); ++n) add_load(rows, n, tissue.origin(n), 0, x);
 }
 
-// less: what of the whole load is there already.
+// less: the share that o has at this node already: 1 at a node at rest, 0 at a new one.
 void CutResponse::add_load(const OffsetRows& rows, std::int32_t node, std::int32_t at_rest, double less,
                            double* x) const {
   const LoadShare& share = source_.compliance->tissue().loads(node);

@@ -23,8 +23,8 @@ class CutTarget {
     return surface_node < first_new_ ? surface_node : compliance_.tissue().rest_nodes() + surface_node - first_new_;
   }
 
-  // A change of the mesh, with the numbers of CutCompliance. Made until one part cannot be (CutResult). What the surface shows stays as it is until the next solve. replayed: of a
-  // saved state, before Body::restored() and ContactSolver::restored(), in the order in which the changes came.
+  // A change of the mesh, with the numbers of CutCompliance. Made until one part cannot be (CutResult). The surface shows it from the next solve on.
+  // replayed: of a saved state, before Body::restored() and ContactSolver::restored(), in the order in which the changes came.
   virtual CutResult take_change(const CutChange& /*change*/, bool /*replayed*/) { return {}; }
   // The same of a piece that is to stay where it is.
   virtual CutOutcome ground(std::int32_t /*node*/, double /*stiffness*/, bool /*replayed*/) {

@@ -279,7 +279,7 @@ void HyperelasticEnergy::add_row(double amount, const float* rows, std::int32_t 
   add_multiple(static_cast<float>(amount), rows + static_cast<std::size_t>(m) * length_, length_, sum);
 }
 
-// The forces from outside are divided, those in the volume in absolute_. Soft supports bear what they bear as the cut has left them.
+// Divides the forces from outside; absolute_ sums those in the volume. Then it takes off what the soft supports that the cut has left bear of o.
 void HyperelasticEnergy::sum_divided_loads() {
   Offset& of = offset_;
   std::fill(absolute_, absolute_ + length_, 0.0f);
