@@ -35,11 +35,12 @@ function finerSurface(/** @type {string} */ folder, /** @type {string} */ organ)
   return existsSync(join(folder, organ, "render.ply")) ? `data/${organ}/render.ply` : null;
 }
 
-/** The file of a request below scenes/, ORGAN/NAME.toml: a scene of the folder of pipelines.
- *  @param {string} folder @param {string} url */
-export function sceneOf(folder, url) {
+/** The file of a request below scenes/: ORGAN/NAME.toml is a scene of pipelines/, studies/NAME.toml one of studies/played.
+ *  @param {string} repository @param {string} url */
+export function sceneOf(repository, url) {
   const [, organ, name] = /^\/([\w-]+)\/([\w-]+)\.toml$/.exec(url) ?? [];
-  return organ && join(folder, organ, "scenes", `${name}.toml`);
+  if (!organ) return undefined;
+  return join(repository, organ === "studies" ? "studies/played" : `pipelines/${organ}/scenes`, `${name}.toml`);
 }
 
 /** The file of a request below data/; undefined where the folder has no such file, or where it is none that the pages show.

@@ -39,7 +39,7 @@ const serveFiles = {
     for (const [path, variable] of Object.entries(FILES)) server.middlewares.use(path, (_request, response) => send(response, process.env[variable], `no ${variable}`));
     server.middlewares.use("/world-bundles", (request, response) => send(response, worldBundle(request.url), `no ${request.url} in PALPATE_WORLD_BUNDLES`));
     server.middlewares.use("/data", (request, response) => send(response, data() && fileOf(data(), request.url), `no ${request.url} among the data`));
-    server.middlewares.use("/scenes", (request, response) => send(response, sceneOf(`${here}/../../pipelines`, request.url), `no scene ${request.url}`));
+    server.middlewares.use("/scenes", (request, response) => send(response, sceneOf(`${here}/../..`, request.url), `no scene ${request.url}`));
     for (const [path, list] of [["/bundles.json", bundlesOf], ["/studies.json", studiesOf]])
       server.middlewares.use(path, (_request, response) => {
         response.setHeader("Content-Type", "application/json");

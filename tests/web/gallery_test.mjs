@@ -195,6 +195,7 @@ test("a guided case plays its scene, marks its sentences, and tells the largest 
   cpSync(bundle, `${cases}/liver/1700/abdomen/bundle.h5`);
   const page = await gallery({}, cases);
   assert.match(await page.textContent("#cases-start"), /biopsy while the patient breathes: it needs .*BC=biopsy-breathing/);
+  assert.match(await page.textContent("#cases-start"), /minute of the upper abdomen: it needs .*make -f Makefile\.data abdomen-view/);
   // The scene of the real liver, at a place of the box.
   const scene = 'name = "lift"\nunit = "mm"\n[[tool]]\nname = "forceps"\npath = [[0, 30, 25, 40], [0.4, 30, 25, 40], [1.4, 30, 25, 44], [1.8, 30, 25, 44]]\n[tool.grasp]\nnear = [30, 25, 40]\nradius = 6\nclosing = [[0, 0], [0.4, 1.5]]\n';
   await page.route(/scenes\/liver\/lift\.toml/, (route) => route.fulfill({ body: scene }));
@@ -213,8 +214,8 @@ test("a guided case plays its scene, marks its sentences, and tells the largest 
 test("the scenes of the guided cases are served, and no other file of their folder", async () => {
   const page = await gallery(), { origin } = new URL(page.url());
   const answer = async (path) => (await page.request.get(`${origin}/scenes/${path}`)).status();
-  for (const path of ["liver/lift.toml", "liver/biopsy-breathing.toml"]) assert.equal(await answer(path), 200, path);
-  for (const path of ["liver/organ.mk", "liver/none.toml", "liver/..%2forgan.toml", "liver/rod.csv"]) assert.equal(await answer(path), 404, path);
+  for (const path of ["liver/lift.toml", "liver/biopsy-breathing.toml", "studies/minute.toml"]) assert.equal(await answer(path), 200, path);
+  for (const path of ["liver/organ.mk", "liver/none.toml", "studies/none.toml", "liver/..%2forgan.toml", "liver/rod.csv"]) assert.equal(await answer(path), 404, path);
   await closed(page);
 });
 

@@ -1,6 +1,6 @@
 // node scenes_test.mjs PACKAGE_FOLDER PALPATE_RUN BUNDLE FOLDER (page.mjs): what the pages do with scene files that name rates of their own or
-// CSV files, and with each scene of pipelines/. PALPATE_DATA: a data folder; each scene is then played on its bundle, where the folder has it,
-// and compared with palpate-run. PALPATE_RUN plays the references.
+// CSV files, with scenes that take longer than they last, and with each scene of pipelines/. PALPATE_DATA: a data folder; each scene, and the
+// minute of studies/played, is then played on its bundle, where the folder has it, and compared with palpate-run. PALPATE_RUN plays the references.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
@@ -133,6 +133,134 @@ test("a scene with obstacles plays with the forces of palpate-run, and they are 
     await give(page, files);
     await notice(page, pattern);
   }
+  await closed(page);
+});
+
+// The scene of studies/played, with its effects, limits, rates and kinds of tools, in 0.8 s on a block of 80 x 50 x 40 mm that is held at x = 0 and
+// breathes there.
+const minute = readFileSync(resolve(pipelines, "../studies/played/minute.toml"), "utf8");
+const breathing = `name = "breathing"
+[store]
+large_deformation = true
+[[fixed]]
+dofs = "xyz"
+select = { box = { min = [-1, -1, -1], max = [0.1, 100, 100] } }
+[[motion]]
+name = "breath"
+kind = "piston"
+axis = [0, -0.2, -1]
+`;
+function shortMinute() {
+  const { PALPATE_PYTHON = "python3", PALPATE_PRECOMPUTE = palpateRun.replace(/palpate-run$/, "palpate-precompute") } = process.env, block = `${folder}/minute`;
+  execFileSync(PALPATE_PYTHON, [resolve(packageFolder, "../../tests/embed/cut_block.py"), "true", `${block}.h5`]); // the mesh and the organ; of another boundary set
+  writeFileSync(`${block}.boundary.toml`, breathing);
+  execFileSync(PALPATE_PRECOMPUTE, [`${block}.msh`, "--organ", `${block}.organ.toml`, "--boundary", `${block}.boundary.toml`, "-o", `${block}.h5`], { stdio: "ignore" });
+  const ways = ["[[0, -5], [0.1, -2], [0.3, 12], [0.6, 12], [0.8, -5]]", "[[0, 80, 25, 20], [0.1, 80, 25, 20], [0.5, 80, 40, 28], [0.8, 80, 25, 20]]"];
+  const changes = [
+    [/^sine = .*$/m, "sine = { mean = 1, amplitude = 1, period = 0.4 }"], [/^near = \[80, .*$/m, "near = [50, 25, 40]"], [/^near = \[105, .*$/m, "near = [80, 25, 20]"],
+    [/^depth = \[\[[^=]*?\]\]$/m, `depth = ${ways[0]}`], [/^path = \[\[[^=]*?\]\]$/m, `path = ${ways[1]}`], [/^closed = .*$/m, "closed = [[0.1, 0.7]]"], [/^name = "minute"$/m, 'name = "minute"\nbundle = "minute.h5"'],
+  ];
+  return changes.reduce((scene, [from, to]) => (assert.match(scene, from), scene.replace(from, to)), minute);
+}
+const openShortMinute = async (page) => {
+  await page.setInputFiles("#file", `${folder}/minute.h5`);
+  await page.waitForFunction(() => globalThis.palpateViewer.info.hasLarge && document.body.dataset.state === "ready");
+};
+
+test("the minute of the upper abdomen, shortened: a block that breathes is pressed and grasped under large deformation with the forces of palpate-run", async () => {
+  const scene = shortMinute(), forces = (name, text) => playScene(palpateRun, folder, name, text, 2).forces.flat(2), expected = forces("short-minute", scene), page = await ready();
+  assert.ok(relativeDifference(forces("linear-minute", scene.replace('"large"', '"linear"').replace('"volume"', '"surface"')), expected) > 0.03, "the press is deep enough for large deformation to matter");
+  assert.ok(relativeDifference(forces("still-minute", scene.replace("amplitude = 1,", "amplitude = 0,")), expected) > 0.05, "the tools feel the breath");
+  await openShortMinute(page);
+  await page.evaluate(() => {
+    globalThis.palpateTold = new Set();
+    new MutationObserver(() => globalThis.palpateTold.add(/forceps: (\w+)/.exec(document.getElementById("trust").textContent)?.[1])).observe(document.getElementById("trust"), { childList: true });
+  });
+  await give(page, [["minute.toml", scene]]);
+  const played = await playedToItsEnd(page), difference = relativeDifference(played, expected);
+  assert.ok(difference < 2e-5, `${difference}`); // both compute the same numbers but for the order of sums in the vectors of SIMD
+  const told = await page.evaluate(() => [...globalThis.palpateTold]);
+  assert.ok(told.includes("open") && told.includes("holds"), told.join());
+  await closed(page);
+});
+
+// Each touch of a scene then takes 10 ms, as large deformation may.
+const SLOW_MS = 10;
+const slowTouches = `{
+  const make = WebAssembly.instantiate;
+  WebAssembly.instantiate = async (...given) => {
+    const { instance, module } = await make(...given), touch = instance.exports.palpate_world_touch;
+    const wait = (...args) => {
+      for (const until = performance.now() + ${SLOW_MS}; performance.now() < until; );
+      return touch(...args);
+    };
+    return { module, instance: { exports: { ...instance.exports, palpate_world_touch: wait } } };
+  };
+}\n`;
+
+test("a scene whose touches take too long leaves none out: the page says how many times slower than in life it plays, draws on, and a press ends it", async () => {
+  const slowed = async (page) => page.route(/engine\.worker.*\.js/, async (route) => {
+    const response = await route.fetch();
+    await route.fulfill({ response, body: slowTouches + (await response.text()) });
+  });
+  const scene = shortMinute(), expected = playScene(palpateRun, folder, "slow-minute", scene, 2).forces.flat(2), page = await open({}, slowed);
+  await inState(page, "ready");
+  await openShortMinute(page);
+  await page.evaluate(() => {
+    globalThis.palpateTold = { slower: [], left: 0, frames: new Set() };
+    const watch = (id, say) => new MutationObserver(() => say(document.getElementById(id).textContent)).observe(document.getElementById(id), { childList: true });
+    watch("trust", (text) => {
+      const { slower, frames } = globalThis.palpateTold, times = /of 0\.8 s · as fast as this device can: ([\d.]+) times slower than in life/.exec(text);
+      if (times) slower.push(Number(times[1]));
+      frames.add(globalThis.palpateViewer.newest.frame.at);
+    });
+    watch("notice", (text) => (globalThis.palpateTold.left += /left out/.test(text) ? 1 : 0));
+  });
+  const began = Date.now();
+  await give(page, [["minute.toml", scene]]);
+  const played = await playedToItsEnd(page), took = (Date.now() - began) / 1000 / 0.8;
+  assert.ok(relativeDifference(played, expected) < 2e-5, `${relativeDifference(played, expected)}`);
+  const { slower, left, frames } = await page.evaluate(() => ({ ...globalThis.palpateTold, frames: globalThis.palpateTold.frames.size }));
+  // The first figure is of a part of a second, and the end of the scene comes between two frames.
+  assert.ok(took > SLOW_MS && slower.length > 3 && slower.every((times) => times > 0.6 * SLOW_MS), `${took} times, told ${slower}`);
+  assert.ok(slower.some((times) => Math.abs(times - took) < 0.3 * took), `${took} times, told ${slower}`);
+  assert.equal(left, 0, "no touch is left out");
+  assert.ok(frames > 10, `${frames} frames while it played`);
+  // The user need not wait.
+  await page.evaluate(() => (globalThis.palpateViewer.played = null));
+  await page.click("#replay");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.playing > 0.02);
+  await page.evaluate(() => globalThis.palpateViewer.view.camera.home());
+  const box = await page.locator("#organ").boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.playing === null && globalThis.palpateViewer.shown.tools.filter(Boolean).length === 1);
+  await page.mouse.up();
+  assert.equal(await page.evaluate(() => globalThis.palpateViewer.shown.played), null, "it did not come to its end");
+  await closed(page);
+});
+
+// Takes minutes: the bundle has 1,918 nodes.
+const abdomen = data && resolve(data, "upper-abdomen/coarse/held-breathing/bundle.h5");
+test("the minute of the upper abdomen on its own bundle", { skip: !abdomen || !existsSync(abdomen) }, async () => {
+  const at = `${folder}/minute-of-abdomen`, pictures = process.env.PALPATE_PICTURES;
+  mkdirSync(at, { recursive: true });
+  execFileSync(palpateRun, [resolve(pipelines, "../studies/played/minute.toml"), "--bundle", abdomen, "--quiet", "-o", at], { stdio: "pipe" });
+  const expected = readForces(readFileSync(`${at}/forces.csv`, "utf8"), 2).flat(2), page = await open({}, undefined, "?bundle=data%2Fupper-abdomen%2Fcoarse%2Fheld-breathing%2Fbundle.h5&case=minute");
+  await inState(page, "ready");
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.playing > 0);
+  const began = Date.now(), sentences = new Set();
+  for (const seconds of [2, 4.5, 7, 15, 17.5, 29, 45]) {
+    await page.waitForFunction((time) => globalThis.palpateViewer.shown.playing >= time, seconds, { timeout: 3_600_000, polling: 200 });
+    sentences.add(await page.textContent('#guide [aria-current="step"]'));
+    console.log(`${((Date.now() - began) / 1000).toFixed(0)} s: ${await page.textContent("#trust")} · ${await page.textContent("#touch-rate")} · ${await page.textContent("#notice")}`);
+    if (pictures) await page.screenshot({ path: `${pictures}/minute-${seconds}.png` });
+  }
+  assert.equal(sentences.size, 6);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.played, undefined, { timeout: 3_600_000, polling: 200 });
+  const played = await page.evaluate(() => [...globalThis.palpateViewer.shown.played]), took = (Date.now() - began) / 1000, difference = relativeDifference(played, expected);
+  console.log(`${played.length / 6} touches in ${took.toFixed(0)} s, ${(took / 60).toFixed(1)} times slower than in life; forces differ by ${difference.toExponential(1)}; ${await page.textContent("#guide p")}`);
+  assert.ok(difference < 1e-3, `${difference}`); // over a minute the last digits of sums grow
   await closed(page);
 });
 

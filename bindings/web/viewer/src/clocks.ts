@@ -1,5 +1,5 @@
 // Times and rates that the page shows.
-import type { Times } from "./messages";
+import { TOUCH_HZ, type Times } from "./messages";
 import { word } from "./words";
 
 const KEPT = 100; // frames
@@ -52,6 +52,8 @@ export class Spread implements Times {
 }
 
 const SHORTEST = 400; // ms, over which a rate is measured
+const PACE_KEPT = 3000; // ms, over which the pace of what plays is measured
+const KEEPS_UP = 0.95; // from this share on what plays has its own pace
 
 // Touches per second, of the last second in which there were any.
 export class TouchRate {
@@ -66,5 +68,26 @@ export class TouchRate {
     if (!first || !last || last.at - first.at < SHORTEST) return word("times.measuring");
     const hertz = (1000 * this.frames.slice(1).reduce((sum, { touches }) => sum + touches, 0)) / (last.at - first.at);
     return `${hertz.toFixed(0)} Hz`;
+  }
+}
+
+// How fast something plays that leaves no touch out: the share of the touches that were due which the loop has made, over the last seconds.
+export class Pace {
+  private frames: { at: number; lost: number }[] = [];
+
+  // lost: touches that were due since the frame before and could not be made. plays: else the next frame is the first one.
+  add(lost: number, now: number, plays: boolean) {
+    if (!plays) return void (this.frames = []);
+    this.frames.push({ at: now, lost });
+    while (this.frames.length > 2 && now - this.frames[0].at > PACE_KEPT) this.frames.shift();
+  }
+
+  // 1: it keeps up, or it has not been measured yet.
+  get share(): number {
+    const first = this.frames[0], last = this.frames.at(-1);
+    if (!first || !last || last.at - first.at < SHORTEST) return 1;
+    const lost = this.frames.slice(1).reduce((sum, frame) => sum + frame.lost, 0), due = ((last.at - first.at) * TOUCH_HZ) / 1000;
+    const share = Math.max(1, due - lost) / due; // of a touch that takes longer than the window too
+    return share < KEEPS_UP ? share : 1;
   }
 }

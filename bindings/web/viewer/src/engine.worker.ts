@@ -335,7 +335,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   fillFrame(buffer, nodes, organ, cuts.made);
   const frame: Frame = {
     type: "frame", buffer, field: changed ? field : null, inside, vertices, tools: present.map(toolFrame), samples, changed, ...counts.take(touched, loop),
-    replaying: replay !== null || own !== null, playing: own && own.play.time, speed: own?.play.speed ?? 1, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [], obstacles: own?.play.drawnObstacles ?? [],
+    replaying: replay !== null || own !== null, playing: own && own.play.time, lasts: own?.play.lasts ?? 0, speed: own?.play.speed ?? 1, holds: own ? own.play.told(own.world) : [], links: own ? own.play.drawnLinks(own.world) : [], obstacles: own?.play.drawnObstacles ?? [],
     cut: cutFigures(organ, edges), ...(surface === undefined ? {} : { surface }),
     engineBytes: runtime!.heap.bytes.byteLength, recordedSteps: recorder.steps || (lastRecording?.steps ?? 0),
   };

@@ -1,7 +1,7 @@
 // The gallery: every bundle of the server's data folder, the reports of accuracy, and the task of finding the hidden nodule.
 import { named } from "./anatomy";
 import { element } from "./elements";
-import { bundleOfCase, GUIDED_CASES, type GuidedCase } from "./guided_cases";
+import { bundleOfCase, commandOfCase, GUIDED_CASES, type GuidedCase } from "./guided_cases";
 import { megabytes, servedBundles, servedStudies, viewerAddress, type ServedBundle } from "./served";
 import { chosenLanguage, decimal, offerLanguages, speak, tell, word, type Key } from "./words";
 
@@ -30,9 +30,9 @@ function said(key: Key, values?: Record<string, string>): HTMLElement {
 
 // A guided case: its start, or what makes the bundle that it needs.
 function guided(one: GuidedCase, bundles: ServedBundle[]): HTMLElement {
-  const { name, organ, boundary } = one, bundle = bundleOfCase(one, bundles);
+  const { name } = one, bundle = bundleOfCase(one, bundles);
   return element("p", {}, bundle ? element("a", { class: "primary", href: viewerAddress(bundle, { case: name }) }, word(`case.${name}` as Key))
-    : said("gallery.cases.needs", { name: word(`case.${name}` as Key), command: `make -f Makefile.data ORGAN=${organ} BC=${boundary}` }));
+    : said("gallery.cases.needs", { name: word(`case.${name}` as Key), command: commandOfCase(one) }));
 }
 
 // In the page's language.

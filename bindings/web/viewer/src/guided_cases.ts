@@ -1,4 +1,4 @@
-// The guided cases: scenes of pipelines/ORGAN/scenes that play on an organ, with a sentence for each of their parts.
+// The guided cases: scenes of pipelines/ORGAN/scenes and of studies that play on an organ, with a sentence for each of their parts.
 import { element } from "./elements";
 import type { ServedBundle } from "./served";
 import { fixed, word, type Key } from "./words";
@@ -7,7 +7,9 @@ export interface GuidedCase {
   name: string; // ?case=NAME of the viewer's address; its words are case.NAME
   organ: string;
   boundary: string; // of the bundle that it needs
+  target?: string; // of Makefile.data, that makes this bundle and opens the case; left out: the organ with its boundary set does
   scene: string; // address
+  view?: [azimuth: number, height: number]; // of the camera, degrees, where the tools are out of sight from the front
   steps: [begin: number, sentence: Key][]; // s of the scene
 }
 
@@ -17,7 +19,12 @@ export const GUIDED_CASES: GuidedCase[] = [
     steps: [[0, "case.biopsy.way"], [0.5, "case.biopsy.in"], [2, "case.biopsy.wait"], [6, "case.biopsy.out"]] },
   { name: "cut", organ: "liver", boundary: "cut", scene: "scenes/liver/cut.toml",
     steps: [[0, "case.cut.close"], [0.4, "case.cut.lift"], [1, "case.cut.cut"], [3, "case.cut.away"]] },
+  { name: "minute", organ: "upper-abdomen", boundary: "held-breathing", target: "abdomen-view", scene: "scenes/studies/minute.toml", view: [-108, -33],
+    steps: [[0, "case.minute.breathe"], [4, "case.minute.press"], [5, "case.minute.draw"], [17, "case.minute.open"], [21, "case.minute.deeper"], [37, "case.minute.again"]] },
 ];
+
+// What makes the bundle of a case.
+export const commandOfCase = ({ organ, boundary, target }: GuidedCase) => `make -f Makefile.data ${target ?? `ORGAN=${organ} BC=${boundary}`}`;
 
 // The smallest of the server's bundles that a case plays on.
 export const bundleOfCase = ({ organ, boundary }: GuidedCase, bundles: ServedBundle[]): ServedBundle | undefined =>
@@ -29,10 +36,10 @@ export class Guide {
   private felt: number | null = null; // N: the largest force, when the scene has ended
   private shown = "";
 
-  // play: the scene of the case, from its beginning.
-  constructor(private box: HTMLElement, private play: (scene: string) => void) {
+  // play: the scene of the case, from its beginning; stop: ends it.
+  constructor(private box: HTMLElement, private play: (scene: string) => void, stop: () => void) {
     this.part("play").addEventListener("click", () => this.of && this.begin(this.of));
-    this.part("close").addEventListener("click", () => this.end());
+    this.part("close").addEventListener("click", () => (this.end(), stop()));
   }
 
   private part(name: string): HTMLElement {

@@ -62,7 +62,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
       this.findTwin();
     },
   });
-  private guide = new Guide(byId("guide"), (scene) => void this.playServed(scene));
+  private guide = new Guide(byId("guide"), (scene) => void this.playServed(scene), () => this.reset());
   private twin: HealthyTwin | null = null;
   private trials: ((trial: Trial) => void)[] = []; // that the engine was asked to play
   private info: BundleInfo | null = null;
@@ -119,6 +119,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
       depth: () => (this.task.isOn ? TASK_DEPTH : null),
       pressed: (hit: Hit) => {
         this.pressed = hit;
+        if (this.newest?.frame.playing != null) this.endScene();
         this.ownScene = null;
         this.selfPlay.end();
         void this.task.press(hit.place, () => this.stiffnessAt(hit));
@@ -201,7 +202,11 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     if (location.search.includes("device=") && this.linkedTo === null) this.connectDevices(BRIDGE);
     this.guide.end();
     if (STARTS_TASK && this.task.canStart) this.task.start();
-    else if (STARTS_CASE && name === SERVED.bundle) this.guide.begin(STARTS_CASE);
+    else if (STARTS_CASE && name === SERVED.bundle) {
+      const { camera } = this.view;
+      if (STARTS_CASE.view) camera.view = [...STARTS_CASE.view, camera.view[2]];
+      this.guide.begin(STARTS_CASE);
+    }
     else if (this.linkedTo === null && !this.pointer.kept.some(Boolean)) this.selfPlay.begin();
   }
 
@@ -444,6 +449,13 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.tell({ type: "scene", scene });
   }
 
+  // The user takes the organ from a scene that plays.
+  private endScene() {
+    this.tell({ type: "reset" });
+    this.tellUser("");
+    this.guide.show(null);
+  }
+
   // Where one sees the dent from the side.
   private pressForShow() {
     const hit = this.front();
@@ -530,8 +542,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   protected reset() {
     this.pointer.forget();
     this.plot.clear();
-    this.tell({ type: "reset" });
-    this.tellUser("");
+    this.endScene();
   }
 
   private connectOwn() {
@@ -648,9 +659,9 @@ class Viewer extends TouchPage<Frame, ToWorker> {
   protected numbers(frame: Frame) {
     const tools = frame.tools.filter((tool) => tool !== null);
     if (tools.length || frame.replaying || this.cutting.active) this.lastTouch = performance.now();
-    super.numbers(frame, tools.length > 0);
+    super.numbers(frame, tools.length > 0, frame.replaying && frame.playing === null);
     if (frame.playing === null) this.showTrust(Math.max(0, ...tools.map((tool) => tool.depth)));
-    else byId("trust").textContent = playedWords(frame);
+    else byId("trust").textContent = playedWords(frame, this.pace.share);
     if (frame.playing !== null) this.guide.show(frame.playing);
     this.showRecorded();
     byId("replay").toggleAttribute("disabled", frame.replaying);

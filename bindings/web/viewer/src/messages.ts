@@ -146,9 +146,10 @@ export interface TouchFrame {
   at: number; // ms, the worker's clock
   touchUs: number; // 0: nothing was timed since the last frame
   shapeUs: number;
-  lost: number; // touches that were left out because the loop was late
+  lost: number; // touches that were left out because the loop was late; what plays makes them later, and takes longer
   playing: number | null; // s of the tools of a scene that plays
-  speed: number; // times as fast as in life
+  lasts: number; // s of that scene
+  speed: number; // times as fast as in life, where the device keeps up
   holds: Hold[]; // of that scene
   links: DrawnLink[];
   obstacles: Pose[]; // where those of the scene are; none: they are not there

@@ -107,6 +107,10 @@ export class ScenePlay {
   get time(): number {
     return this.step / this.scene.rates.touch;
   }
+  // s of the whole scene.
+  get lasts(): number {
+    return (this.steps - 1) / this.scene.rates.touch;
+  }
   get isDone(): boolean {
     return this.step >= this.steps;
   }

@@ -1,9 +1,10 @@
 // What the page of one organ and the page of several share: the controls that both have, and the frames that the worker sends.
-import { Spread, TouchRate } from "./clocks";
+import { Pace, Spread, TouchRate } from "./clocks";
 import { GRADIENT } from "./colours";
 import { Cross } from "./cross";
 import { flagWords } from "./effects";
 import { byId, isOn, mode } from "./elements";
+import { speedWords } from "./holds";
 import { Gamepads } from "./gamepad";
 import { Keys } from "./keys";
 import { frameArrays, frameBytes, type ColourBy, type TouchFrame } from "./messages";
@@ -59,6 +60,7 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   private spoken = new SpokenForce(byId("spoken"));
   private times = { touchUs: new Spread(), shapeUs: new Spread() };
   private rate = new TouchRate();
+  protected pace = new Pace(); // of a scene or a recording that plays
 
   // hints: the words below the organ, by the pointer's mode.
   constructor(private canvas: HTMLCanvasElement, protected view: OrganView, private worker: Worker, private hints: { push: Key; pull: Key; scalpel?: Key }) {
@@ -220,8 +222,10 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     return true;
   }
 
-  // says: whether the page tells of flags now.
-  protected numbers(frame: Frame, says = true) {
+  // says: whether the page tells of flags now. replays: a recording.
+  protected numbers(frame: Frame, says = true, replays = false) {
+    const plays = frame.playing !== null;
+    this.pace.add(frame.lost, frame.at, plays || replays);
     this.readout.show(frame.tools);
     if (!this.playsItself) this.spoken.tell(frame.tools);
     for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
@@ -234,7 +238,9 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
     this.rate.add(frame.touches, frame.at);
     byId("touch-rate").textContent = frame.touches ? this.rate.words : word("times.at-rest");
     const words = flagWords(frame.flags), now = performance.now();
-    if (frame.lost && !this.playsItself) words.push(word("notice.lost", { count: frame.lost }));
+    // What plays leaves no touch out: it takes longer. Of a scene the line with its time says so.
+    const slow = replays ? speedWords(1, this.pace.share) : frame.lost && !plays ? word("notice.lost", { count: frame.lost }) : "";
+    if (slow && !this.playsItself) words.push(slow);
     if (words.length) this.flagged = now;
     if (this.flagged && (says || now - this.flagged > FLAGS_STAY)) {
       this.tellUser(words.join("; "));

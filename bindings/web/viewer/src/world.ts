@@ -264,7 +264,7 @@ class WorldPage extends TouchPage<WorldFrame, ToWorldWorker> {
     super.numbers(frame);
     this.showForces(frame.organs);
     this.showTimes(frame.clocks);
-    byId("trust").textContent = playedWords(frame);
+    byId("trust").textContent = playedWords(frame, this.pace.share);
   }
 
   // What the page shows now, for scripts.

@@ -261,7 +261,7 @@ function answerFrame(recycled: ArrayBuffer | null) {
   fillFrame(buffer, opened, world);
   const frame: WorldFrame = {
     type: "frame", buffer, tools: present.map(toolFrame), organs: world.world.organStates.map(forcesOf), clocks: opened.clocks.states,
-    playing: play && play.time, speed: play?.speed ?? 1, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), obstacles: play ? play.drawnObstacles : opened.obstacles, changed, ...counts.take(world, loop),
+    playing: play && play.time, lasts: play?.lasts ?? 0, speed: play?.speed ?? 1, holds: play ? play.told(world) : opened.links.told(world), links: play ? play.drawnLinks(world) : opened.links.drawn(world), obstacles: play ? play.drawnObstacles : opened.obstacles, changed, ...counts.take(world, loop),
   };
   say(frame, [buffer]);
 }
