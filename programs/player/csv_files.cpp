@@ -34,6 +34,7 @@ void add_nodes(CsvTable& file, const SceneConfig& scene, const palpate_contacts&
     return std::string(node.source == PALPATE_SOURCE_NEEDLE     ? "needle"
                        : node.source == PALPATE_SOURCE_OBSTACLE ? "obstacle"
                        : node.source == PALPATE_SOURCE_BLADE    ? "blade"
+                       : node.source == PALPATE_SOURCE_LIP      ? "lip"
                        : node.source == PALPATE_SOURCE_ORGAN    ? "organ"
                                                                 : "link");
   };

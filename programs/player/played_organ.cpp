@@ -65,13 +65,14 @@ SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& h
   if (def.max_points == 0) def.max_points = std::max(1, max_points);
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
   constexpr int nodes_of_blade_point = 8;  // of the library's blades, each of which may feel the tissue
-  const int nodes_of_blades =
-      def.cut.cut == PALPATE_CUT_ON ? nodes_of_blade_point * PALPATE_MAX_BLADES * def.cut.cut_points : 0;
+  const int nodes_of_cut = def.cut.cut == PALPATE_CUT_ON
+                               ? nodes_of_blade_point * PALPATE_MAX_BLADES * def.cut.cut_points + 2 * def.cut.cut_lips
+                               : 0;
   const int nodes_per_point = def.contact == PALPATE_CONTACT_PATCH ? 100 : 3, most = 3000;  // of palpate.h
   if (def.max_contact_nodes == 0)
     def.max_contact_nodes = std::min(
         most, std::max(3 * def.max_points, std::min(1000, nodes_per_point * def.max_points)) + held.most_nodes() +
-                  needles.most_nodes() + nodes_of_blades + (scene.obstacles.empty() ? 0 : def.obstacles.max_nodes));
+                  needles.most_nodes() + nodes_of_cut + (scene.obstacles.empty() ? 0 : def.obstacles.max_nodes));
   def.links.max_links = static_cast<std::int32_t>(held.links().size()), def.grasps.grasps = held.has_grasps();
   def.needles.needles = needles.any(), def.needles.needle_places = needles.places();
   def.motions.motions = !scene.motions.empty();

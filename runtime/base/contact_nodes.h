@@ -10,7 +10,7 @@
 namespace palpate {
 
 // Numbers of palpate_contact_source: up to which one a node's index is that of a tool, and the last one.
-constexpr int kLastSourceOfTools = 1, kLastSource = 6;
+constexpr int kLastSourceOfTools = 1, kLastSource = 7;
 
 // Bytes of contacts of this library, with the displacements of field_nodes nodes behind the contact nodes, and the amounts of the
 // offset behind these. No sum overflows: the first two counts are below 2^13, and a bundle has less than 2^31 nodes.

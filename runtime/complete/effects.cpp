@@ -3,6 +3,7 @@
 #include "runtime/crossings/effect.h"
 #include "runtime/cut/blades.h"
 #include "runtime/cut/effect.h"
+#include "runtime/cut/lips.h"
 #include "runtime/fine_surface/effect.h"
 #include "runtime/force_control/effect.h"
 #include "runtime/grasps/effect.h"
@@ -27,7 +28,7 @@ namespace palpate {
 // Each source has a number of its own, and they ascend in the order in which a step asks for rows.
 static_assert(ContactSource::tool < kNeedleSource && kNeedleSource == ContactSource{kLastSourceOfTools} &&
               kNeedleSource < kLinkSource && kLinkSource < kObstacleSource && kObstacleSource < kBladeSource &&
-              kBladeSource < kPairSource && kPairSource < kWorldLinkSource &&
+              kBladeSource < kLipSource && kLipSource < kPairSource && kPairSource < kWorldLinkSource &&
               kWorldLinkSource == ContactSource{kLastSource});
 
 EffectList all_effects() {

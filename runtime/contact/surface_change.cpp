@@ -6,7 +6,7 @@ namespace palpate {
 
 void change_surface(TouchedSurface& surface, SurfaceTree& tree, TouchPoints& points, std::int32_t max_points,
                     const std::int32_t* triangles, std::int32_t count) {
-  ++surface.changes;
+  ++surface.changes, ++surface.versions;
   tree.change(triangles, count);
   surface.index.change(triangles, count);
   if (surface.measure.is_built()) surface.measure.change(tree.fans());

@@ -45,7 +45,8 @@ struct TouchedSurface {
   // Of a scene whose surface changes (surface_change.h); nullptr: all triangles are the surface, and each of its nodes has some.
   const std::uint8_t* active = nullptr;    // [triangle_count]
   const NodeFans* fans = nullptr;          // the tree's
-  std::uint64_t changes = 0;               // how often it has changed
+  std::uint64_t changes = 0;               // how often it has changed; a saved state has it
+  std::uint64_t versions = 0;              // the same, and how often a state was restored
   const DividedNodes* divided = nullptr;   // of a surface that changes
   const double* rest = nullptr;            // [Ns][3] m, positions without contacts, preload included
   const double* rest_of_all = nullptr;     // [N][3] m, the same of all nodes, where contacts may hold some inside

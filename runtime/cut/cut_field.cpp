@@ -83,14 +83,18 @@ void CutField::gather(const ContactConstraints& set, const Vec3* force) {
       contact = &contacts_[contact_count_++];
       *contact = Contact{};
       contact->id = constraint.id.contact, contact->first = constraint.first_node;
-      contact->part = contact_count_ <= kMostParts ? contact_count_ - 1 : -2;
+      // Collision asks for the parts of tools alone, which come first.
+      if (is_of_tool(contact->id) && contact_count_ <= kMostParts)
+        contact->part = part_count_++;
+      else
+        contact->part = -2;
       contact->way = held_way(set, p), contact->place = constraint.discs[0].place;
       contact->radius = constraint.discs[0].radius;
     }
     contact->last = constraint.first_node + constraint.node_count;
     for (std::int32_t e = constraint.first_node; e < contact->last; ++e) contact->force += force[e];
   }
-  if (contact_count_ == 1) contacts_[0].part = -1;
+  if (contact_count_ == 1) contacts_[0].part = -1, part_count_ = 0;
 }
 
 bool CutField::same_forces(const ContactConstraints& set, const Vec3* force, bool solved) const {
@@ -105,7 +109,7 @@ bool CutField::same_forces(const ContactConstraints& set, const Vec3* force, boo
 void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved, Operations* work) {
   const bool same = same_forces(set, force, solved);
   std::swap(contacts_, last_);
-  last_count_ = contact_count_, contact_count_ = 0;
+  last_count_ = contact_count_, contact_count_ = part_count_ = 0;
   is_set_ = true, asked_ = {};
   norms_.before = norms_.now, norms_.path_before = norms_.path_set;
   if (solved) gather(set, force);
@@ -118,7 +122,7 @@ void CutField::set(const ContactConstraints& set, const Vec3* force, bool solved
     *work += static_cast<Operations>(numbers_) / kDense;
   } else {
     find_fields();
-    *work += operations_of(contact_count_ < 2 ? contact_count_ : 1 + std::min(contact_count_, kMostParts));
+    *work += operations_of((contact_count_ > 0) + part_count_);
   }
   if (added_) norms_.path += added_->change();
   norms_.path_set = norms_.path;
@@ -137,7 +141,7 @@ void CutField::find_fields() {
   std::swap(now_, before_), std::swap(parts_, parts_before_);
   Part parts[CutResponse::kMostRows] = {{0, node_count_, now_}};
   int count = 1;
-  for (std::int32_t c = 0; c < contact_count_ && contacts_[c].part >= 0; ++c) {
+  for (std::int32_t c = 0; c < part_count_; ++c) {
     if (count == CutResponse::kMostRows) evaluate(force_, parts, count), count = 0;
     parts[count++] = {contacts_[c].first, contacts_[c].last, part(parts_, contacts_[c].part)};
   }

@@ -33,7 +33,7 @@ class CutField final : public SurfaceField {
   void note_change() { changed_ = 1; }
 
   // Takes over the forces of a step's contacts, N. solved: false where the step has no solution. Cost: the tensors' rows of the contact nodes,
-  // and rank multiply-adds for each number of the field; of several contacts, again for each of the first kMostParts. Nothing where the
+  // and rank multiply-adds for each number of the field; of several contacts, again for each of a tool, up to kMostParts. Nothing where the
   // forces are those of the step before and the cut is the same.
   void set(const ContactConstraints& set, const Vec3* force, bool solved, Operations* work);
   // m, what the contacts do to a surface node.
@@ -66,7 +66,7 @@ class CutField final : public SurfaceField {
   double sum_of_changes() const override { return ways_.sum_of_changes; }
 
  private:
-  // Contacts whose parts are known at all nodes. One more is found when it is asked for, and its bound is that of no body.
+  // Contacts of tools whose parts are known at all nodes. One more is found when it is asked for, and its bound is that of no body.
   static constexpr std::int32_t kMostParts = 16;
   struct Contact {
     ContactId id;
@@ -116,7 +116,7 @@ class CutField final : public SurfaceField {
   float *now_ = nullptr, *before_ = nullptr;          // [surface nodes][3] m, by the contacts
   float *parts_ = nullptr, *parts_before_ = nullptr;  // [kMostParts + 1][surface nodes][3] m
   Contact *contacts_ = nullptr, *last_ = nullptr;     // [constraints] ascending; of this step and the last
-  std::int32_t node_count_ = 0, contact_count_ = 0, last_count_ = 0, moves_ = 0, solved_ = 0;
+  std::int32_t node_count_ = 0, contact_count_ = 0, part_count_ = 0, last_count_ = 0, moves_ = 0, solved_ = 0;
   std::int32_t changed_ = 0;  // 1: the cut has, since the last set()
   struct Norms {  // m: of now_ and before_; of all changes, now, after the last set() and after the one before
     double now = 0, before = 0, path = 0, path_set = 0, path_before = 0;

@@ -29,8 +29,18 @@ const char* CutScene::create(SceneMemory& memory, const Source& source) {
     return nullptr;
   divided_.create(&mesh_, source.target, &surface_, source.rest);
   blades_.create(memory, source.can_hold, source.tissue, source.blade_points);
-  memory.keep(removal_), memory.keep(told_);
+  memory.keep(removal_), memory.keep(told_), memory.keep(touch().surface.changes);
   return nullptr;
+}
+
+Lips::Source CutScene::lips(std::int32_t most) const {
+  Lips::Source lips;
+  lips.touch = &touch(), lips.mesh = &mesh_, lips.target = source_.target, lips.told = &told_, lips.number = number_;
+  lips.surface_nodes = source_.surface_nodes, lips.new_nodes = source_.new_nodes;
+  lips.faces = (surface_.capacity() - source_.body.triangle_count) / 2, lips.most = most;
+  for (std::int32_t r = 0; r < source_.tissue->region_count; ++r)
+    lips.shear = std::max(lips.shear, source_.tissue->laws[r].shear);
+  return lips;
 }
 
 void CutScene::remove_tissue(const double* centre, double radius) {

@@ -10,6 +10,7 @@
 #include "runtime/cut/cut_mesh.h"
 #include "runtime/cut/cut_target.h"
 #include "runtime/cut/divided_surface.h"
+#include "runtime/cut/lips.h"
 #include "runtime/cut/loose_pieces.h"
 #include "runtime/cut/scene_surface.h"
 
@@ -35,6 +36,8 @@ class CutScene final : public RowSource {
   const char* create(SceneMemory& memory, const Source& source);
   SceneSurface& surface() { return surface_; }
   const DividedSurface& divided() const { return divided_; }
+  // What its lips are made of, with rows for so many pairs.
+  Lips::Source lips(std::int32_t most) const;
   // palpate_scene_cut_nodes().
   std::int32_t write_nodes(std::int32_t* nodes, std::int32_t most) const;
   const CutMesh& mesh() const { return mesh_; }

@@ -10,6 +10,7 @@
 #include "runtime/cut/cut_organ.h"
 #include "runtime/cut/cut_region.h"
 #include "runtime/cut/cut_scene.h"
+#include "runtime/cut/lips.h"
 #include "runtime/include/palpate/palpate_large.h"
 #include "runtime/scene/effect_build.h"
 
@@ -25,6 +26,7 @@ constexpr EffectKey kKeys[] = {
     {PALPATE_CUT_KEY(cut_rank), PALPATE_KEY_COUNT, "", "", 16, 4096},
     {PALPATE_CUT_KEY(cut_operations), PALPATE_KEY_COUNT, "", "", 1000, 1'000'000'000},
     {PALPATE_CUT_KEY(cut_points), PALPATE_KEY_COUNT, "", "", 2, PALPATE_MAX_BLADE_POINTS},
+    {PALPATE_CUT_KEY(cut_lips), PALPATE_KEY_COUNT, "", "", 0, 1000},
 };
 constexpr const char* kResponseIsOfTheWhole =
     "response curves were measured on the organ that is whole: take force LINEAR and radial OFF, or leave cut OFF";
@@ -71,6 +73,7 @@ struct CutOfScene {
   CutBeside beside;  // beside the touch
   CutLarge large;    // under large deformation
   CutScene scene;
+  Lips lips;
 };
 
 CutOfScene* cut_of(const palpate_scene* scene) {
@@ -82,8 +85,9 @@ const palpate_cut_def& cut_of(const palpate_scene_def& def) {
 }
 
 RowBudget rows(const palpate_scene_def& def) {
-  const std::int32_t points = PALPATE_MAX_BLADES * cut_of(def).cut_points;
-  return {Blades::kRowsOfPoint * points, Blades::kNodesOfPoint * points, Blades::kNodesOfPoint * points};
+  const std::int32_t points = PALPATE_MAX_BLADES * cut_of(def).cut_points, lips = cut_of(def).cut_lips,
+                     nodes = Blades::kNodesOfPoint * points + 2 * lips;
+  return {Blades::kRowsOfPoint * points + lips, nodes, nodes};
 }
 
 void add_sections(const palpate_scene_def&, SectionList& sections) {
@@ -190,8 +194,11 @@ palpate_status build(EffectBuild& build) {
   if (!is_large(scene.def)) scene.touch.held = scene.shape.held = {build.reader.surface_nodes(), false};
   CutOfScene& cut = *cut_of(&scene);
   scene.touch.parts.ask(&cut.scene);
-  const bool made =
-      is_large(scene.def) || cut.organ.take_loads(build.reader.memory(), cut.region.body, cut.region.may_divide);
+  SceneMemory& memory = build.reader.memory();
+  const std::int32_t lips = cut_of(scene.def).cut_lips;
+  if (lips > 0) scene.touch.parts.ask(&cut.lips);
+  const bool made = (lips == 0 || cut.lips.create(memory, cut.scene.lips(lips))) &&
+                    (is_large(scene.def) || cut.organ.take_loads(memory, cut.region.body, cut.region.may_divide));
   return made ? PALPATE_OK : build.reader.no_memory("cut");
 }
 
@@ -241,7 +248,7 @@ void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes) {
   palpate_cut_def defaults = {};
   defaults.part.effect = &palpate::cut_effect;
   defaults.cut = PALPATE_CUT_ON;
-  defaults.cut_rank = 600, defaults.cut_operations = 100'000, defaults.cut_points = 12;
+  defaults.cut_rank = 600, defaults.cut_operations = 100'000, defaults.cut_points = 12, defaults.cut_lips = 64;
   palpate::write_host_struct(defaults, def, struct_bytes);
 }
 

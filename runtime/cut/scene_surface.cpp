@@ -34,6 +34,7 @@ void SceneSurface::update(const Touched& of) {
 }
 
 void SceneSurface::restored(TouchState& touch) {
+  ++touch.surface.versions;
   for (std::int32_t triangle = 0; triangle < capacity(); ++triangle) touch.surface.index.change(&triangle, 1);
   touch.tree.restored();
   if (touch.surface.measure.is_built()) touch.surface.measure.change(touch.tree.fans());

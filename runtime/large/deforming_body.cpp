@@ -264,6 +264,12 @@ double DeformingBody::largest_target(const ContactConstraints& set) const {
   return largest;
 }
 
+// m. Rows between two nodes of the body have targets of zero: what rounding leaves of these counts as met.
+bool DeformingBody::is_met(double missed, double most) {
+  constexpr double kRounding = 1e-9;
+  return missed <= most + kRounding;
+}
+
 // False where a number is not finite.
 bool DeformingBody::solve_laws(const ContactConstraints& set, StepWork* work, Outcome* outcome) {
   const double largest = largest_target(set);
@@ -276,7 +282,7 @@ bool DeformingBody::solve_laws(const ContactConstraints& set, StepWork* work, Ou
   const double* carried = start_;
   for (int round = 0;; ++round) {
     outcome->missed = begin_laws(set, carried);
-    const bool met = outcome->missed <= kLawMet * largest;
+    const bool met = is_met(outcome->missed, kLawMet * largest);
     if (round > 0 && (met || outcome->steps >= most_steps_ || round >= kMostRounds)) break;
     laws_.solve(nodes, &of_laws);
     effort_.sweeps += laws_.effort().sweeps, effort_.newton_steps += laws_.effort().newton_steps;
@@ -286,7 +292,7 @@ bool DeformingBody::solve_laws(const ContactConstraints& set, StepWork* work, Ou
     carried = solver_.carried();
   }
   work->add(of_laws.done());
-  outcome->inexact = !(outcome->missed <= kInexact * largest);
+  outcome->inexact = !is_met(outcome->missed, kInexact * largest);
   return true;
 }
 
@@ -401,9 +407,9 @@ bool DeformingBody::follow(const ContactConstraints& set, bool* went) {
   for (std::int32_t r = 0; r < rows_.count; ++r)
     missed = std::max(missed, std::fabs(reached(r, reaction) - reached(r, joint_.carried)));
   const double largest = largest_target(set);
-  outcome.missed = missed, outcome.inexact = !(missed <= kInexact * largest);
+  outcome.missed = missed, outcome.inexact = !is_met(missed, kInexact * largest);
   if (joint_.rounds > 0 &&
-      (missed <= kLawMet * largest || outcome.steps >= most_steps_ || joint_.rounds >= kMostRounds))
+      (is_met(missed, kLawMet * largest) || outcome.steps >= most_steps_ || joint_.rounds >= kMostRounds))
     return true;
   decide(set, reaction);
   if (!solver_.hold(holds_, place_, joint_.carried, &outcome)) return false;

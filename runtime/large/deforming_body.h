@@ -168,6 +168,7 @@ class DeformingBody {
   LargeContacts take_rows(const ContactConstraints& set, StepWork* work);
   void take_targets(const ContactConstraints& set);
   double largest_target(const ContactConstraints& set) const;
+  static bool is_met(double missed, double most);
   void take_start(const ContactConstraints& set);
   bool fill_beside(const ContactConstraints& set, StepWork* work);
   void keep(const ContactConstraints& set);

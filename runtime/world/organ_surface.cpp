@@ -32,7 +32,7 @@ bool OrganSurface::create(SceneMemory& memory, palpate_scene& organ) {
 }
 
 void OrganSurface::measure() {
-  changes_ = touched_->changes;
+  version_ = touched_->versions;
   std::fill(normal_, normal_ + tree_->surface_nodes(), Vec3{});
   std::fill(area_, area_ + tree_->surface_nodes(), 0.0);
   for (std::int32_t t = 0; t < tree_->triangle_count(); ++t) {
@@ -47,7 +47,7 @@ void OrganSurface::measure() {
 
 void OrganSurface::begin_step() {
   ++step_;
-  if (changes_ != touched_->changes) measure();
+  if (version_ != touched_->versions) measure();
 }
 
 void OrganSurface::forget() {

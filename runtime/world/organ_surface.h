@@ -37,7 +37,7 @@ class OrganSurface {
   bool is_smooth(std::int32_t corner, Vec3 flat_at_rest) const;
 
   const TouchedSurface* touched_ = nullptr;
-  std::uint64_t changes_ = 0;  // of the surface, when it was measured
+  std::uint64_t version_ = 0;  // of the surface, when it was measured
   SurfaceTree* tree_ = nullptr;
   DeformedSurface* deformed_ = nullptr;
   SurfaceTree own_tree_;

@@ -275,6 +275,7 @@ void Referee::check(int s) {
   if (of_.force_control) check_pusher(organs_[0]);
   check_grasp(organs_[0]), check_needle(organs_[0]), check_links(organs_[0]);
   for (std::size_t k = 0; of_.obstacles && k < organs_.size(); ++k) check_plate(organs_[k], static_cast<int>(k));
+  for (std::size_t k = 0; of_.cut && k < organs_.size(); ++k) check_lips(organs_[k]);
   if (of_.touching) check_pairs();
   if (of_.world_links) check_world_links();
   for (std::size_t k = 0; large && k < organs_.size(); ++k) check_large(organs_[k], static_cast<int>(k));
@@ -689,6 +690,26 @@ void Referee::check_plate(const Organ& organ, int k) {
     if (!body_.touched.fixed[3 * n]) miss("nodes behind a plate", std::max(0.0, -above(n)), kLength);
   const palpate_obstacle_state& state = *palpate_scene_obstacle_state(organ.scene, 0);
   miss("forces of plates", (stage_.direction_in_world(k, sum) + vector(state.force)).norm(), largest_force_);
+}
+
+// ---- the lips of a cut --------------------------------------------------------------------------------------------------
+
+// A pair of nodes pushes along one line, to both sides alike, where the two lie across from one another.
+void Referee::check_lips(const Organ& organ) {
+  std::map<std::pair<std::int32_t, std::int32_t>, std::array<Vector3d, 2>> pairs;
+  for (std::size_t i = 0; i < organ.of_node.size(); ++i) {
+    const palpate_contact_node& node = *palpate_contacts_node(organ.contacts, static_cast<std::int32_t>(i));
+    if (node.source != PALPATE_SOURCE_LIP) continue;
+    auto& on = pairs.try_emplace({node.index, node.point}, std::array<Vector3d, 2>{Vector3d::Zero(), Vector3d::Zero()})
+                   .first->second;
+    on[node.node == node.index ? 0 : 1] += organ.of_node[i];
+  }
+  for (const auto& [nodes, on] : pairs) {
+    miss("forces of lips", (on[0] + on[1]).norm(), largest_force_);
+    if (on[0].norm() < kNoForce) continue;
+    const Vector3d apart = organ.u.segment<3>(3 * nodes.first) - organ.u.segment<3>(3 * nodes.second);
+    miss("lips that press apart", std::fabs(on[0].normalized().dot(apart)), kLength);
+  }
 }
 
 // ---- organs that touch -------------------------------------------------------------------------------------------------

@@ -51,6 +51,7 @@ class Referee {
   void read_forces(Organ& organ);
   void check_loads(const Organ& organ, int k);
   void check_plate(const Organ& organ, int k);
+  void check_lips(const Organ& organ);
   Eigen::Vector4d amounts_of(const Organ& organ);
   void add_corrected_shape(Organ& organ);
   Held held_by(const Organ& organ, palpate_contact_source source, std::int32_t index, std::int32_t point) const;

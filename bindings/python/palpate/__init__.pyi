@@ -268,6 +268,7 @@ class _Effects(TypedDict, total=False):
     cut_rank: int
     cut_operations: int
     cut_points: int
+    cut_lips: int
     # (end of what is printed)
     relaxation: Optional[Sequence[tuple[float, float]]]
     loads: Optional[Sequence[tuple[Sequence[float], float]]]

@@ -294,8 +294,9 @@ typedef enum palpate_contact_source {
   PALPATE_SOURCE_LINK = 2,      /* of the organ                                        */
   PALPATE_SOURCE_OBSTACLE = 3,  /* a rigid surface                                     */
   PALPATE_SOURCE_BLADE = 4,     /* the edge of one                                     */
-  PALPATE_SOURCE_ORGAN = 5,     /* another organ, which touches this one               */
-  PALPATE_SOURCE_WORLD_LINK = 6 /* to another organ or a place of the world            */
+  PALPATE_SOURCE_LIP = 5,       /* the other lip of a cut                              */
+  PALPATE_SOURCE_ORGAN = 6,     /* another organ, which touches this one               */
+  PALPATE_SOURCE_WORLD_LINK = 7 /* to another organ or a place of the world            */
 } palpate_contact_source;
 
 /* One node under contact. */
@@ -399,7 +400,7 @@ static inline const double* palpate_contacts_amounts(const palpate_contacts* con
 enum {
   PALPATE_STEP_BAD_INPUT        = 1 << 0, /* NaN, infinity, a negative count, an unknown node: the tool kept its last good input */
   PALPATE_STEP_CONTACTS_DROPPED = 1 << 1, /* more points than max_points, or more contacts than max_contact_nodes has nodes for
-                                             (3 each under TRIANGLE); the step kept the first ones                              */
+                                             (3 each under TRIANGLE), or lips of a cut than cut_lips; the step kept the first ones */
   PALPATE_STEP_REGULARISED      = 1 << 2, /* contacts conflict: some miss their displacement; their force has a stated bound     */
   PALPATE_STEP_RESPONSE_RANGE   = 1 << 3, /* P or Q was used beyond its measured range, where it continues as a straight line    */
   PALPATE_STEP_FORCE_LIMITED    = 1 << 4, /* a force or a torque was cut to its limit or slew                                    */
@@ -420,7 +421,7 @@ enum {
                                              although they should slide, and some grips or links do not act yet or act where
                                              they did before. The next steps go on with these                               */
   PALPATE_STEP_SOLVE_INEXACT    = 1 << 11, /* the solver came to its limit with a contact or its law missed by more than 1e-6
-                                             of the step's largest u* plus 1e-9 m (LARGE: 5 %), or jaws pull beyond their friction. Pushes
+                                             of the step's largest u* (LARGE: 5 %) plus 1e-9 m, or jaws pull beyond their friction. Pushes
                                              never pull, other friction holds; but for LARGE, the bound is that of REGULARISED  */
   PALPATE_STEP_DISCS_THINNED    = 1 << 12, /* max_contact_nodes is short: a disc acts on so few of its nodes that these carry less
                                              than 95 % of it, or a POINT on fewer than its three. Its force is then too small, by

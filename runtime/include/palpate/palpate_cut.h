@@ -25,7 +25,7 @@ extern "C" {
 #endif
 
 /* The organ's mesh is cut along the faces of its tetrahedra that lie nearest to the way of a blade; tissue that is removed is whole tetrahedra. What is
- * left deforms as the mesh that is left would, exactly (linear elasticity), or by the method of large deformation. The lips of a cut are surface: they are touched and drawn. */
+ * left deforms as the mesh that is left would, exactly (linear elasticity), or by the method of large deformation. The lips of a cut are surface: they are touched and drawn, and do not pass through one another. */
 typedef enum palpate_cut {
   PALPATE_CUT_OFF, /* no cut, and neither memory nor time for it                                                 */
   PALPATE_CUT_ON   /* Needs a bundle with a region that can be cut, and collision DEFORMED                       */
@@ -40,7 +40,10 @@ typedef struct palpate_cut_def {
                              what was cut; what is left of it comes in the next steps                             */
   int32_t cut_points;     /* default 12 [2 .. 16]: points of an edge with toughness, at equal distances, at which
                              tissue holds it                                                                      */
-  int32_t reserved;       /* 0                                                                                    */
+  int32_t
+      cut_lips; /* default 24 [0 .. 1000]: pairs of nodes, across from one another on the lips of a cut, that may press on one another in
+                             a step, without friction. Where more would, those that have pressed and the nearest do
+                             (PALPATE_STEP_CONTACTS_DROPPED). 0: lips pass through one another, without cost      */
 } palpate_cut_def;
 PALPATE_API void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes);
 static inline palpate_cut_def palpate_default_cut_def(void) {

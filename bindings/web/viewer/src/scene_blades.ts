@@ -6,9 +6,9 @@ import { alongRows } from "./path_files";
 import type { TouchWorld } from "./touch_world";
 import type { SceneBlade, WorldScene } from "./world_scene";
 
-const NODES_OF_POINT = 8, MOST_BLADES = 4, CUT_POINTS = 12; // of palpate_cut.h; where the file says nothing else
-// Contact nodes that blades with a toughness may need.
-export const nodesOfBlades = (points = CUT_POINTS) => NODES_OF_POINT * MOST_BLADES * points;
+const NODES_OF_POINT = 8, MOST_BLADES = 4, CUT_POINTS = 12, CUT_LIPS = 64; // of palpate_cut.h; where the file says nothing else
+// Contact nodes that blades with a toughness and lips may need.
+export const nodesOfCut = (points = CUT_POINTS, lips = CUT_LIPS) => NODES_OF_POINT * MOST_BLADES * points + 2 * lips;
 
 export class SceneBlades {
   private all: PlayedBlade[];

@@ -3,7 +3,7 @@ import type { Pose, Runtime } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type DrawnLink, type Hold, type ToolFrame, type Vector } from "./messages";
 import type { MotionClocks } from "./motion_clocks";
 import type { RecordedTool } from "./recorder";
-import { nodesOfBlades, SceneBlades } from "./scene_blades";
+import { nodesOfCut, SceneBlades } from "./scene_blades";
 import { SceneLinks } from "./scene_links";
 import { LONGEST_PATH } from "./path_files";
 import { OBSTACLE_NODES, SceneObstacles } from "./scene_obstacles";
@@ -63,7 +63,7 @@ export class ScenePlay {
     const held = grasps.reduce((sum, { opposite }) => sum + NODES_OF_DISC * (opposite ? 2 : 1), 0);
     const needles = this.scene.tools.filter((tool) => tool.organ === organ && tool.needle).length, pierced = NODES_OF_PLACE * (this.needlePlaces + 2) * needles;
     const obstacles = this.obstacles.of(organ);
-    const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced + (obstacles.length ? this.obstacleNodes : 0) + (part.effects.cut ? nodesOfBlades(this.scene.cutPoints) : 0));
+    const nodes = Math.min(MOST_NODES, Math.max(3 * maxPoints, Math.min(LEAST_OF_MANY, nodesFor(part.effects, maxPoints))) + held + this.links.nodes(organ) + pierced + (obstacles.length ? this.obstacleNodes : 0) + (part.effects.cut ? nodesOfCut(this.scene.cutPoints, this.scene.cutLips) : 0));
     const holds = { maxLinks: this.links.count(organ), loads: this.loads.patches(organ), obstacles, obstacleNodes: this.obstacleNodes, grasps: grasps.length > 0, needles: needles > 0, needlePlaces: this.needlePlaces };
     return { ...part, effects: { ...part.effects, ...this.room, maxContactNodes: this.scene.maxContactNodes ?? nodes, ...holds } };
   }

@@ -2,7 +2,7 @@
 import type { Blade, Bundle, RenderMesh, Scene, Tool } from "../../module/palpate.js";
 import { TOOL_COUNT, TOUCH_HZ, type PageEffects, type ToolShape, type Vector } from "./messages";
 import type { RecordedTool } from "./recorder";
-import { nodesOfBlades } from "./scene_blades";
+import { nodesOfCut } from "./scene_blades";
 import { PAGE_RATES } from "./scene_reader";
 
 const NODES_UNDER_DISC = 100; // as in palpate-run: enough for a disc on a fine mesh
@@ -76,7 +76,7 @@ export class TouchScene {
     const dents = dent === "discs" && fine && mesh && effects.contact === "patch";
     this.scene = bundle.createScene({
       ...effects, crossings: effects.shape !== "off" && !effects.cut, inside: inside && effects.shape === "volume", renderMesh: fine && mesh ? mesh : undefined, ...(dents ? { dent, report: "contacts" as const } : {}), maxTools: SCENE_TOOLS, maxPoints: SCENE_TOOLS,
-      maxContactNodes: nodesFor(effects, SCENE_TOOLS) + (effects.cut ? nodesOfBlades() : 0),
+      maxContactNodes: nodesFor(effects, SCENE_TOOLS) + (effects.cut ? nodesOfCut() : 0),
     });
     this.solves = new BodySolves(effects);
     this.scene.setTools([]);

@@ -133,6 +133,7 @@ export interface WorldScene {
   needlePlaces?: number;
   obstacleNodes?: number;
   cutPoints?: number;
+  cutLips?: number;
   organs: SceneOrgan[];
   motions: SceneMotion[];
   loads: SceneLoad[];
