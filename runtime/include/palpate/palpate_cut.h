@@ -40,10 +40,10 @@ typedef struct palpate_cut_def {
                              what was cut; what is left of it comes in the next steps                             */
   int32_t cut_points;     /* default 12 [2 .. 16]: points of an edge with toughness, at equal distances, at which
                              tissue holds it                                                                      */
-  int32_t
-      cut_lips; /* default 24 [0 .. 1000]: pairs of nodes, across from one another on the lips of a cut, that may press on one another in
-                             a step, without friction. Where more would, those that have pressed and the nearest do
-                             (PALPATE_STEP_CONTACTS_DROPPED). 0: lips pass through one another, without cost      */
+  int32_t cut_lips;       /* default 64 [0 .. 1000]: pairs of nodes, across from one another on the lips of a cut, that
+                             may press on one another in a step, without friction. Where more would, those that have
+                             pressed and the nearest do (PALPATE_STEP_CONTACTS_DROPPED). 0: lips pass through one
+                             another, without cost                                                                */
 } palpate_cut_def;
 PALPATE_API void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes);
 static inline palpate_cut_def palpate_default_cut_def(void) {
