@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "runtime/contact/nearest_few.h"
 #include "runtime/contact/touch_step.h"
 
 namespace palpate {
@@ -98,19 +99,24 @@ void Lips::add_face(std::int32_t triangle, std::int32_t other) {
   ++face_count_;
 }
 
-// Pairs that were there before go on as they were.
+// By insertion, which is little code: for the few hundred pairs of a long cut as much work as a change of its compliance.
 void Lips::order_pairs() {
   const auto earlier = [](const Pair& x, const Pair& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); };
-  std::int32_t* const rank = held_;
   for (std::int32_t p = 0; p < pair_count_; ++p) next_pair_[p] = p;
-  std::sort(next_pair_, next_pair_ + pair_count_,
-            [&](std::int32_t x, std::int32_t y) { return earlier(pairs_[x], pairs_[y]); });
-  for (std::int32_t p = 0; p < pair_count_; ++p) rank[next_pair_[p]] = p;
+  for (std::int32_t p = 1; p < pair_count_; ++p) {
+    const Pair pair = pairs_[p];
+    const std::int32_t was = next_pair_[p];
+    std::int32_t at = p;
+    for (; at > 0 && earlier(pair, pairs_[at - 1]); --at)
+      pairs_[at] = pairs_[at - 1], next_pair_[at] = next_pair_[at - 1];
+    pairs_[at] = pair, next_pair_[at] = was;
+  }
+  for (std::int32_t p = 0; p < pair_count_; ++p) held_[next_pair_[p]] = p;
   for (std::int32_t f = 0; f < face_count_; ++f)
-    for (std::int32_t& pair : faces_[f].pair) pair = pair < 0 ? -1 : rank[pair];
-  std::sort(pairs_, pairs_ + pair_count_, earlier);
+    for (std::int32_t& pair : faces_[f].pair) pair = pair < 0 ? -1 : held_[pair];
 }
 
+// Pairs that were there before go on as they were.
 void Lips::rebuild() {
   const std::int32_t before = pair_count_;
   std::swap(pairs_, last_);
@@ -181,21 +187,20 @@ bool Lips::measure(Pair& pair, const Vec3& area) const {
 // Where there are more pairs than rows, those that have pressed stay, and of the others the nearest.
 std::uint32_t Lips::keep_nearest() {
   if (held_count_ <= source_.most) return 0;
-  const auto nearness = [&](std::int32_t p) {
-    return pairs_[p].rests == kRests ? -HUGE_VAL : pairs_[p].gap + pairs_[p].overlap;
-  };
-  for (std::int32_t k = 0; k < held_count_; ++k) nearness_[k] = nearness(held_[k]);
-  std::nth_element(nearness_, nearness_ + source_.most, nearness_ + held_count_);
-  const double farthest = nearness_[source_.most];
-  std::int32_t kept = 0, equal = source_.most;
-  for (std::int32_t k = 0; k < held_count_; ++k) equal -= nearness(held_[k]) < farthest;
-  for (std::int32_t k = 0; k < held_count_; ++k) {
-    const double own = nearness(held_[k]);
-    if (own < farthest || (own == farthest && equal-- > 0)) held_[kept++] = held_[k];
-  }
+  std::int32_t kept = 0;
+  const double beyond = visit_nearest(
+      held_count_, source_.most,
+      [&](std::int32_t k) {
+        const Pair& pair = pairs_[held_[k]];
+        return pair.rests == kRests ? -HUGE_VAL : pair.gap + pair.overlap;
+      },
+      nearness_,
+      [&](std::int32_t k, bool stays) {
+        if (stays) held_[kept++] = held_[k];
+      });
   held_count_ = kept;
   // One that is left out has no force, and matters where it goes through.
-  return farthest < -kThrough * source_.touch->tree.mean_edge() ? PALPATE_STEP_CONTACTS_DROPPED : 0;
+  return beyond < -kThrough * source_.touch->tree.mean_edge() ? PALPATE_STEP_CONTACTS_DROPPED : 0;
 }
 
 std::int32_t Lips::begin(TouchStep& step) {

@@ -6,6 +6,7 @@
 
 #include "runtime/contact/contact_patch.h"
 #include "runtime/contact/divided_nodes.h"
+#include "runtime/contact/nearest_few.h"
 #include "runtime/contact/touch_step.h"
 
 namespace palpate {
@@ -201,18 +202,16 @@ void Obstacles::follow_surface() {
 // Where there are more nodes than the scene has room for, those that press stay, and of the others the nearest.
 std::uint32_t Obstacles::keep_nearest() {
   if (found_count_ <= most_) return 0;
-  const auto nearness = [&](std::int32_t k) { return found_[k].reaction.x > 0 ? -HUGE_VAL : found_[k].gap; };
-  for (std::int32_t k = 0; k < found_count_; ++k) nearness_[k] = nearness(k);
-  std::nth_element(nearness_, nearness_ + most_, nearness_ + found_count_);
-  const double farthest = nearness_[most_];
-  std::int32_t kept = 0, equal = most_;
-  for (std::int32_t k = 0; k < found_count_; ++k) equal -= nearness(k) < farthest;
-  for (std::int32_t k = 0; k < found_count_; ++k) {
-    if (nearness(k) < farthest || (nearness(k) == farthest && equal-- > 0))
-      found_[kept++] = found_[k];
-    else
-      due(found_[k].obstacle, found_[k].node) = -HUGE_VAL;
-  }
+  std::int32_t kept = 0;
+  visit_nearest(
+      found_count_, most_, [&](std::int32_t k) { return found_[k].reaction.x > 0 ? -HUGE_VAL : found_[k].gap; },
+      nearness_,
+      [&](std::int32_t k, bool stays) {
+        if (stays)
+          found_[kept++] = found_[k];
+        else
+          due(found_[k].obstacle, found_[k].node) = -HUGE_VAL;
+      });
   found_count_ = kept;
   return PALPATE_STEP_CONTACTS_DROPPED;
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "runtime/contact/nearest_few.h"
+
 namespace palpate {
 namespace {
 
@@ -502,19 +504,15 @@ bool PairSearch::search_group(std::int32_t g, std::int32_t* next_held) {
 // Where there are more pairs than the world has room for, those whose surfaces are farther apart go.
 std::uint32_t PairSearch::keep_nearest() {
   if (found_count_ <= most_) return 0;
-  for (std::int32_t i = 0; i < found_count_; ++i) nearness_[i] = found_[i].near;
-  std::nth_element(nearness_, nearness_ + most_, nearness_ + found_count_);
-  const double farthest = nearness_[most_];
-  // Of those that are equally far, the first ones stay.
-  std::int32_t kept = 0, equal = most_;
-  for (std::int32_t i = 0; i < found_count_; ++i) equal -= found_[i].near < farthest;
-  for (std::int32_t i = 0; i < found_count_; ++i) {
-    const bool stays = found_[i].near < farthest || (found_[i].near == farthest && equal-- > 0);
-    if (stays)
-      found_[kept++] = found_[i];
-    else
-      groups_[found_[i].group].look[found_[i].vertex].room = 0;
-  }
+  std::int32_t kept = 0;
+  visit_nearest(
+      found_count_, most_, [&](std::int32_t i) { return found_[i].near; }, nearness_,
+      [&](std::int32_t i, bool stays) {
+        if (stays)
+          found_[kept++] = found_[i];
+        else
+          groups_[found_[i].group].look[found_[i].vertex].room = 0;
+      });
   found_count_ = kept;
   return PALPATE_STEP_CONTACTS_DROPPED;
 }
