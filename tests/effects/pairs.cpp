@@ -215,7 +215,8 @@ std::string page_of(const std::vector<std::vector<PairFound>>& found) {
       "together (`ctest -R EffectCrowds`).\n\n"
       "| cell | meaning |\n|---|---|\n"
       "| 1 | they act together; the error is at most 1e-5, that of single precision |\n"
-      "| 2 | at most 1e-3: half precision; the end of iterations where lines or normals turn with the surface |\n"
+      "| 2 | at most 1e-3: half precision; the end of iterations where lines or normals turn with the surface; the "
+      "compliance of lips that press |\n"
       "| 3 | at most 3e-2: normals that lag behind the surface; the end of the steps of a hyperelastic body; discs "
       "that slide beside a cut |\n"
       "| · | two values of one effect: a scene has one of them |\n";
