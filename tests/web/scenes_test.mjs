@@ -260,7 +260,9 @@ test("the minute of the upper abdomen on its own bundle", { skip: !abdomen || !e
   await page.waitForFunction(() => globalThis.palpateViewer.shown.played, undefined, { timeout: 3_600_000, polling: 200 });
   const played = await page.evaluate(() => [...globalThis.palpateViewer.shown.played]), took = (Date.now() - began) / 1000, difference = relativeDifference(played, expected);
   console.log(`${played.length / 6} touches in ${took.toFixed(0)} s, ${(took / 60).toFixed(1)} times slower than in life; forces differ by ${difference.toExponential(1)}; ${await page.textContent("#guide p")}`);
-  assert.ok(difference < 1e-3, `${difference}`); // over a minute the last digits of sums grow
+  // The breath is a sine, whose last digit in the C library of palpate-run is another one than in the browser. Under large deformation such a digit can
+  // end a solve one step earlier: the difference then is that of two approximations, of which each is within 1 % (docs/accuracy.md).
+  assert.ok(difference < 1e-2, `${difference}`);
   await closed(page);
 });
 

@@ -1,5 +1,5 @@
 // Times and rates that the page shows.
-import { TOUCH_HZ, type Times } from "./messages";
+import type { TouchFrame, Times } from "./messages";
 import { word } from "./words";
 
 const KEPT = 100; // frames
@@ -73,21 +73,21 @@ export class TouchRate {
 
 // How fast something plays that leaves no touch out: the share of the touches that were due which the loop has made, over the last seconds.
 export class Pace {
-  private frames: { at: number; lost: number }[] = [];
+  private frames: Pick<TouchFrame, "at" | "lost" | "made">[] = [];
 
-  // lost: touches that were due since the frame before and could not be made. plays: else the next frame is the first one.
-  add(lost: number, now: number, plays: boolean) {
+  // plays: else the next frame is the first one.
+  add({ at, lost, made }: Pick<TouchFrame, "at" | "lost" | "made">, plays: boolean) {
     if (!plays) return void (this.frames = []);
-    this.frames.push({ at: now, lost });
-    while (this.frames.length > 2 && now - this.frames[0].at > PACE_KEPT) this.frames.shift();
+    this.frames.push({ at, lost, made });
+    while (this.frames.length > 2 && at - this.frames[0].at > PACE_KEPT) this.frames.shift();
   }
 
   // 1: it keeps up, or it has not been measured yet.
   get share(): number {
     const first = this.frames[0], last = this.frames.at(-1);
     if (!first || !last || last.at - first.at < SHORTEST) return 1;
-    const lost = this.frames.slice(1).reduce((sum, frame) => sum + frame.lost, 0), due = ((last.at - first.at) * TOUCH_HZ) / 1000;
-    const share = Math.max(1, due - lost) / due; // of a touch that takes longer than the window too
+    const sum = (of: "lost" | "made") => this.frames.slice(1).reduce((all, frame) => all + frame[of], 0), made = Math.max(1, sum("made")); // of a touch that takes longer than the window too
+    const share = made / (made + sum("lost"));
     return share < KEEPS_UP ? share : 1;
   }
 }

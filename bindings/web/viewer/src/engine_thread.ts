@@ -57,9 +57,9 @@ export class FrameCounts {
   }
 
   // What a frame tells, which then begins anew.
-  take(touched: { touchMs: number }, loop: TouchLoop): Pick<TouchFrame, "flags" | "lost" | "touches" | "at" | "touchUs" | "shapeUs"> {
-    const { flags, touches, shapeMs } = this, { lost } = loop, { touchMs } = touched;
-    this.flags = this.touches = loop.lost = touched.touchMs = 0;
-    return { flags, lost, touches, at: performance.now(), touchUs: touches ? (1000 * touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0 };
+  take(touched: { touchMs: number }, loop: TouchLoop): Pick<TouchFrame, "flags" | "lost" | "made" | "touches" | "at" | "touchUs" | "shapeUs"> {
+    const { flags, touches, shapeMs } = this, { lost, made } = loop, { touchMs } = touched;
+    this.flags = this.touches = loop.lost = loop.made = touched.touchMs = 0;
+    return { flags, lost, made, touches, at: performance.now(), touchUs: touches ? (1000 * touchMs) / touches : 0, shapeUs: touches ? 1000 * shapeMs : 0 };
   }
 }

@@ -147,6 +147,7 @@ export interface TouchFrame {
   touchUs: number; // 0: nothing was timed since the last frame
   shapeUs: number;
   lost: number; // touches that were left out because the loop was late; what plays makes them later, and takes longer
+  made: number; // those that were due and were made
   playing: number | null; // s of the tools of a scene that plays
   lasts: number; // s of that scene
   speed: number; // times as fast as in life, where the device keeps up

@@ -7,7 +7,8 @@ const MOST_DUE = 100; // a late loop runs at most this many touches to catch up 
 const LONGEST = 12; // ms of touches without a pause, in which the page's messages are heard: it asks for a frame there
 
 export class TouchLoop {
-  lost = 0; // touches that were left out; the reader resets it
+  lost = 0; // touches that were due and left out; the reader resets it and `made`
+  made = 0; // touches that were made
   steps = 0; // since it began to run, those left out too
   quiet = 0; // touches since the last tool left
   private next = new MessageChannel(); // wakes a loop that is late: a timer would let 4 ms go by
@@ -49,6 +50,7 @@ export class TouchLoop {
         break;
       }
       ++this.steps;
+      ++this.made;
       this.quiet = this.step() ? 0 : this.quiet + 1;
       this.running = this.quiet <= LINGER;
     }

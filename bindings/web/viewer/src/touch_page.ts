@@ -225,7 +225,8 @@ export abstract class TouchPage<Frame extends TouchFrame, Message> {
   // says: whether the page tells of flags now. replays: a recording.
   protected numbers(frame: Frame, says = true, replays = false) {
     const plays = frame.playing !== null;
-    this.pace.add(frame.lost, frame.at, plays || replays);
+    this.pace.add(frame, plays || replays);
+    byId("trust").classList.toggle("plays", plays);
     this.readout.show(frame.tools);
     if (!this.playsItself) this.spoken.tell(frame.tools);
     for (const [key, id] of [["touchUs", "touch-us"], ["shapeUs", "shape-us"]] as const) {
