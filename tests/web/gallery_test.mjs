@@ -208,6 +208,8 @@ test("a guided case plays its scene, marks its sentences, and tells the largest 
   await page.waitForFunction(() => document.querySelectorAll("#guide li").length === 3 && document.querySelector('#guide li:nth-child(2)[aria-current="step"]'));
   await page.click('#guide [data-do="close"]');
   assert.equal(await page.isVisible("#guide"), false);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.playing === null);
+  assert.equal(await page.evaluate(() => globalThis.palpateViewer.shown.played), null, "Stop ends the scene");
   await closed(page);
 });
 

@@ -203,8 +203,7 @@ class Viewer extends TouchPage<Frame, ToWorker> {
     this.guide.end();
     if (STARTS_TASK && this.task.canStart) this.task.start();
     else if (STARTS_CASE && name === SERVED.bundle) {
-      const { camera } = this.view;
-      if (STARTS_CASE.view) camera.view = [...STARTS_CASE.view, camera.view[2]];
+      if (STARTS_CASE.view) this.view.camera.homeAt(...STARTS_CASE.view);
       this.guide.begin(STARTS_CASE);
     }
     else if (this.linkedTo === null && !this.pointer.kept.some(Boolean)) this.selfPlay.begin();

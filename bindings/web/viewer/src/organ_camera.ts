@@ -5,6 +5,10 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 const FRONT = new Vector3(0.85, -1, 0.6).normalize(); // from the patient's front and left and from above (LPS: y to the back, z up)
 // frame: "LPS", or "RAS", in which x and y point the other way.
 export const frontOf = (frame: string) => (frame === "RAS" ? new Vector3(-FRONT.x, -FRONT.y, FRONT.z) : FRONT);
+function directionAt(azimuth: number, height: number): Vector3 {
+  const a = (azimuth * Math.PI) / 180, h = (Math.max(-89, Math.min(89, height)) * Math.PI) / 180;
+  return new Vector3(Math.cos(a) * Math.cos(h), Math.sin(a) * Math.cos(h), Math.sin(h));
+}
 const BESIDE = 0.35; // in radii of the organ: nodes within this distance of the line of sight keep the camera away
 
 export class OrganCamera {
@@ -46,6 +50,12 @@ export class OrganCamera {
     this.update();
   }
 
+  // The whole organ, from where this azimuth and height say, degrees; home() then comes back here.
+  homeAt(azimuth: number, height: number) {
+    this.front = directionAt(azimuth, height);
+    this.home();
+  }
+
   turn(right: number, up: number) {
     const offset = this.offset(), distance = offset.length(), angle = Math.atan2(offset.y, offset.x) + right;
     const height = Math.max(-1.45, Math.min(1.45, Math.asin(offset.z / distance) + up));
@@ -63,8 +73,7 @@ export class OrganCamera {
     return [(Math.atan2(y, x) * 180) / Math.PI, (Math.asin(z / distance) * 180) / Math.PI, distance];
   }
   set view([azimuth, height, distance]) {
-    const a = (azimuth * Math.PI) / 180, h = (Math.max(-89, Math.min(89, height)) * Math.PI) / 180;
-    this.camera.position.set(Math.cos(a) * Math.cos(h), Math.sin(a) * Math.cos(h), Math.sin(h)).multiplyScalar(distance).add(this.centre);
+    this.camera.position.copy(directionAt(azimuth, height)).multiplyScalar(distance).add(this.centre);
     this.placed = true;
     this.update();
   }
