@@ -116,8 +116,8 @@ void add_contacts(py::module_& module) {
                              "release_count, flags, id");
   type.def_property_readonly("nodes", &contact_nodes,
                              "structured [nodes under contact]: node, column, source (0 a tool, 1 a needle, 2 a link, "
-                             "3 an obstacle, 4 a blade, 5 another organ, "
-                             "6 a link of the world), index, point, modified_displacement ([3], "
+                             "3 an obstacle, 4 a blade, 5 a lip of a cut, 6 another organ, "
+                             "7 a link of the world), index, point, modified_displacement ([3], "
                              "m), force ([3], N, on the organ)");
   const auto numbers = [&type](const char* name, auto member, std::size_t count, const char* doc) {
     type.def_property_readonly(

@@ -1195,7 +1195,7 @@ class Worlds(unittest.TestCase):
         self.assertEqual(states["tension"][1], 0)
         np.testing.assert_allclose(states["ends"][2][0], at + (0, 0, 0.02), atol=1e-12)
         for organ in contacts.organs:
-            self.assertTrue((organ.nodes["source"] == 6).all())
+            self.assertTrue((organ.nodes["source"] == 7).all())
         on_first = contacts.organs[0].nodes["force"].sum(axis=0)  # the first organ's frame is the world's
         np.testing.assert_allclose(on_first, states["force"][0], rtol=1e-9, atol=1e-12)
 

@@ -265,6 +265,7 @@ file = "fine.ply"
 @limits.cut_rank@
 @limits.cut_operations@
 @limits.cut_points@
+@limits.cut_lips@
 [[tool]]
 name = "probe"
 capsule = { radius = 4, length = 60, @capsule.axis,@ samples = 4 }

@@ -144,9 +144,8 @@ typedef enum palpate_preload_model {
   PALPATE_PRELOAD_ON   /* rest is the shape under the stored body force, such as gravity                           */
 } palpate_preload_model;
 
-/* What an effect beside these adds to the definition of a scene, or to a tool: a struct of its header (palpate_complete.h includes them all), which
- * begins with a palpate_part. A scene has the effects whose structs are in the chain of its definition, in any order. A host that links the static
- * library links their code alone. */
+/* What an effect beside these adds to the definition of a scene, or to a tool: a struct of its header (palpate_complete.h includes them all), which begins with a
+ * palpate_part. A scene has the effects whose structs are in its definition's chain, in any order; a host that links the static library links their code alone. */
 typedef struct palpate_part {
   uint32_t struct_bytes;           /* of the struct that begins with it                                           */
   uint32_t reserved;               /* 0                                                                           */
