@@ -21,8 +21,8 @@ constexpr double kClosesOn = 2;
 // Radians, by which the lips turn before a row's normal follows, so that rows at rest stay as they are.
 constexpr double kTurned = 9e-4;
 // Steps for which a pair that has ceased to press keeps its row.
-constexpr std::int32_t kRests = 10;
-// How far the faces around a pair reach, in faces. With 4, the normals of a cut whose teeth are inclined by 45 degrees are within 12 degrees of the blade's plane.
+constexpr std::int64_t kRests = 10;
+// How far the faces around a pair reach, in faces: far enough for teeth to cancel, and no farther, so that a curved cut keeps its direction.
 constexpr int kRings = 4;
 // Pairs for each new node: where three or four cuts meet, a node has as many neighbours.
 constexpr std::int32_t kPairsOfNode = 4;
@@ -75,7 +75,7 @@ std::int32_t Lips::pair_of(std::int32_t a, std::int32_t b) {
     if (pairs_[*at].at_b == b) return *at;
   if (pair_count_ == pairs_capacity_) return -1;
   Pair& made = pairs_[pair_count_] = Pair{};
-  made.a = node_[a], made.b = node_[b], made.at_a = a, made.at_b = b, made.is_new = 1;
+  made.a = node_[a], made.b = node_[b], made.at_a = a, made.at_b = b;
   *at = pair_count_, next_pair_[pair_count_] = -1;
   return pair_count_++;
 }
@@ -139,7 +139,7 @@ void Lips::rebuild() {
           pair.overlap = std::max(pair.overlap, last_[q].overlap);
       continue;
     }
-    pair.is_new = last_[old].is_new, pair.rests = last_[old].rests, pair.normal = last_[old].normal;
+    pair.rests = last_[old].rests, pair.normal = last_[old].normal;
     pair.gap = last_[old].gap, pair.overlap = last_[old].overlap;
   }
   for (std::int32_t k = 0; k < node_count_; ++k) local_[node_[k]] = -1;
@@ -173,13 +173,12 @@ bool Lips::measure(Pair& pair, const Vec3& area) const {
   const double edge = source_.touch->tree.mean_edge(), size = length(area);
   if (!(size > 0) || !std::isfinite(size)) return false;
   const Vec3 normal = (1 / size) * area;
-  if (pair.is_new || length(normal - pair.normal) > kTurned) pair.normal = normal;
+  if (length(normal - pair.normal) > kTurned) pair.normal = normal;  // that of a new pair is zero
   const Vec3 apart = place_[pair.at_a] - place_[pair.at_b];
-  const double gap = dot(pair.normal, apart), inside = std::max(0.0, -gap),
-               closed = pair.is_new ? 0 : std::max(0.0, pair.gap - gap);
+  const double gap = dot(pair.normal, apart), inside = std::max(0.0, -gap), closed = std::max(0.0, pair.gap - gap);
   const bool across = length(apart - gap * pair.normal) <= kAcross * edge;
   pair.overlap = across ? std::min(pair.overlap, inside) : inside;
-  pair.gap = gap, pair.is_new = 0;
+  pair.gap = gap;
   if (!across) pair.rests = 0;
   return across && (pair.rests > 0 || gap + pair.overlap < kNear * edge + kClosesOn * closed);
 }
@@ -248,7 +247,7 @@ void Lips::end(TouchStep& step) {
   for (std::int32_t k = 0; k < held_count_; ++k) {
     Pair& pair = pairs_[held_[k]];
     const double push = constraint_[k] >= 0 && step.is_solved ? step.reaction(constraint_[k]).x : 0;
-    pair.rests = push > 0 ? kRests : std::max(1, pair.rests) - 1;
+    pair.rests = push > 0 ? kRests : std::max<std::int64_t>(1, pair.rests) - 1;
   }
   step.unasked += work_.done() + kOfFace * face_count_;
 }

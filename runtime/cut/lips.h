@@ -38,10 +38,10 @@ class Lips final : public RowSource {
     std::int32_t most = 0;   // pairs that have rows in a step
     double shear = 0;        // Pa, of the stiffest tissue
   };
-  // Memory: 750 bytes for each new node, 70 for each face and 28 for each surface node.
+  // Memory: 690 bytes for each new node, 72 for each face and 36 for each surface node.
   bool create(SceneMemory& memory, const Source& source);
 
-  // Cost: two passes over the faces that are cut, and the displacement of each node of a lip.
+  // Cost: eight passes over the faces that are cut, and the displacement of each node of a lip.
   std::int32_t begin(TouchStep& step) override;
   void request(TouchStep& step) override;
   void end(TouchStep& step) override;
@@ -49,11 +49,11 @@ class Lips final : public RowSource {
 
  private:
   struct Pair {
-    std::int32_t a, b;           // nodes of the scene, a < b
-    std::int32_t at_a, at_b;     // of node_
-    std::int32_t is_new, rests;  // 1: no step has measured it; steps until it asks for no row where its nodes are apart
-    double gap, overlap;         // m, along the normal: before the step; of which so much is not pushed out
-    Vec3 normal;                 // unit, in the organ's frame
+    std::int32_t a, b;        // nodes of the scene, a < b
+    std::int32_t at_a, at_b;  // of node_
+    std::int64_t rests;       // steps until it asks for no row where its nodes are apart
+    double gap, overlap;      // m, along the normal: before the step; of which so much is not pushed out
+    Vec3 normal;              // unit, in the organ's frame
   };
   struct Face {
     std::int32_t a[3],

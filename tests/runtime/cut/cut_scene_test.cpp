@@ -909,8 +909,6 @@ TEST(CutScene, LipsPressOnOneAnotherUnderLargeDeformation) {
     }
     const LeftBody left(played, element);
     const LeftBody::Errors errors = left.errors(played, {&up, &down});
-    std::printf("%d: field %g force %g flagged %d lips %d\n", kind.as, errors.field, errors.force, flagged,
-                lips_that_press(played));
     EXPECT_GT(lips_that_press(played), 8);
     EXPECT_LT(errors.field, 0.01) << name_of(element);
     EXPECT_LT(errors.force, 0.02) << name_of(element);
@@ -920,10 +918,13 @@ TEST(CutScene, LipsPressOnOneAnotherUnderLargeDeformation) {
 
 // While tissue is drawn, a blade goes on cutting it; then all lets go, and it comes back to rest.
 TEST(CutScene, DrawnTissueIsCutUnderLargeDeformation) {
-  for (const LargeKind& kind : kLargeKinds) {
-    SCOPED_TRACE(kind.as);
+  for (std::size_t k = 0; k < 2 * std::size(kLargeKinds); ++k) {
+    const LargeKind& kind = kLargeKinds[k / 2];
+    SceneDef def = large_def(kind.as);
+    if (k % 2 == 0) def.cut.cut_lips = 0;
+    SCOPED_TRACE(std::to_string(kind.as) + (k % 2 ? ", lips press" : ""));
     const Element element = kind.element;
-    Played played(block(element), large_def(kind.as));
+    Played played(block(element), def);
     palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.04}, 0.025, 1), {0, 0, 0}),
                  down = grip_at_node(nearest(played, {0.08, 0, 0}, 0.025, -1), {0, 0, 0});
     for (int s = 1; s <= 100; ++s) {
@@ -944,7 +945,7 @@ TEST(CutScene, DrawnTissueIsCutUnderLargeDeformation) {
     EXPECT_LT(errors.field, 0.01) << name_of(element);
     EXPECT_LT(errors.force, 0.02) << name_of(element);
     const double after = Vector3d(palpate_contacts_tool(played.contacts, 0)->force_raw).norm();
-    EXPECT_LT(after, 0.9 * before) << "what is cut is softer, though its lips press";
+    EXPECT_LT(after, (k % 2 ? 0.9 : 0.8) * before) << "what is cut is softer; lips that press bear a part";
     for (int s = 0; s < 300; ++s) played.touch();
     const std::vector<float> shape = played.positions();
     for (const auto& t : played.triangles())

@@ -84,7 +84,7 @@ class RandomCutScene {
     palpate_scene_set_blade(scene_.get(), 0, &none, nullptr);
     tools_.clear();
     palpate_scene_set_links(scene_.get(), nullptr, 0, nullptr);
-    for (int s = 0; s < 1000 && (s < (is_large_ ? 1500 : 3) || state().left > 0); ++s) touch();
+    for (int s = 0; s < 1000 && (is_large_ || s < 3 || state().left > 0); ++s) touch();
     if (state().left > 0 && !state().is_full) return "the compliance does not follow";
     const std::string fault = fault_of_surface();
     if (!fault.empty()) return fault;
