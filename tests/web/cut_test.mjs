@@ -15,7 +15,7 @@ async function openBlock() {
   const page = await ready();
   page.on("console", (message) => message.type() === "error" && page.failures.push(message.text()));
   await page.setInputFiles("#file", block);
-  await page.waitForFunction(() => globalThis.palpateViewer.info.hasCut && document.body.dataset.state === "ready");
+  await page.waitForFunction(() => globalThis.palpateViewer.info.hasCut && document.body.dataset.state === "ready" && globalThis.palpateViewer.shown.positions);
   return page;
 }
 const shown = (page) => page.evaluate(() => {
@@ -54,7 +54,7 @@ test("a drag of the scalpel cuts the organ: the surface that is drawn has lips, 
   const held = await draw(page, [-90, -40], [110, 20]), after = await shown(page);
   assert.equal(held.cut.edges[0].length, 2);
   assert.ok(Math.abs(Math.hypot(...[0, 1, 2].map((d) => held.cut.edges[0][1][d] - held.cut.edges[0][0][d])) - 0.035) < 1e-4, "30 mm, and 5 mm before the surface");
-  assert.ok(after.cut.area > 1e-4, `${after.cut.area} m^2`);
+  assert.ok(after.cut.area > 1.5e-3, `${after.cut.area} m^2`);
   assert.equal(after.triangles, before.triangles + 2 * after.cut.faces);
   assert.ok(after.finite);
   assert.match(await page.textContent("#cut"), new RegExp(`${Math.round(1e6 * after.cut.area).toLocaleString("en")} mm² cut`));

@@ -9,6 +9,7 @@ const LEAST_WAY = 1e-6; // m in a touch, that says where the edge looks
 
 export class HeldBlade {
   edge: Edge | null = null; // in the last touch; null: there is no blade
+  private begin: Edge | null = null; // where the pointer went down: a busy thread may learn of several places before its next touch
   private target: Edge | null = null;
   private toughness = 0; // J/m^2
   private direction: Vector | null = null; // where the edge looks
@@ -20,8 +21,12 @@ export class HeldBlade {
 
   // edge: where it goes; null: it is let go.
   place(edge: Edge | null, toughness: number) {
+    if (edge && this.isLetGo) this.forget(); // another drag: the edge does not go on from where the last one ended
     this.isLetGo = edge === null;
-    if (edge) this.target = edge;
+    if (edge) {
+      this.begin ??= edge;
+      this.target = edge;
+    }
     this.toughness = toughness;
   }
 
@@ -32,14 +37,14 @@ export class HeldBlade {
       this.forget();
       return null;
     }
-    this.edge = edge ? (edge.map((point, p) => point.map((x, d) => x + FOLLOW * (target[p][d] - x))) as Edge) : target;
+    this.edge = edge ? (edge.map((point, p) => point.map((x, d) => x + FOLLOW * (target[p][d] - x))) as Edge) : this.begin!;
     if (edge) this.look(edge, this.edge);
     const { direction, toughness } = this;
     return { points: this.edge.flat(), ...(direction && toughness > 0 ? { direction, toughness } : {}) };
   }
 
   forget() {
-    this.edge = this.target = this.direction = null;
+    this.edge = this.begin = this.target = this.direction = null;
   }
 
   // m, to the target.
