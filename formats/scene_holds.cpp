@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "formats/scene_organs.h"
 
@@ -202,12 +201,6 @@ SceneConfig::Obstacle read_obstacle(TomlTable table, const SceneConfig& scene) {
   obstacle.organs = read_held_off(table, scene);
   table.finish();
   return obstacle;
-}
-
-double amount_at(const SceneConfig::Motion& motion, double time) {
-  if (!motion.sine) return value_at(motion.amounts, time);
-  const auto& [mean, amplitude, period] = *motion.sine;
-  return mean + amplitude * std::sin(2 * std::numbers::pi * std::fmod(time / period, 1.0));
 }
 
 SceneConfig::Grasp read_grasp(TomlTable table, double scale) {

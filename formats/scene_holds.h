@@ -116,9 +116,6 @@ std::vector<SceneConfig::KeyFrame> read_path(TomlTable& table, double scale, con
 // Of a table with the key `at`.
 SceneConfig::Place::At read_at(TomlTable& table);
 
-// The amount of a motion at a time, in the file's units.
-double amount_at(const SceneConfig::Motion& motion, double time);
-
 // Constraints of the palpate_link that a link of the scene makes: one for each stretch between two of its ends.
 int stretches_of(const SceneConfig::Link& link);
 

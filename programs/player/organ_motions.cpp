@@ -2,12 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "formats/errors.h"
 #include "formats/scene_holds.h"
+#include "runtime/base/sine.h"
 
 namespace palpate {
+
+double amount_at(const SceneConfig::Motion& motion, double time) {
+  if (!motion.sine) return value_at(motion.amounts, time);
+  const auto& [mean, amplitude, period] = *motion.sine;
+  return mean + amplitude * sine_cosine(2 * std::numbers::pi * std::fmod(time / period, 1.0)).sine;
+}
 
 OrganMotions::OrganMotions(const SceneConfig& scene, const palpate_bundle* bundle) : file_(scene.file.string()) {
   if (scene.motions.empty()) return;

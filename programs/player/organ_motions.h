@@ -10,6 +10,9 @@
 
 namespace palpate {
 
+// The amount of a motion at a time, in the file's units: the same bits as in the page of the viewer.
+double amount_at(const SceneConfig::Motion& motion, double time);
+
 class OrganMotions {
  public:
   // Errors: InputError with file and line where the bundle has no motion of that name; lists those that it has.

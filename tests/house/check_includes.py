@@ -91,6 +91,7 @@ runtime/complete/: LAYOUT runtime/include/ runtime/complete/ runtime/world/ runt
 runtime/include/: palpate: palpate
 programs/player/: programs/player/ runtime/include/ formats/: plumbing VTK palpate
 programs/player/tool_turn.cpp: programs/player/ runtime/base/sine.h formats/:
+programs/player/organ_motions.cpp: programs/player/ runtime/base/sine.h runtime/include/ formats/: plumbing palpate
 programs/player/obstacle_surface.cpp: programs/player/ meshing/surface/surface_file.h meshing/surface/triangle_surface.h runtime/include/ formats/: palpate
 programs/player/record.cpp: programs/player/ runtime/include/ formats/: plumbing toml++ palpate
 programs/fit/: programs/fit/ programs/player/ studies/hyperelastic/ runtime/large/ runtime/include/ formats/: plumbing Eigen palpate

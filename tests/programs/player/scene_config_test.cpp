@@ -6,6 +6,7 @@
 
 #include "formats/errors.h"
 #include "formats/scene_holds.h"
+#include "programs/player/organ_motions.h"
 #include "tests/support/test_files.h"
 #include "tests/support/texts.h"
 

@@ -1,6 +1,7 @@
 // The motions of a scene, by name: organs that breathe together have one clock.
 import type { Motion, World } from "../../module/palpate.js";
 import type { SceneMotion, WorldScene } from "./world_scene";
+import { sineCosine } from "./sine";
 import { word } from "./words";
 
 export interface ClockState {
@@ -103,7 +104,7 @@ export class MotionClocks {
 }
 
 function amountAt({ rows, sine }: SceneMotion, time: number): number {
-  return sine ? sine.mean + sine.amplitude * Math.sin(2 * Math.PI * ((time / sine.period) % 1)) : valueAt(rows!, time);
+  return sine ? sine.mean + sine.amplitude * sineCosine(2 * Math.PI * ((time / sine.period) % 1)).sine : valueAt(rows!, time);
 }
 
 // On straight lines between the rows, the first one before them, the last one after them.

@@ -6,6 +6,7 @@ import { flatMesh, readObstacleMesh, type ObstacleMesh } from "./obstacle_mesh";
 import { LONGEST_PATH, rowsOfFile } from "./path_files";
 import { checkTimes, isRow, parsed, pathRows, playsAtPageRates, ratesOf, readEffects, refuseOthers, shownAs, table, timeSpans, unitOf, type Table } from "./scene_reader";
 import { SIDES, type SceneBlade, type SceneGrasp, type SceneGrip, type SceneLink, type SceneLoad, type SceneMotion, type SceneNeedle, type SceneObstacle, type SceneOrgan, type ScenePlace, type SceneTool, type WorldScene } from "./world_scene";
+import { sineCosine } from "./sine";
 import { word } from "./words";
 
 const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_OBSTACLES = 16, MOST_OBSTACLE_NODES = 2048, MOST_BLADES = 4, MOST_TOUGHNESS = 1e6, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
@@ -136,10 +137,11 @@ function readOrgan(scene: Table, given: Table, name: string, unit: number, needs
 }
 
 function poseOf(given: Table, where: string, unit: number): Pose {
-  const position = vectorOf(given, "position", where, unit), turn = vectorOf(given, "turn", where, Math.PI / 180), angle = turn ? Math.hypot(...turn) : 0;
+  const position = vectorOf(given, "position", where, unit), turn = vectorOf(given, "turn", where, Math.PI / 180) ?? [0, 0, 0];
+  const angle = Math.sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]), half = sineCosine(angle / 2);
   return {
     ...(position ? { position } : {}),
-    ...(angle > 0 ? { orientation: [Math.cos(angle / 2), ...turn!.map((x) => (x / angle) * Math.sin(angle / 2))] } : {}),
+    ...(angle > 0 ? { orientation: [half.cosine, ...turn.map((x) => (half.sine / angle) * x)] } : {}),
   };
 }
 
