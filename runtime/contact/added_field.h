@@ -61,6 +61,7 @@ class AddedField {
       std::copy_n(field + 3 * static_cast<std::size_t>(from), 3, field + 3 * static_cast<std::size_t>(to));
   }
 
+  // m, zero of a node that the field does not have.
   Vec3 now(std::int32_t node) const { return read(now_, node); }
   Vec3 before(std::int32_t node) const { return read(before_, node); }
   const float* all() const { return field_[now_]; }
@@ -71,6 +72,7 @@ class AddedField {
  private:
   static double length_above(float squared) { return std::sqrt(static_cast<double>(squared)) * (1 + 1e-6); }
   Vec3 read(std::int32_t which, std::int32_t node) const {
+    if (node >= nodes_) return {};
     const float* const u = field_[which] + 3 * static_cast<std::size_t>(node);
     return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
   }

@@ -22,7 +22,7 @@ class ChangedBody {
   virtual Mat3 between(std::int32_t /*other*/) const { return {}; }
   // A step begins with these amounts of the offset's rows: brings moved() up to date.
   virtual void begin_step(const Offset&) {}
-  // m, of the surface nodes: what the changed body adds to o.
+  // m, of the surface nodes: what the changed body adds to o. Without nodes where it adds nothing.
   const AddedField& moved() const { return moved_; }
   void keep_moved() { moved_.keep(); }
 

@@ -10,7 +10,7 @@ bool CutLarge::create(SceneMemory& memory, const Parts& parts, TouchState* touch
   touch_ = touch, follower_ = parts.follower, fixed_ = parts.body->fixed;
   rest_nodes_ = parts.body->node_count, surface_nodes_ = parts.surface_nodes, first_new_ = parts.first_reserve;
   if (!compliance_.create(memory, *parts.body, *parts.pairs, parts.capacity, parts.supports) ||
-      !create_supports(memory, parts) || !moved_.create(memory, parts.surface_nodes, parts.surface_nodes))
+      !create_supports(memory, parts))
     return false;
   layout_ = follower_->follow_mesh(this);
   most_new_ = parts.capacity.new_nodes;

@@ -64,16 +64,36 @@ Comparison::Comparison(const Player& player, const std::filesystem::path& bundle
 
 Comparison::~Comparison() = default;
 
-Compared Comparison::compare(const ShapeRecord& shape) const {
+// The reference is then that of the mesh that is left. Returns why there is none; nullptr: there is one.
+const char* Comparison::follow_cut(Compared* compared) {
+  const palpate_scene& scene = *player_.runtime_scene();
+  const palpate_cut_state* const cut = palpate_scene_cut_state(&scene);
+  if (!cut || cut->faces + cut->removed == 0) return nullptr;
+  compared->split_nodes = cut->nodes, compared->removed = cut->removed;
+  if (cut->left > 0) return "the compliance does not have all of the cut yet";
+  if (cut->pieces > 1) return "a piece has come off: springs of the scene hold it";
+  if (left_ && surface_ == cut->surface) return nullptr;
+  left_ = std::make_unique<LeftBody>(body_->body, scene), surface_ = cut->surface;
+  reference_ = std::make_unique<LargeReference>(left_->get());
+  return nullptr;
+}
+
+Compared Comparison::compare(const ShapeRecord& shape) {
   Compared compared;
   compared.time = shape.time, compared.flags = shape.flags | shape.contacts.flags;
   compared.residual = shape.contacts.body_residual, compared.least_volume = shape.contacts.least_volume;
   compared.forces.resize(static_cast<std::size_t>(shape.contacts.tool_count));
   const HeldRows rows = held_rows(*player_.runtime_scene(), shape.node_count);
-  const VectorXd u = Eigen::Map<const Eigen::VectorXf>(shape.displacements, 3 * Index(shape.node_count)).cast<double>();
+  VectorXd u = Eigen::Map<const Eigen::VectorXf>(shape.displacements, 3 * Index(shape.node_count)).cast<double>();
+  if (const char* const why = follow_cut(&compared)) {
+    compared.unsolved = why;
+    return compared;
+  }
+  for (std::int32_t n = 0; left_ && n < shape.node_count; ++n)
+    if (!left_->has(n)) u.segment<3>(3 * n).setZero();
   VectorXd exact = u, carried;
   Vector3d supports;
-  if (!move_alike(body_->body, u, &supports)) {
+  if (!move_alike(left_ ? left_->get() : body_->body, u, &supports)) {
     compared.unsolved = "the supports do not move alike";
     return compared;
   }
@@ -81,9 +101,10 @@ Compared Comparison::compare(const ShapeRecord& shape) const {
   try {
     // The places of the rows are those beyond what the motions do alone. A body at rest has no inner force to compare a residual with.
     constexpr double at_rest = 1e-6;  // m
-    if (rows.place.size() > 0 && (u - carried_along).cwiseAbs().maxCoeff() > at_rest)
+    const bool acts = rows.place.size() > 0 || rows.load.any();
+    if (acts && (u - carried_along).cwiseAbs().maxCoeff() > at_rest)
       carried = reference_->solve(rows.weights, rows.place + rows.weights * carried_along, &exact, kConverged,
-                                  rows.compliance);
+                                  rows.compliance, nullptr, rows.load);
     else
       exact = carried_along;
   } catch (const std::runtime_error& error) {
@@ -93,23 +114,25 @@ Compared Comparison::compare(const ShapeRecord& shape) const {
   const Index surface = palpate_bundle_describe(player_.bundle()).surface_node_count;
   double missed = 0, moved = 0;
   for (Index n = 0; n < surface; ++n) {
+    if (left_ && !left_->has(n)) continue;
     const double off = (u - exact).segment<3>(3 * n).norm(), way = (exact.segment<3>(3 * n) - supports).norm();
     missed += off * off, moved += way * way;
     compared.worst = std::max(compared.worst, off), compared.moved = std::max(compared.moved, way);
   }
   compared.field = moved > 0 ? std::sqrt(missed / moved) : 0;
-  // A node that two tools hold counts for both.
-  const VectorXd force = carried.size() > 0 ? VectorXd(rows.weights.transpose() * carried) : VectorXd::Zero(u.size());
+  // Of the difference a node that a tool shares with another one, a blade or a lip counts whole.
+  const VectorXd missing =
+      carried.size() > 0 ? VectorXd(rows.weights.transpose() * (carried - rows.carried)) : VectorXd::Zero(u.size());
   for (std::size_t t = 0; t < compared.forces.size(); ++t) {
-    Vector3d told = Vector3d::Zero(), truth = told;
+    Vector3d told = Vector3d::Zero(), missed_by = told;
     std::set<std::int32_t> nodes;  // a disc with several rows names a node several times
     for (std::int32_t e = 0; e < shape.contacts.node_count; ++e) {
       const palpate_contact_node& node = *palpate_contacts_node(&shape.contacts, e);
       if (node.source != PALPATE_SOURCE_TOOL || node.index != static_cast<std::int32_t>(t)) continue;
       told += Vector3d(node.force);
-      if (nodes.insert(node.node).second) truth += force.segment<3>(3 * node.node);
+      if (nodes.insert(node.node).second) missed_by += missing.segment<3>(3 * node.node);
     }
-    compared.forces[t] = {told.norm(), (told - truth).norm()};
+    compared.forces[t] = {told.norm(), missed_by.norm()};
   }
   return compared;
 }

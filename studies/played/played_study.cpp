@@ -45,6 +45,8 @@ void define(CLI::App& app, Options& options) {
 Json point_of(const SceneConfig& scene, const Compared& state) {
   Json point = {{"time_s", state.time},          {"field", state.field},       {"moved_mm", 1e3 * state.moved},
                 {"worst_mm", 1e3 * state.worst}, {"residual", state.residual}, {"least_volume", state.least_volume}};
+  if (!scene.blades.empty() || !scene.removals.empty())
+    point["split_nodes"] = state.split_nodes, point["removed_tetrahedra"] = state.removed;
   for (std::size_t t = 0; t < state.forces.size(); ++t) {
     point[scene.tools[t].name + "_N"] = state.forces[t].force;
     point[scene.tools[t].name + "_missed_N"] = state.forces[t].missed;
@@ -65,7 +67,7 @@ void run_study(const Options& options) {
   const SceneConfig scene = read_scene_config(options.scene);
   const auto bundle = bundle_of(scene, options.bundles);
   Player player(scene, bundle);
-  const Comparison comparison(player, bundle);
+  Comparison comparison(player, bundle);
   std::filesystem::create_directories(options.output / "logs");
   std::vector<Json> points;
   FlagCounts touches;

@@ -1,4 +1,4 @@
-"""cut_block.py PALPATE_PRECOMPUTE BUNDLE: precomputes a block of 80 x 50 x 40 mm, held at x = 0, all of which may be cut; its files lie beside it."""
+"""cut_block.py PALPATE_PRECOMPUTE BUNDLE [OPTIONS of palpate-precompute]: precomputes a block of 80 x 50 x 40 mm, held at x = 0, all of which may be cut; its files lie beside it."""
 import itertools
 import pathlib
 import subprocess
@@ -41,4 +41,4 @@ select = { box = { min = [-1, -1, -1], max = [0.1, 100, 100] } }
 [cut]
 region = { box = { min = [-1, -1, -1], max = [100, 100, 100] }, where = "all" }
 """)
-subprocess.run([program, mesh, "--organ", organ, "--boundary", boundary, "-o", bundle], check=True)
+subprocess.run([program, mesh, "--organ", organ, "--boundary", boundary, "-o", bundle, *sys.argv[3:]], check=True)

@@ -109,7 +109,7 @@ studies/peers/: studies/peers/ studies/timing/ precompute/elements/ formats/: pl
 studies/cut/: studies/cut/ studies/accuracy/ studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/cut/ formats/: plumbing Eigen CLI11
 studies/hyperelastic/: studies/hyperelastic/ studies/timing/ precompute/elements/ runtime/large/ runtime/base/: Eigen
 studies/large/: studies/large/ studies/coupled/ studies/hyperelastic/ studies/accuracy/ studies/timing/ precompute/elements/ formats/: plumbing CLI11 Eigen palpate
-studies/played/: studies/played/ studies/hyperelastic/ studies/accuracy/ studies/timing/ programs/player/ runtime/large/ formats/: plumbing CLI11 Eigen
+studies/played/: studies/played/ studies/hyperelastic/ studies/accuracy/ studies/timing/ programs/player/ runtime/cut/ runtime/large/ runtime/include/ formats/: plumbing CLI11 Eigen
 studies/reality/: studies/reality/ studies/validation/ studies/hyperelastic/ studies/bodies/ studies/timing/ precompute/elements/ precompute/solver/ runtime/large/ formats/: plumbing CLI11 Eigen
 studies/paper/: studies/paper/ studies/peers/ studies/timing/ precompute/run/ precompute/solver/ runtime/tissue/ formats/: plumbing CLI11 PETSc palpate
 studies/accuracy/: studies/accuracy/ studies/timing/ precompute/elements/ precompute/bundle_tool/ runtime/surface/ runtime/base/ formats/: plumbing CLI11 toml++ Eigen palpate

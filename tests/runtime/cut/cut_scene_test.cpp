@@ -43,7 +43,8 @@ constexpr palpate_deformation_model kLarge[] = {PALPATE_DEFORMATION_LARGE, PALPA
 // 80 x 50 x 40 mm, all of which may be cut, held at x = 0.
 struct Block {
   explicit Block(Element of, const char* foundation = Inputs::kBesideTheCut)
-      : inputs(of, {10, 6, 5}, kAll, foundation), body(inputs.body()) {
+      : Block(Inputs(of, {10, 6, 5}, kAll, foundation)) {}
+  explicit Block(Inputs made) : inputs(std::move(made)), body(inputs.body()) {
     palpate_error error = {};
     palpate_bundle* opened = nullptr;
     EXPECT_EQ(palpate_bundle_open_file(inputs.precompute("").c_str(), nullptr, &opened, &error), PALPATE_OK)
@@ -88,7 +89,8 @@ ElasticBody left_of(const ElasticBody& body, const CutMesh& mesh) {
 // The node of the cut mesh that a node of the scene is.
 std::int32_t in_mesh_of(const ElasticBody& body, std::int32_t node) {
   const std::int32_t first = body.surface_count - body.reserve;
-  return node < first ? node : static_cast<std::int32_t>(body.nodes.size()) + node - first;
+  const bool is_new = node >= first && node < body.surface_count;
+  return is_new ? static_cast<std::int32_t>(body.nodes.size()) + node - first : node;
 }
 
 struct Played {
@@ -137,10 +139,13 @@ struct Played {
     const auto rest = static_cast<std::int32_t>(of.body.nodes.size());
     return node < rest ? node : of.body.surface_count - of.body.reserve + node - rest;
   }
+  std::int32_t shaped_nodes() const {
+    return scene->def.shape == PALPATE_SHAPE_VOLUME ? static_cast<std::int32_t>(of.body.nodes.size()) : surface_nodes();
+  }
   std::vector<float> positions() {
-    std::vector<float> found(3 * static_cast<std::size_t>(surface_nodes()));
+    std::vector<float> found(3 * static_cast<std::size_t>(shaped_nodes()));
     palpate_shape_out out = palpate_default_shape_out();
-    out.positions = found.data(), out.node_capacity = surface_nodes();
+    out.positions = found.data(), out.node_capacity = shaped_nodes();
     EXPECT_EQ(palpate_scene_shape(scene.get(), contacts, &out), 0u);
     return found;
   }
@@ -834,9 +839,11 @@ struct LeftBody {
     for (int s = 1; s <= 4; ++s) lambda = newton.solve(rows, s / 4.0 * place, &right);
     Errors found;
     const std::vector<float> shape = of.positions();
-    std::set<std::int32_t> of_surface;
-    for (const auto& t : of.triangles()) of_surface.insert(t.begin(), t.end());
-    for (const std::int32_t n : of_surface)
+    std::set<std::int32_t> shown;
+    for (const auto& t : large.elastic().tetrahedra)
+      for (const std::int32_t own : t)
+        if (const std::int32_t n = of.in_scene(own); n < of.shaped_nodes()) shown.insert(n);
+    for (const std::int32_t n : shown)
       for (std::size_t i = 0; i < 3; ++i) {
         const std::int32_t own = of.in_mesh(n);
         const double u = static_cast<double>(shape[3 * static_cast<std::size_t>(n) + i]) -
@@ -890,6 +897,31 @@ TEST(CutScene, AFlapIsDrawnUpUnderLargeDeformation) {
     EXPECT_LT(force, 0.02) << name_of(element);
     EXPECT_LE(flagged, kind.is_beside() ? 30 : 0);
   }
+}
+
+// Nodes inside, of which the region of the cut has some.
+TEST(CutScene, TheInteriorFollowsACutUnderLargeDeformation) {
+  SceneDef def = large_def();
+  def.shape = PALPATE_SHAPE_VOLUME;
+  const Block part(Inputs(Element::p1_anp, {9, 6, 5}));
+  Played played(part, def);
+  ASSERT_GT(played.shaped_nodes(), played.surface_nodes());
+  ASSERT_EQ(played.touch(), 0u);
+  const std::vector<float> at_rest = played.positions();
+  for (std::size_t i = 3 * static_cast<std::size_t>(played.surface_nodes()); i < at_rest.size(); ++i)
+    ASSERT_EQ(at_rest[i], static_cast<float>(part.body.nodes[i / 3][i % 3])) << i;
+  played.cut(0.055);
+  EXPECT_GT(played.state().nodes, 5);
+  palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0, 0});
+  const LeftBody left(played, Element::p1_anp);
+  for (int s = 1; s <= 200; ++s) {
+    up.displacement[1] = 1e-4 * s, up.displacement[2] = 5e-5 * s;
+    EXPECT_EQ(played.touch({puller(up, 1)}), 0u) << s;
+  }
+  const LeftBody::Errors errors = left.errors(played, {&up});
+  EXPECT_GT(errors.largest, 0.0199);
+  EXPECT_LT(errors.field, 0.01);
+  EXPECT_LT(errors.force, 0.02);
 }
 
 // A squeezed cut against Newton's method on the mesh that is left, with the rows of the lips that press as equations.

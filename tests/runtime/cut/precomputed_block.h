@@ -24,7 +24,7 @@ struct Inputs {
   explicit Inputs(Element of, std::array<int, 3> cells = {16, 10, 8},
                   const std::string& region = "{ half_space = { point = [34, 0, 0], normal = [-1, 0, 0] } }",
                   const std::string& foundation = kBesideTheCut)
-      : element(of), founded(foundation) {
+      : element(of), form('.' + std::to_string(cells[0]) + (foundation == kBelowAll ? ".below." : ".")) {
     write_mesh(file("msh"), box_mesh(cells, {80, 50, 40}, 0.1));
     std::ofstream(file("organ.toml")) << "name = \"block\"\nmesh_unit = \"mm\"\nframe = \"none\"\nelement = \""
                                       << name_of(of) << R"("
@@ -59,9 +59,7 @@ axis = [0.3, 0.2, 1]
 select = { and = [{ patch = "z0" }, { half_space = { point = [2, 0, 0], normal = [-1, 0, 0] } }] })"
                                    << "\n[cut]\nregion = " << region << '\n';
   }
-  std::filesystem::path file(const std::string& name) const {
-    return scratch(std::string(name_of(element)) + (founded == kBelowAll ? ".below." : ".") + name);
-  }
+  std::filesystem::path file(const std::string& name) const { return scratch(name_of(element) + form + name); }
   std::string precompute(const std::string& options) const {
     const std::string bundle = file("h5").string();
     const ProgramRun ended = run_in(fresh_folder(), PALPATE_PRECOMPUTE_PROGRAM " " + file("msh").string() +
@@ -76,7 +74,7 @@ select = { and = [{ patch = "z0" }, { half_space = { point = [2, 0, 0], normal =
                              read_boundary_config(file("bc.toml")), {file("msh"), file("organ.toml"), file("bc.toml")});
   }
   Element element;
-  std::string founded;
+  std::string form;  // of the file names
 };
 
 }  // namespace palpate::tests

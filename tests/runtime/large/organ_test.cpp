@@ -125,7 +125,7 @@ void press_ball(const LawForm& form) {
     const double raw = largest_force(contacts);
     ASSERT_TRUE(std::isfinite(raw));
     if (step % 20 != 0 || raw == 0) continue;
-    const auto [weights, compliance, place, carried] = held_rows(deforming_body_of(*scene.get()), nodes);
+    const auto [weights, compliance, place, carried, load] = held_rows(deforming_body_of(*scene.get()), nodes);
     VectorXd u = VectorXd::Zero(3 * nodes), force;
     for (int i = 1; i <= 8; ++i) force = reference.solve(weights, place * i / 8, &u, 1e-7, compliance);
     worst = std::max(worst, carried.norm() / force.norm()), ++compared;

@@ -237,7 +237,7 @@ class RandomLargeScenes {
     // At the places of the rows that hold, with no force on the others.
     template <class Told>
     void compare(int k, bool behind, const Eigen::VectorXd& u, LargeFinds* finds, const Told& told) {
-      const auto [w, c, target, carried] = held_rows(deforming_body_of(*scene_.get()), count_);
+      const auto [w, c, target, carried, load] = held_rows(deforming_body_of(*scene_.get()), count_);
       if (target.size() == 0) return;
       Eigen::VectorXd exact, force;
       bool known = false;

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """A second of a pressed, grasped ellipsoid beside its converged solution, with the real programs. Usage: played_test.py BIN [TEST ...]"""
+import json
 import os
 import subprocess
 import sys
@@ -27,6 +28,28 @@ disc_radius = 15
 friction = 0.3
 at = "foremost"
 depth = [[0, -5], [0.2, 0], [0.6, 15], [1, 5]]
+"""
+
+# A block of 80 x 50 x 40 mm that is held at x = 0: a blade cuts it half through, and a finger presses down what it has freed.
+CUT = """name = "cut"
+unit = "mm"
+[effects]
+deformation = "large"
+shape = "volume"
+[rate]
+shape = 10
+[limits]
+displacement = 0.05
+[[tool]]
+name = "finger"
+points = [[0, 0, 0]]
+disc_radius = 8
+path = [[0, 70, 12, 42], [0.6, 70, 12, 42], [0.9, 70, 12, 24], [1, 70, 12, 24]]
+[[blade]]
+name = "scalpel"
+edge = [[0, 0, 50], [0, 0, -10]]
+path = [[0, 40, -5, 0], [0.3, 40, -5, 0], [0.5, 40, 26, 0]]
+cuts = [[0, 0.55]]
 """
 
 
@@ -76,6 +99,24 @@ class PlayedStudy(StudyTest):
         with open(linear, "w") as file:
             file.write(SCENE.replace('deformation = "large"', 'deformation = "linear"'))
         self.assertIn("deformation", run_program("played_study", linear, "--bundle", self.bundle, "-o", self.folder + "-linear", code=2))
+
+    def test_a_cut_organ_stays_near_the_converged_solution_of_the_mesh_that_is_left(self):
+        block, scene, folder = (os.path.join(self.scratch.name, name) for name in ("block.h5", "cut.toml", "cut"))
+        subprocess.run([sys.executable, os.path.join(ROOT, "tests", "embed", "cut_block.py"), os.path.join(BIN, "palpate-precompute"), block,
+                        "--large-deformation"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with open(scene, "w") as file:
+            file.write(CUT)
+        run_program("played_study", scene, "--bundle", block, "-o", folder)
+        with open(os.path.join(folder, "played.json")) as file:
+            points = json.load(file)["points"]
+        self.assertEqual([p["unsolved"] for p in points], [""] * 11)
+        self.assertEqual(points[3]["split_nodes"], 0)
+        self.assertGreater(points[-1]["split_nodes"], 5)
+        self.assertGreater(points[-1]["moved_mm"], 10)
+        for p in points:
+            if p["moved_mm"] > 1 and not p["flags"]:
+                self.assertLess(p["field"], 0.01, p)
+                self.assertLess(p["finger_missed_N"], 0.02 * p["finger_N"], p)
 
 
 if __name__ == "__main__":
