@@ -49,6 +49,8 @@ class CutBasis {
   void drop_last(std::int32_t patterns);
   // Three patterns: unit forces on a slot's node. -1: no room.
   std::int32_t nodal(std::int32_t slot);
+  // The first of them; -1: they have not been asked for.
+  std::int32_t find_nodal(std::int32_t slot) const { return nodal_[slot] - 1; }
 
   // Calls visit(slot, force) for a pattern's forces.
   template <class Visit>

@@ -252,6 +252,7 @@ CutCompliance::Unit CutCompliance::remove(std::int32_t e) {
   }
   if (unit) unit = take_away(e);
   if (unit) {
+    lose_loads(e);
     tissue_.remove(e);
     return unit;
   }
@@ -259,6 +260,18 @@ CutCompliance::Unit CutCompliance::remove(std::int32_t e) {
   for (int a = 0; a < 4; ++a)
     if (grounded[a] > 0) ground_node(tissue_.corners(e)[a], -grounded[a]);
   return unit;
+}
+
+// Its part of what acts at its corners goes with it; springs, which stay, keep what they are moved by.
+void CutCompliance::lose_loads(std::int32_t e) {
+  for (int a = 0; a < 4; ++a) {
+    const std::int32_t node = tissue_.corners(e)[a];
+    scratch_.moved[e] = static_cast<std::uint8_t>(a + 1);
+    LoadShare share = share_of_loads(node);
+    share.on_surface = supports_.share_of_triangles(tissue_, node, scratch_.moved);
+    tissue_.lose_loads(node, share);
+  }
+  scratch_.moved[e] = 0;
 }
 
 // The foundation below a face of a tetrahedron, times factor.

@@ -101,6 +101,11 @@ class CutCompliance {
   std::int32_t most_slots() const { return capacity_.nodes; }
   std::int32_t node_of_slot(std::int32_t slot) const { return slots_.nodes()[slot]; }
   Vec3 pseudo_force(std::int32_t slot) const { return pseudo_force_[slot]; }
+  // The first of three patterns that are unit forces on a node at rest; -1: there are none. Nodes of removed tetrahedra have them.
+  std::int32_t nodal_pattern(std::int32_t at_rest) const {
+    const std::int32_t slot = slots_.find(at_rest);
+    return slot < 0 ? -1 : basis_.find_nodal(slot);
+  }
   // m, of a new node against its origin; zero of other nodes.
   Vec3 jump(std::int32_t node) const;
 
@@ -111,6 +116,7 @@ class CutCompliance {
   LoadShare share_of_loads(std::int32_t node) const;
   Unit split_site(std::int32_t node, std::int32_t from, std::int32_t region);
   Unit remove(std::int32_t tetrahedron);
+  void lose_loads(std::int32_t tetrahedron);
   Unit take_away(std::int32_t tetrahedron);
   Unit change_foundation(std::int32_t tetrahedron, int opposite, double factor);
   Unit ground_node(std::int32_t node, double stiffness);

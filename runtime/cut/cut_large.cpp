@@ -25,7 +25,7 @@ bool CutLarge::create(SceneMemory& memory, const Parts& parts, TouchState* touch
       memory.array<double>(CutBasis::scratch_of_weigh(compliance_.most_slots(), static_cast<std::int32_t>(stride_)));
   x_ = memory.array<double>(vectors * stride_), w_ = memory.array<double>(vectors * stride_);
   pseudo_ = memory.array<Vec3>(slots);
-  loads_ = memory.array<MeshFollower::DividedLoad>(2 * made);
+  loads_ = memory.array<MeshFollower::DividedLoad>(made + slots);
   for (std::int32_t k = 0; k < most_new_ && origin_; ++k) origin_[k] = first_new_ + k;
   if (touch) touch->offset.change_body(this);
   return !memory.failed();
@@ -127,7 +127,7 @@ void CutLarge::follow_loads() {
   std::int32_t count = 0;
   for (std::int32_t k = 0; k < followed_; ++k)
     loads_[count++] = {first_new_ + k, origin_[k], tissue.loads(rest_nodes_ + k)};
-  for (std::int32_t n = 0; n < rest_nodes_ && followed_ > 0; ++n) {
+  for (std::int32_t n = 0; n < rest_nodes_; ++n) {
     const LoadShare& share = tissue.loads(n);
     if (share.in_volume != 1 || share.on_surface != 1) loads_[count++] = {n, n, share};
   }

@@ -77,7 +77,7 @@ class CutLarge final : public CutTarget, public AddedCompliance, public ChangedB
     MeshFollower::Support *list = nullptr, *grounded = nullptr;
     std::int32_t count = 0, grounded_count = 0;
   } supports_;
-  MeshFollower::DividedLoad* loads_ = nullptr;  // [new nodes, twice]
+  MeshFollower::DividedLoad* loads_ = nullptr;  // [new nodes and slots]
 };
 
 }  // namespace palpate

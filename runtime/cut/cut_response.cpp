@@ -30,7 +30,8 @@ bool CutResponse::create(SceneMemory& memory, const Source& source) {
   scratch_.column = memory.array<double>(3 * numbers);
   scratch_.pair_row = memory.array<double>(9 * static_cast<std::size_t>(source.pair_count));
   scratch_.pattern = memory.array<double>(static_cast<std::size_t>(kPatternsAtOnce) * numbers);
-  scratch_.x = memory.array<double>(stride_), scratch_.y = memory.array<double>(stride_);
+  scratch_.x = memory.array<double>(stride_), scratch_.y = memory.array<double>(stride_),
+  scratch_.alone = memory.array<double>(stride_);
   scratch_.spread = memory.array<double>(numbers * kMostRows);
   scratch_.moved = memory.array<float>(numbers), scratch_.moved_by = memory.array<float>(numbers);
   scratch_.row = memory.array<const void*>(3 * slots), scratch_.coefficient = memory.array<float>(3 * slots);
@@ -250,8 +251,10 @@ void CutResponse::begin_step(const Offset& offset) {
   for (std::int32_t p = 0; p < filled_; ++p)
     compliance.basis().for_each_force(
         p, [&](std::int32_t slot, Vec3 force) { scratch_.x[p] += dot(force, scratch_.slot_moved[slot]); });
-  if (load_) add_divided_loads(rows, scratch_.x);
+  std::fill_n(scratch_.alone, stride_, 0.0);
+  if (load_) add_divided_loads(rows);
   multiply(scratch_.x, 1, scratch_.y);
+  for (std::int32_t p = 0; p < filled_; ++p) scratch_.y[p] += scratch_.alone[p];
   spread(scratch_.y, 1, scratch_.spread);
   for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(nodes()); ++i)
     scratch_.moved[i] = static_cast<float>(scratch_.spread[i * kMostRows]);
@@ -300,18 +303,18 @@ bool CutResponse::take_loads(SceneMemory& memory, const HyperelasticBody& body, 
   return made;
 }
 
-// x += Z^T df, with df the loads of the parts of divided nodes less those of the uncut body. At one place df sums to zero, so C df is zero.
-void CutResponse::add_divided_loads(const OffsetRows& rows, double* x) const {
+// Of df, the loads of the nodes less those of the uncut body: x += Z^T df; alone: C df, by patterns. Where nodes only divide, df sums to zero at
+// one place, and C df is zero; where tetrahedra are removed, there are patterns of unit forces.
+void CutResponse::add_divided_loads(const OffsetRows& rows) {
   const CutTissue& tissue = source_.compliance->tissue();
   for (std::int32_t n = 0; n < source_.rest_nodes; ++n)
     if (const LoadShare& share = tissue.loads(n); share.in_volume != 1 || share.on_surface != 1)
-      add_load(rows, n, n, 1, x);
-  for (std::int32_t n = source_.rest_nodes; n < tissue.nodes(); ++n) add_load(rows, n, tissue.origin(n), 0, x);
+      add_load(rows, n, n, 1);
+  for (std::int32_t n = source_.rest_nodes; n < tissue.nodes(); ++n) add_load(rows, n, tissue.origin(n), 0);
 }
 
 // less: the share that o has at this node already: 1 at a node at rest, 0 at a new one.
-void CutResponse::add_load(const OffsetRows& rows, std::int32_t node, std::int32_t at_rest, double less,
-                           double* x) const {
+void CutResponse::add_load(const OffsetRows& rows, std::int32_t node, std::int32_t at_rest, double less) {
   const LoadShare& share = source_.compliance->tissue().loads(node);
   Vec3 force;
   for (std::int32_t m = 0; m < loads(); ++m) {
@@ -322,7 +325,9 @@ void CutResponse::add_load(const OffsetRows& rows, std::int32_t node, std::int32
     const double part = amount * ((in_volume ? share.in_volume : share.on_surface) - less);
     for (int i = 0; i < 3 && part != 0; ++i) force[i] += part * static_cast<double>(load[i]);
   }
-  add_force(surface_node(node), force, x);
+  add_force(surface_node(node), force, scratch_.x);
+  const std::int32_t pattern = source_.compliance->nodal_pattern(at_rest);
+  for (int i = 0; i < 3 && pattern >= 0; ++i) scratch_.alone[pattern + i] += force[i];
 }
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
 // What a cut adds to the response of the surface nodes: the patterns of cut_compliance.h at each of them. Z is held for all surface nodes and grows
 // with the patterns, of which none changes any more. So the cut body has
 //     W' = C + Z M Z^T    between contact nodes,
-//     u = o + C f + Z M (Z^T (f + df) + P^T o)    at all surface nodes, under forces f and what the offset and the preload make of the uncut body, o,
-// with df, what parts of divided nodes have of the loads that make o (take_loads()).
+//     u = o + C (f + df) + Z M (Z^T (f + df) + P^T o)    at all surface nodes, under forces f and what the offset and the preload make of the uncut body, o,
+// with df, what divided nodes have of the loads that make o, less what the uncut body has (take_loads()).
 // A new node is a surface node of the bundle that has waited in no tetrahedron (reserve); it has the columns and rows of the node that it comes from.
 #pragma once
 
@@ -93,8 +93,8 @@ class CutResponse final : public ChangedBody {
   bool fill_by_columns(std::int32_t first, std::int32_t end);
   bool read_column(std::int32_t node);
   std::int32_t loads() const { return load_rows_ + (source_.preload ? 1 : 0); }
-  void add_divided_loads(const OffsetRows& rows, double* x) const;
-  void add_load(const OffsetRows& rows, std::int32_t node, std::int32_t at_rest, double less, double* x) const;
+  void add_divided_loads(const OffsetRows& rows);
+  void add_load(const OffsetRows& rows, std::int32_t node, std::int32_t at_rest, double less);
   double* row(std::int32_t node) const { return z_ + 3 * static_cast<std::size_t>(node) * stride_; }
 
   Source source_;
@@ -113,10 +113,11 @@ class CutResponse final : public ChangedBody {
   float* load_ = nullptr;     // [loads()][rest_nodes][3] N: per unit of each row; by the preload
   std::int32_t load_rows_ = 0;
   struct Scratch {
-    double* column = nullptr;                     // [3][3 surface nodes] of a slot's node
-    double* pair_row = nullptr;                   // [3][3 pair_count]
-    double* pattern = nullptr;                    // [kPatternsAtOnce][3 surface nodes]
-    double *x = nullptr, *y = nullptr;            // [stride]
+    double* column = nullptr;           // [3][3 surface nodes] of a slot's node
+    double* pair_row = nullptr;         // [3][3 pair_count]
+    double* pattern = nullptr;          // [kPatternsAtOnce][3 surface nodes]
+    double *x = nullptr, *y = nullptr;  // [stride]
+    double* alone = nullptr;  // [stride] of patterns that are unit forces: what loads less than those of the uncut body
     double* spread = nullptr;                     // [3 surface nodes][kMostRows]
     float *moved = nullptr, *moved_by = nullptr;  // [surface nodes][3] m; m per unit of a pattern
     const void** row = nullptr;                   // [3 slots]

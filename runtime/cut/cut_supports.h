@@ -53,6 +53,8 @@ class CutSupports {
   // Of the forces on the surface at a node: as foundations divide there, or springs, so that supports which move pull each part by its own; else as the
   // area of the node's triangles. -1: it has none.
   double share_of_forces(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes) const;
+  // The same where these tetrahedra are removed: springs stay.
+  double share_of_triangles(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes) const;
   // Springs of a node: calls visit(node at rest, block, N/m, in the rows of the node and the columns of the other one), the node itself among them.
   template <class Visit>
   void for_each_spring(std::int32_t at_rest, Visit visit) const {

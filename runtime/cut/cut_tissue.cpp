@@ -43,6 +43,10 @@ void CutTissue::add_node(std::int32_t from, LoadShare share) {
   ++new_count_;
 }
 
+void CutTissue::lose_loads(std::int32_t node, LoadShare share) {
+  loads_[node].in_volume *= 1 - share.in_volume, loads_[node].on_surface *= 1 - share.on_surface;
+}
+
 void CutTissue::move_corner(std::int32_t e, std::int32_t from, std::int32_t to) {
   std::int32_t* const corner = corners_ + 4 * static_cast<std::int64_t>(e);
   std::replace(corner, corner + 4, from, to);

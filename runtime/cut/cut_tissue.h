@@ -59,6 +59,8 @@ class CutTissue {
 
   // gets the number nodes(). share: of what `from` has of the loads.
   void add_node(std::int32_t from, LoadShare share);
+  // A part of a node's tetrahedra is removed, which has this share of the node's loads.
+  void lose_loads(std::int32_t node, LoadShare share);
   const LoadShare& loads(std::int32_t node) const { return loads_[node]; }
   void move_corner(std::int32_t e, std::int32_t from, std::int32_t to);
   void remove(std::int32_t e) { removed_[e] = 1; }

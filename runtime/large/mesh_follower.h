@@ -107,7 +107,7 @@ class MeshFollower {
   };
   // All of them from now on. Borrowed.
   virtual void take_supports(const Support* /*supports*/, std::int32_t /*count*/) {}
-  // Of nodes that have split, all from now on: new nodes first, then those at rest. Borrowed.
+  // Of nodes that have split or lost tetrahedra, all from now on: new nodes first, then those at rest. Borrowed.
   struct DividedLoad {
     std::int32_t node, at_rest;
     LoadShare share;

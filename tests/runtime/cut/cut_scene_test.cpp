@@ -75,6 +75,8 @@ ElasticBody left_of(const ElasticBody& body, const CutMesh& mesh) {
   for (std::size_t t = 0; t < body.triangles.size(); ++t)
     if (mesh.surface().face(static_cast<std::int32_t>(t)) >= 0)
       mesh.surface().nodes(static_cast<std::int32_t>(t), now.triangles[t].data());
+    else
+      now.triangles[t] = {};
   for (auto& foundation : now.foundations)
     std::erase_if(foundation.triangles, [&](std::int32_t t) { return mesh.surface().face(t) < 0; });
   now.tetrahedra.clear(), now.region.clear();
@@ -1030,8 +1032,13 @@ struct Outside {
   }
 };
 
-// Where nodes split, what is left of their tetrahedra and triangles has its own weight, its own pressure and its own part of a foundation that moves.
-TEST(CutScene, EachLipBearsItsOwnPartOfWhatActsFromOutside) {
+// Where nodes split, what is left of their tetrahedra and triangles has its own weight, its own pressure and its own part of a foundation that moves. What
+// is removed takes its own along.
+struct RemovedBall {
+  double x, y, radius, z[2];  // m: above and below
+  double off;                 // of a linear organ, of the largest displacement
+};
+void compare_outside(const RemovedBall& ball) {
   const Outside outside;
   for (auto& [element, def] : kinds()) {
     SCOPED_TRACE(std::string(name_of(element)) + " " + std::to_string(def.large.deformation));
@@ -1039,6 +1046,13 @@ TEST(CutScene, EachLipBearsItsOwnPartOfWhatActsFromOutside) {
     moved.motions.motions = 1, moved.cut.cut_lips = 0;
     Played played(standing_block(element), moved);
     played.cut(0.03);
+    for (const double z : ball.z) {
+      const double centre[3] = {ball.x, ball.y, z};
+      ASSERT_EQ(palpate_scene_remove_tissue(played.scene.get(), centre, ball.radius, nullptr), PALPATE_OK);
+      ASSERT_EQ(played.touch() & ~PALPATE_STEP_DEFORMATION_BEHIND, 0u);
+    }
+    EXPECT_GT(played.state().removed, 6);
+    EXPECT_EQ(played.state().pieces, 1);
     for (int s = 1; s <= 100; ++s) outside.act(played, s);
     const ElasticBody left = played.left();
     VectorXd right = VectorXd::Zero(3 * static_cast<Eigen::Index>(left.nodes.size()));
@@ -1058,8 +1072,15 @@ TEST(CutScene, EachLipBearsItsOwnPartOfWhatActsFromOutside) {
           farthest = std::max(farthest, std::abs(right[3 * own + i]));
         }
     EXPECT_GT(farthest, 0.005);
-    EXPECT_LT(off, (large ? 1e-3 : 1e-5) * farthest);
+    EXPECT_LT(off, (large ? 1e-3 : ball.off) * farthest);
   }
+}
+TEST(CutScene, EachLipBearsItsOwnPartOfWhatActsFromOutside) {
+  compare_outside({0.06, 0.0125, 0.0055, {0.038, 0.002}, 1e-5});
+}
+// The bundle of a linear organ does not say which triangles of a node at an edge bear a pressure: all of them count.
+TEST(CutScene, TissueThatIsRemovedAtAnEdgeTakesItsLoadsAlong) {
+  compare_outside({0.062, 0.012, 0.014, {0.04, 0}, 0.01});
 }
 
 // ---- states ----------------------------------------------------------------------------------------------------------
