@@ -79,6 +79,7 @@ void CutScene::begin_step(TouchStep&) {
       place_nodes();
     }
   }
+  source_.target->end_changes(false);
   tell_state();
 }
 
@@ -96,7 +97,6 @@ void CutScene::follow(double* left) {
     }
     log_.done();
   }
-  source_.target->end_changes(false);
   if (log_.left() == 0 && !told_.is_full) {
     surface_.show(mesh_, log_.last(), source_.touched), ++told_.surface;
     source_.target->show(surface_.all());

@@ -46,7 +46,7 @@ BodyMetric::Made BodyMetric::create(SceneMemory& memory, const HyperelasticBody&
 }
 
 void BodyMetric::solve(float* const* x, int count) const {
-  double amounts[3][kMostOffsetRows];
+  double amounts[kMostVectors][kMostOffsetRows];
   for (int c = 0; c < count; ++c) held_.before(x[c], amounts[c]);
   solve_unheld(x, count);
   for (int c = 0; c < count; ++c) held_.after(amounts[c], x[c]);

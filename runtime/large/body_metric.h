@@ -22,7 +22,8 @@ class BodyMetric {
   // Makes anew what the kept state says.
   void restored();
 
-  // x <- metric^-1 x, with what volumes that are held add. solve_roughly(): as BlockFactor's.
+  // x <- metric^-1 x, with what volumes that are held add; of kMostVectors at most. solve_roughly(): as BlockFactor's.
+  static constexpr int kMostVectors = AddedCompliance::kMostVectors;
   void solve(float* const* x, int count) const;
   void solve(float* x) const { solve(&x, 1); }
   // The same without held volumes; and with the stiffness at rest.

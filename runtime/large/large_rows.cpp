@@ -65,7 +65,8 @@ void LargeRows::restored() {
 }
 
 void LargeRows::find_all_responses() {
-  for (std::int32_t i = 0; i < state_.spot_count; ++i) find_responses(now_.spots[i]);
+  for (std::int32_t i = 0; i < state_.spot_count; ++i) wait_for_responses(now_.spots[i]);
+  find_waiting_responses();
   measure_spots();
   fill_compliance();
   factor();
@@ -314,45 +315,65 @@ void LargeRows::find_new_responses() {
     while (slot_used_[free_slot]) ++free_slot;
     spot.slot = free_slot, slot_used_[free_slot] = true;
     ++generation_[free_slot];
-    find_responses(spot);
+    wait_for_responses(spot);
   }
+  find_waiting_responses();
   measure_spots();
 }
 
-void LargeRows::find_responses(const Spot& spot) {
-  float* columns[3];
-  for (int d = 0; d < 3; ++d) {
-    float* const y = columns[d] = rest_response(spot, d);
-    std::fill(y, y + energy_->length(), 0.0f);
-    for (std::int32_t e = spot.first; e < spot.first + spot.count; ++e)
-      if (now_.place[e] < energy_->rows())
-        y[3 * static_cast<std::size_t>(now_.place[e]) + static_cast<std::size_t>(d)] +=
-            static_cast<float>(now_.weight[e]);
-    energy_->clear_held(y);
+// y: a unit force on a spot along an axis.
+void LargeRows::load(const Spot& spot, int axis, float* y) const {
+  std::fill(y, y + energy_->length(), 0.0f);
+  for (std::int32_t e = spot.first; e < spot.first + spot.count; ++e)
+    if (now_.place[e] < energy_->rows())
+      y[3 * static_cast<std::size_t>(now_.place[e]) + static_cast<std::size_t>(axis)] +=
+          static_cast<float>(now_.weight[e]);
+  energy_->clear_held(y);
+}
+
+// Spots are solved kSpotsAtOnce together.
+void LargeRows::wait_for_responses(const Spot& spot) {
+  waiting_.spots[waiting_.count++] = &spot;
+  if (waiting_.count == kSpotsAtOnce) find_waiting_responses();
+}
+
+void LargeRows::find_waiting_responses() {
+  if (waiting_.count > 0) find_responses(waiting_.spots, waiting_.count);
+  waiting_.count = 0;
+}
+
+// Of kSpotsAtOnce spots at most, which read the factor from memory together.
+void LargeRows::find_responses(const Spot* const* spots, int count) {
+  float *at_rest[BodyMetric::kMostVectors], *of_metric[BodyMetric::kMostVectors];
+  const int vectors = 3 * count;
+  const std::size_t length = energy_->length();
+  for (int v = 0; v < vectors; ++v) {
+    at_rest[v] = rest_response(*spots[v / 3], v % 3), of_metric[v] = response(*spots[v / 3], v % 3);
+    load(*spots[v / 3], v % 3, at_rest[v]);
   }
   if (rest_responses_) {
-    float* of_metric[3];
-    for (int d = 0; d < 3; ++d)
-      of_metric[d] = response(spot, d), std::copy(columns[d], columns[d] + energy_->length(), of_metric[d]);
-    metric_->solve_at_rest(columns, 3);
-    if (metric_->is_renewed() || metric_->held().count() > 0)
-      metric_->solve(of_metric, 3);
-    else
-      for (int d = 0; d < 3; ++d) std::copy(columns[d], columns[d] + energy_->length(), of_metric[d]);
-    for (int d = 0; d < 3; ++d) columns[d] = of_metric[d];
+    const bool differ = metric_->is_renewed() || metric_->held().count() > 0;
+    for (int v = 0; v < vectors && differ; ++v) std::copy(at_rest[v], at_rest[v] + length, of_metric[v]);
+    metric_->solve_at_rest(at_rest, vectors);
+    if (differ) metric_->solve(of_metric, vectors);
+    for (int v = 0; v < vectors && !differ; ++v) std::copy(at_rest[v], at_rest[v] + length, of_metric[v]);
   } else {
-    metric_->solve(columns, 3);
+    metric_->solve(of_metric, vectors);
   }
+  for (int k = 0; k < count; ++k) measure_longest(*spots[k]);
+  solves_ += vectors;
+}
+
+void LargeRows::measure_longest(const Spot& spot) {
   for (int d = 0; d < 3; ++d) {
     double& largest = largest_response_[3 * spot.slot + d];
     largest = 0;
     for (std::int32_t n = 0; n < energy_->rows(); ++n) {
-      const float* const at = columns[d] + 3 * static_cast<std::size_t>(n);
+      const float* const at = response(spot, d) + 3 * static_cast<std::size_t>(n);
       largest = std::max(largest, static_cast<double>(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]));
     }
     largest = std::sqrt(largest);
   }
-  solves_ += 3;
 }
 
 double LargeRows::most_softening() const {

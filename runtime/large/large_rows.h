@@ -162,7 +162,12 @@ class LargeRows {
       each(i, along(now_.spots[i], r));
     } while (++i < state_.spot_count && now_.spots[i].joined);
   }
-  void find_responses(const Spot& spot);
+  static constexpr int kSpotsAtOnce = BodyMetric::kMostVectors / 3;
+  void find_responses(const Spot* const* spots, int count);
+  void load(const Spot& spot, int axis, float* y) const;
+  void wait_for_responses(const Spot& spot);
+  void find_waiting_responses();
+  void measure_longest(const Spot& spot);
   void measure_spots();
   void on_spot(const Spot& spot, const float* field, double sum[3]) const;
   template <class Column>
@@ -199,6 +204,10 @@ class LargeRows {
   std::uint8_t* holds_ = nullptr;  // [most_rows]
   double* applied_ = nullptr;      // [most_rows] N
   double* work_ = nullptr;         // [most_rows]
+  struct Waiting {
+    const Spot* spots[kSpotsAtOnce];
+    int count = 0;
+  } waiting_;
   std::int32_t solves_ = 0;
 };
 

@@ -149,7 +149,7 @@ class LargeSolver {
   // Changes where the row's nodes or weights do.
   std::int64_t response_id(std::int32_t row) const { return rows_.response_id(row); }
 
-  // Solves since the last call that new nodes or weights took, three for each.
+  // Solves since the last call that new nodes or weights took.
   std::int32_t take_response_solves() { return rows_.take_solves(); }
 
   // Goes on with a new metric, between steps: the first of kSlices calls begins with the state as it is, the last one replaces the metric

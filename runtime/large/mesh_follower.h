@@ -27,7 +27,7 @@ struct NewNodes {
 // besides. Vectors go by places, [MeshFollower::Layout::length].
 class AddedCompliance {
  public:
-  static constexpr int kMostVectors = 3;
+  static constexpr int kMostVectors = 12;
 
   // Whether there is a cut.
   virtual bool acts() const { return false; }
