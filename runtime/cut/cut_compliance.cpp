@@ -268,7 +268,8 @@ void CutCompliance::lose_loads(std::int32_t e) {
     const std::int32_t node = tissue_.corners(e)[a];
     scratch_.moved[e] = static_cast<std::uint8_t>(a + 1);
     LoadShare share = share_of_loads(node);
-    share.on_surface = supports_.share_of_triangles(tissue_, node, scratch_.moved);
+    const double on_surface = supports_.share_of_triangles(tissue_, node, scratch_.moved);
+    share.on_surface = on_surface < 0 ? share.in_volume : on_surface;
     tissue_.lose_loads(node, share);
   }
   scratch_.moved[e] = 0;

@@ -204,7 +204,7 @@ double CutSupports::share_of_forces(const CutTissue& tissue, std::int32_t node, 
 double CutSupports::share_of_triangles(const CutTissue& tissue, std::int32_t node, const std::uint8_t* goes) const {
   const double share = share_by(tissue, node, goes, Weight::foundation);
   if (share >= 0) return share;
-  return has_springs(tissue.origin(node)) ? 0 : std::max(0.0, share_by(tissue, node, goes, Weight::area));
+  return has_springs(tissue.origin(node)) ? 0 : share_by(tissue, node, goes, Weight::area);
 }
 
 }  // namespace palpate

@@ -53,7 +53,14 @@ void CutReference::apply(const OwnedChange& change) {
     share_[static_cast<std::size_t>(made.node)] = goes / (goes + stays) * of;
     of *= stays / (goes + stays);
   }
-  for (const auto e : change.removed) left_[static_cast<std::size_t>(e)] = 0;
+  for (const auto e : change.removed) {
+    double before[4];
+    const auto& corners = body_.tetrahedra[static_cast<std::size_t>(e)];
+    for (std::size_t a = 0; a < 4; ++a) before[a] = volume_at(corners[a]);
+    left_[static_cast<std::size_t>(e)] = 0;
+    for (std::size_t a = 0; a < 4; ++a)
+      share_[static_cast<std::size_t>(corners[a])] *= volume_at(corners[a]) / before[a];
+  }
 }
 
 double CutReference::volume_at(std::int32_t node) const {
