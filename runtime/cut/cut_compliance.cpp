@@ -262,7 +262,7 @@ CutCompliance::Unit CutCompliance::remove(std::int32_t e) {
   return unit;
 }
 
-// Its part of what acts at its corners goes with it; springs, which stay, keep what they are moved by.
+// A tetrahedron that is removed takes its part of the loads at its corners along. Springs stay, and the loads of springs that move stay with them.
 void CutCompliance::lose_loads(std::int32_t e) {
   for (int a = 0; a < 4; ++a) {
     const std::int32_t node = tissue_.corners(e)[a];

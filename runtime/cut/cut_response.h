@@ -117,8 +117,8 @@ class CutResponse final : public ChangedBody {
     double* pair_row = nullptr;         // [3][3 pair_count]
     double* pattern = nullptr;          // [kPatternsAtOnce][3 surface nodes]
     double *x = nullptr, *y = nullptr;  // [stride]
-    double* alone = nullptr;  // [stride] of patterns that are unit forces: what loads less than those of the uncut body
-    double* spread = nullptr;                     // [3 surface nodes][kMostRows]
+    double* alone = nullptr;   // [stride] N, df as amounts of patterns that are unit forces: C df is Z times it
+    double* spread = nullptr;  // [3 surface nodes][kMostRows]
     float *moved = nullptr, *moved_by = nullptr;  // [surface nodes][3] m; m per unit of a pattern
     const void** row = nullptr;                   // [3 slots]
     float* coefficient = nullptr;                 // [3 slots]

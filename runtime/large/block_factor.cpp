@@ -406,7 +406,7 @@ struct SolveWith {
     const Stored* tile = tiles(factor, node);
     const std::int32_t size = 3 * node.columns, end = size + 3 * node.rows;
     float* const at = x + 3 * static_cast<std::int64_t>(node.first);
-    // Forces on few nodes leave most supernodes out.
+    // Where forces act on few nodes, x is still zero at most supernodes.
     if (std::all_of(at, at + size, [](float f) { return f == 0; })) return;
     std::fill(own, own + node.stride, 0.0f);
     for (std::int32_t c = 0; c < size; c += 3)

@@ -342,7 +342,7 @@ void LargeRows::find_waiting_responses() {
   waiting_.count = 0;
 }
 
-// Of kSpotsAtOnce spots at most, which read the factor from memory together.
+// Of kSpotsAtOnce spots at most: one solve reads the factor from memory for all of them.
 void LargeRows::find_responses(const Spot* const* spots, int count) {
   float *at_rest[BodyMetric::kMostVectors], *of_metric[BodyMetric::kMostVectors];
   const int vectors = 3 * count;

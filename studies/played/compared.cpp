@@ -120,9 +120,13 @@ Compared Comparison::compare(const ShapeRecord& shape) {
     compared.worst = std::max(compared.worst, off), compared.moved = std::max(compared.moved, way);
   }
   compared.field = moved > 0 ? std::sqrt(missed / moved) : 0;
-  // Of the difference a node that a tool shares with another one, a blade or a lip counts whole.
-  const VectorXd missing =
-      carried.size() > 0 ? VectorXd(rows.weights.transpose() * (carried - rows.carried)) : VectorXd::Zero(u.size());
+  // N, at each node: what Newton's method has less all that the scene reports there. A node that a tool shares with others counts whole.
+  VectorXd missing = rows.load;
+  if (carried.size() > 0) missing += rows.weights.transpose() * carried;
+  for (std::int32_t e = 0; e < shape.contacts.node_count; ++e) {
+    const palpate_contact_node& node = *palpate_contacts_node(&shape.contacts, e);
+    missing.segment<3>(3 * node.node) -= Vector3d(node.force);
+  }
   for (std::size_t t = 0; t < compared.forces.size(); ++t) {
     Vector3d told = Vector3d::Zero(), missed_by = told;
     std::set<std::int32_t> nodes;  // a disc with several rows names a node several times

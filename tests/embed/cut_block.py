@@ -1,4 +1,5 @@
-"""cut_block.py PALPATE_PRECOMPUTE BUNDLE [OPTIONS of palpate-precompute]: precomputes a block of 80 x 50 x 40 mm, held at x = 0, all of which may be cut; its files lie beside it."""
+"""cut_block.py PALPATE_PRECOMPUTE BUNDLE [OPTIONS of palpate-precompute]: precomputes a block of 80 x 50 x 40 mm, held at x = 0, all of which
+may be cut; its files lie beside it."""
 import itertools
 import pathlib
 import subprocess

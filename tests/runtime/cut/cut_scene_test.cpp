@@ -1032,12 +1032,12 @@ struct Outside {
   }
 };
 
-// Where nodes split, what is left of their tetrahedra and triangles has its own weight, its own pressure and its own part of a foundation that moves. What
-// is removed takes its own along.
 struct RemovedBall {
   double x, y, radius, z[2];  // m: above and below
   double off;                 // of a linear organ, of the largest displacement
 };
+// Where nodes split, what is left of their tetrahedra and triangles has its own weight, its own pressure and its own part of a foundation that moves. What
+// is removed takes its own along.
 void compare_outside(const RemovedBall& ball) {
   const Outside outside;
   for (auto& [element, def] : kinds()) {

@@ -21,12 +21,12 @@ export class HeldBlade {
 
   // edge: where it goes; null: it is let go.
   place(edge: Edge | null, toughness: number) {
-    if (edge && this.isLetGo) this.forget(); // another drag: the edge does not go on from where the last one ended
-    this.isLetGo = edge === null;
     if (edge) {
+      if (this.isLetGo) this.forget(); // another drag: the edge does not go on from where the last one ended
       this.begin ??= edge;
       this.target = edge;
     }
+    this.isLetGo = edge === null;
     this.toughness = toughness;
   }
 
