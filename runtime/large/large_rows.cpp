@@ -38,6 +38,7 @@ bool LargeRows::create(SceneMemory& memory, const HyperelasticEnergy* energy, co
   row_spot_ = memory.array<std::int32_t>(most), slot_used_ = memory.array<bool>(spots);
   responses_ = memory.array<float>(3 * spots * energy->length());
   if (metric->renews()) rest_responses_ = memory.array<float>(3 * spots * energy->length());
+  if (!columns_.create(memory, energy, metric, metric->renews() ? 0 : most_nodes)) return false;
   generation_ = memory.array<std::int32_t>(spots), largest_response_ = memory.array<double>(3 * spots);
   for (double** matrix : {&between_spots_, &contact_, &beside_}) *matrix = memory.array<double>(most * stride_);
   holds_ = memory.array<std::uint8_t>(most), applied_ = memory.array<double>(most);
@@ -53,6 +54,7 @@ void LargeRows::keep(SceneMemory& memory) {
   memory.keep_array(generation_, static_cast<std::size_t>(most_spots_));
   memory.keep_array(holds_, rows), memory.keep_array(applied_, rows);
   memory.keep_array(beside_, rows * stride_, state_.count, stride_);
+  columns_.keep(memory);
 }
 
 void LargeRows::restored() {
@@ -60,11 +62,24 @@ void LargeRows::restored() {
     const Spot& spot = now_.spots[i];
     if (!spot.joined) std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
   }
-  find_all_responses();
+  const NodeColumns::Known known = columns_.known();
+  columns_.forget();
+  find_responses_of_all();
+  columns_.know(known);
   solves_ = 0;
 }
 
+void LargeRows::forget() {
+  state_.count = state_.spot_count = 0;
+  columns_.forget();
+}
+
 void LargeRows::find_all_responses() {
+  columns_.forget();
+  find_responses_of_all();
+}
+
+void LargeRows::find_responses_of_all() {
   for (std::int32_t i = 0; i < state_.spot_count; ++i) wait_for_responses(now_.spots[i]);
   find_waiting_responses();
   measure_spots();
@@ -333,13 +348,32 @@ void LargeRows::load(const Spot& spot, int axis, float* y) const {
 
 // Spots are solved kSpotsAtOnce together.
 void LargeRows::wait_for_responses(const Spot& spot) {
-  waiting_.spots[waiting_.count++] = &spot;
-  if (waiting_.count == kSpotsAtOnce) find_waiting_responses();
+  Waiting& waiting = slides(spot) ? sliding_ : standing_;
+  waiting.spots[waiting.count++] = &spot;
+  if (waiting.count == kSpotsAtOnce) find_waiting_responses();
 }
 
 void LargeRows::find_waiting_responses() {
-  if (waiting_.count > 0) find_responses(waiting_.spots, waiting_.count);
-  waiting_.count = 0;
+  if (standing_.count > 0) find_responses(standing_.spots, standing_.count);
+  if (sliding_.count > 0) sum_responses(sliding_.spots, sliding_.count);
+  standing_.count = sliding_.count = 0;
+}
+
+void LargeRows::sum_responses(const Spot* const* spots, int count) {
+  std::int32_t places[NodeColumns::kMostNodes] = {}, nodes = 0;
+  static_assert(4 * kSpotsAtOnce <= NodeColumns::kMostNodes);
+  for (int k = 0; k < count; ++k)
+    for (std::int32_t e = spots[k]->first; e < spots[k]->first + spots[k]->count; ++e) places[nodes++] = now_.place[e];
+  solves_ += columns_.find(places, nodes);
+  for (int v = 0; v < 3 * count; ++v) {
+    const Spot& spot = *spots[v / 3];
+    float* const y = response(spot, v % 3);
+    std::fill(y, y + energy_->length(), 0.0f);
+    for (std::int32_t e = spot.first; e < spot.first + spot.count; ++e)
+      if (now_.place[e] < energy_->rows())
+        add_multiple(static_cast<float>(now_.weight[e]), columns_.column(now_.place[e], v % 3), energy_->length(), y);
+  }
+  for (int k = 0; k < count; ++k) measure_longest(*spots[k]);
 }
 
 // Of kSpotsAtOnce spots at most: one solve reads the factor from memory for all of them.

@@ -8,6 +8,7 @@
 #include "runtime/contact/row_matrix.h"
 #include "runtime/large/body_metric.h"
 #include "runtime/large/hyperelastic_energy.h"
+#include "runtime/large/node_columns.h"
 
 namespace palpate {
 
@@ -57,7 +58,7 @@ class LargeRows {
   void keep(SceneMemory& memory);
   // Completes a restored state. Cost: three solves for each row's nodes.
   void restored();
-  void forget() { state_.count = state_.spot_count = 0; }
+  void forget();
 
   // Takes the rows of a step. *local: [most()] N, s of each row: of nodes and weights that were there in the last step it stays, with
   // other_local in its place; others begin with contacts.start.
@@ -65,7 +66,8 @@ class LargeRows {
     bool spots, rows;  // nodes or weights; these or directions or L
   };
   Changed take(const LargeContacts& contacts, double** local, double** other_local);
-  // After take(), where it says so: the responses of nodes and weights that are new, three solves each; C. False where a number is not finite.
+  // After take(), where it says so: the responses of nodes and weights that are new, three solves each, or three for each corner that is not known
+  // (node_columns.h); C. False where a number is not finite.
   void find_new_responses();
   bool fill_compliance();
   // After the metric has changed; after it has become that of another body.
@@ -165,6 +167,10 @@ class LargeRows {
   static constexpr int kSpotsAtOnce = BodyMetric::kMostVectors / 3;
   void find_responses(const Spot* const* spots, int count);
   void load(const Spot& spot, int axis, float* y) const;
+  // Whether its responses are sums of those of its nodes, which it shares with where it was and will be.
+  bool slides(const Spot& spot) const { return !rest_responses_ && (spot.count == 3 || spot.count == 4); }
+  void sum_responses(const Spot* const* spots, int count);
+  void find_responses_of_all();
   void wait_for_responses(const Spot& spot);
   void find_waiting_responses();
   void measure_longest(const Spot& spot);
@@ -204,10 +210,11 @@ class LargeRows {
   std::uint8_t* holds_ = nullptr;  // [most_rows]
   double* applied_ = nullptr;      // [most_rows] N
   double* work_ = nullptr;         // [most_rows]
+  NodeColumns columns_;
   struct Waiting {
     const Spot* spots[kSpotsAtOnce];
     int count = 0;
-  } waiting_;
+  } standing_, sliding_;
   std::int32_t solves_ = 0;
 };
 

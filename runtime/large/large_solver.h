@@ -105,7 +105,8 @@ class LargeSolver {
 
   // force: [row_count] N, of each row on the body, all of which hold. most_steps: 1 .. ; where targets and rows are those of the
   // last step and that was solved, nothing is computed.
-  // Cost of a step: an evaluation (element_lanes.h) and a solve (block_factor.h); new nodes or weights take three solves.
+  // Cost of a step: an evaluation (element_lanes.h) and a solve (block_factor.h); new nodes or weights take three solves, and a place in a triangle or a
+  // tetrahedron three for each corner that is not known (node_columns.h).
   LargeOutcome step(const LargeContacts& contacts, std::int32_t most_steps, double* force);
 
   // The parts of a step, for contacts that do not always hold: take(), then hold() and improve(), once or more often; then forces().
