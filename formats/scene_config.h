@@ -126,6 +126,8 @@ struct SceneConfig : SceneEffects {
     std::vector<KeyFrame> turn;               // as of a tool
     std::vector<std::array<double, 2>> cuts;  // s: from, until; ascending; empty: always
     double toughness = 0;                     // J/m^2; 0: it feels nothing
+    double friction = 0;                      // Pa, of its flanks
+    double width = 0;                         // m, of these behind the edge
     Vector direction{};     // where the edge looks, of any length, in its frame; zero without toughness
     std::size_t organ = 0;  // of a scene of several organs
     int line = 0;
@@ -138,6 +140,7 @@ struct SceneConfig : SceneEffects {
     double radius = 0;                         // m
     std::vector<std::array<double, 2>> times;  // s: from, until; ascending; once where both are the same
     double every = 0.02;                       // s, from one removal to the next
+    double contact_time = 0;                   // s, that tissue is to be within the radius before it goes
     std::size_t organ = 0;                     // of a scene of several organs
     int line = 0;
     bool operator==(const Removal&) const = default;

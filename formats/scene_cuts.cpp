@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kMostToughness = 1e6;  // J/m^2, as palpate_cut.h
+constexpr double kMostToughness = 1e6, kMostFriction = 1e6;  // J/m^2; Pa: as palpate_cut.h
 
 // A name that no other table of its kind has, and the table's line.
 template <class Table>
@@ -44,9 +44,19 @@ SceneConfig::Blade read_blade(TomlTable table, const SceneConfig& scene) {
     blade.direction = table.vector("direction");
     const auto& [x, y, z] = blade.direction;
     if (!(std::hypot(x, y, z) > 0)) table.wrong("direction", "a direction that is not zero");
-  } else if (table.has("direction")) {
-    table.wrong("direction", "toughness beside it, without which the blade feels nothing");
+    if (table.has("friction")) {
+      blade.friction = table.number("friction");
+      if (!(blade.friction > 0 && blade.friction <= kMostFriction))
+        table.wrong("friction", "a shear stress, above 0 and at most 1e6 Pa");
+      blade.width = scale * table.number("width");
+      if (!(blade.width > 0 && blade.width <= 1)) table.wrong("width", "a length above 0 and at most 1 m");
+    } else if (table.has("width")) {
+      table.wrong("width", "friction beside it, without which the flanks feel nothing");
+    }
   }
+  for (const char* const key : {"direction", "friction", "width"})
+    if (blade.toughness == 0 && table.has(key))
+      table.wrong(key, "toughness beside it, without which the blade feels nothing");
   blade.organ = read_organ_of(table, scene, true);
   table.finish();
   return blade;
@@ -69,6 +79,13 @@ SceneConfig::Removal read_removal(TomlTable table, const SceneConfig& scene) {
     removal.times = {{time, time}};
   }
   if (table.has("every")) removal.every = positive(table, "every", "a time above 0 s");
+  if (table.has("contact_time")) {
+    removal.contact_time = table.number("contact_time");
+    if (!(removal.contact_time >= 0 && removal.contact_time <= 1e6))
+      table.wrong("contact_time", "a time from 0 to 1e6 s");
+    if (removal.contact_time > 0 && table.has("time"))
+      table.wrong("contact_time", "times = [[from, until], ...] beside it, during which the tissue is held");
+  }
   removal.organ = read_organ_of(table, scene, true);
   table.finish();
   return removal;

@@ -12,11 +12,16 @@ bool HeldContacts::assign(const void* data, std::size_t size) {
   std::memcpy(&head, data, sizeof head);
   if (head.struct_bytes != sizeof head || head.tool_state_bytes != sizeof(palpate_tool_state) ||
       head.node_bytes != sizeof(palpate_contact_node) || head.tool_count < 0 || head.tool_count > PALPATE_MAX_TOOLS ||
-      head.node_count < 0)
+      head.node_count < 0 || head.field_nodes < 0 || head.amount_count < 0)
     return false;
-  const std::size_t nodes_offset = sizeof head + static_cast<std::size_t>(head.tool_count) * sizeof(palpate_tool_state);
-  if (head.nodes_offset != nodes_offset || head.used_bytes != size ||
-      size != nodes_offset + static_cast<std::size_t>(head.node_count) * sizeof(palpate_contact_node))
+  // The parts one behind the other; a displacement field and amounts of motions where the scene has them.
+  const auto bytes_of = [](std::int32_t count, std::size_t each) { return static_cast<std::size_t>(count) * each; };
+  const std::size_t nodes_at = sizeof head + bytes_of(head.tool_count, sizeof(palpate_tool_state)),
+                    field_at = nodes_at + bytes_of(head.node_count, sizeof(palpate_contact_node)),
+                    amounts_at = field_at + (bytes_of(head.field_nodes, 3 * sizeof(float)) + 7) / 8 * 8;
+  if (head.nodes_offset != nodes_at || head.field_offset != (head.field_nodes > 0 ? field_at : 0) ||
+      head.amounts_offset != (head.amount_count > 0 ? amounts_at : 0) || head.used_bytes != size ||
+      size != amounts_at + bytes_of(head.amount_count, sizeof(double)))
     return false;
   std::memcpy(contacts.get(), data, size);
   return true;

@@ -41,7 +41,7 @@ void add_scene(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_load_state, force, place, displacement, area);
   PYBIND11_NUMPY_DTYPE(palpate_crossing, triangle, place, rest);
   PYBIND11_NUMPY_DTYPE(palpate_obstacle_state, force, torque, position, orientation, deepest, nodes, slips);
-  PYBIND11_NUMPY_DTYPE(palpate_blade_state, force, torque, work, area, in_tissue, cuts);
+  PYBIND11_NUMPY_DTYPE(palpate_blade_state, force, torque, work, area, in_tissue, cuts, friction_work);
   PYBIND11_NUMPY_DTYPE(palpate_cut_state, surface, area, faces, removed, nodes, pieces, waiting, left, rank, is_full);
   py::class_<HeldObstacle>(module, "Obstacle",
                            "A rigid surface that the organ does not enter: a table, a rib, a plate.")
@@ -186,23 +186,27 @@ void add_scene(py::module_& module) {
            "orientation, deepest (m, a pressing node inside), nodes that press, slips of these.")
       .def(
           "set_blade", &HeldScene::set_blade, py::arg("blade"), py::arg("points"), py::arg("direction") = py::none(),
-          py::arg("toughness") = 0.0,
+          py::arg("toughness") = 0.0, py::kw_only(), py::arg("friction") = 0.0, py::arg("width") = 0.0,
           "Where blade 0 .. 3 is at the next touch: points [2 .. 16, 3], m, in the world, along its edge. It cuts what "
           "lies\n"
           "between there and where it was in the touch before. toughness: J/m^2, of tissue that holds the edge and "
           "pushes\n"
-          "it back; above 0 direction says where the edge looks, of length 1. Raises Error.")
+          "it back; above 0 direction says where the edge looks, of length 1. friction: Pa, on the flanks, which "
+          "reach\n"
+          "width m behind the edge. Raises Error.")
       .def("withdraw_blade", &HeldScene::withdraw_blade, py::arg("blade"),
            "Takes a blade out: it cuts nothing from the next touch on. Raises Error.")
       .def("blade_state", &HeldScene::blade_state, py::arg("blade"),
            "After a touch: a record, a copy, in the world: force (N) and torque (N m, about the first point) on the "
            "blade,\n"
-           "work (J) and area (m^2) since it came, points in_tissue, cuts (of these); None where the scene has no such "
+           "work, friction_work (J) and area (m^2) since it came, points in_tissue, cuts (of these); None where the "
+           "scene has no such "
            "blade.")
-      .def("remove_tissue", &HeldScene::remove_tissue, py::arg("centre"), py::arg("radius"),
+      .def("remove_tissue", &HeldScene::remove_tissue, py::arg("centre"), py::arg("radius"), py::kw_only(),
+           py::arg("held") = 0.0, py::arg("needed") = 0.0,
            "Removes the tetrahedra whose middle lies within radius (m) of centre (m, in the world) at the next touch. "
-           "Raises\n"
-           "Error.")
+           "With\n"
+           "needed (s) each goes once it has been in such balls for so long, held (s) of it in this one. Raises Error.")
       .def("cut_state", &HeldScene::cut_state,
            "After a touch: a record, a copy: surface (goes up where the surface has changed), area (m^2, at rest), "
            "faces,\n"

@@ -275,8 +275,8 @@ class HeldScene {
     const InUse use(touching_, kTouching);
     return states_of(palpate_scene_obstacle_state, scene_);
   }
-  void set_blade(std::int32_t number, const Numbers& points, const std::optional<Numbers>& direction,
-                 double toughness) {
+  void set_blade(std::int32_t number, const Numbers& points, const std::optional<Numbers>& direction, double toughness,
+                 double friction, double width) {
     const InUse use(touching_, kTouching);
     if (points.ndim() != 2 || points.shape(1) != 3 || points.shape(0) < 2 || points.shape(0) > PALPATE_MAX_BLADE_POINTS)
       throw py::value_error("points: expected shape [points, 3], 2 to " + std::to_string(PALPATE_MAX_BLADE_POINTS) +
@@ -284,7 +284,7 @@ class HeldScene {
     palpate_blade blade = palpate_default_blade();
     blade.points = points.data(), blade.point_count = static_cast<std::int32_t>(points.shape(0));
     if (direction) set_numbers(blade.direction, *direction, "direction");
-    blade.toughness = toughness;
+    blade.toughness = toughness, blade.friction = friction, blade.width = width;
     place_blade(number, blade);
   }
   void withdraw_blade(std::int32_t number) {
@@ -292,11 +292,13 @@ class HeldScene {
     place_blade(number, palpate_default_blade());
   }
   py::object blade_state(std::int32_t number) { return record_of(palpate_scene_blade_state, number); }
-  void remove_tissue(const Numbers& centre, double radius) {
+  void remove_tissue(const Numbers& centre, double radius, double held, double needed) {
     const InUse use(touching_, kTouching);
     double numbers[3];
     set_numbers(numbers, centre, "centre");
-    throw_unless_ok([&](palpate_error* error) { return palpate_scene_remove_tissue(scene_, numbers, radius, error); });
+    throw_unless_ok([&](palpate_error* error) {
+      return palpate_scene_remove_tissue(scene_, numbers, radius, held, needed, error);
+    });
   }
   py::object cut_state() {
     const InUse use(touching_, kTouching);

@@ -76,7 +76,8 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
     if (!each->is_cut()) continue;
     if (each->cuts().feels())
       open(blades_, "blades.csv",
-           "blade,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,work_J,area_m2,in_tissue,cuts");
+           "blade,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,work_J,friction_work_J,area_m2,in_"
+           "tissue,cuts");
     open(cut_, "cut.csv", "faces,area_m2,nodes,removed,pieces,waiting,left,rank,is_full");
     open(events_, "events.csv", "event,pieces");
   }
@@ -147,8 +148,8 @@ void HeldCsvFiles::add_blades(double time, std::size_t organ) {
   for (std::size_t i = 0; i < of.cuts().blade_count(); ++i) {
     const palpate_blade_state* const blade = OrganCuts::blade_state(of.runtime_scene(), i);
     if (of.cuts().blade(i).toughness > 0 && blade)
-      row(blades_, time, name_of(organ), of.cuts().blade(i).name, blade->force, blade->torque, blade->work, blade->area,
-          blade->in_tissue, blade->cuts);
+      row(blades_, time, name_of(organ), of.cuts().blade(i).name, blade->force, blade->torque, blade->work,
+          blade->friction_work, blade->area, blade->in_tissue, blade->cuts);
   }
 }
 

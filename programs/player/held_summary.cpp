@@ -84,8 +84,11 @@ void HeldSummary::add_blade(std::size_t i, double time) {
   if (const double force = length(state->force); force > blade.peak_force)
     blade.peak_force = force, blade.peak_time = time;
   blade.peak_torque = std::max(blade.peak_torque, length(state->torque));
-  if (state->area < blade.area) blade.work_of_earlier += blade.work, blade.area_of_earlier += blade.area;
-  blade.work = state->work, blade.area = state->area;
+  if (state->area < blade.area) {
+    blade.work_of_earlier += blade.work, blade.area_of_earlier += blade.area;
+    blade.friction_work_of_earlier += blade.friction_work;
+  }
+  blade.work = state->work, blade.friction_work = state->friction_work, blade.area = state->area;
 }
 
 void HeldSummary::add_grasp(std::size_t tool, double time) {
@@ -148,6 +151,7 @@ nlohmann::ordered_json HeldSummary::blades() const {
                       {"peak_time_s", blade.peak_time},
                       {"peak_torque_Nm", blade.peak_torque},
                       {"work_J", blade.work + blade.work_of_earlier},
+                      {"friction_work_J", blade.friction_work + blade.friction_work_of_earlier},
                       {"area_m2", blade.area + blade.area_of_earlier}});
   return list;
 }

@@ -46,8 +46,10 @@ class HeldSummary {
     int most_nodes = 0;
   };
   struct Blade {
-    double peak_force = 0, peak_time = 0, peak_torque = 0;                // N, s, N m
-    double work = 0, area = 0, work_of_earlier = 0, area_of_earlier = 0;  // J, m^2: since it came; each time before
+    double peak_force = 0, peak_time = 0, peak_torque = 0;  // N, s, N m
+    // J, J, m^2: since it came; each time before
+    double work = 0, friction_work = 0, area = 0, work_of_earlier = 0, friction_work_of_earlier = 0,
+           area_of_earlier = 0;
   };
   struct GivenForce {
     double farthest = 0, farthest_time = 0;  // m, s, from where the scene sends the tool

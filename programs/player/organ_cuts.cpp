@@ -53,7 +53,7 @@ void OrganCuts::set(palpate_scene* scene, double time) {
     }
     palpate_blade blade = palpate_default_blade();
     blade.points = now.empty() ? nullptr : now[0].data(), blade.point_count = static_cast<std::int32_t>(now.size());
-    blade.toughness = of.toughness;
+    blade.toughness = of.toughness, blade.friction = of.friction, blade.width = of.width;
     const SceneConfig::Vector direction = turned(turn, direction_of_edge);
     std::copy(direction.begin(), direction.end(), blade.direction);
     palpate_error error = {};
@@ -81,7 +81,8 @@ void OrganCuts::remove_due(palpate_scene* scene, double time) {
   const SceneConfig::Removal& of = removals_[next].of;
   const SceneConfig::Vector place = position_at(of.path, time);
   palpate_error error = {};
-  if (palpate_scene_remove_tissue(scene, place.data(), of.radius, &error) != PALPATE_OK)
+  if (palpate_scene_remove_tissue(scene, place.data(), of.radius, of.contact_time > 0 ? of.every : 0, of.contact_time,
+                                  &error) != PALPATE_OK)
     throw InputError(fmt::format("{}:{}: removal \"{}\": {}", file_, of.line, of.name, error.text));
   removals_[next].waits = false, turn_ = next + 1;
 }

@@ -64,7 +64,7 @@ SceneDef scene_def(const SceneConfig& scene, int max_points, const HeldTissue& h
   def.max_tools = static_cast<int>(scene.tools.size());
   if (def.max_points == 0) def.max_points = std::max(1, max_points);
   // A disc covers a dozen nodes of a coarse mesh, and a hundred of a fine one.
-  constexpr int nodes_of_blade_point = 8;  // of the library's blades, each of which may feel the tissue
+  constexpr int nodes_of_blade_point = 12;  // of the library's blades, each of which may feel the tissue
   const int nodes_of_cut = def.cut.cut == PALPATE_CUT_ON
                                ? nodes_of_blade_point * PALPATE_MAX_BLADES * def.cut.cut_points + 2 * def.cut.cut_lips
                                : 0;

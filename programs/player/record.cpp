@@ -202,6 +202,7 @@ toml::array blades_of(const SceneConfig& scene) {
     if (!blade.cuts.empty()) table.insert("cuts", rows_of(blade.cuts));
     if (blade.toughness > 0)
       table.insert("toughness", blade.toughness), table.insert("direction", numbers(blade.direction));
+    if (blade.friction > 0) table.insert("friction", blade.friction), table.insert("width", blade.width);
     list.push_back(std::move(table));
   }
   return list;
@@ -214,6 +215,7 @@ toml::array removals_of(const SceneConfig& scene) {
                       {"path", frames_of(removal.path)},
                       {"radius", removal.radius},
                       {"every", removal.every}};
+    if (removal.contact_time > 0) table.insert("contact_time", removal.contact_time);
     if (removal.times[0][0] == removal.times[0][1])
       table.insert("time", removal.times[0][0]);
     else

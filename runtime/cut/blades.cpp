@@ -45,7 +45,8 @@ void Blades::set(std::int32_t blade, const palpate_blade& now) {
     of = {};
     of.is_new = 1;
   }
-  of.count = count, of.given = now.point_count, of.toughness = now.toughness;
+  of.count = count, of.given = now.point_count;
+  of.toughness = now.toughness, of.friction = now.friction, of.width = now.width;
   std::copy_n(now.direction, 3, of.sent_direction);
   if (is_held)
     divide_line(now, of);
@@ -144,21 +145,29 @@ Blades::Frame Blades::frame_of(const Blade& blade, std::int32_t i) {
   return frame;
 }
 
-// Of the last step: what the row along the direction missed beyond its limit, what the edge has gone back, and all of it along itself.
+// Of the last step: what its rows missed beyond their limits; where there is no friction, what the edge has gone back, and all of it along itself.
 void Blades::go_on(Blade& blade, std::int32_t i, const PlacedMesh& mesh) {
   Point& point = blade.points[i];
   if (point.edge.tetrahedron < 0) return;
   const Frame frame = frame_of(blade, i);
   const Vec3 at = position(point.edge, mesh), way = now(point) - at;
-  const double ahead = dot(way, frame.direction) - point.gives_way, limit = blade.toughness * point.length;
-  const bool cuts = ahead > 0 && point.pushes >= limit * (1 - kRounding);
-  Vec3 by = dot(way, frame.along) * frame.along;
-  if (cuts || ahead < 0) by += ahead * frame.direction;
+  const double friction = point.friction, cutting = blade.toughness * point.length;
+  const auto is_at = [](double force, double limit) { return force >= limit * (1 - kRounding); };
+  const auto missed = [&](const Row& row, Vec3 axis) { return dot(way, axis) - row.gives_way; };
+  const double ahead = missed(point.cuts, frame.direction),
+               back = friction > 0 ? missed(point.rubs, frame.direction) : ahead,
+               aside = missed(point.holds, frame.along);
+  const bool cuts = ahead > 0 && is_at(point.cuts.force, cutting) && is_at(point.rubs.force, friction),
+             returns = back < 0 && is_at(-point.rubs.force, friction),
+             slides = friction == 0 || is_at(aside > 0 ? point.holds.force : -point.holds.force, friction);
+  const double on = cuts ? ahead : returns ? back : 0, along = slides ? aside : 0;
   if (cuts) {
-    blade.state.work += limit * ahead, blade.state.area += point.length * ahead;
+    blade.state.work += cutting * on, blade.state.area += point.length * on;
     ++blade.state.cuts;
   }
-  point.edge = locate(at + by, point.edge.tetrahedron, mesh);
+  blade.state.friction_work += friction * (std::fabs(on) + std::fabs(along));
+  point.depth = std::max(0.0, point.depth + on);
+  point.edge = locate(at + along * frame.along + on * frame.direction, point.edge.tetrahedron, mesh);
 }
 
 // m: half of the way to the next point on either side.
@@ -183,6 +192,7 @@ void Blades::begin_step(const PlacedMesh& mesh, const OrganPose& organ) {
     for (std::int32_t i = 0; i < blade.count; ++i) {
       Point& point = blade.points[i];
       const std::int32_t begin = blade.is_new ? -1 : point.edge.tetrahedron;
+      if (begin < 0) point.depth = 0;
       if (!is_felt(blade) || begin < 0) point.edge = locate(now(point), begin, mesh);
       if (blade.is_new) point.cut = point.edge;
     }
@@ -221,7 +231,7 @@ std::int32_t Blades::constraints() const {
   std::int32_t count = 0;
   for (const Blade& blade : blades_)
     for (std::int32_t i = 0; i < blade.count && is_felt(blade); ++i)
-      count += kRowsOfPoint * (blade.points[i].edge.tetrahedron >= 0);
+      count += (blade.friction > 0 ? kRowsOfPoint : kRowsOfPoint - 1) * (blade.points[i].edge.tetrahedron >= 0);
   return count;
 }
 
@@ -231,9 +241,9 @@ void Blades::request(TouchStep& step, const PlacedMesh& mesh) {
     Blade& blade = blades_[b];
     for (std::int32_t i = 0; i < blade.count; ++i) {
       Point& point = blade.points[i];
-      point.along = point.across = -1;
+      for (Row* row : {&point.cuts, &point.rubs, &point.holds}) row->constraint = -1;
+      point.friction = 0;
       if (!is_felt(blade) || !can_hold(point.edge, mesh)) continue;
-      const Frame frame = frame_of(blade, i);
       // A node that is held moves nowhere: the rows are of the others.
       std::int32_t node[4];
       double weight[4];
@@ -246,22 +256,39 @@ void Blades::request(TouchStep& step, const PlacedMesh& mesh) {
         if (touch.surface.column_of_node[n] >= 0) node[wish.count] = n, weight[wish.count++] = point.edge.weight[c];
       }
       if (wish.count == 0) continue;
-      const Vec3 row[3] = {frame.direction, frame.across, frame.along};
-      wish.set_frame(row);
-      const Vec3 way = now(point) - rest;
-      for (int d = 0; d < 3; ++d) wish.target[d] = dot(way, row[d]);
-      const double shear = body_->laws[body_->region[point.edge.tetrahedron]].shear;
-      for (int d = 0; d < 3; ++d) wish.rows.local.m[d][d] = kUnresolved / (shear * point.length);
-      wish.rows.axes = 2;
-      point.across = touch.rows.add(&wish, 1);
-      wish.rows.id.part = 1, wish.rows.axes = 1, wish.rows.law = ContactLaw::unilateral;
-      wish.rows.limit = blade.toughness * point.length;
-      if (point.across >= 0) point.along = touch.rows.add(&wish, 1);
-      if (point.along < 0) step.flags |= PALPATE_STEP_CONTACTS_DROPPED;
-      for (const std::int32_t p : {point.across, point.along})
-        if (p >= 0 && !touch.solver.matrix().holds(touch.rows.set(), p)) touch.admission.pay();
+      add_rows(step, blade, i, body_->laws[body_->region[point.edge.tetrahedron]].shear, now(point) - rest, &wish);
     }
   }
+}
+
+// wish: with its nodes, for each row in turn. way: from where the edge is at rest.
+void Blades::add_rows(TouchStep& step, Blade& blade, std::int32_t i, double shear, Vec3 way, RowWish* wish) {
+  TouchState& touch = *step.state;
+  Point& point = blade.points[i];
+  const Frame frame = frame_of(blade, i);
+  const double cutting = blade.toughness * point.length,
+               friction = 2 * blade.friction * point.length * std::min(blade.width, point.depth);
+  const auto add = [&](Row* row, std::uint32_t axes, ContactLaw law, double limit, double share) {
+    const Vec3 ahead[3] = {frame.direction, frame.across, frame.along},
+               aside[3] = {frame.along, frame.across, frame.direction};
+    const Vec3* const axis = row == &point.holds ? aside : ahead;
+    wish->set_frame(axis);
+    for (int d = 0; d < 3; ++d) wish->target[d] = dot(way, axis[d]);
+    for (int d = 0; d < 3; ++d) wish->rows.local.m[d][d] = kUnresolved / (shear * point.length) * share;
+    wish->rows.axes = axes, wish->rows.law = law, wish->rows.limit = limit;
+    row->constraint = touch.rows.add(wish, 1);
+    ++wish->rows.id.part;
+    if (row->constraint >= 0 && !touch.solver.matrix().holds(touch.rows.set(), row->constraint)) touch.admission.pay();
+    return row->constraint >= 0;
+  };
+  const bool are_made =
+      add(&point.holds, friction > 0 ? 3 : 2, ContactLaw::sticking, friction, 1) &&
+      add(&point.cuts, 1, ContactLaw::unilateral, cutting, (cutting + friction) / cutting) &&
+      (friction == 0 || add(&point.rubs, 1, ContactLaw::sticking, friction, (cutting + friction) / friction));
+  if (are_made)
+    point.friction = friction;
+  else
+    step.flags |= PALPATE_STEP_CONTACTS_DROPPED;
 }
 
 void Blades::take_reactions(const TouchStep& step, bool solved) {
@@ -272,12 +299,16 @@ void Blades::take_reactions(const TouchStep& step, bool solved) {
     for (std::int32_t i = 0; i < blade.count; ++i) {
       Point& point = blade.points[i];
       blade.state.in_tissue += point.edge.tetrahedron >= 0;
-      point.pushes = point.gives_way = 0;
-      if (point.along < 0 || !solved) continue;
+      for (Row* row : {&point.cuts, &point.rubs, &point.holds}) {
+        row->force = row->gives_way = 0;
+        if (row->constraint < 0 || !solved) continue;
+        row->force = step.reaction(row->constraint).x;
+        row->gives_way = step.acting->constraints[row->constraint].local.m[0][0] * row->force;
+      }
+      if (point.cuts.constraint < 0 || !solved) continue;
       const Frame frame = frame_of(blade, i);
-      point.pushes = step.reaction(point.along).x;
-      point.gives_way = step.acting->constraints[point.along].local.m[0][0] * point.pushes;
-      const Vec3 f = point.pushes * frame.direction + step.reaction(point.across).y * frame.across;
+      const Vec3 f = (point.cuts.force + point.rubs.force) * frame.direction + point.holds.force * frame.along +
+                     step.reaction(point.holds.constraint).y * frame.across;
       force = force - f, torque = torque - cross(now(point) - now(blade.points[0]), f);
     }
     store3(organ.vector_to_world(force), blade.state.force);

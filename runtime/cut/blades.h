@@ -5,9 +5,12 @@
 // direction d pushes with at most
 //     limit = toughness . length of edge of the point,
 // and one across the blade's plane keeps the edge in it. Where the row is at its limit, the edge goes on through the tissue by what the row misses, so
-// that its work is toughness times the area that it sweeps. Along itself and backwards the edge moves freely. It is the mechanism of a needle's tip
-// (runtime/needles). The compliance of a row is that of the mesh and kUnresolved / (shear modulus . length) m/N beside it, so that rows of several
-// points in one tetrahedron can all be met.
+// that its work is toughness times the area that it sweeps. Along itself and backwards the edge moves freely, but for friction: the flanks behind a point
+// rub with
+//     friction force = 2 . friction . length of edge of the point . (how far it has come into the tissue, at most the blade's width),
+// along the direction, forwards and backwards, and along the edge, each by itself (Tresca's law). It is the mechanism of a needle's tip and shaft
+// (runtime/needles). The compliance of the point is that of the mesh and kUnresolved / (shear modulus . length) m/N beside it, so that rows of several
+// points in one tetrahedron can all be met; the rows of cutting and of friction along the direction share it, so that both come to their limits together.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +39,7 @@ struct PlacedMesh {
 
 class Blades {
  public:
-  static constexpr std::int32_t kRowsOfPoint = 2, kNodesOfPoint = 8;
+  static constexpr std::int32_t kRowsOfPoint = 3, kNodesOfPoint = 12;
 
   // can_hold: [nodes at rest] 1 where the compliance knows a node; body: the same mesh with its laws; both borrowed. points: of an edge that
   // tissue holds.
@@ -74,16 +77,22 @@ class Blades {
     double weight[4];
     double at[3];  // m, when it was found
   };
+  struct Row {
+    double force, gives_way;          // N, of its first axis in the last step; m, of the tissue there beyond the mesh
+    std::int32_t constraint, unused;  // of this step, -1: none
+  };
   struct Point {
     double sent[3], now[3];  // m: in the world; in the organ's frame
     Place cut, edge;
-    double length;             // m, of edge that it stands for
-    double pushes, gives_way;  // N, of the last step's row along the direction; m, of the tissue there beyond the mesh
-    std::int32_t along, across;  // constraints of this step, -1: none
+    double length;    // m, of edge that it stands for
+    double depth;     // m, that it has come into the tissue along the direction
+    double friction;  // N, that rubbing may take in the last step and in this one; 0: none
+    Row cuts, rubs,
+        holds;  // along the direction: of cutting, of friction; across the blade, with friction along the edge
   };
   struct Blade {
     Point points[PALPATE_MAX_BLADE_POINTS];
-    double sent_direction[3], direction[3], toughness;
+    double sent_direction[3], direction[3], toughness, friction, width;
     std::int32_t count, given;    // points; of the host's line
     std::int32_t is_new, unused;  // 1: its points have no places yet
     palpate_blade_state state;
@@ -99,6 +108,7 @@ class Blades {
   static std::int32_t nearest_tetrahedron(Vec3 p, const PlacedMesh& mesh);
   bool can_hold(const Place& place, const PlacedMesh& mesh) const;
   void go_on(Blade& blade, std::int32_t i, const PlacedMesh& mesh);
+  static void add_rows(TouchStep& step, Blade& blade, std::int32_t i, double shear, Vec3 way, RowWish* wish);
   static void divide_line(const palpate_blade& given, Blade& blade);
   static void measure(Blade& blade);
 

@@ -3,6 +3,12 @@
 #include <algorithm>
 
 namespace palpate {
+namespace {
+
+// Of the time that a tetrahedron is held in balls.
+constexpr double kRounding = 1e-9;
+
+}  // namespace
 
 const char* CutMesh::create(SceneMemory& memory, const CutBody& body, std::int32_t reserve) {
   if (const char* const wrong = rest_.create(memory, body)) return wrong;
@@ -310,10 +316,12 @@ const CutMeshChange& CutMesh::remove(const std::int32_t* tetrahedra, std::int32_
   return end_change();
 }
 
-const CutMeshChange& CutMesh::remove_ball(const double centre[3], double radius, const double* positions) {
+const CutMeshChange& CutMesh::remove_ball(const double centre[3], double radius, const double* positions,
+                                          const BallTime& time) {
   std::int32_t found = 0;
   if (is_finite(load3(centre)) && radius > 0)
     search_.inside_ball(load3(centre), radius, positions, [&](std::int32_t tetrahedron, double square) {
+      if (time.needed > 0 && (time.of[tetrahedron] += time.held) < time.needed * (1 - kRounding)) return;
       work_.nearness[tetrahedron] = square;
       work_.met[found++] = tetrahedron;
     });

@@ -41,6 +41,12 @@ struct CutMeshChange {
   bool full = false;  // the reserve of nodes ended: what was left of this step is pending
 };
 
+// Of the tetrahedra in a ball: how long each has been in balls, and how long it has to be before it goes.
+struct BallTime {
+  double* of = nullptr;  // [tetrahedra] s
+  double held = 0, needed = 0;
+};
+
 class CutMesh {
  public:
   // reserve: new nodes at most. The sentence of what is wrong; nullptr: nothing. Nothing is allocated afterwards. The body is borrowed.
@@ -54,7 +60,9 @@ class CutMesh {
   // Removes tetrahedra, the first ones rather than the last: those whose removal leaves a manifold surface.
   const CutMeshChange& remove(const std::int32_t* tetrahedra, std::int32_t count);
   // Removes those whose centroid lies in the ball, from its centre on.
-  const CutMeshChange& remove_ball(const double centre[3], double radius, const double* positions);
+  // time: those go that have been in balls for as long as they need, this one's `held` with it.
+  const CutMeshChange& remove_ball(const double centre[3], double radius, const double* positions,
+                                   const BallTime& time = {});
   const CutMeshChange& change() const { return change_; }
   // Back to the body at rest; its change() is none.
   void forget();

@@ -18,6 +18,8 @@ const char* CutScene::create(SceneMemory& memory, const Source& source) {
   const std::int32_t nodes = source.body.node_count + source.new_nodes;
   const auto all = static_cast<std::size_t>(nodes), reserve = 3 * static_cast<std::size_t>(source.new_nodes);
   position_ = memory.array<double>(3 * all), reserve_ = memory.array<double>(reserve);
+  const auto tetrahedra = static_cast<std::size_t>(source.body.tetrahedron_count);
+  held_ = memory.array<double>(tetrahedra);
   number_ = memory.array<std::int32_t>(all), node_ = memory.array<std::int32_t>(all);
   if (memory.failed()) return nullptr;
   for (std::int32_t n = 0; n < nodes; ++n)
@@ -29,6 +31,7 @@ const char* CutScene::create(SceneMemory& memory, const Source& source) {
     return nullptr;
   divided_.create(&mesh_, source.target, &surface_, source.rest);
   blades_.create(memory, source.can_hold, source.tissue, source.blade_points);
+  memory.keep_array(held_, tetrahedra);
   memory.keep(removal_), memory.keep(told_), memory.keep(touch().surface.changes);
   return nullptr;
 }
@@ -43,9 +46,9 @@ Lips::Source CutScene::lips(std::int32_t most) const {
   return lips;
 }
 
-void CutScene::remove_tissue(const double* centre, double radius) {
+void CutScene::remove_tissue(const double* centre, double radius, double held, double needed) {
   std::copy_n(centre, 3, removal_.centre);
-  removal_.radius = radius;
+  removal_.radius = radius, removal_.held = held, removal_.needed = needed;
 }
 
 double CutScene::most_operations() const {
@@ -143,7 +146,7 @@ bool CutScene::change_mesh() {
   if (removal_.radius > 0) {
     double centre[3];
     store3(touch().organ.point_to_organ(load3(removal_.centre)), centre);
-    mesh_.remove_ball(centre, removal_.radius, position_);
+    mesh_.remove_ball(centre, removal_.radius, position_, {held_, removal_.held, removal_.needed});
     removal_.radius = 0;
     blades_.leave([&](std::int32_t t) { return mesh_.is_removed(t); });
     return true;
@@ -218,6 +221,7 @@ void CutScene::forget_rest() {
   source_.target->forget_changes(false);
   mesh_.forget(), log_.forget(), blades_.forget(), loose_.forget();
   removal_ = {}, told_ = {};
+  std::fill_n(held_, source_.body.tetrahedron_count, 0.0);
   std::copy_n(reserve_, 3 * static_cast<std::size_t>(source_.new_nodes), source_.rest + 3 * source_.first_reserve);
   surface_.forget(mesh_, source_.touched);
   tell_state();

@@ -45,7 +45,7 @@ class CutScene final : public RowSource {
   // Of palpate_cut.h, checked.
   void set_blade(std::int32_t blade, const palpate_blade& now) { blades_.set(blade, now); }
   const palpate_blade_state& blade_state(std::int32_t blade) const { return blades_.state(blade); }
-  void remove_tissue(const double* centre, double radius);
+  void remove_tissue(const double* centre, double radius, double held, double needed);
   const palpate_cut_state& state() const { return told_; }
 
   void begin_step(TouchStep& step) override;
@@ -61,6 +61,7 @@ class CutScene final : public RowSource {
  private:
   struct Removal {
     double centre[3], radius;  // m, in the world; radius 0: none is asked for
+    double held, needed;       // s
   };
   PlacedMesh placed() const { return {&mesh_.state().rest(), mesh_.nodes_of(0), position_, node_}; }
   TouchState& touch() const { return *source_.touched.touch; }
@@ -90,6 +91,7 @@ class CutScene final : public RowSource {
   double* position_ = nullptr;
   double* reserve_ = nullptr;  // [new nodes][3] m: places at rest of the nodes in reserve
   Removal removal_ = {};
+  double* held_ = nullptr;  // [tetrahedra] s, in balls of removals that take time
   palpate_cut_state told_ = {};
 };
 

@@ -216,6 +216,10 @@ const char* fault_of(const palpate_blade& blade) {
   for (std::int32_t i = 0; i < blade.point_count; ++i)
     if (!is_place(blade.points + 3 * i)) return "points within 1e6 m";
   if (!(blade.toughness >= 0 && blade.toughness <= 1e6)) return "a toughness from 0 to 1e6 J/m^2";
+  if (!(blade.friction >= 0 && blade.friction <= 1e6)) return "a friction from 0 to 1e6 Pa";
+  if (!(blade.width >= 0 && blade.width <= 1e6)) return "a width from 0 to 1e6 m";
+  if (blade.friction > 0 && !(blade.toughness > 0 && blade.width > 0))
+    return "with friction, a toughness and a width above 0";
   const double size = is_place(blade.direction) ? length(load3(blade.direction)) : 0;
   return blade.toughness == 0 || std::fabs(size - 1) < 1e-3 ? nullptr : "a direction of length 1";
 }
@@ -276,13 +280,15 @@ const palpate_blade_state* palpate_scene_blade_state(const palpate_scene* scene,
   return cut && blade >= 0 && blade < PALPATE_MAX_BLADES ? &cut->scene.blade_state(blade) : nullptr;
 }
 
-palpate_status palpate_scene_remove_tissue(palpate_scene* scene, const double* centre, double radius,
-                                           palpate_error* error) {
+palpate_status palpate_scene_remove_tissue(palpate_scene* scene, const double* centre, double radius, double held,
+                                           double needed, palpate_error* error) {
   palpate::CutOfScene* const cut = palpate::cut_of(scene);
   if (!cut || !centre || !palpate::is_place(centre) || !(radius > 0 && radius <= 1e6))
     return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0,
                          "remove tissue: expected a scene with cut ON, a centre within 1e6 m and a radius above 0");
-  cut->scene.remove_tissue(centre, radius);
+  if (!(held >= 0 && held <= 1e6 && needed >= 0 && needed <= 1e6))
+    return palpate::fail(error, PALPATE_ERROR_ARGUMENT, 0, "remove tissue: expected times from 0 to 1e6 s");
+  cut->scene.remove_tissue(centre, radius, held, needed);
   return palpate::succeed(error);
 }
 

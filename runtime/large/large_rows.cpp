@@ -63,8 +63,7 @@ void LargeRows::restored() {
     if (!spot.joined) std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
   }
   const NodeColumns::Known known = columns_.known();
-  columns_.forget();
-  find_responses_of_all();
+  find_all_responses();
   columns_.know(known);
   solves_ = 0;
 }
@@ -76,12 +75,9 @@ void LargeRows::forget() {
 
 void LargeRows::find_all_responses() {
   columns_.forget();
-  find_responses_of_all();
-}
-
-void LargeRows::find_responses_of_all() {
-  for (std::int32_t i = 0; i < state_.spot_count; ++i) wait_for_responses(now_.spots[i]);
-  find_waiting_responses();
+  WaitingSpots waiting;
+  for (std::int32_t i = 0; i < state_.spot_count; ++i) wait_for_responses(now_.spots[i], waiting);
+  find_waiting_responses(waiting);
   measure_spots();
   fill_compliance();
   factor();
@@ -323,6 +319,7 @@ bool LargeRows::take_beside(const LargeContacts& contacts) {
 
 void LargeRows::find_new_responses() {
   std::int32_t free_slot = 0;
+  WaitingSpots waiting;
   for (std::int32_t i = 0; i < state_.spot_count; ++i) {
     Spot& spot = now_.spots[i];
     if (!spot.joined) std::fill(row_spot_ + spot.row, row_spot_ + spot.row + spot.rows, i);
@@ -330,9 +327,9 @@ void LargeRows::find_new_responses() {
     while (slot_used_[free_slot]) ++free_slot;
     spot.slot = free_slot, slot_used_[free_slot] = true;
     ++generation_[free_slot];
-    wait_for_responses(spot);
+    wait_for_responses(spot, waiting);
   }
-  find_waiting_responses();
+  find_waiting_responses(waiting);
   measure_spots();
 }
 
@@ -347,16 +344,17 @@ void LargeRows::load(const Spot& spot, int axis, float* y) const {
 }
 
 // Spots are solved kSpotsAtOnce together.
-void LargeRows::wait_for_responses(const Spot& spot) {
-  Waiting& waiting = slides(spot) ? sliding_ : standing_;
-  waiting.spots[waiting.count++] = &spot;
-  if (waiting.count == kSpotsAtOnce) find_waiting_responses();
+// Those of a place in a triangle or a tetrahedron are sums of those of its nodes, which it shares with where it was and will be.
+void LargeRows::wait_for_responses(const Spot& spot, WaitingSpots& waiting) {
+  Waiting& list = !rest_responses_ && (spot.count == 3 || spot.count == 4) ? waiting.sliding : waiting.standing;
+  list.spots[list.count++] = &spot;
+  if (list.count == kSpotsAtOnce) find_waiting_responses(waiting);
 }
 
-void LargeRows::find_waiting_responses() {
-  if (standing_.count > 0) find_responses(standing_.spots, standing_.count);
-  if (sliding_.count > 0) sum_responses(sliding_.spots, sliding_.count);
-  standing_.count = sliding_.count = 0;
+void LargeRows::find_waiting_responses(WaitingSpots& waiting) {
+  if (waiting.standing.count > 0) find_responses(waiting.standing.spots, waiting.standing.count);
+  if (waiting.sliding.count > 0) sum_responses(waiting.sliding.spots, waiting.sliding.count);
+  waiting.standing.count = waiting.sliding.count = 0;
 }
 
 void LargeRows::sum_responses(const Spot* const* spots, int count) {

@@ -167,12 +167,17 @@ class LargeRows {
   static constexpr int kSpotsAtOnce = BodyMetric::kMostVectors / 3;
   void find_responses(const Spot* const* spots, int count);
   void load(const Spot& spot, int axis, float* y) const;
-  // Whether its responses are sums of those of its nodes, which it shares with where it was and will be.
-  bool slides(const Spot& spot) const { return !rest_responses_ && (spot.count == 3 || spot.count == 4); }
   void sum_responses(const Spot* const* spots, int count);
-  void find_responses_of_all();
-  void wait_for_responses(const Spot& spot);
-  void find_waiting_responses();
+  // Spots without responses yet, kSpotsAtOnce of each kind at most.
+  struct Waiting {
+    const Spot* spots[kSpotsAtOnce];
+    int count = 0;
+  };
+  struct WaitingSpots {
+    Waiting standing, sliding;
+  };
+  void wait_for_responses(const Spot& spot, WaitingSpots& waiting);
+  void find_waiting_responses(WaitingSpots& waiting);
   void measure_longest(const Spot& spot);
   void measure_spots();
   void on_spot(const Spot& spot, const float* field, double sum[3]) const;
@@ -211,10 +216,6 @@ class LargeRows {
   double* applied_ = nullptr;      // [most_rows] N
   double* work_ = nullptr;         // [most_rows]
   NodeColumns columns_;
-  struct Waiting {
-    const Spot* spots[kSpotsAtOnce];
-    int count = 0;
-  } standing_, sliding_;
   std::int32_t solves_ = 0;
 };
 

@@ -8,8 +8,10 @@
 namespace palpate {
 namespace {
 
-// Below this share of the largest energy since rest a body without contacts is at rest: its displacements are 1e-5 of the largest.
+// Below this share of the largest energy since rest a body on which nothing acts from outside is at rest: its displacements are 1e-5 of the largest.
 constexpr double kRestEnergy = 1e-10;
+// J: moves an organ by less than 1e-14 m. Single precision cannot go on to nothing.
+constexpr double kNoEnergy = 1e-30;
 // Rounding of the energy in single precision, as a share.
 constexpr double kEnergyRounding = 1e-6;
 // Of the method, at targets that stand still, to kStillTolerance; after them the state counts as solved.
@@ -191,11 +193,32 @@ void LargeSolver::forget() {
   come_to_rest();
 }
 
+bool LargeSolver::is_moved_from_outside() const {
+  return energy_.is_moved() || energy_.pressures().act() || (energy_.has_load() && energy_.is_changed());
+}
+
 // No row holds or pushes the body, and nothing moves it from outside.
 bool LargeSolver::nothing_acts() const {
-  if (energy_.is_moved() || energy_.pressures().act() || (energy_.has_load() && energy_.is_changed())) return false;
+  if (is_moved_from_outside()) return false;
   for (std::int32_t r = 0; r < rows_.count(); ++r)
     if (rows_.holds(r) || rows_.applied()[r] != 0) return false;
+  return true;
+}
+
+double LargeSolver::little_energy() const {
+  return kRestEnergy * now_.peak_energy + kNoEnergy;
+}
+
+// The state of rest meets all rows but for what gives no energy: so lips, jaws and links that nothing pulls may press on for ever, with forces that each
+// step makes smaller, until they are too small for numbers.
+bool LargeSolver::rest_is_balance() const {
+  if (is_moved_from_outside()) return false;
+  for (std::int32_t r = 0; r < rows_.count(); ++r) {
+    const double applied = rows_.applied()[r];
+    if (rows_.holds(r) ? rows_.row(r).target != 0
+                       : 0.5 * applied * applied * rows_.compliance().entry(r, r) > little_energy())
+      return false;
+  }
   return true;
 }
 
@@ -670,8 +693,8 @@ void LargeSolver::forces(bool sound, double* force, LargeOutcome* outcome) {
     outcome->evaluations += soft_.follow({u_, f_, of_rows_.local, now_.energy}, {p_, g_, trial_f_, of_rows_.p}, trial_);
   outcome->unheld = acts && soft_.is_unheld();
   now_.alone = acts ? 0 : now_.alone + 1;
-  if (!acts && (std::abs(now_.energy) <= kRestEnergy * now_.peak_energy + energy_.noise() ||
-                now_.alone > kStepsToRest || stuck_))
+  const bool has_little = std::abs(now_.energy) <= little_energy() + energy_.noise();
+  if ((has_little && rest_is_balance()) || (!acts && (now_.alone > kStepsToRest || stuck_)))
     come_to_rest(), outcome->residual = 0, ++outcome->evaluations;  // so that the state counts as a new one
   outcome->least_volume = now_.least_volume;
 }

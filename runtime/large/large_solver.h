@@ -215,7 +215,10 @@ class LargeSolver {
   void give_up();
   void leave_metric();
   void come_to_rest();
+  bool is_moved_from_outside() const;
   bool nothing_acts() const;
+  double little_energy() const;
+  bool rest_is_balance() const;
 
   // Of the last move_by(): evaluations that no step has told yet; the body was moved; it is not where the amounts have it.
   struct Moved {

@@ -28,5 +28,14 @@ TEST(EffectWorlds, WhoseBodiesAreFarBehindTheirToolsStayBounded) {
   EXPECT_GT(counts.touching, 0);
 }
 
+// Large bodies whose lips press on one another with nothing from outside: each step's forces were smaller than the last ones, until they were too small for
+// numbers.
+TEST(EffectWorlds, WhoseCutBodiesAreLetGoComeToRest) {
+  WorldCounts counts;
+  for (const std::uint64_t seed : {21, 28, 77})
+    RandomWorld(seed, &counts, [](const std::string& found) { ADD_FAILURE() << found; }).play(600);
+  EXPECT_GT(counts.cut, 0);
+}
+
 }  // namespace
 }  // namespace palpate::tests

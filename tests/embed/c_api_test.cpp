@@ -548,6 +548,7 @@ TEST(CApi, CutsTheOrganAndRemovesTissue) {
   for (int step = 0; step < 40; ++step) {
     const double edge[6] = {0.0205, -0.002 + 5e-4 * step, -0.005, 0.0205, -0.002 + 5e-4 * step, 0.045};
     blade.points = edge, blade.point_count = 2, blade.direction[1] = 1, blade.toughness = 2;
+    blade.friction = 20, blade.width = 0.01;
     ASSERT_EQ(palpate_scene_set_blade(made.scene, 0, &blade, &error), PALPATE_OK) << error.text;
     made.touch(nullptr, 0);
   }
@@ -555,6 +556,11 @@ TEST(CApi, CutsTheOrganAndRemovesTissue) {
   EXPECT_GT(state.faces, 0);
   EXPECT_GT(state.nodes, 0);
   EXPECT_GT(palpate_scene_blade_state(made.scene, 0)->work, 0);
+  EXPECT_GT(palpate_scene_blade_state(made.scene, 0)->friction_work, 0);
+  const double line[6] = {0, 0, 0, 0, 0, 0.01};
+  blade.points = line, blade.width = 0;
+  EXPECT_EQ(palpate_scene_set_blade(made.scene, 0, &blade, &error), PALPATE_ERROR_ARGUMENT)
+      << "friction without a width";
   std::vector<std::int32_t> triangles(3 * 400);
   std::vector<std::uint8_t> is_lip(400);
   const std::int32_t count = palpate_scene_cut_surface(made.scene, triangles.data(), is_lip.data(), 400);
@@ -564,10 +570,11 @@ TEST(CApi, CutsTheOrganAndRemovesTissue) {
   EXPECT_EQ(palpate_scene_cut_nodes(made.scene, pairs.data(), 400), state.nodes);
   EXPECT_NE(pairs[0], pairs[1]);
   const double corner[3] = {0.06, 0.05, 0.04};
-  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0.02, &error), PALPATE_OK) << error.text;
+  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0.02, 0, 0, &error), PALPATE_OK) << error.text;
   made.touch(nullptr, 0);
   EXPECT_GT(state.removed, 0);
-  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0, 0, 0, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_scene_remove_tissue(made.scene, corner, 0.02, -1, 1, &error), PALPATE_ERROR_ARGUMENT);
 }
 
 TEST(CApi, PressesWithAGivenForce) {

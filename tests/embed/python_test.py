@@ -412,6 +412,19 @@ class Step(unittest.TestCase):
             self.scene.touch([], 0.001, palpate.Scene(self.bundle, max_points=3, max_contact_nodes=3).make_contacts())
         self.assertEqual(self.scene.touch([palpate.Tool([np.nan] * 3)], 0.001, contacts), palpate.StepFlags.BAD_INPUT)
 
+    def test_contacts_with_a_field_and_amounts_travel_as_bytes(self):
+        scene = palpate.Scene(palpate.Bundle(MOVED), collision="deformed", motions=True)
+        contacts, other = scene.make_contacts(), scene.make_contacts()
+        scene.set_motions([0.001, 0, 0, 0])
+        scene.touch([], 0.001, contacts)
+        other.assign(contacts.data.tobytes())
+        np.testing.assert_array_equal(other.data, contacts.data)
+        self.assertRaises(ValueError, other.assign, contacts.data[:-8])
+        world = palpate.World([palpate.Organ(palpate.Bundle(MOVED), collision="deformed", motions=True)])
+        self.assertEqual(world.touch([], 0.001, world.make_contacts()), 0)
+        divided = palpate.World([palpate.Organ(palpate.Bundle(DIVIDED), collision="deformed", contact="point", cut=True)])
+        self.assertEqual(divided.touch([], 0.001, divided.make_contacts()), 0)
+
     def test_contacts_travel_as_bytes(self):
         _, contacts, _ = pressed(self.scene)
         other = self.scene.make_contacts()
@@ -906,8 +919,9 @@ class Cuts(unittest.TestCase):
 
     def test_tissue_with_toughness_holds_the_blade(self):
         scene = self.scene()
-        contacts = self.cut(scene, end=0.03, direction=(0, 1, 0), toughness=20)
+        contacts = self.cut(scene, end=0.03, direction=(0, 1, 0), toughness=20, friction=100, width=0.01)
         state = scene.blade_state(0)
+        self.assertGreater(state["friction_work"], 0)
         self.assertLess(state["force"][1], -0.1)
         self.assertGreater(state["work"], 0)
         self.assertGreater(state["in_tissue"], 0)
@@ -918,7 +932,10 @@ class Cuts(unittest.TestCase):
     def test_tissue_is_removed(self):
         scene = self.scene()
         contacts = scene.make_contacts()
-        scene.remove_tissue((0.08, 0.025, 0.04), 0.015)
+        scene.remove_tissue((0.08, 0.025, 0.04), 0.015, held=0.001, needed=0.002)
+        self.assertEqual(scene.touch([], 0.001, contacts), 0)
+        self.assertEqual(scene.cut_state()["removed"], 0)
+        scene.remove_tissue((0.08, 0.025, 0.04), 0.015, held=0.001, needed=0.002)
         self.assertEqual(scene.touch([], 0.001, contacts), 0)
         self.assertGreater(scene.cut_state()["removed"], 0)
         self.assert_closed(scene)

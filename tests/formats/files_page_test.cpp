@@ -324,6 +324,7 @@ radius = 4
 position = [0, 0, 0]
 time = 1
 @removal.every@
+@removal.contact_time@
 [[tool]]
 name = "probe"
 points = [[0, 0, 0]]

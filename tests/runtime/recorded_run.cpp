@@ -83,7 +83,7 @@ void cut_organ(palpate_scene* scene, std::size_t s, const std::function<void(dou
   double middle[3] = {0.05, 0.04, 0.04};
   place(middle);
   if (palpate_scene_set_blade(scene, 0, &blade, nullptr) != PALPATE_OK ||
-      (s % 100 == 50 && palpate_scene_remove_tissue(scene, middle, 0.008, nullptr) != PALPATE_OK))
+      (s % 100 == 50 && palpate_scene_remove_tissue(scene, middle, 0.008, 0, 0, nullptr) != PALPATE_OK))
     std::exit(3);
 }
 

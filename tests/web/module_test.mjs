@@ -75,7 +75,10 @@ for (const wasm of wasms) {
     assert.equal(scene.shape(), 0);
     assert.ok(triangles.every((node) => Number.isFinite(scene.positions[3 * node])));
     scene.setBlade(0, null);
-    scene.removeTissue([0.02, 0.025, 0.04], 0.015);
+    scene.removeTissue([0.02, 0.025, 0.04], 0.015, 0.001, 0.002);
+    assert.equal(scene.touch(0.001), 0);
+    assert.equal(scene.cutState.removed, 0);
+    scene.removeTissue([0.02, 0.025, 0.04], 0.015, 0.001, 0.002);
     assert.equal(scene.touch(0.001), 0);
     assert.ok(scene.cutState.removed > 0 && closed(scene.cutSurface));
     scene.destroy();
@@ -86,11 +89,11 @@ for (const wasm of wasms) {
     const bundle = runtime.openBundle(block), scene = bundle.createScene({ collision: "deformed", contact: "point", cut: true, cutOperations: 1e9 });
     const edge = (y) => [-0.01, 0.01, 0.03, 0.05].flatMap((z) => [0.04, y, z]);
     for (let step = 0; step <= 35; ++step) {
-      scene.setBlade(0, { points: edge(-0.005 + 0.001 * step), direction: [0, 1, 0], toughness: 20 });
+      scene.setBlade(0, { points: edge(-0.005 + 0.001 * step), direction: [0, 1, 0], toughness: 20, friction: 100, width: 0.01 });
       assert.equal(scene.touch(0.001), 0);
     }
-    const { force, work, inTissue } = scene.blade(0);
-    assert.ok(force[1] < -0.1 && work > 0 && inTissue > 0, `${force}`);
+    const { force, work, frictionWork, inTissue } = scene.blade(0);
+    assert.ok(force[1] < -0.1 && work > 0 && frictionWork > 0 && inTissue > 0, `${force}`);
     assert.equal(scene.blade(4), undefined);
     refused(() => scene.setBlade(4, { points: edge(0) }), /PALPATE_MAX_BLADES/);
     refused(() => scene.setBlade(0, { points: [0, 0, 0] }), /2 to 16 points, found 3/);

@@ -203,13 +203,16 @@ namespace Palpate {
 
     /// <summary>
     /// Where blade 0 .. 3 is at the next touch: x, y, z of 2 to 16 points along its edge, m, in the world. It cuts what lies between there and where it
-    /// was in the touch before. toughness: J/m^2, of tissue that holds the edge; above 0, direction says where the edge looks, of length 1. Needs the
-    /// effect "cut".
+    /// was in the touch before. toughness: J/m^2, of tissue that holds the edge; above 0, direction says where the edge looks, of length 1.
+    /// friction: Pa, on the flanks, which reach width m behind the edge. Needs the effect "cut".
     /// </summary>
-    public void SetBlade(int number, double[] points, Vector direction = default(Vector), double toughness = 0) {
+    public void SetBlade(int number, double[] points, Vector direction = default(Vector), double toughness = 0,
+                         double friction = 0, double width = 0) {
       palpate_blade blade = palpate_default_blade();
       blade.point_count = Rows(points, nameof(points));
       blade.toughness = toughness;
+      blade.friction = friction;
+      blade.width = width;
       Store(direction, blade.direction);
       fixed(double* edge = points) {
         blade.points = edge;
@@ -242,6 +245,7 @@ namespace Palpate {
         return new BladeState { Force = new Vector(state->force),
                                 Torque = new Vector(state->torque),
                                 Work = state->work,
+                                FrictionWork = state->friction_work,
                                 Area = state->area,
                                 InTissue = state->in_tissue,
                                 Cuts = state->cuts };
@@ -250,14 +254,18 @@ namespace Palpate {
       }
     }
 
-    /// <summary>At the next touch, removes the tetrahedra whose middle lies within radius, m, of a place in the world.</summary>
-    public void RemoveTissue(Vector centre, double radius) {
+    /// <summary>
+    /// At the next touch, removes the tetrahedra whose middle lies within radius, m, of a place in the world. With needed, s, each goes once it has been
+    /// in such balls for so long, held s of it in this one.
+    /// </summary>
+    public void RemoveTissue(Vector centre, double radius, double held = 0, double needed = 0) {
       double* numbers = stackalloc double[3];
       palpate_error error;
       Store(centre, numbers);
       var scene = (palpate_scene*)Begin(ref touches, "RemoveTissue");
       try {
-        PalpateException.ThrowIfFailed(palpate_scene_remove_tissue(scene, numbers, radius, &error), &error);
+        PalpateException.ThrowIfFailed(palpate_scene_remove_tissue(scene, numbers, radius, held, needed, &error),
+                                       &error);
       } finally {
         End(ref touches);
       }

@@ -2,10 +2,10 @@
 import { ARGUMENT, PalpateError } from "./heap.js";
 import { reader, writer } from "./struct.js";
 /** @import { Runtime } from "./palpate.js" */
-/** @typedef {{points: ArrayLike<number>, direction?: ArrayLike<number>, toughness?: number}} Blade
+/** @typedef {{points: ArrayLike<number>, direction?: ArrayLike<number>, toughness?: number, friction?: number, width?: number}} Blade
  *  A blade, as palpate_blade: points [2 .. 16][3] m, in the world, along its edge. toughness: J/m^2, of tissue that holds the edge and pushes it back;
- *  above 0, direction says where the edge looks, of length 1. */
-/** @typedef {{force: number[], torque: number[], work: number, area: number, inTissue: number, cuts: number}} BladeState
+ *  above 0, direction says where the edge looks, of length 1. friction: Pa, on the flanks, which reach width m behind the edge. */
+/** @typedef {{force: number[], torque: number[], work: number, frictionWork: number, area: number, inTissue: number, cuts: number}} BladeState
  *  A blade after a touch, as palpate_blade_state; in the world: the force and the torque on it. */
 /** @typedef {{surface: number, area: number, faces: number, removed: number, nodes: number, pieces: number, waiting: number, left: number, rank: number,
  *   isFull: boolean}} CutState
@@ -14,7 +14,7 @@ import { reader, writer } from "./struct.js";
  *  nodes: [count][2] the nodes that cuts have made, each with the bundle's that it comes from, at whose place it lies at rest. */
 
 const MOST_POINTS = 16; // PALPATE_MAX_BLADE_POINTS
-const BLADE_STATE = { vector: ["force", "torque"], number: ["work", "area"], integer: ["in_tissue", "cuts"] };
+const BLADE_STATE = { vector: ["force", "torque"], number: ["work", "friction_work", "area"], integer: ["in_tissue", "cuts"] };
 const CUT_STATE = { whole: ["surface"], number: ["area"], integer: ["faces", "removed", "nodes", "pieces", "waiting", "left", "rank"] };
 
 /** Bytes of a blade with its points. @param {Runtime} runtime */
@@ -33,6 +33,8 @@ export function fillBlade(runtime, at, blade) {
   put.integer("point_count", length / 3);
   if (blade.direction) put.numbers("direction", blade.direction, 3);
   put.number("toughness", blade.toughness);
+  put.number("friction", blade.friction);
+  put.number("width", blade.width);
 }
 
 /** @param {Runtime} runtime @param {number} at @returns {BladeState} */

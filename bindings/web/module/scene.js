@@ -229,13 +229,14 @@ export class Scene extends ToolStates {
     const at = this.canCut ? this.runtime.api.palpate_scene_blade_state(this.pointer, number) >>> 0 : 0;
     return at === 0 ? undefined : readBladeState(this.runtime, at);
   }
-  /** At the next touch(), removes the tetrahedra whose middle lies within `radius` m of a place in the world. Needs cut: true.
-   *  @param {ArrayLike<number>} centre m @param {number} radius */
-  removeTissue(centre, radius) {
+  /** At the next touch(), removes the tetrahedra whose middle lies within `radius` m of a place in the world. With `needed` s each goes once it has been in such
+   *  balls for so long, `held` s of it in this one. Needs cut: true.
+   *  @param {ArrayLike<number>} centre m @param {number} radius @param {number} [held] @param {number} [needed] */
+  removeTissue(centre, radius, held = 0, needed = 0) {
     const { runtime } = this;
     this.#needCut();
     this.#setNumbers(this.#numbersAt, centre, 3, "centre");
-    runtime.check((error) => runtime.api.palpate_scene_remove_tissue(this.pointer, this.#numbersAt, radius, error));
+    runtime.check((error) => runtime.api.palpate_scene_remove_tissue(this.pointer, this.#numbersAt, radius, held, needed, error));
   }
   /** What has been cut, after the last touch(): a copy. @returns {CutState | undefined} undefined: the scene does not cut */
   get cutState() {

@@ -62,6 +62,10 @@ typedef struct palpate_blade {
   double direction[3];   /* default 0 0 0: not needed without toughness; else where the edge looks, in the world, of
                             length 1                                                                              */
   double toughness; /* default 0 J/m^2, 0 .. 1e6: the work that a new area of cut takes. 0: the blade feels nothing */
+  double
+      friction; /* default 0 Pa, 0 .. 1e6: the shear stress at which tissue slides along the blade's flanks. Above 0 it needs
+                       toughness and width                                                                         */
+  double width; /* default 0 m, 0 .. 1e6: of the flanks behind the edge, against the direction                  */
 } palpate_blade;
 PALPATE_API void palpate_init_blade(palpate_blade* blade, size_t struct_bytes);
 static inline palpate_blade palpate_default_blade(void) {
@@ -77,6 +81,8 @@ static inline palpate_blade palpate_default_blade(void) {
  * - A cut begins at the surface or at another cut.
  * - With toughness, tissue holds the edge: each of cut_points points along it that is in the region pushes the tissue along `direction` with at most toughness times the
  *   length of edge that it stands for, and cuts where it would take more; it does not leave the plane of the cut.
+ * - With friction, tissue also holds the flanks behind each such point, on both sides, as far as the point has come into the tissue and the blade is wide:
+ *   forwards, backwards and along the edge, each by itself.
  * - While the compliance of an earlier step's cut is not whole (palpate_cut_state.left), blades wait: what they pass is cut after that, along the straight
  *   way between.
  * Refused with PALPATE_ERROR_ARGUMENT: another blade, a scene that does not cut, and what palpate_blade does not allow. error may be NULL. Never
@@ -91,15 +97,18 @@ typedef struct palpate_blade_state {
   double work;      /* J, that cutting has taken from it since it came                                            */
   double area;      /* m^2, that its edge has swept in tissue since it came, where it feels it                    */
   int32_t in_tissue, cuts; /* of its points: that are in the region; that cut in this step                        */
+  double friction_work;    /* J, that friction on its flanks has taken from it since it came                      */
 } palpate_blade_state;
 /* Of blade 0 .. PALPATE_MAX_BLADES - 1, inside the scene and valid until the next step; NULL for another, and for a scene that does not cut. */
 PALPATE_API const palpate_blade_state* palpate_scene_blade_state(const palpate_scene* scene, int32_t blade);
 
 /* At the next touch step, removes the tetrahedra of the region whose middle lies within `radius` m of `centre`, [3] m in the world, in the organ as
  * it is then deformed: those nearest to the centre first, and only those that leave a surface without edges of more than two triangles. The next call
- * before that step takes the place of this one. Refused with PALPATE_ERROR_ARGUMENT: numbers as above, a radius that is not above 0. */
+ * before that step takes the place of this one. With `needed` above 0 they take time, as under the hook of an electrosurgical instrument: each keeps
+ * the `held` s that it has been in such a ball in all, and goes once these are `needed` s. A host that calls it in each step gives dt as `held`; 0 and 0:
+ * all at once. Refused with PALPATE_ERROR_ARGUMENT: numbers as above, a radius that is not above 0, times below 0 or above 1e6 s. */
 PALPATE_API palpate_status palpate_scene_remove_tissue(palpate_scene* scene, const double* centre, double radius,
-                                                       palpate_error* error);
+                                                       double held, double needed, palpate_error* error);
 
 /* What has been cut. The library fills it. */
 typedef struct palpate_cut_state {

@@ -371,11 +371,12 @@ static unsafe class PackageTest {
         for (int step = 0; step <= 35; ++step) {
           double y = -0.005 + 0.001 * step;
           scene.SetBlade(0, new[] { 0.04, y, -0.01, 0.04, y, 0.01, 0.04, y, 0.03, 0.04, y, 0.05 }, new Vector(0, 1, 0),
-                         20);
+                         20, 100, 0.01);
           scene.Touch(new Tool[0], 0.001, contacts);
         }
         BladeState blade = scene.StateOfBlade(0);
-        Check(blade.Force.Y < -0.1 && blade.Work > 0 && blade.InTissue > 0, "the blade feels the tissue");
+        Check(blade.Force.Y < -0.1 && blade.Work > 0 && blade.FrictionWork > 0 && blade.InTissue > 0,
+              "the blade feels the tissue");
       }
       using (var scene = new Scene(bundle)) Throws<ArgumentException>(() => scene.StateOfCut(), "does not cut");
     }

@@ -192,17 +192,20 @@ TEST_F(CutScene, RecordsAndReplaysIt) {
 }
 
 TEST_F(CutScene, TellsWhatABladeFeels) {
-  write_scene(kFar + blade("20", "toughness = 100\ndirection = [0, 0, -1]\n"));
+  write_scene(kFar + blade("20", "toughness = 5\ndirection = [0, 0, -1]\nfriction = 100\nwidth = 10\n"));
   const ProgramRun ended = played("scene.toml -o out");
   const auto blade = summary_of()["blades"][0];
   EXPECT_EQ(blade["name"], "scalpel");
   EXPECT_GT(blade["peak_force_N"].get<double>(), 0.1);
+  EXPECT_GT(blade["work_J"].get<double>(), 0);
   // The work of a new area: the edge's own account, in steps of 0.25 mm.
-  EXPECT_NEAR(blade["work_J"].get<double>(), 100 * blade["area_m2"].get<double>(), 0.2 * blade["work_J"].get<double>());
+  EXPECT_NEAR(blade["work_J"].get<double>(), 5 * blade["area_m2"].get<double>(), 0.2 * blade["work_J"].get<double>());
   EXPECT_THAT(ended.errors, HasSubstr("blade \"scalpel\": largest force"));
   const std::vector<Row> rows = rows_of("out/blades.csv");
   EXPECT_EQ(rows.size(), 101u);
   EXPECT_EQ(number(rows.back(), "work_J"), blade["work_J"]);
+  EXPECT_GT(blade["friction_work_J"].get<double>(), 0);
+  EXPECT_EQ(number(rows.back(), "friction_work_J"), blade["friction_work_J"]);
 }
 
 TEST_F(CutScene, RemovesEachTissueThatIsDueInAStepOfItsOwn) {

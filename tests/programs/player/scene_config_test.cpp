@@ -350,9 +350,9 @@ TEST_F(SceneFile, TakesBladesAndRemovals) {
       read(kPoint + kPath + "[[blade]]\nname = \"scalpel\"\nedge = [[0, 0, 0], [0, 0, -20]]\npath_csv = \"way.csv\"\n" +
                "turn = [[0, 0, 0, 0], [1, 0, 0, 30]]\ncuts = [[0.5, 1], [1.2, 2]]\n" +
                "[[blade]]\nname = \"knife\"\nedge = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]\ntoughness = 300\ndirection = "
-               "[0, 0, -2]\n" +
+               "[0, 0, -2]\nfriction = 500\nwidth = 10\n" +
                "[[removal]]\nname = \"hook\"\nradius = 3\npath = [[0, 1, 0, 0], [1, 2, 0, 0]]\ntimes = [[0.2, "
-               "0.4]]\nevery = 0.05\n"
+               "0.4]]\nevery = 0.05\ncontact_time = 0.1\n"
                "[[removal]]\nname = \"suction\"\nradius = 4\nposition = [0, 0, 9]\ntime = 1.5\n",
            "[limits]\ncut_rank = 200\n");
   EXPECT_EQ(scene.def.cut.cut, PALPATE_CUT_ON) << "of the blades";
@@ -368,9 +368,12 @@ TEST_F(SceneFile, TakesBladesAndRemovals) {
   EXPECT_EQ(scene.blades[1].path.size(), 1u) << "it stays at the origin";
   EXPECT_EQ(scene.blades[1].toughness, 300);
   EXPECT_EQ(scene.blades[1].direction, (SceneConfig::Vector{0, 0, -2}));
+  EXPECT_EQ(scene.blades[1].friction, 500);
+  EXPECT_DOUBLE_EQ(scene.blades[1].width, 0.01);
   ASSERT_EQ(scene.removals.size(), 2u);
   EXPECT_DOUBLE_EQ(scene.removals[0].radius, 0.003);
   EXPECT_EQ(scene.removals[0].every, 0.05);
+  EXPECT_EQ(scene.removals[0].contact_time, 0.1);
   EXPECT_EQ(scene.removals[1].times, (std::vector<std::array<double, 2>>{{1.5, 1.5}})) << "once";
   EXPECT_EQ(scene.removals[1].every, 0.02);
   EXPECT_EQ(read(kPoint + kPath).def.cut.cut, PALPATE_CUT_OFF);
@@ -399,6 +402,12 @@ TEST_F(SceneFile, RefusesBladesAndRemovalsThatCannotBeWithLineAndKey) {
   refused(edge + "direction = [0, 0, 1]\n", "direction: expected toughness");
   refused(edge + "toughness = 0\ndirection = [0, 0, 1]\n", "toughness: ");
   refused(edge + "toughness = 300\ndirection = [0, 0, 0]\n", "direction: ");
+  const std::string felt = "toughness = 300\ndirection = [0, 0, 1]\n";
+  refused(edge + "friction = 500\nwidth = 10\n", "friction: expected toughness");
+  refused(edge + felt + "friction = 500\n", "the key \"width\"");
+  refused(edge + felt + "width = 10\n", "width: expected friction");
+  refused(edge + felt + "friction = -1\nwidth = 10\n", "friction: expected a shear stress");
+  refused(edge + felt + "friction = 500\nwidth = 2000\n", "width: expected a length");
   refused(edge + head + edge, "no other [[blade]] has");
   refused(edge, "cut = true in [effects]", "[effects]\ncut = false\n");
   refused(edge, "collision = \"deformed\" beside cut", "[effects]\ncollision = \"rest\"\n");
@@ -420,6 +429,8 @@ TEST_F(SceneFile, RefusesBladesAndRemovalsThatCannotBeWithLineAndKey) {
   removal_refused(radius + place + "times = []\n", "times: ");
   removal_refused(radius + place + "times = [[1, 1]]\n", "times[0]: ");
   removal_refused(radius + place + "time = 1\nevery = 0\n", "every: ");
+  removal_refused(radius + place + "times = [[0, 1]]\ncontact_time = -1\n", "contact_time: expected a time");
+  removal_refused(radius + place + "time = 1\ncontact_time = 0.1\n", "contact_time: expected times");
 }
 
 TEST_F(SceneFile, GivesEachOrganItsBlades) {

@@ -111,11 +111,13 @@ struct Played {
                                contacts.bytes());
   }
   // A blade of some points along z, in the plane y = at.
-  void blade(double x, double at, double toughness = 0, double below = -0.01, double above = 0.05) {
+  void blade(double x, double at, double toughness = 0, double below = -0.01, double above = 0.05, double friction = 0,
+             double width = 0) {
     std::vector<double> points;
     for (int i = 0; i < 4; ++i) points.insert(points.end(), {x, at, below + (above - below) * i / 3});
     palpate_blade blade = palpate_default_blade();
     blade.points = points.data(), blade.point_count = 4, blade.direction[0] = -1, blade.toughness = toughness;
+    blade.friction = friction, blade.width = width;
     palpate_error error = {};
     ASSERT_EQ(palpate_scene_set_blade(scene.get(), 0, &blade, &error), PALPATE_OK) << error.text;
   }
@@ -651,7 +653,7 @@ TEST(CutScene, ALobeThatIsCutOffLiesOnItsFoundation) {
     }
     played.withdraw();
     const double corner[3] = {0.078, 0.048, 0.002};
-    ASSERT_EQ(palpate_scene_remove_tissue(played.scene.get(), corner, 0.012, nullptr), PALPATE_OK);
+    ASSERT_EQ(palpate_scene_remove_tissue(played.scene.get(), corner, 0.012, 0, 0, nullptr), PALPATE_OK);
     ASSERT_EQ(played.touch(), 0u);
     EXPECT_GT(played.state().removed, 0);
     EXPECT_GE(played.state().pieces, 2);
@@ -694,7 +696,7 @@ TEST(CutScene, RemovedTissueLeavesAClosedSurfaceAndASofterOrgan) {
     for (int s = 0; s < 6; ++s) {
       const double centre[3] = {0.04, 0.02 + 0.002 * s, 0.04};
       palpate_error error = {};
-      ASSERT_EQ(palpate_scene_remove_tissue(played.scene.get(), centre, 0.009, &error), PALPATE_OK) << error.text;
+      ASSERT_EQ(palpate_scene_remove_tissue(played.scene.get(), centre, 0.009, 0, 0, &error), PALPATE_OK) << error.text;
       settle();
       ASSERT_EQ(played.surface_fault(), "") << s;
     }
@@ -704,6 +706,37 @@ TEST(CutScene, RemovedTissueLeavesAClosedSurfaceAndASofterOrgan) {
     EXPECT_LT(after, 0.99 * before);
     EXPECT_GT(after, 0.2 * before);
   }
+}
+
+// A hook that goes along the surface: tissue that it stays at for as long as it needs goes, and what it passes sooner stays. A saved state has the times.
+TEST(CutScene, TissueThatIsRemovedByTimeGoesWhereTheHookStays) {
+  Played played(block(Element::p1));
+  const auto hold = [](Played& hooked, double x, int steps) {
+    const double centre[3] = {x, 0.05, 0.02};
+    for (int s = 0; s < steps; ++s) {
+      ASSERT_EQ(palpate_scene_remove_tissue(hooked.scene.get(), centre, 0.009, 1e-3, 0.02, nullptr), PALPATE_OK);
+      ASSERT_EQ(hooked.touch(), 0u);
+    }
+  };
+  hold(played, 0.07, 15), hold(played, 0.04, 19);
+  EXPECT_EQ(played.state().removed, 0);
+  std::vector<std::uint64_t> saved(palpate_scene_state_bytes(played.scene.get()) / 8 + 1);
+  ASSERT_EQ(palpate_scene_save(played.scene.get(), saved.data(), 8 * saved.size(), nullptr), PALPATE_OK);
+  hold(played, 0.04, 2);
+  const std::int32_t removed = played.state().removed;
+  EXPECT_GT(removed, 3);
+  EXPECT_EQ(played.surface_fault(), "");
+  hold(played, 0.07, 4);
+  EXPECT_EQ(played.state().removed, removed);
+  hold(played, 0.07, 1);
+  EXPECT_GT(played.state().removed, removed);
+  Played other(block(Element::p1));
+  ASSERT_EQ(palpate_scene_restore(other.scene.get(), saved.data(), 8 * saved.size(), nullptr), PALPATE_OK);
+  hold(other, 0.04, 2);
+  EXPECT_EQ(other.state().removed, removed);
+  palpate_scene_reset(other.scene.get());
+  hold(other, 0.04, 2);
+  EXPECT_EQ(other.state().removed, 0);
 }
 
 // ---- resistance ------------------------------------------------------------------------------------------------------
@@ -731,6 +764,45 @@ TEST(CutScene, TheWorkOfABladeIsItsAreaTimesToughnessAndBelowItsForceNothingIsCu
   EXPECT_GT(most, 0.8 * toughness * 0.04);
   // What the hand has done beyond the work of cutting is in the pressed tissue, or was lost as it sprang back.
   EXPECT_GT(work, blade.work);
+}
+
+// In, drawn up and down along the edge, and back until it feels nothing: the hand has done the work of cutting and of rubbing, and little else.
+TEST(CutScene, TheWorkOfABladeIsItsAreaTimesToughnessAndThatOfFriction) {
+  constexpr double toughness = 10, friction = 150, width = 0.02, step = 1e-4;  // J/m^2, Pa, m
+  for (const bool is_large : {false, true}) {
+    SceneDef def = cut_def();
+    if (is_large) def.large.deformation = PALPATE_DEFORMATION_LARGE, def.max_operations = 100'000'000;
+    Played played(block(Element::p1_anp), def);
+    const palpate_blade_state& blade = *palpate_scene_blade_state(played.scene.get(), 0);
+    Vector3d last(0.09, 0, 0), force = Vector3d::Zero();
+    double work = 0, most = 0, most_along = 0;
+    const auto move = [&](double x, double z) {
+      played.blade(x, 0.025, toughness, z, z + 0.04, friction, width);
+      const palpate_step_flags flags = played.touch();
+      ASSERT_EQ(flags & ~PALPATE_STEP_DEFORMATION_BEHIND, 0u) << x << " " << z;
+      const Vector3d at(x, 0, z), felt(blade.force);
+      work += 0.5 * (force + felt).dot(last - at), last = at, force = felt;
+    };
+    for (double x = 0.09; x > 0.03; x -= step) move(x, 0), most = std::max(most, force[0]);
+    const double forwards = blade.friction_work;
+    for (int s = 0; s < 4; ++s)
+      for (int k = 0; k < 80; ++k) {
+        move(last[0], last[2] + (s % 3 == 0 ? step : -step));
+        most_along = std::max(most_along, std::fabs(force[2]));
+      }
+    const double along = blade.friction_work - forwards;
+    while (force[0] > 0 && last[0] < 0.08) move(last[0] + step, last[2]);
+    EXPECT_NEAR(blade.work, toughness * blade.area, 1e-9);
+    EXPECT_GT(forwards, 0.3 * blade.work);
+    EXPECT_GT(along, 1e-4);
+    EXPECT_NEAR(work, blade.work + blade.friction_work, 0.05 * work) << is_large;
+    // The edge is 40 mm long, with two flanks.
+    const double rubbing = 2 * friction * width * 0.04;
+    EXPECT_LT(most, 1.01 * (toughness * 0.04 + rubbing));
+    EXPECT_GT(most, 0.8 * (toughness * 0.04 + rubbing));
+    EXPECT_LT(most_along, 1.01 * rubbing);
+    EXPECT_GT(most_along, 0.8 * rubbing);
+  }
 }
 
 // ---- contacts --------------------------------------------------------------------------------------------------------
@@ -1048,7 +1120,7 @@ void compare_outside(const RemovedBall& ball) {
     played.cut(0.03);
     for (const double z : ball.z) {
       const double centre[3] = {ball.x, ball.y, z};
-      ASSERT_EQ(palpate_scene_remove_tissue(played.scene.get(), centre, ball.radius, nullptr), PALPATE_OK);
+      ASSERT_EQ(palpate_scene_remove_tissue(played.scene.get(), centre, ball.radius, 0, 0, nullptr), PALPATE_OK);
       ASSERT_EQ(played.touch() & ~PALPATE_STEP_DEFORMATION_BEHIND, 0u);
     }
     EXPECT_GT(played.state().removed, 6);
@@ -1217,7 +1289,7 @@ TEST(CutScene, BadInputIsRefused) {
   EXPECT_EQ(palpate_scene_set_blade(played.scene.get(), 0, &blade, &error), PALPATE_ERROR_ARGUMENT);
   blade.point_count = 0;
   EXPECT_EQ(palpate_scene_set_blade(played.scene.get(), PALPATE_MAX_BLADES, &blade, &error), PALPATE_ERROR_ARGUMENT);
-  EXPECT_EQ(palpate_scene_remove_tissue(played.scene.get(), points, 0, &error), PALPATE_ERROR_ARGUMENT);
+  EXPECT_EQ(palpate_scene_remove_tissue(played.scene.get(), points, 0, 0, 0, &error), PALPATE_ERROR_ARGUMENT);
   EXPECT_EQ(palpate_scene_blade_state(played.scene.get(), -1), nullptr);
   SceneDef plain = cut_def();
   plain.cut.cut = PALPATE_CUT_OFF;

@@ -61,7 +61,9 @@ class RandomCutScene {
     move_blade();
     if (share() < 0.02) {
       const std::vector<double> centre = somewhere();
-      palpate_scene_remove_tissue(scene_.get(), centre.data(), 0.003 + 0.006 * share(), nullptr);
+      const bool takes_time = share() < 0.5;
+      palpate_scene_remove_tissue(scene_.get(), centre.data(), 0.003 + 0.006 * share(), takes_time ? 0.02 : 0,
+                                  takes_time ? 0.03 : 0, nullptr);
     }
     move_tools();
     if (share() < 0.03) sew();
@@ -141,6 +143,7 @@ class RandomCutScene {
       for (std::size_t d = 0; d < 3; ++d) velocity_[d] = speed * along[d];
       direction_ = along;
       toughness_ = share() < 0.4 ? 2 + 60 * share() * share() : 0;
+      friction_ = toughness_ > 0 && share() < 0.5 ? 500 * share() : 0;
     }
     left_ = 20 + static_cast<int>(100 * share());
   }
@@ -150,6 +153,7 @@ class RandomCutScene {
     palpate_blade blade = palpate_default_blade();
     if (share() < 0.99) {
       blade.points = points_.data(), blade.point_count = 3, blade.toughness = toughness_;
+      blade.friction = friction_, blade.width = friction_ > 0 ? 0.01 : 0;
       for (std::size_t d = 0; d < 3; ++d) blade.direction[d] = direction_[d];
     }
     palpate_error error = {};
@@ -271,7 +275,7 @@ class RandomCutScene {
     grip.node = -1;
     return grip;
   }();
-  double low_[3], high_[3], velocity_[3] = {}, toughness_ = 0, draws_ = 0, disc_ = 0;
+  double low_[3], high_[3], velocity_[3] = {}, toughness_ = 0, friction_ = 0, draws_ = 0, disc_ = 0;
   std::int32_t nodes_ = 0;
   int left_ = 0, steps_ = 0;
   bool is_large_ = false;

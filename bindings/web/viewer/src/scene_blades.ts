@@ -6,7 +6,7 @@ import { alongRows } from "./path_files";
 import type { TouchWorld } from "./touch_world";
 import type { SceneBlade, WorldScene } from "./world_scene";
 
-const NODES_OF_POINT = 8, MOST_BLADES = 4, CUT_POINTS = 12, CUT_LIPS = 64; // of palpate_cut.h; where the file says nothing else
+const NODES_OF_POINT = 12, MOST_BLADES = 4, CUT_POINTS = 12, CUT_LIPS = 64; // of palpate_cut.h; where the file says nothing else
 // Contact nodes that blades with a toughness and lips may need.
 export const nodesOfCut = (points = CUT_POINTS, lips = CUT_LIPS) => NODES_OF_POINT * MOST_BLADES * points + 2 * lips;
 
@@ -40,12 +40,12 @@ class PlayedBlade {
 
   // null: it is withdrawn.
   at(time: number): Blade | null {
-    const { cuts, edge, direction, toughness, turn: turns } = this.of, place = this.placeAt(time), axis = new Vector3(...this.turnAt(time)), degrees = axis.length();
+    const { cuts, edge, direction, toughness, friction, width, turn: turns } = this.of, place = this.placeAt(time), axis = new Vector3(...this.turnAt(time)), degrees = axis.length();
     this.edge = [];
     if (cuts.length && !cuts.some(([from, until]) => from <= time && time < until)) return null;
     const turn = new Quaternion().setFromAxisAngle(axis.normalize(), (degrees * Math.PI) / 180);
     const turned = (v: Vector) => (turns ? (new Vector3(...v).applyQuaternion(turn).toArray() as Vector) : v);
     this.edge = edge.map((point) => turned(point).map((x, d) => x + place[d]) as Vector);
-    return { points: this.edge.flat(), ...(direction ? { direction: turned(direction), toughness } : {}) };
+    return { points: this.edge.flat(), ...(direction ? { direction: turned(direction), toughness, friction, width } : {}) };
   }
 }

@@ -9,7 +9,7 @@ import { SIDES, type SceneBlade, type SceneGrasp, type SceneGrip, type SceneLink
 import { sineCosine } from "./sine";
 import { word } from "./words";
 
-const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_OBSTACLES = 16, MOST_OBSTACLE_NODES = 2048, MOST_BLADES = 4, MOST_TOUGHNESS = 1e6, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
+const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_OBSTACLES = 16, MOST_OBSTACLE_NODES = 2048, MOST_BLADES = 4, MOST_TOUGHNESS = 1e6, MOST_SHEAR = 1e6, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
 const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "load", "obstacle", "tool", "link"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
 const OF_LIMITS = ["points", "contact_nodes", "needle_places", "obstacle_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement", "crossings_calls", "crossings_operations", "cut_nodes", "cut_rank", "cut_operations", "cut_points", "cut_lips"];
@@ -17,7 +17,7 @@ const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"]
 const OF_MOTION = ["name", "organ", "sine", "amounts", "amounts_csv"];
 const OF_LOAD = ["name", "organ", "near", "at", "radius", "force", "forces", "traction", "tractions", "frame"];
 const OF_OBSTACLE = ["name", "organs", "kind", "size", "radius", "file", "unit", "normal", "position", "path", "path_csv", "turn", "friction", "depth"];
-const OF_BLADE = ["name", "edge", "position", "path", "path_csv", "turn", "cuts", "toughness", "direction"];
+const OF_BLADE = ["name", "edge", "position", "path", "path_csv", "turn", "cuts", "toughness", "direction", "friction", "width"];
 const OF_TOOL = ["name", "organ", "points", "capsule", "path", "path_csv", "turn", "at", "near", "depth", "grip", "hold", "disc_radius", "friction", "away", "grasp", "needle"];
 const OF_CAPSULE = ["radius", "length", "axis", "samples"], OF_GRIP = ["nearest", "box", "axes"];
 const OF_GRASP = ["near", "opposite", "radius", "friction", "clamp_force", "closing", "closed"];
@@ -186,11 +186,12 @@ function readBlade(given: Table, where: string, unit: number, files: SceneFiles)
   const edge = given.edge as number[][], direction = vectorOf(given, "direction", where, 1), toughness = numberOf(given, "toughness", where, MOST_TOUGHNESS) ?? 0;
   const isEdge = Array.isArray(edge) && edge.length >= 2 && edge.length <= 16 && edge.every((point) => isRow(point, 3));
   const ways = ["position", "path", "path_csv"].filter((key) => key in given), size = direction ? Math.hypot(...direction) : 0;
-  if (!isEdge || ways.length > 1 || toughness > 0 !== size > 0) throw new Error(word("world.blade", { where, found: shownAs(given) }));
+  const friction = numberOf(given, "friction", where, MOST_SHEAR) ?? 0, width = numberOf(given, "width", where, 1 / unit) ?? 0;
+  if (!isEdge || ways.length > 1 || toughness > 0 !== size > 0 || friction > 0 !== width > 0 || (friction > 0 && !toughness)) throw new Error(word("world.blade", { where, found: shownAs(given) }));
   const path = given.path !== undefined ? pathRows(given.path, where) : given.path_csv !== undefined ? fileRows(given, "path_csv", where, 4, files) : null;
   return {
     name: nameOf(given, where), edge: edge.map((point) => point.map((x) => unit * x) as Vector), path: path ? inMetres(path, unit) : [[0, ...(vectorOf(given, "position", where, unit) ?? [0, 0, 0])]],
-    turn: given.turn === undefined ? null : pathRows(given.turn, where, "turn"), cuts: timeSpans(given.cuts, `${where} cuts`), toughness,
+    turn: given.turn === undefined ? null : pathRows(given.turn, where, "turn"), cuts: timeSpans(given.cuts, `${where} cuts`), toughness, friction, width: unit * width,
     direction: direction && (direction.map((x) => x / size) as Vector),
   };
 }

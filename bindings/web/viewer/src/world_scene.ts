@@ -101,6 +101,8 @@ export interface SceneBlade {
   turn: number[][] | null; // s, and degrees about x, y, z; null: it does not turn
   cuts: [number, number][]; // s: when it is there; empty: always
   toughness: number; // J/m^2; 0: it feels nothing
+  friction: number; // Pa, of its flanks
+  width: number; // m, of these behind the edge
   direction: Vector | null; // of length 1, where the edge looks, in its frame; null: without toughness
 }
 
