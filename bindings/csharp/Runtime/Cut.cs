@@ -2,7 +2,7 @@ namespace Palpate {
   /// <summary>A blade after a touch, in the world: force, N, and torque, N m, on it, about the first of its points.</summary>
   public struct BladeState {
     public Vector Force, Torque;
-    /// <summary>Since it came: J that cutting has taken from it, and friction on its flanks; m^2 that its edge has swept in tissue, where it feels it.</summary>
+    /// <summary>Since it came: J that cutting and that friction on its flanks have taken from it; m^2 that its edge has swept in tissue, where it feels it.</summary>
     public double Work, FrictionWork, Area;
     /// <summary>Of its points: that are in the region that may be cut; that cut in this touch.</summary>
     public int InTissue, Cuts;
