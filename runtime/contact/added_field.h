@@ -27,6 +27,17 @@ class AddedField {
     std::fill(field_[0], field_[0] + 3 * static_cast<std::size_t>(nodes_), 0.0f);
   }
 
+  // Subtracts a field on the surface, between steps: [surface nodes][3] m. Cost: a pass over them.
+  void subtract(const float* field) {
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(surface_nodes_); ++i) field_[now_][i] -= field[i];
+    float most = 0;
+    for (std::int32_t n = 0; n < surface_nodes_; ++n) {
+      const float* const u = field_[now_] + 3 * static_cast<std::size_t>(n);
+      most = std::max(most, u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+    }
+    longest_ = length_above(most);
+  }
+
   // Begins a step whose field is that of the step before.
   void keep() { before_ = now_, change_ = 0; }
   // Begins a step with the field newest + share (newest - last). Both: [nodes][3] m. fresh: `newest` is another one than in the step before.

@@ -137,8 +137,8 @@ void CutField::keep_fields() {
   }
 }
 
-void CutField::find_fields() {
-  std::swap(now_, before_), std::swap(parts_, parts_before_);
+// now_ and the parts of contacts.
+void CutField::evaluate_all() {
   Part parts[CutResponse::kMostRows] = {{0, node_count_, now_}};
   int count = 1;
   for (std::int32_t c = 0; c < part_count_; ++c) {
@@ -148,6 +148,11 @@ void CutField::find_fields() {
   evaluate(force_, parts, count);
   norms_.now = longest(now_, numbers_);
   moves_ = norms_.now > 0;
+}
+
+void CutField::find_fields() {
+  std::swap(now_, before_), std::swap(parts_, parts_before_);
+  evaluate_all();
   const double change = longest_difference(now_, before_, numbers_);
   norms_.path += change;
   for (std::int32_t c = 0; c < contact_count_; ++c) {
@@ -166,6 +171,25 @@ void CutField::find_fields() {
             ? kFar
             : longest_difference(own, before->part < 0 ? before_ : part(parts_before_, before->part), numbers_);
   }
+}
+
+// What a contact does alone has changed by nobody knows how much.
+const float* CutField::follow_change(double* energy) {
+  float* const released = part(parts_, kMostParts);
+  asked_ = {};
+  std::copy_n(now_, numbers_, released);
+  evaluate_all();
+  for (std::size_t i = 0; i < numbers_; ++i) released[i] = now_[i] - released[i];
+  for (std::int32_t c = 0; c < contact_count_; ++c) {
+    Contact& contact = contacts_[c];
+    if (contact.part == -2) continue;
+    const float* const own = contact.part < 0 ? now_ : part(parts_, contact.part);
+    contact.own = longest(own, numbers_), contact.own_change = kFar;
+    contact.without = contact.part < 0 ? 0 : longest_difference(now_, own, numbers_);
+  }
+  *energy = 0;
+  for (std::int32_t e = 0; e < node_count_; ++e) *energy += 0.5 * dot(force_[e], read(released, nodes_[e].node));
+  return released;
 }
 
 // scratch_.line: C f of the forces on some contact nodes. A new node has the rows of the node that it comes from.

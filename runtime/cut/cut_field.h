@@ -31,6 +31,10 @@ class CutField final : public SurfaceField {
 
   // The cut is another one from now on: what the surface shows stays until the next set().
   void note_change() { changed_ = 1; }
+  bool is_changed() const { return changed_ != 0; }
+  // Takes over the change before the next set(), under the last forces. Returns what the change does to the surface, [surface nodes][3] m, until the
+  // next call, and its energy, J. The caller takes it off again. Cost: as set().
+  const float* follow_change(double* energy);
 
   // Takes over the forces of a step's contacts, N. solved: false where the step has no solution. Cost: the tensors' rows of the contact nodes,
   // and rank multiply-adds for each number of the field; of several contacts, again for each of a tool, up to kMostParts. Nothing where the
@@ -101,6 +105,7 @@ class CutField final : public SurfaceField {
   bool same_forces(const ContactConstraints& set, const Vec3* force, bool solved) const;
   void keep_fields();
   void find_fields();
+  void evaluate_all();
   void evaluate(const Vec3* force, const Part* parts, int count);
   void evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last);
   Operations operations_of(int fields) const;

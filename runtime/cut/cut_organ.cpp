@@ -63,6 +63,13 @@ void CutOrgan::follow_changes(bool replayed) {
   }
 }
 
+void CutOrgan::end_changes(bool replayed) {
+  if (replayed || !beside_ || !field_.is_changed() || !beside_->holds_back()) return;
+  double energy = 0;
+  const float* const released = field_.follow_change(&energy);
+  beside_->hold_back(released, energy);
+}
+
 void CutOrgan::forget_changes(bool replayed) {
   std::int32_t* const column = touch_->surface.column_of_node;
   for (std::int32_t own = response_.first_new(); own < response_.nodes(); ++own) column[own] = -1;

@@ -47,6 +47,8 @@ class CutOrgan final : public Body, public CutTarget {
 
   CutResult take_change(const CutChange& change, bool replayed = false) override;
   CutOutcome ground(std::int32_t node, double stiffness, bool replayed = false) override;
+  void end_changes(bool replayed) override;
+  bool awaits_body() const override { return beside_ && beside_->awaits_mesh(); }
   void bring(std::int32_t surface_node, Vec3 from_reserve) override {
     brought_[surface_node - response_.first_new()] = from_reserve;
   }

@@ -76,7 +76,7 @@ void CutScene::begin_step(TouchStep&) {
   if (removal_.radius > 0 || blades_.are_there()) {
     place_nodes();
     blades_.begin_step(placed(), touch().organ);
-    while (!told_.is_full && log_.left() == 0 && change_mesh()) {
+    while (!told_.is_full && log_.left() == 0 && !source_.target->awaits_body() && change_mesh()) {
       take_change();
       follow(&left);
       place_nodes();
@@ -88,7 +88,7 @@ void CutScene::begin_step(TouchStep&) {
 
 // Gives the compliance what the log has for it, within the operations that are left. Then the surface shows the change.
 void CutScene::follow(double* left) {
-  if (log_.left() == 0) return;
+  if (log_.left() == 0 || source_.target->awaits_body()) return;
   while (log_.left() > 0 && *left > 0) {
     const CutLog::Unit unit = log_.next();
     *left -= cost_of(unit);

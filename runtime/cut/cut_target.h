@@ -34,6 +34,8 @@ class CutTarget {
   virtual void bring(std::int32_t /*surface_node*/, Vec3 /*from_reserve*/) {}
   // After some of these, of which the body then is.
   virtual void end_changes(bool /*replayed*/) {}
+  // Changes wait for a body beside the touch.
+  virtual bool awaits_body() const { return false; }
   // The surface shows the last changes: triangles.changed().
   virtual void show(const CutTriangles& /*triangles*/) {}
   // Back to the uncut body, as a new scene has it, after Body::forget(). replayed: before the changes of a saved state.

@@ -88,7 +88,7 @@ bool BodyBeside::create(SceneMemory& memory, DeformingBody* body, Offset* offset
   memory.keep(borne_.share), memory.keep(miss_), memory.keep(moved_by_);
   for (std::int32_t* number :
        {&told_.steps, &told_.cut, &told_.unfinished, &told_.failed, &newest_, &solutions_taken_, &behind_, &goes_on_,
-        &settled_, &told_.followed, &thread_.published, &thread_.doubted, &thread_.followed})
+        &settled_, &told_.followed, &told_.awaits_mesh, &thread_.published, &thread_.doubted, &thread_.followed})
     memory.keep(*number);
   memory.keep(begun_), memory.keep(thread_.begun), memory.keep(thread_.given);
   return !memory.failed();
@@ -108,6 +108,12 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
       reinterpret_cast<Solution*>(const_cast<palpate_contacts*>(palpate_mailbox_newest(solutions(), &is_new)));
   const bool counts = newest && newest->begun == begun_;
   *fresh = counts && is_new != 0;
+  // In a solution of an older mesh o has all that the forces open since.
+  if (*fresh && limits_.stream && newest->told.followed != limits_.stream->end() &&
+      (told_.awaits_mesh != 0 || opens_too_far(newest->told))) {
+    told_.awaits_mesh = 1;
+    *fresh = false;
+  }
   return counts ? newest : nullptr;
 }
 
@@ -225,6 +231,15 @@ void BodyBeside::copy(Solution* newest) {
   borne_.share = 1;
 }
 
+void BodyBeside::hold_back(const float* released, double energy) {
+  added_.subtract(released);
+  for (float* const field : beyond_)
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(limits_.surface_nodes); ++i) field[i] -= released[i];
+  // The body's energy goes on from where it was.
+  told_.spring += energy;
+  told_.awaits_mesh = 1;
+}
+
 // The share of o that the forces force_of(p) of a step bear, N, in the organ's axes. Both lists ascend.
 template <class Force>
 double BodyBeside::share_borne(const ContactConstraints& set, Force force_of) const {
@@ -247,8 +262,8 @@ double BodyBeside::share_borne(const ContactConstraints& set, Force force_of) co
     else
       other += norm(*solved, force - solved->force);
   }
-  // Where all have gone on, as targets do, they differ by a part of themselves.
-  constexpr double kept = 0.5;
+  // Where all have gone on, as targets do, they differ by a part of themselves. On a changed mesh they move more than the solution knows.
+  const double kept = told_.awaits_mesh ? 0 : 0.5;
   const double lost = ended + std::max(0.0, other - kept * all);
   return lost > had ? 1 - beyond * (1 - had / lost) : 1;
 }

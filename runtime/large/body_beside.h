@@ -14,7 +14,11 @@
 // lost of f may give the linear organ no more energy than the body had, E. With f Y f / 2 = b^2 E and l^2 the energy of the lost forces, o is scaled by
 // sqrt(E) / l, where this is below 1 and b above 2, until the next solution; between b = 1 and 2 the scale goes there from 1. l is the sum over the contacts
 // of the root of what each one's loss alone would give. It counts the whole force of one that has ended or let go, and of the others the changes beyond half
-// of all forces. No o gets shorter than kBehindUnknown, nor than what the offset moves; but where no contact is left, o gets that short.
+// of all forces, or all of them where a change of the mesh waits. No o gets shorter than kBehindUnknown, nor than what the offset moves; but where no contact is
+// left, o gets that short.
+//
+// Where the mesh is cut, the forces open the linear organ at once. With b above 2 this is subtracted from o, so that nothing moves, and no other change is
+// made until a solution of the changed mesh has come.
 //
 // Where the scene's offset (contact/offset.h) moves the body, all of this is relative to it: the thread gets its amounts with the contacts and with what
 // they leave of the targets, and what they have moved since then is the touch's linear displacement.
@@ -22,6 +26,7 @@
 // Two mailboxes (palpate_mailbox.h) connect the threads. Neither waits for the other.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "runtime/base/scene_memory.h"
@@ -58,6 +63,9 @@ class BodyBeside {
   bool create(SceneMemory& memory, DeformingBody* body, Offset* offset, const Limits& limits);
   // The mesh is cut: a new node has from now on what another one has.
   void copy_node(std::int32_t from, std::int32_t to);
+  // MeshFollower.
+  bool holds_back() const { return opens_too_far(told_); }
+  void hold_back(const float* released, double energy);
   // For constraints with frames; as TurnedSurface::create. False where memory ends.
   bool follow_normals(SceneMemory& memory, const TurnedSurface::Source& surface) {
     return turned_.create(memory, surface);
@@ -70,10 +78,11 @@ class BodyBeside {
     double residual = 0, least_volume = 1;
     double off =
         0;  // rad, of the frames of its contacts from the surface's normals: its forces miss as much of themselves
-    double energy = 0;                      // J, of the body
-    double given = 0;                       // J, that the offset has given it since forget()
-    double spring = 0;                      // J, of the linear organ under the same forces
-    std::int32_t followed = 0, unused = 0;  // numbers of the mesh's stream
+    double energy = 0;             // J, of the body
+    double given = 0;              // J, that the offset has given it since forget()
+    double spring = 0;             // J, of the linear organ under the same forces
+    std::int32_t followed = 0;     // numbers of the mesh's stream
+    std::int32_t awaits_mesh = 0;  // 1: the touch holds back a part of what changes of the mesh since then do
   };
   // Takes the newest solution, and returns the constraints of a step as the linear organ is to hold
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.
@@ -187,6 +196,7 @@ class BodyBeside {
   palpate_mailbox* solutions() const { return reinterpret_cast<palpate_mailbox*>(solutions_); }
   Solution* take_newest(bool* fresh);
   void copy(Solution* newest);
+  static bool opens_too_far(const Told& told) { return told.spring > 4 * std::fabs(told.energy); }
   template <class Force>
   double share_borne(const ContactConstraints& set, Force force_of) const;
   bool bear(const ContactConstraints& set, double share);

@@ -127,6 +127,9 @@ class BodyInThread final : public LargeBody {
   // The linear organ of the touch is `linear`, whose mesh is cut.
   void follow_beside(Body* linear, MeshStream* stream) override { linear_ = linear, stream_ = stream; }
   void copy_node(std::int32_t from, std::int32_t to) override { beside_.copy_node(from, to); }
+  bool holds_back() const override { return beside_.holds_back(); }
+  void hold_back(const float* released, double energy) override { beside_.hold_back(released, energy); }
+  bool awaits_mesh() const override { return beside_.told().awaits_mesh != 0; }
   SurfaceField* surface_field() override { return linear_ ? linear_->surface_field() : nullptr; }
   void move_surface(TouchStep& step, const ContactConstraints& set) override {
     return linear_ ? linear_->move_surface(step, set) : Body::move_surface(step, set);

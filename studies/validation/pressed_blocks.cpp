@@ -222,6 +222,9 @@ Agreement compare(const Workshop& workshop, const Blocks& pair, const std::files
   double largest = 0, off = 0;
   std::size_t first = 0, cells = 0;
   for (std::size_t k = 0; k < 2; ++k) {
+    if (pair.large() && ours.u[k].size() != blocks[k].body.nodes.size())
+      throw OperationError(fmt::format("{}: block {}: expected displacements of all {} nodes, found {}", pair.name, k,
+                                       blocks[k].body.nodes.size(), ours.u[k].size()));
     const std::span there = std::span(theirs.u).subspan(first, blocks[k].body.nodes.size());
     if (pair.compared == Compared::large_pressure)
       off = std::max(

@@ -17,12 +17,17 @@ constexpr double kTick = 1e-3;  // s
 constexpr std::int32_t kMostPairs = 1000;
 constexpr int kMostSolutions = 3;  // of a body beside the touch, in each step
 
+// A body that is solved in the touch knows all of its nodes; any other has those inside from the bundle's section.
+bool has_nodes_inside(const Bundle& bundle, palpate_deformation_model deformation) {
+  return deformation == PALPATE_DEFORMATION_LARGE || bundle.describe().has_interior;
+}
+
 SceneDef definition(const Bundle& bundle, palpate_deformation_model deformation) {
   SceneDef def;
   def.collision = PALPATE_COLLISION_DEFORMED, def.law = PALPATE_LAW_UNILATERAL;
   def.max_operations = INT64_MAX;
   def.large.deformation = deformation;
-  if (bundle.describe().has_interior) def.shape = PALPATE_SHAPE_VOLUME;
+  if (has_nodes_inside(bundle, deformation)) def.shape = PALPATE_SHAPE_VOLUME;
   def.motions.motions = bundle.describe().motion_count > 0;
   return def;
 }
@@ -88,8 +93,10 @@ class Bodies {
   }
 
   std::vector<Vector3d> shape(std::int32_t organ, const WorldContacts& contacts) {
-    const palpate_bundle_info info = bundles_[static_cast<std::size_t>(organ)].describe();
-    const auto count = static_cast<std::size_t>(info.has_interior ? info.node_count : info.surface_node_count);
+    const auto k = static_cast<std::size_t>(organ);
+    const palpate_bundle_info info = bundles_[k].describe();
+    const bool inside = has_nodes_inside(bundles_[k], pressing_.bodies[k].deformation);
+    const auto count = static_cast<std::size_t>(inside ? info.node_count : info.surface_node_count);
     std::vector<float> u(3 * count);
     palpate_shape_out out = palpate_default_shape_out();
     out.displacements = u.data(), out.node_capacity = static_cast<std::int32_t>(count);

@@ -37,7 +37,7 @@ struct PressedAnswer {
   std::vector<Touch> touches;  // pairs with a force
   Eigen::Vector3d force;       // N, on the last body, in the world
   std::vector<std::vector<Eigen::Vector3d>>
-      u;               // m, in its frame: of each body's surface nodes; of all nodes where the bundle has the interior
+      u;  // m, in its frame: of each body's surface nodes; of all nodes where it is solved in the touch or its bundle has the interior
   double seconds = 0;  // processor time of the steps
   int flagged = 0;     // steps of the way that raised a flag
 };

@@ -28,6 +28,16 @@ TEST(EffectWorlds, WhoseBodiesAreFarBehindTheirToolsStayBounded) {
   EXPECT_GT(counts.touching, 0);
 }
 
+// A cut under forces of many newtons that balance one another: the linear organ, which a part of the solution cancels, would open by metres at once.
+TEST(EffectWorlds, WhoseStiffBodiesAreCutStayBounded) {
+  WorldCounts counts;
+  for (const auto& [seed, steps] : {std::pair{12, 110}, std::pair{64, 60}, std::pair{92, 100}})
+    RandomWorld(static_cast<std::uint64_t>(seed), &counts, [](const std::string& found) {
+      ADD_FAILURE() << found;
+    }).play(steps);
+  EXPECT_GT(counts.cut, 0);
+}
+
 // Large bodies whose lips press on one another with nothing from outside: each step's forces were smaller than the last ones, until they were too small for
 // numbers.
 TEST(EffectWorlds, WhoseCutBodiesAreLetGoComeToRest) {

@@ -154,7 +154,8 @@ typedef struct palpate_bundle_info {
   int32_t triangle_count;     /* F                                                        */
   int32_t tetrahedron_count;  /* E                                                        */
   int32_t touchable_count;    /* S                                                        */
-  int32_t has_interior;       /* 1: PALPATE_SHAPE_VOLUME is possible                      */
+  int32_t has_interior;       /* 1: PALPATE_SHAPE_VOLUME is possible with every deformation;
+                                 0: with PALPATE_DEFORMATION_LARGE alone                  */
   int32_t has_radial;         /* 1: the bundle has P (PALPATE_RADIAL_RESPONSE)            */
   int32_t has_force;          /* 1: the bundle has Q (PALPATE_FORCE_RESPONSE)             */
   int32_t has_preload;        /* 1: the bundle has the displacement under a body force    */
