@@ -76,7 +76,7 @@ void CutScene::begin_step(TouchStep&) {
   if (removal_.radius > 0 || blades_.are_there()) {
     place_nodes();
     blades_.begin_step(placed(), touch().organ);
-    while (!told_.is_full && log_.left() == 0 && !source_.target->awaits_body() && change_mesh()) {
+    while (!told_.is_full && log_.left() == 0 && change_mesh()) {
       take_change();
       follow(&left);
       place_nodes();
@@ -86,7 +86,8 @@ void CutScene::begin_step(TouchStep&) {
   tell_state();
 }
 
-// Gives the compliance what the log has for it, within the operations that are left. Then the surface shows the change.
+// Gives the compliance what the log has for it, within the operations that are left and once a body beside the touch has followed what it was told to wait
+// for: a blade that goes on in each step would leave it no solution. Then the surface shows the change.
 void CutScene::follow(double* left) {
   if (log_.left() == 0 || source_.target->awaits_body()) return;
   while (log_.left() > 0 && *left > 0) {
