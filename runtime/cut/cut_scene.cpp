@@ -86,8 +86,8 @@ void CutScene::begin_step(TouchStep&) {
   tell_state();
 }
 
-// Gives the compliance what the log has for it, within the operations that are left and once a body beside the touch has followed what it was told to wait
-// for: a blade that goes on in each step would leave it no solution. Then the surface shows the change.
+// Gives the compliance what the log has for it, within the operations that are left. Then the surface shows the change. A body beside the touch may
+// have to follow the last change first: a blade that cuts in each step would leave it no solution.
 void CutScene::follow(double* left) {
   if (log_.left() == 0 || source_.target->awaits_body()) return;
   while (log_.left() > 0 && *left > 0) {
