@@ -59,15 +59,24 @@ std::filesystem::path BakedOrgan::boundary_with(int added) const {
   return file;
 }
 
-std::filesystem::path BakedOrgan::bundle(int added) const {
-  const auto file = options_.output / "bundles" / fmt::format("modes-{}.h5", added);
-  if (!baked_.insert(added).second) return file;
+std::filesystem::path BakedOrgan::bake(const std::string& name, int added, std::vector<std::string> options) const {
+  const auto file = options_.output / "bundles" / (name + ".h5");
+  if (!baked_.insert(name).second) return file;
   say(fmt::format("baking {} with {} modes", options_.mesh.string(), own_modes_ + added));
-  auto command = accuracy::precompute_command(options_.bin, options_.mesh, options_.organ, boundary_with(added),
-                                              {"-o", file.string()});
-  if (!options_.image.empty()) command.insert(command.end(), {"--image", options_.image.string()});
-  accuracy::run_command(command, options_.output / "logs" / fmt::format("modes-{}.txt", added));
+  options.insert(options.end(), {"-o", file.string()});
+  if (!options_.image.empty()) options.insert(options.end(), {"--image", options_.image.string()});
+  accuracy::run_command(
+      accuracy::precompute_command(options_.bin, options_.mesh, options_.organ, boundary_with(added), options),
+      options_.output / "logs" / (name + ".txt"));
   return file;
+}
+
+std::filesystem::path BakedOrgan::bundle(int added) const {
+  return bake(fmt::format("modes-{}", added), added, {});
+}
+
+std::filesystem::path BakedOrgan::large_bundle() const {
+  return full_->is_linear() ? bake("large", 0, {"--large-deformation"}) : std::filesystem::path();
 }
 
 }  // namespace palpate::scenes

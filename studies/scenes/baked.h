@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "formats/organ_config.h"
 #include "studies/scenes/full_body.h"
@@ -30,17 +31,20 @@ class BakedOrgan {
   int own_modes() const { return own_modes_; }
   // Bakes, unless an earlier run has: the organ with so many pressures on its whole surface more than it has motions. Errors: OperationError.
   std::filesystem::path bundle(int added) const;
+  // The organ as it is, also for large deformation; empty where its element is not one that knows it. Errors: OperationError.
+  std::filesystem::path large_bundle() const;
 
  private:
   std::filesystem::path boundary_with(int added) const;
   ElasticBody body_of(const std::filesystem::path& boundary) const;
+  std::filesystem::path bake(const std::string& name, int added, std::vector<std::string> options) const;
 
   const ScenesOptions& options_;
   OrganConfig organ_;
   Way way_;
   int own_modes_ = 0;
   std::unique_ptr<FullBody> full_;
-  mutable std::set<int> baked_;  // those that this run has asked palpate-precompute for
+  mutable std::set<std::string> baked_;  // those that this run has asked palpate-precompute for
 };
 
 }  // namespace palpate::scenes

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 #include "formats/program.h"
 #include "studies/timing/timing.h"
@@ -57,6 +59,46 @@ class PointTool {
   Vector3d point_ = Vector3d::Zero();
 };
 
+// Solves each organ of a world beside the touch, in a thread of its own.
+class SolvedBeside {
+ public:
+  SolvedBeside(const PlayedWorld& world, int organs) {
+    for (int k = 0; k < organs; ++k) threads_.emplace_back([this, scene = world.scene(k)] { solve(scene); });
+  }
+  SolvedBeside(const SolvedBeside&) = delete;
+  SolvedBeside& operator=(const SolvedBeside&) = delete;
+  ~SolvedBeside() {
+    ends_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  // Of each organ, so far.
+  double solutions() const { return static_cast<double>(solutions_) / static_cast<double>(threads_.size()); }
+
+ private:
+  void solve(palpate_scene* scene) {
+    while (!ends_)
+      if (palpate_scene_deform(scene) > 0)
+        ++solutions_;
+      else
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+
+  std::atomic<bool> ends_ = false;
+  std::atomic<std::int64_t> solutions_ = 0;
+  std::vector<std::thread> threads_;
+};
+
+// 1,000 touches in a second.
+class Pace {
+ public:
+  void wait() {
+    std::this_thread::sleep_until(next_ = std::max(next_ + std::chrono::milliseconds(1), studies::Clock::now()));
+  }
+
+ private:
+  studies::Clock::time_point next_ = studies::Clock::now();
+};
+
 class Costs {
  public:
   Costs(const BakedOrgan& baked, const ScenesOptions& options)
@@ -72,6 +114,7 @@ class Costs {
     begin("one organ, one tool");
     organs();
     pairs();
+    pairs_beside();
     modes();
     links();
     grips();
@@ -98,6 +141,7 @@ class Costs {
                      {"setting", setting},
                      {"count", count},
                      {"median_us", median},
+                     {"p90_us", studies::percentile(times, 0.9)},
                      {"worst_us", *std::ranges::max_element(times)},
                      {"ratio", median / reference_},
                      {"flags", flags}});
@@ -133,15 +177,30 @@ class Costs {
       }
   }
 
+  std::vector<int> numbers_of_pairs() const {
+    return options_.quick ? std::vector<int>{1, 10} : std::vector<int>{1, 10, 30, 100};
+  }
+  std::vector<OrganAt> two_near(palpate_bundle* bundle) const {
+    return {{bundle, pose_at(Vector3d(kHere))}, {bundle, over(box_, near_gap())}};
+  }
+  double near_gap() const { return first_touch_ + 0.005 * box_.size(); }
+  // They come together, a step of the way in each touch, until so many places press. Returns the gap.
+  template <class Wait>
+  double press(PlayedWorld& world, int wanted, Wait wait) const {
+    double gap = near_gap();
+    const double pace = 2e-4 * box_.size(), deepest = first_touch_ - 0.35 * box_.depth();
+    while (world.pressing() < wanted && gap > deepest) {
+      wait(), world.place(1, over(box_, gap -= pace));
+      world.touch();
+    }
+    return gap;
+  }
+
   void pairs() {
     begin("pairs");
-    for (const int wanted : options_.quick ? std::vector<int>{1, 10} : std::vector<int>{1, 10, 30, 100}) {
-      PlayedWorld world(
-          {{plain_.get(), pose_at(Vector3d(kHere))}, {plain_.get(), over(box_, first_touch_ + 0.005 * box_.size())}},
-          touching_scene(), 500);
-      double gap = first_touch_ + 0.005 * box_.size();
-      const double pace = 2e-4 * box_.size(), deepest = first_touch_ - 0.35 * box_.depth();
-      while (world.pressing() < wanted && gap > deepest) world.place(1, over(box_, gap -= pace)), world.touch();
+    for (const int wanted : numbers_of_pairs()) {
+      PlayedWorld world(two_near(plain_.get()), touching_scene(), 500);
+      const double gap = press(world, wanted, [] {});
       const int pressing = world.pressing();
       for (int s = 0; s < kToRest; ++s) world.touch();
       const double unrest = unrest_of(world);
@@ -153,6 +212,34 @@ class Costs {
           return std::vector<palpate_tool>();
         });
       if (pressing < wanted) break;  // a small organ has no more vertices there
+    }
+  }
+
+  // In real time, because solutions come when they come.
+  void pairs_beside() {
+    if (baked_.large_bundle().empty()) return;
+    begin("pairs of bodies beside the touch");
+    const Bundle bundle = open_bundle(baked_.large_bundle());
+    SceneDef def = touching_scene();
+    def.large.deformation = PALPATE_DEFORMATION_LARGE_BESIDE;
+    for (const int wanted : numbers_of_pairs()) {
+      PlayedWorld world(two_near(bundle.get()), def, 500);
+      const SolvedBeside solved(world, 2);
+      Pace pace;
+      const double gap = press(world, wanted, [&] { pace.wait(); });
+      const int pressing = world.pressing();
+      for (const auto& [setting, share] :
+           {std::pair("keep their places, bodies beside", 1e-4), std::pair("move on, bodies beside", 5e-3)}) {
+        const double before = solved.solutions();
+        const auto begun = studies::Clock::now();
+        time("pairs", setting, pressing, world, [&, share = share](int s) {
+          pace.wait();
+          world.place(1, over(box_, gap + share * box_.size() * std::sin(0.05 * s)));
+          return std::vector<palpate_tool>();
+        });
+        rows_.back()["solutions_hz"] = (solved.solutions() - before) / studies::seconds_since(begun);
+      }
+      if (pressing < wanted) break;
     }
   }
 

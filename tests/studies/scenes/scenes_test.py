@@ -37,10 +37,14 @@ class SceneCosts(StudyTest):
         self.assertGreaterEqual(max(self.axis("pairs", "move on")), 10)
         for p in self.axis("pairs", "stand still").values():
             self.assertLess(p["unrest"], 1e-9)  # rounding: few places come to rest
+        for p in self.axis("pairs", "move on, bodies beside").values():
+            self.assertGreater(p["solutions_hz"], 0)
+        self.assertGreaterEqual(max(self.axis("pairs", "keep their places, bodies beside")), 10)
         self.assertGreaterEqual(max(self.axis("needle")), 4)
         for p in self.all["points"]:
             self.assertGreater(p["median_us"], 0)
-            self.assertLessEqual(p["median_us"], p["worst_us"])
+            self.assertLessEqual(p["median_us"], p["p90_us"])
+            self.assertLessEqual(p["p90_us"], p["worst_us"])
             self.assertGreater(p["ratio"], 0)
 
     def test_every_effect_agrees_with_the_full_solve(self):
