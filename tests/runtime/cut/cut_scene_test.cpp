@@ -805,6 +805,49 @@ TEST(CutScene, TheWorkOfABladeIsItsAreaTimesToughnessAndThatOfFriction) {
   }
 }
 
+// Two edges that turn about a pin towards one another, as scissors: each holds the tissue for the other.
+TEST(CutScene, ScissorsCutWhatIsBetweenTheirEdgesAndDoNotPushTheOrgan) {
+  constexpr double toughness = 10, open = 0.6, step = 4e-3;  // J/m^2, rad
+  for (const bool is_large : {false, true}) {
+    SceneDef def = cut_def();
+    if (is_large) def.large.deformation = PALPATE_DEFORMATION_LARGE, def.max_operations = 100'000'000;
+    Played played(block(Element::p1_anp), def);
+    const palpate_blade_state* const edges[] = {palpate_scene_blade_state(played.scene.get(), 0),
+                                                palpate_scene_blade_state(played.scene.get(), 1)};
+    double last = open, moment = 0, work = 0, most = 0, most_on_organ = 0;
+    const auto turn = [&](double angle) {
+      for (int k = 0; k < 2; ++k) {
+        const double up = k == 0 ? 1 : -1;
+        std::vector<double> points;
+        for (int i = 0; i < 4; ++i) {
+          const double along = 0.015 * i;
+          points.insert(points.end(), {0.085 - along * std::cos(angle), 0.025, 0.02 + up * along * std::sin(angle)});
+        }
+        palpate_blade blade = palpate_default_blade();
+        blade.points = points.data(), blade.point_count = 4, blade.toughness = toughness;
+        blade.direction[0] = -std::sin(angle), blade.direction[2] = -up * std::cos(angle);
+        ASSERT_EQ(palpate_scene_set_blade(played.scene.get(), k, &blade, nullptr), PALPATE_OK);
+      }
+      ASSERT_EQ(played.touch() & ~PALPATE_STEP_DEFORMATION_BEHIND, 0u) << angle;
+      // About the pin, the first point of both; what closes them works against it.
+      const double felt = edges[0]->torque[1] - edges[1]->torque[1];
+      work += 0.5 * (moment + felt) * (last - angle), last = angle, moment = felt;
+      most = std::max(most, std::fabs(edges[0]->force[2]));
+      most_on_organ = std::max(most_on_organ, std::fabs(edges[0]->force[2] + edges[1]->force[2]));
+    };
+    for (double angle = open; angle > 0; angle -= step) turn(angle);
+    while (std::fabs(moment) > 1e-6 && last < 0.3) turn(last + step);
+    const double area = edges[0]->area + edges[1]->area, cutting = edges[0]->work + edges[1]->work;
+    EXPECT_NEAR(cutting, toughness * area, 1e-9);
+    // Of the sector between the edges, 45 mm long, what lies in the block.
+    EXPECT_GT(area, 8e-4);
+    EXPECT_LT(area, open * 0.045 * 0.045);
+    EXPECT_GT(played.state().faces, 0);
+    EXPECT_NEAR(work, cutting, 0.05 * work) << is_large;
+    EXPECT_LT(most_on_organ, 0.1 * most) << is_large;
+  }
+}
+
 // ---- contacts --------------------------------------------------------------------------------------------------------
 
 TEST(CutScene, ALipIsTouched) {
