@@ -43,7 +43,7 @@ for (const precision of ["f32", "f16"])
 for (const wasm of wasms) {
   const runtime = await loadRuntime(readFileSync(wasm));
 
-  test(`${wasm} is under 1,250 KB`, () => assert.ok(statSync(wasm).size < 1250e3, `${statSync(wasm).size} bytes`));
+  test(`${wasm} is under 1,200 KB`, () => assert.ok(statSync(wasm).size < 1200e3, `${statSync(wasm).size} bytes`));
 
   for (const [name, effects] of Object.entries(boxScenes))
     test(`${wasm} plays "${name}" as palpate-run does`, () => {
