@@ -66,25 +66,25 @@ void OrganCuts::set(palpate_scene* scene, double time) {
 
 void OrganCuts::remove_due(palpate_scene* scene, double time) {
   if (time < time_) {  // played anew
-    for (Removal& removal : removals_) removal.asked = 0, removal.waits = false;
+    for (Removal& removal : removals_) removal.asked = removal.owed = 0;
     turn_ = 0;
   }
   for (Removal& removal : removals_) {
     const std::uint64_t due = due_until(removal.of, time);
-    removal.waits = removal.waits || due > removal.asked;
+    removal.owed += due - removal.asked;
     removal.asked = due;
   }
   std::size_t skipped = 0;
-  while (skipped < removals_.size() && !removals_[(turn_ + skipped) % removals_.size()].waits) ++skipped;
+  while (skipped < removals_.size() && removals_[(turn_ + skipped) % removals_.size()].owed == 0) ++skipped;
   if (skipped == removals_.size()) return;
   const std::size_t next = (turn_ + skipped) % removals_.size();
   const SceneConfig::Removal& of = removals_[next].of;
   const SceneConfig::Vector place = position_at(of.path, time);
+  const double held = of.contact_time > 0 ? static_cast<double>(removals_[next].owed) * of.every : 0;
   palpate_error error = {};
-  if (palpate_scene_remove_tissue(scene, place.data(), of.radius, of.contact_time > 0 ? of.every : 0, of.contact_time,
-                                  &error) != PALPATE_OK)
+  if (palpate_scene_remove_tissue(scene, place.data(), of.radius, held, of.contact_time, &error) != PALPATE_OK)
     throw InputError(fmt::format("{}:{}: removal \"{}\": {}", file_, of.line, of.name, error.text));
-  removals_[next].waits = false, turn_ = next + 1;
+  removals_[next].owed = 0, turn_ = next + 1;
 }
 
 bool PresentSurface::follow(const palpate_scene* scene) {

@@ -42,8 +42,7 @@ class OrganCuts {
   };
   struct Removal {
     SceneConfig::Removal of;
-    std::uint64_t asked = 0;  // removals that have come due
-    bool waits = false;
+    std::uint64_t asked = 0, owed = 0;  // that have come due; of these, that the scene has not had yet
   };
   void remove_due(palpate_scene* scene, double time);
 

@@ -224,6 +224,20 @@ TEST_F(CutScene, RemovesEachTissueThatIsDueInAStepOfItsOwn) {
   EXPECT_EQ(times, (std::vector<double>{0.02, 0.021}));
 }
 
+// The hook comes at 20 ms, and tissue goes when it has stayed for 10 ms, whether it is asked for every 5 ms or five times in a touch.
+TEST_F(CutScene, RemovesTissueAfterItsTimeInContactHoweverOftenItIsAskedFor) {
+  for (const char* const every : {"0.005", "0.0002"}) {
+    write_scene(kFar +
+                "[[removal]]\nname = \"hook\"\nradius = 9\nposition = [60, 0, 40]\ntimes = [[0.02, 0.06]]\nevery = " +
+                every + "\ncontact_time = 0.01\n");
+    played("scene.toml -o out");
+    double went = 0;
+    for (const Row& row : rows_of("out/cut.csv"))
+      if (went == 0 && number(row, "removed") > 0) went = number(row, "time_s");
+    EXPECT_NEAR(went, 0.03, 0.0055) << every;
+  }
+}
+
 TEST_F(CutScene, LastsAsLongAsItsBladesAndRemovals) {
   const auto touches = [&](const std::string& tables) {
     write_scene(kFar + tables);
