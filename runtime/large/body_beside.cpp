@@ -112,6 +112,7 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
   if (*fresh && limits_.stream && newest->told.followed != limits_.stream->end() &&
       (told_.awaits_mesh != 0 || opens_too_far(newest->told))) {
     told_.awaits_mesh = 1;
+    told_.followed = newest->told.followed;  // jobs go on from there
     *fresh = false;
   }
   return counts ? newest : nullptr;
