@@ -1065,6 +1065,50 @@ TEST(CutScene, LipsPressOnOneAnotherUnderLargeDeformation) {
   }
 }
 
+// Tissue that stiffens is drawn so far that the linear organ would have 40 times its energy, and is cut through in one step. It opens with the solution of the
+// cut mesh, and not before.
+TEST(CutScene, StiffTissueOpensWithTheSolutionOfTheCutMesh) {
+  const Block stiff(Inputs(Element::p1, {10, 6, 5}, kAll, Inputs::kBesideTheCut, 20));
+  Played played(stiff, large_def(PALPATE_DEFORMATION_LARGE_BESIDE));
+  std::vector<palpate_grip> ends;
+  for (const double y : {0.0, 0.05})
+    for (const double z : {0.0, 0.04})
+      ends.push_back(grip_at_node(nearest(played, {0.08, y, z}, 0.025, y > 0.025 ? 1 : -1), {0, 0, 0}));
+  std::vector<palpate_tool> tools;
+  for (std::size_t k = 0; k < ends.size(); ++k) tools.push_back(puller(ends[k], static_cast<std::int32_t>(k)));
+  const auto draw = [&](int steps, double x, double y) {
+    palpate_step_flags flags = 0;
+    for (int s = 0; s < steps; ++s) {
+      for (std::size_t k = 0; k < ends.size(); ++k)
+        ends[k].displacement[0] += x / steps, ends[k].displacement[1] += (k < 2 ? -y : y) / steps;
+      flags = played.touch(tools);
+    }
+    return flags;
+  };
+  draw(100, 0.04, 0);
+  draw(100, 0, 0.01);
+  const std::vector<float> before = played.positions();
+  played.blade(0.15, 0.025, 0, -0.05, 0.1);
+  played.touch(tools);
+  played.blade(0.03, 0.025, 0, -0.05, 0.1);
+  played.solves_beside = false;
+  draw(3, 0, 0);
+  EXPECT_GT(played.state().faces, 20);
+  const auto farthest = [&] {
+    const std::vector<float> now = played.positions();
+    double most = 0;
+    for (std::size_t i = 0; i < 3 * static_cast<std::size_t>(stiff.body.surface_count - stiff.body.reserve); ++i)
+      most = std::max(most, std::abs(static_cast<double>(now[i] - before[i])));
+    return most;
+  };
+  EXPECT_LT(farthest(), 1e-3);
+  played.solves_beside = true;
+  const palpate_step_flags flags = draw(60, 0, 0);
+  EXPECT_EQ(flags, 0u);
+  EXPECT_EQ(played.surface_fault(), "");
+  EXPECT_GT(farthest(), 2e-3);
+}
+
 // While tissue is drawn, a blade goes on cutting it; then all lets go, and it comes back to rest.
 TEST(CutScene, DrawnTissueIsCutUnderLargeDeformation) {
   for (std::size_t k = 0; k < 2 * std::size(kLargeKinds); ++k) {

@@ -23,8 +23,10 @@ struct Inputs {
 
   explicit Inputs(Element of, std::array<int, 3> cells = {16, 10, 8},
                   const std::string& region = "{ half_space = { point = [34, 0, 0], normal = [-1, 0, 0] } }",
-                  const std::string& foundation = kBesideTheCut)
-      : element(of), form('.' + std::to_string(cells[0]) + (foundation == kBelowAll ? ".below." : ".")) {
+                  const std::string& foundation = kBesideTheCut, double stiffening = 0)
+      : element(of),
+        form('.' + std::to_string(cells[0]) + (foundation == kBelowAll ? ".below." : ".") +
+             (stiffening > 0 ? "stiff." : "")) {
     write_mesh(file("msh"), box_mesh(cells, {80, 50, 40}, 0.1));
     std::ofstream(file("organ.toml")) << "name = \"block\"\nmesh_unit = \"mm\"\nframe = \"none\"\nelement = \""
                                       << name_of(of) << R"("
@@ -33,7 +35,7 @@ name = "box"
 young = { value = 5.4, unit = "kPa", source = "test" }
 poisson = { value = 0.45, source = "test" }
 density = { value = 1000, unit = "kg/m^3", source = "test" }
-)";
+)" << (stiffening > 0 ? "stiffening = { value = " + std::to_string(stiffening) + ", source = \"test\" }\n" : "");
     std::ofstream(file("bc.toml")) << R"(name = "back"
 [store]
 large_deformation = true
