@@ -42,7 +42,8 @@ class OrganCuts {
   };
   struct Removal {
     SceneConfig::Removal of;
-    std::uint64_t asked = 0, owed = 0;  // that have come due; of these, that the scene has not had yet
+    std::uint64_t asked = 0,
+                  owed = 0;  // removals that have come due; of these, those that the scene has not been given yet
   };
   void remove_due(palpate_scene* scene, double time);
 

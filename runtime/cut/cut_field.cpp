@@ -137,7 +137,7 @@ void CutField::keep_fields() {
   }
 }
 
-// now_ and the parts of contacts.
+// The field of all contacts and that of each one, under the last forces.
 void CutField::evaluate_all() {
   Part parts[CutResponse::kMostRows] = {{0, node_count_, now_}};
   int count = 1;
@@ -150,6 +150,17 @@ void CutField::evaluate_all() {
   moves_ = norms_.now > 0;
 }
 
+// By how much a contact moves the surface, and the others without it; how that has changed is not known. Returns its part; nullptr: the part is not known.
+const float* CutField::measure(Contact& contact) {
+  contact.own = contact.without = contact.own_change = kFar;
+  if (contact.part == -2) return nullptr;
+  const bool is_alone = contact.part < 0;
+  const float* const own = is_alone ? now_ : part(parts_, contact.part);
+  contact.own = is_alone ? norms_.now : longest(own, numbers_);
+  contact.without = is_alone ? 0 : longest_difference(now_, own, numbers_);
+  return own;
+}
+
 void CutField::find_fields() {
   std::swap(now_, before_), std::swap(parts_, parts_before_);
   evaluate_all();
@@ -158,13 +169,8 @@ void CutField::find_fields() {
   for (std::int32_t c = 0; c < contact_count_; ++c) {
     Contact& contact = contacts_[c];
     const Contact* const before = find_contact(last_, last_count_, contact.id);
-    if (contact.part == -2) {
-      contact.own = contact.without = contact.own_change = kFar;
-      continue;
-    }
-    const float* const own = contact.part < 0 ? now_ : part(parts_, contact.part);
-    contact.own = contact.part < 0 ? norms_.now : longest(own, numbers_);
-    contact.without = contact.part < 0 ? 0 : longest_difference(now_, own, numbers_);
+    const float* const own = measure(contact);
+    if (!own) continue;
     contact.own_change =
         !before ? contact.own
         : before->part == -2
@@ -173,20 +179,13 @@ void CutField::find_fields() {
   }
 }
 
-// What a contact does alone has changed by nobody knows how much.
 const float* CutField::follow_change(double* energy) {
   float* const released = part(parts_, kMostParts);
   asked_ = {};
   std::copy_n(now_, numbers_, released);
   evaluate_all();
   for (std::size_t i = 0; i < numbers_; ++i) released[i] = now_[i] - released[i];
-  for (std::int32_t c = 0; c < contact_count_; ++c) {
-    Contact& contact = contacts_[c];
-    if (contact.part == -2) continue;
-    const float* const own = contact.part < 0 ? now_ : part(parts_, contact.part);
-    contact.own = longest(own, numbers_), contact.own_change = kFar;
-    contact.without = contact.part < 0 ? 0 : longest_difference(now_, own, numbers_);
-  }
+  for (std::int32_t c = 0; c < contact_count_; ++c) measure(contacts_[c]);
   *energy = 0;
   for (std::int32_t e = 0; e < node_count_; ++e) *energy += 0.5 * dot(force_[e], read(released, nodes_[e].node));
   return released;

@@ -33,7 +33,7 @@ class CutField final : public SurfaceField {
   void note_change() { changed_ = 1; }
   bool is_changed() const { return changed_ != 0; }
   // Takes over the change before the next set(), under the last forces. Returns what the change does to the surface, [surface nodes][3] m, until the
-  // next call, and its energy, J. The caller takes it off again. Cost: as set().
+  // next call, and the energy of the linear organ that it takes, J. The caller subtracts it from what a body beside the touch adds. Cost: as set().
   const float* follow_change(double* energy);
 
   // Takes over the forces of a step's contacts, N. solved: false where the step has no solution. Cost: the tensors' rows of the contact nodes,
@@ -106,6 +106,7 @@ class CutField final : public SurfaceField {
   void keep_fields();
   void find_fields();
   void evaluate_all();
+  const float* measure(Contact& contact);
   void evaluate(const Vec3* force, const Part* parts, int count);
   void evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last);
   Operations operations_of(int fields) const;

@@ -108,7 +108,7 @@ BodyBeside::Solution* BodyBeside::take_newest(bool* fresh) {
       reinterpret_cast<Solution*>(const_cast<palpate_contacts*>(palpate_mailbox_newest(solutions(), &is_new)));
   const bool counts = newest && newest->begun == begun_;
   *fresh = counts && is_new != 0;
-  // In a solution of an older mesh o has all that the forces open since.
+  // The o of a solution of an older mesh lacks what the changes since then do to the linear organ under its forces.
   if (*fresh && limits_.stream && newest->told.followed != limits_.stream->end() &&
       (told_.awaits_mesh != 0 || opens_too_far(newest->told))) {
     told_.awaits_mesh = 1;
@@ -263,7 +263,8 @@ double BodyBeside::share_borne(const ContactConstraints& set, Force force_of) co
     else
       other += norm(*solved, force - solved->force);
   }
-  // Where all have gone on, as targets do, they differ by a part of themselves. On a changed mesh they move more than the solution knows.
+  // Where all forces have gone on, as targets do, they differ by a part of themselves. Of a changed mesh the solution's compliances do not hold, so that all of
+  // the difference counts.
   const double kept = told_.awaits_mesh ? 0 : 0.5;
   const double lost = ended + std::max(0.0, other - kept * all);
   return lost > had ? 1 - beyond * (1 - had / lost) : 1;

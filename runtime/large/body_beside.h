@@ -82,7 +82,7 @@ class BodyBeside {
     double given = 0;              // J, that the offset has given it since forget()
     double spring = 0;             // J, of the linear organ under the same forces
     std::int32_t followed = 0;     // numbers of the mesh's stream
-    std::int32_t awaits_mesh = 0;  // 1: the touch holds back a part of what changes of the mesh since then do
+    std::int32_t awaits_mesh = 0;  // 1: the mesh has changed since, and the next solution has to have all changes
   };
   // Takes the newest solution, and returns the constraints of a step as the linear organ is to hold
   // them: along the normals of the solution, and less what the solution adds. They are valid until the next call.

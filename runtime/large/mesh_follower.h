@@ -80,11 +80,12 @@ class MeshFollower {
   virtual void follow_beside(Body* /*linear*/, MeshStream* /*stream*/) {}
   // In the thread of the touch: a surface node has what another one has, until a solution tells.
   virtual void copy_node(std::int32_t /*from*/, std::int32_t /*to*/) {}
-  // There, too: under the forces that hold the tissue now the linear organ has far more energy than the body (body_beside.h). Then hold_back() is to
-  // be told what a change of the mesh does to the linear organ under these forces, [surface nodes][3] m, with its energy, J: it is not shown.
+  // In the thread of the touch: whether the forces that hold the tissue would give the linear organ far more energy than the body has (body_beside.h). After a
+  // change of the mesh hold_back() is then told what the change does to the linear organ under these forces, [surface nodes][3] m, and the energy of that, J.
+  // The touch does not show it.
   virtual bool holds_back() const { return false; }
   virtual void hold_back(const float* /*released*/, double /*energy*/) {}
-  // No solution of the changed mesh has come since: the mesh is to stay as it is.
+  // The touch needs a solution that has followed all changes of the mesh: until it comes, the mesh is to stay as it is.
   virtual bool awaits_mesh() const { return false; }
   struct Layout {
     const std::int32_t* place = nullptr;  // [nodes of the mesh]

@@ -8,7 +8,8 @@
 namespace palpate::scenes {
 
 // [{axis, setting, count, median_us, p90_us, worst_us, ratio, flags}]: processor time of the touching thread. ratio: median over that of one organ with one
-// tool, measured just before the axis; flags: all that the touches raised. The first row is that one. Of pairs of bodies beside the touch also solutions_hz, solutions of each body in a second.
+// tool, measured just before the axis; flags: all that the touches raised. The first row is that one. Rows
+// of pairs whose bodies are solved beside the touch also have solutions_hz: solutions of each body in a second.
 std::vector<nlohmann::ordered_json> measure_costs(const BakedOrgan& baked, const ScenesOptions& options);
 
 // A stack of organs, the second one turned over on the first one and so on, `apart` m farther away than where they touch first.
