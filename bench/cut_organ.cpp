@@ -78,9 +78,11 @@ struct Organ {
     pairs = std::make_unique<StoredPairs>(uncut, listed, count);
     compliance.create(memory, large.get(), *pairs, {mesh_nodes, count - mesh_nodes, patterns});
     CutResponse::Source source;
-    source.compliance = &compliance, source.tensors = &stored.tensors, source.touchable = stored.touchable.data();
-    source.pairs = pairs.get(), source.pair_nodes = listed.data(), source.pair_count = mesh_nodes;
-    source.rest_nodes = count, source.surface_nodes = count, source.first_reserve = mesh_nodes, source.responses = 192;
+    PatternFields::Source& of = source.of;
+    of.compliance = source.compliance = &compliance, of.tensors = &stored.tensors;
+    of.touchable = stored.touchable.data();
+    of.rest_nodes = of.surface_nodes = count, of.first_reserve = mesh_nodes;
+    source.responses = 192;
     response.create(memory, source);
     offset.change_body(&response);
     offset.create(memory, 64);

@@ -252,7 +252,8 @@ inline constexpr const char* kAboutEffects =
     "cut: whether blades cut the organ (set_blade; a bundle with a region that may be cut, collision=\"deformed\");\n"
     "cut_nodes: new nodes at most, 0: as many as the bundle reserves; cut_rank: rank of what the cuts may add to the\n"
     "compliance; cut_operations: counted operations of a touch for it; cut_points: at which tissue holds an edge;\n"
-    "cut_lips: pairs of nodes across from one another on lips that may press in a touch, 0: lips pass through\n"
+    "cut_lips: pairs of nodes across from one another on lips that may press in a touch, 0: lips pass through;\n"
+    "cut_rebase: the rank from which on touches re-base the compliance, 0: never\n"
     "\n";
 
 // Gives a class of Python its constructor Class(bundle, **effects).

@@ -42,7 +42,8 @@ void add_scene(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(palpate_crossing, triangle, place, rest);
   PYBIND11_NUMPY_DTYPE(palpate_obstacle_state, force, torque, position, orientation, deepest, nodes, slips);
   PYBIND11_NUMPY_DTYPE(palpate_blade_state, force, torque, work, area, in_tissue, cuts, friction_work);
-  PYBIND11_NUMPY_DTYPE(palpate_cut_state, surface, area, faces, removed, nodes, pieces, waiting, left, rank, is_full);
+  PYBIND11_NUMPY_DTYPE(palpate_cut_state, surface, area, faces, removed, nodes, pieces, waiting, left, rank, is_full,
+                       rebased, rebasing);
   py::class_<HeldObstacle>(module, "Obstacle",
                            "A rigid surface that the organ does not enter: a table, a rib, a plate.")
       .def(py::init(&make_obstacle), py::arg("kind"), py::arg("size") = py::none(), py::kw_only(),
@@ -211,7 +212,8 @@ void add_scene(py::module_& module) {
            "After a touch: a record, a copy: surface (goes up where the surface has changed), area (m^2, at rest), "
            "faces,\n"
            "removed (tetrahedra), nodes (new), pieces, waiting (faces that cannot be cut yet), left (changes that the\n"
-           "compliance does not have yet), rank, is_full; None where the scene does not cut.")
+           "compliance does not have yet), rank, is_full, rebased (how often the compliance was), rebasing; None where "
+           "the scene does not cut.")
       .def(
           "cut_surface", &HeldScene::cut_surface,
           "The surface of what is left: triangles, int32 [triangles, 3], nodes of shape, and is_lip, bool [triangles]: "

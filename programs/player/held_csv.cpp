@@ -78,7 +78,7 @@ HeldCsvFiles::HeldCsvFiles(const std::filesystem::path& folder, const CsvStyle& 
       open(blades_, "blades.csv",
            "blade,force_x_N,force_y_N,force_z_N,torque_x_Nm,torque_y_Nm,torque_z_Nm,work_J,friction_work_J,area_m2,in_"
            "tissue,cuts");
-    open(cut_, "cut.csv", "faces,area_m2,nodes,removed,pieces,waiting,left,rank,is_full");
+    open(cut_, "cut.csv", "faces,area_m2,nodes,removed,pieces,waiting,left,rank,is_full,rebased");
     open(events_, "events.csv", "event,pieces");
   }
 }
@@ -156,7 +156,7 @@ void HeldCsvFiles::add_blades(double time, std::size_t organ) {
 void HeldCsvFiles::add_cut_row(double time, std::size_t organ) {
   const palpate_cut_state& cut = histories_[organ].state();
   row(cut_, time, name_of(organ), cut.faces, cut.area, cut.nodes, cut.removed, cut.pieces, cut.waiting, cut.left,
-      cut.rank, cut.is_full);
+      cut.rank, cut.is_full, cut.rebased);
 }
 
 void HeldCsvFiles::add_cut(double time, std::size_t organ) {

@@ -162,17 +162,12 @@ nlohmann::ordered_json HeldSummary::cut() const {
   auto pieces = nlohmann::ordered_json::array();
   for (const CutEvent& event : cut_.events())
     if (std::string_view(event.what) == kPieceCameOff) pieces.push_back(event.time);
-  return {{"faces", state.faces},
-          {"area_m2", state.area},
-          {"nodes", state.nodes},
-          {"removed", state.removed},
-          {"pieces", state.pieces},
-          {"waiting", state.waiting},
-          {"left", state.left},
-          {"rank", state.rank},
-          {"first_s", or_null(first_time_of(kFirstCut))},
-          {"pieces_s", pieces},
-          {"full_s", or_null(first_time_of(kFull))}};
+  return {{"faces", state.faces},     {"area_m2", state.area},
+          {"nodes", state.nodes},     {"removed", state.removed},
+          {"pieces", state.pieces},   {"waiting", state.waiting},
+          {"left", state.left},       {"rank", state.rank},
+          {"rebased", state.rebased}, {"first_s", or_null(first_time_of(kFirstCut))},
+          {"pieces_s", pieces},       {"full_s", or_null(first_time_of(kFull))}};
 }
 
 nlohmann::ordered_json HeldSummary::grasp(std::size_t tool) const {
@@ -276,7 +271,8 @@ std::vector<std::string> HeldSummary::warnings() const {
   if (const auto full = first_time_of(kFull))
     sentences.push_back(fmt::format(
         "from {:.4g} s on nothing more was cut: {} new nodes and rank {} are all that the bundle and the scene allow; "
-        "raise `reserve` in [cut] of the boundary file, `cut_nodes` or `cut_rank` in [limits]",
+        "raise `reserve` in [cut] of the boundary file, `cut_nodes` or `cut_rank` in [limits], or take `cut_rebase` "
+        "there",
         *full, cut_.state().nodes, cut_.state().rank));
   return sentences;
 }

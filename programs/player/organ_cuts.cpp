@@ -110,7 +110,8 @@ void place_new_nodes(const palpate_scene* scene, const double* nodes, const palp
 
 bool CutHistory::add(const palpate_cut_state& state, double time) {
   const auto of = [](const palpate_cut_state& s) {
-    return std::tie(s.surface, s.area, s.faces, s.removed, s.nodes, s.pieces, s.waiting, s.left, s.rank, s.is_full);
+    return std::tie(s.surface, s.area, s.faces, s.removed, s.nodes, s.pieces, s.waiting, s.left, s.rank, s.is_full,
+                    s.rebased);
   };
   const bool begins = time_ < 0;
   if (!begins && of(state) == of(state_)) return false;

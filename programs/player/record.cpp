@@ -62,7 +62,8 @@ toml::table limits_of(const SceneConfig& scene) {
   table.erase("crossings_calls"), table.erase("crossings_operations");
   if (scene.obstacles.empty()) table.erase("obstacle_nodes");
   if (scene.def.cut.cut == PALPATE_CUT_OFF)
-    for (const char* key : {"cut_nodes", "cut_rank", "cut_operations", "cut_points", "cut_lips"}) table.erase(key);
+    for (const char* key : {"cut_nodes", "cut_rank", "cut_operations", "cut_points", "cut_lips", "cut_rebase"})
+      table.erase(key);
   if (scene.displacement) table.insert("displacement", *scene.displacement);
   return table;
 }

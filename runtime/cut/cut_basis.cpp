@@ -14,9 +14,9 @@ bool CutSlots::create(SceneMemory& memory, const PairCompliance& source, std::in
   return !memory.failed();
 }
 
-void CutSlots::forget() {
+void CutSlots::forget(const PairCompliance& source) {
   std::fill_n(slot_of_node_, nodes_, 0);
-  count_ = 0;
+  source_ = &source, count_ = 0;
 }
 
 std::int32_t CutSlots::take(std::int32_t node) {

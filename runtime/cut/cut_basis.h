@@ -1,4 +1,4 @@
-// The basis of a cut: patterns of forces on nodes at rest, each with the jump that it gives a new node. What a cut changes of the compliance is
+// The basis of a cut: patterns of forces on nodes of the base, each with the jump that it gives a new node. What a cut changes of the compliance is
 // a symmetric matrix between these patterns (cut_compliance.h).
 #pragma once
 
@@ -10,11 +10,12 @@
 
 namespace palpate {
 
-// Nodes at rest on which patterns act have slots; the compliance between them is held in double precision.
+// Nodes of the base (CutTissue::base()) on which patterns act have slots; the compliance between them is held in double precision.
 class CutSlots {
  public:
   bool create(SceneMemory& memory, const PairCompliance& source, std::int32_t nodes, std::int32_t most);
-  void forget();
+  // source: of the pairs from now on.
+  void forget(const PairCompliance& source);
   // The slot of a node, which gets one if it has none. -1: no slot is left; -2: a pair is not known.
   std::int32_t take(std::int32_t node);
   std::int32_t find(std::int32_t node) const { return slot_of_node_[node] - 1; }

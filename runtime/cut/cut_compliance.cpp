@@ -19,13 +19,13 @@ CutOutcome outcome_of_slot(std::int32_t slot) {
 
 bool CutCompliance::create(SceneMemory& memory, const HyperelasticBody& body, const PairCompliance& source,
                            const CutCapacity& capacity, const SupportedSurface& surface) {
-  capacity_ = capacity;
+  capacity_ = capacity, uncut_ = &source;
   stride_ = static_cast<std::size_t>(padded_row(capacity.patterns));
   const std::int32_t nodes = body.node_count + capacity.new_nodes;
   const auto slots = static_cast<std::size_t>(capacity.nodes), jumps = static_cast<std::size_t>(capacity.new_nodes);
   if (!tissue_.create(memory, body, capacity.new_nodes) || !supports_.create(memory, body, surface, tissue_))
     return false;
-  const bool made = slots_.create(memory, source, body.node_count, capacity.nodes) &&
+  const bool made = slots_.create(memory, source, nodes, capacity.nodes) &&
                     basis_.create(memory, capacity.patterns, capacity.nodes, kEntriesOfPattern * capacity.patterns) &&
                     sites_.create(memory, nodes, capacity.patterns) && columns_.create(memory, nodes, kMostPatch) &&
                     site_.create(memory, tissue_.largest_star()) && part_.create(memory, tissue_.largest_star());
@@ -47,9 +47,19 @@ bool CutCompliance::create(SceneMemory& memory, const HyperelasticBody& body, co
 }
 
 void CutCompliance::forget() {
-  tissue_.forget(), supports_.forget(), slots_.forget(), basis_.forget(), sites_.forget();
+  tissue_.forget(), supports_.forget();
+  forget_patterns(*uncut_);
+}
+
+void CutCompliance::forget_patterns(const PairCompliance& source) {
+  slots_.forget(source), basis_.forget(), sites_.forget();
   std::fill_n(matrix_, static_cast<std::size_t>(capacity_.patterns) * stride_, 0.0);
   ++version_;
+}
+
+void CutCompliance::begin_from(const CutCompliance& now, const PairCompliance& source) {
+  tissue_.begin_from(now.tissue_), supports_.begin_from(now.supports_);
+  forget_patterns(source);
 }
 
 CutResult CutCompliance::apply(const CutChange& change) {
@@ -72,17 +82,17 @@ CutOutcome CutCompliance::ground(std::int32_t node, double stiffness) {
   return unit.outcome;
 }
 
-// Visits a new node and the new nodes that it came from: each of their jumps moves it.
+// Visits a node that is new since the base, and those that it came from: each of their jumps moves it.
 template <class Visit>
 void CutCompliance::for_each_jump(std::int32_t node, Visit visit) const {
-  for (; tissue_.is_new(node); node = tissue_.parent(node)) visit(node - tissue_.rest_nodes());
+  for (; node >= tissue_.base_nodes(); node = tissue_.parent(node)) visit(node - tissue_.rest_nodes());
 }
 
 // Slots for all nodes of the columns.
 CutCompliance::Unit CutCompliance::take_slots() {
   if (columns_.is_full()) return {CutOutcome::full};
   for (std::int32_t a = 0; a < columns_.count(); ++a) {
-    const std::int32_t slot = slots_.take(tissue_.origin(columns_.node(a)));
+    const std::int32_t slot = slots_.take(tissue_.base(columns_.node(a)));
     if (slot < 0) return {outcome_of_slot(slot)};
     scratch_.slot[a] = slot;
   }
@@ -95,7 +105,7 @@ void CutCompliance::begin_coordinates(int columns) {
 
 // Adds a force on a node to the coordinates of a column.
 CutCompliance::Unit CutCompliance::coordinates_of_node(std::int32_t node, Vec3 force, int column) {
-  const std::int32_t slot = slots_.take(tissue_.origin(node));
+  const std::int32_t slot = slots_.take(tissue_.base(node));
   if (slot < 0) return {outcome_of_slot(slot)};
   const std::int32_t pattern = basis_.nodal(slot);
   if (pattern < 0) return {CutOutcome::full};
@@ -110,7 +120,7 @@ CutCompliance::Unit CutCompliance::new_site_patterns(const NodeGradients& site, 
   for (int m = 0; m < modes; ++m) {
     basis_.begin();
     for (std::int32_t a = 0; a < site.count; ++a) {
-      const std::int32_t slot = slots_.take(tissue_.origin(site.node[a]));
+      const std::int32_t slot = slots_.take(tissue_.base(site.node[a]));
       const bool added = slot >= 0 && basis_.add(slot, strain_mode(m, site.gradient[a]));
       if (added) continue;
       basis_.drop_last(m + 1);
@@ -136,7 +146,7 @@ CutCompliance::Unit CutCompliance::coordinates_of_site(std::int32_t node, std::i
   };
   basis_.for_each_force(site->pattern, subtract);  // mode 0 is the gradient itself
   for (std::int32_t a = 0; a < site_.count; ++a)
-    scratch_.slot_gradient[slots_.find(tissue_.origin(site_.node[a]))] += site_.gradient[a];
+    scratch_.slot_gradient[slots_.find(tissue_.base(site_.node[a]))] += site_.gradient[a];
   Unit unit;
   const auto take = [&](std::int32_t slot, Vec3) {
     const Vec3 rest = scratch_.slot_gradient[slot];
@@ -572,7 +582,7 @@ CutCompliance::Unit CutCompliance::split(const CutChange& change, const CutChang
 bool CutCompliance::find_patterns(std::int32_t node, double* field, double* weighed, double* z) const {
   const std::int32_t count = slots_.count(), rank = basis_.count();
   const std::size_t stride = slots_.stride();
-  if (!slots_.source().read(tissue_.origin(node), slots_.nodes(), count, field, stride)) return false;
+  if (!slots_.source().read(tissue_.base(node), slots_.nodes(), count, field, stride)) return false;
   std::fill_n(z, 3 * stride_, 0.0);
   basis_.weigh(field, stride, 3, count, z, stride_, weighed);
   const auto came_from = [&](std::int32_t new_node) {
@@ -580,7 +590,7 @@ bool CutCompliance::find_patterns(std::int32_t node, double* field, double* weig
     for_each_jump(node, [&](std::int32_t n) { found = found || n == new_node; });
     return found;
   };
-  for (std::int32_t p = 0; p < rank && tissue_.is_new(node); ++p)
+  for (std::int32_t p = 0; p < rank && node >= tissue_.base_nodes(); ++p)
     if (const std::int32_t jump = basis_.jump(p); jump >= 0 && came_from(jump / 3)) row(z, jump % 3)[p] += 1;
   return true;
 }
@@ -601,38 +611,6 @@ void CutCompliance::multiply(const double* x, int columns, double* product) cons
   }
 }
 
-bool CutCompliance::fill(SceneMemory& memory, const std::int32_t* nodes, std::int32_t count, double* c) const {
-  const auto rows = 3 * static_cast<std::size_t>(count);
-  const std::int32_t rank = basis_.count(), padded = padded_row(rank);
-  SceneMemory scratch = memory.of_same_host();
-  double* const z = scratch.array<double>(rows * stride_);
-  double* const mz = scratch.array<double>(rows * stride_);
-  double* const field = scratch.array<double>(3 * slots_.stride());
-  double* const weighed = scratch.array<double>(CutBasis::scratch_of_weigh(slots_.count(), rank));
-  std::int32_t* const origins = scratch.array<std::int32_t>(static_cast<std::size_t>(count));
-  bool known = !scratch.failed();
-  for (std::int32_t a = 0; a < count && known; ++a) {
-    origins[a] = tissue_.origin(nodes[a]);
-    known = find_patterns(nodes[a], field, weighed, z + 3 * static_cast<std::size_t>(a) * stride_);
-  }
-  if (known) row_products(z, 3 * count, matrix_, rank, stride_, padded, mz, stride_);
-  for (std::int32_t a = 0; a < count && known; ++a) {
-    // What the cut adds in the columns of a node, from its own row on; then in its rows.
-    const std::size_t own = 3 * static_cast<std::size_t>(a);
-    row_products(z + own * stride_, 3 * (count - a), mz + own * stride_, 3, stride_, padded, c + own * rows + own,
-                 rows);
-    for (std::size_t k = own; k < rows; ++k)
-      for (std::size_t i = own; i < own + 3; ++i) c[i * rows + k] = c[k * rows + i];
-  }
-  double* const uncut = z;  // three rows of it, where the patterns stood
-  for (std::int32_t a = 0; a < count && known; ++a) {
-    known = slots_.source().read(origins[a], origins, count, uncut, rows);
-    for (std::size_t k = 0; k < 3 * rows && known; ++k) c[3 * static_cast<std::size_t>(a) * rows + k] += uncut[k];
-  }
-  scratch.release_all();
-  return known;
-}
-
 Mat3 CutCompliance::added(const double* response_a, const double* response_b) const {
   Mat3 c;
   double out[9];
@@ -645,8 +623,8 @@ Mat3 CutCompliance::added(const double* response_a, const double* response_b) co
 bool CutCompliance::between(std::int32_t a, const double* response_a, std::int32_t b, const double* response_b,
                             Mat3* c) const {
   double rows[9];
-  const std::int32_t other = tissue_.origin(b);
-  if (!slots_.source().read(tissue_.origin(a), &other, 1, rows, 3)) return false;
+  const std::int32_t other = tissue_.base(b);
+  if (!slots_.source().read(tissue_.base(a), &other, 1, rows, 3)) return false;
   *c = added(response_a, response_b);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) c->m[i][j] += rows[3 * i + j];

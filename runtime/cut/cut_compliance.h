@@ -3,7 +3,7 @@
 // A new node j begins tied to the node n that it splits from, so that it has n's column; splitting frees the jump u_j - u_n. A change of the
 // stiffness of the tied body is K + G S G^T, with few columns G on the nodes of the tetrahedra and sites that change. Then
 //     C' = C + Z M Z^T,    Z = C P + J
-// P: the patterns of cut_basis.h, forces on nodes at rest; J: their jumps. Each change adds patterns or uses those that are there:
+// P: the patterns of cut_basis.h, forces on nodes of C; J: their jumps. Each change adds patterns or uses those that are there:
 //     x = Z^T G,  y = [coordinates of G] + M x,  T = G^T C' G,  M <- M - y S (I + T S)^-1 y^T
 // and a split node, whose jump w has the stiffness N and pulls the others by B w:
 //     y = [three new patterns e_j - B] - M Z^T B,  M <- M + y (N - B^T C' B)^-1 y^T.
@@ -57,6 +57,9 @@ class CutCompliance {
 
   // Back to the uncut body.
   void forget();
+  // Of the same body, with the same capacities: at rank 0, as `now` is. source, borrowed: the compliance of what `now` is, between all nodes that it has.
+  // Cost: copies of the mesh.
+  void begin_from(const CutCompliance& now, const PairCompliance& source);
 
   // Cost of a split node or a removed tetrahedron, rank r and k columns (3; 6 of p1, 10 of p1-anp, and 9 for each foundation of what is removed):
   // 2 k r^2 multiply-adds, k r times the nodes of a pattern, and the reads of the nodes that are new.
@@ -71,6 +74,8 @@ class CutCompliance {
   const CutBasis& basis() const { return basis_; }
   // Numbers of a row over all patterns, of which those beyond rank() are zero in M.
   std::size_t stride() const { return stride_; }
+  // M, [rank()][stride()], symmetric.
+  const double* matrix() const { return matrix_; }
   // M x of some rows, [columns][stride()] each; columns: at most kMostColumns. The rows of x are zero from rank() to padded_row() of it, and
   // so are those of the product.
   void multiply(const double* x, int columns, double* product) const;
@@ -86,12 +91,6 @@ class CutCompliance {
   // All of it: C_ab of the uncut body, and what the cut adds. False where the pair is not known.
   bool between(std::int32_t a, const double* response_a, std::int32_t b, const double* response_b, Mat3* c) const;
 
-  // C' between some nodes, new ones as well: c, [3 count][3 count] m/N, symmetric. With it, the cut mesh and its nodes a new CutCompliance
-  // begins at rank 0. A thread beside the touch has a CutCompliance of its own for it, to which it applies the same changes; the touch applies those
-  // that came meanwhile to the new one. Takes memory for 6 count rows of the rank. False where memory ends or a pair is not known. Cost: 3 count
-  // rank^2 + 5 count^2 rank multiply-adds, and reads of all pairs.
-  bool fill(SceneMemory& memory, const std::int32_t* nodes, std::int32_t count, double* c) const;
-
   // The cut's part under forces: begin, add_force for each, end. Then the field of the cut body is that of the uncut one under the same forces,
   // each at its node's origin, and pseudo-forces at the slots' nodes; a new node is displaced by its jump besides.
   void begin_forces();
@@ -101,9 +100,9 @@ class CutCompliance {
   std::int32_t most_slots() const { return capacity_.nodes; }
   std::int32_t node_of_slot(std::int32_t slot) const { return slots_.nodes()[slot]; }
   Vec3 pseudo_force(std::int32_t slot) const { return pseudo_force_[slot]; }
-  // The first of three patterns that are unit forces on a node at rest; -1: there are none. Nodes of removed tetrahedra have them.
-  std::int32_t nodal_pattern(std::int32_t at_rest) const {
-    const std::int32_t slot = slots_.find(at_rest);
+  // The first of three patterns that are unit forces on a node of the base; -1: there are none. Nodes of removed tetrahedra have them.
+  std::int32_t nodal_pattern(std::int32_t of_base) const {
+    const std::int32_t slot = slots_.find(of_base);
     return slot < 0 ? -1 : basis_.find_nodal(slot);
   }
   // m, of a new node against its origin; zero of other nodes.
@@ -111,6 +110,7 @@ class CutCompliance {
 
  private:
   struct Unit;  // how a part of a change ended
+  void forget_patterns(const PairCompliance& source);
   Unit split(const CutChange& change, const CutChange::NewNode& made);
   Unit free_jump(const CutChange& change, const CutChange::NewNode& made);
   LoadShare share_of_loads(std::int32_t node) const;
@@ -136,6 +136,7 @@ class CutCompliance {
   void for_each_jump(std::int32_t node, Visit visit) const;
   double* row(double* of, int j) const { return of + static_cast<std::size_t>(j) * stride_; }
 
+  const PairCompliance* uncut_ = nullptr;
   CutTissue tissue_;
   CutSupports supports_;
   CutSlots slots_;

@@ -191,7 +191,7 @@ const float* CutField::follow_change(double* energy) {
   return released;
 }
 
-// scratch_.line: C f of the forces on some contact nodes. A new node has the rows of the node that it comes from.
+// scratch_.line: C f of the forces on some contact nodes, and what the base adds. A new node has the rows of the node that it comes from.
 void CutField::evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last) {
   scratch_.loads.begin(*tensors_);
   for (std::int32_t e = first; e < last; ++e) scratch_.loads.add(nodes_[e].column, solver_->modified(e, force[e]));
@@ -209,6 +209,18 @@ void CutField::evaluate_line(const Vec3* force, std::int32_t first, std::int32_t
   for (std::int32_t n = at_rest; n < response_->nodes(); ++n)
     std::copy_n(scratch_.line + 3 * static_cast<std::size_t>(response_->at_rest(n)), 3,
                 scratch_.line + 3 * static_cast<std::size_t>(n));
+  if (response_->fields().base()) add_base(force, first, last);
+}
+
+void CutField::add_base(const Vec3* force, std::int32_t first, std::int32_t last) {
+  const PatternFields& fields = response_->fields();
+  fields.begin_sum();
+  for (std::int32_t e = first; e < last; ++e)
+    if (!is_zero(force[e])) fields.add_to_sum(nodes_[e].node, force[e]);
+  const double* const sum = fields.end_sum();
+  for (std::int32_t n = 0; n < response_->nodes(); ++n)
+    if (const std::int32_t number = fields.number_in_base(n); number >= 0)
+      for (int i = 0; i < 3; ++i) scratch_.line[3 * n + i] += sum[3 * number + i];
 }
 
 void CutField::evaluate(const Vec3* force, const Part* parts, int count) {
@@ -238,7 +250,8 @@ void CutField::evaluate(const Vec3* force, const Part* parts, int count) {
 // Of so many fields in a step.
 Operations CutField::operations_of(int fields) const {
   const auto numbers = static_cast<Operations>(numbers_), rank = Operations{response_->rank()};
-  return fields * (numbers * (node_count_ + rank) + rank * rank) / kDense + numbers / kDense;
+  const Operations of_nodes = Operations{node_count_} * (response_->fields().base() ? 4 : 1);
+  return fields * (numbers * (of_nodes + rank) + rank * rank) / kDense + numbers / kDense;
 }
 
 // ---- what is asked ---------------------------------------------------------------------------------------------------

@@ -109,6 +109,7 @@ class CutField final : public SurfaceField {
   const float* measure(Contact& contact);
   void evaluate(const Vec3* force, const Part* parts, int count);
   void evaluate_line(const Vec3* force, std::int32_t first, std::int32_t last);
+  void add_base(const Vec3* force, std::int32_t first, std::int32_t last);
   Operations operations_of(int fields) const;
 
   const Tensors* tensors_ = nullptr;

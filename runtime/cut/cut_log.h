@@ -34,18 +34,22 @@ class CutLog {
   void add(Unit::Kind kind, std::int32_t number);
 
   // The units that the compliance does not have yet, in their order.
-  std::int32_t left() const { return (used_ - at_) / 2; }
+  std::int32_t left() const { return (used_ - at_) / kUnit; }
   Unit next() const { return unit_at(change_, at_); }
-  void done() { at_ += 2; }
+  void done() { at_ += kUnit; }
   CutChange last() const { return unit_at(change_, change_).change; }
   // The compliance takes none of what is left.
   void drop_rest() { used_ = at_, log_[change_] = used_ - change_; }
-  // Calls visit(unit) for all that it has.
+  static constexpr std::int32_t kUnit = 2;  // numbers of a unit
+  // The place in the log up to which it has all.
+  std::int32_t place() const { return at_; }
+  // Calls visit(unit, place of it) for all that it has from a place on, until one returns false. Cost: also the changes before.
   template <class Visit>
-  void for_each_done(Visit visit) const {
+  void for_each_done(std::int32_t from, Visit visit) const {
     for (std::int32_t change = 0; change < at_;) {
       const std::int32_t begin = units_of(change), end = change + log_[change];
-      for (std::int32_t at = begin; at < end && at < at_; at += 2) visit(unit_at(change, at));
+      for (std::int32_t at = begin; at < end && at < at_; at += kUnit)
+        if (at >= from && !visit(unit_at(change, at), at)) return;
       change = end;
     }
   }

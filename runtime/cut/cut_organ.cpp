@@ -10,10 +10,11 @@ namespace palpate {
 bool CutOrgan::create(SceneMemory& memory, const Parts& parts, TouchState& touch) {
   touch_ = &touch, beside_ = parts.beside, stream_ = parts.stream, first_new_ = parts.first_reserve;
   CutResponse::Source source;
-  source.compliance = &compliance_, source.tensors = parts.tensors, source.touchable = parts.touchable;
-  source.pairs = parts.pairs, source.pair_nodes = parts.pair_nodes, source.pair_count = parts.pair_count;
-  source.preload = parts.preload, source.rest_nodes = parts.body->node_count;
-  source.surface_nodes = parts.surface_nodes, source.first_reserve = parts.first_reserve;
+  PatternFields::Source& of = source.of;
+  of.compliance = source.compliance = &compliance_, of.tensors = parts.tensors, of.touchable = parts.touchable;
+  of.pairs = parts.pairs, of.pair_nodes = parts.pair_nodes, of.pair_count = parts.pair_count;
+  of.rest_nodes = parts.body->node_count, of.surface_nodes = parts.surface_nodes;
+  of.first_reserve = parts.first_reserve, source.preload = parts.preload;
   source.responses = parts.contact_nodes, source.moves = !beside_;
   const std::int32_t reserve = parts.surface_nodes - parts.first_reserve;
   CutCapacity capacity = parts.capacity;
@@ -30,7 +31,14 @@ bool CutOrgan::create(SceneMemory& memory, const Parts& parts, TouchState& touch
   else
     touch.body = this;
   touch.offset.change_body(&response_);
-  return !memory.failed();
+  rebases_ = parts.rebase_at > 0;
+  CutRebase::Parts of_rebase;
+  of_rebase.body = parts.body, of_rebase.supports = parts.supports, of_rebase.pairs = parts.pairs;
+  of_rebase.capacity = capacity, of_rebase.at = parts.rebase_at;
+  of_rebase.most_slots = parts.most_slots;
+  of_rebase.compliance = &compliance_, of_rebase.response = &response_, of_rebase.field = &field_;
+  of_rebase.offset = &touch.offset;
+  return !memory.failed() && (!rebases_ || rebase_.create(memory, of_rebase));
 }
 
 CutResult CutOrgan::take_change(const CutChange& change, bool replayed) {
@@ -76,6 +84,7 @@ void CutOrgan::forget_changes(bool replayed) {
   std::fill_n(brought_, response_.surface_nodes() - response_.first_new(), Vec3{});
   compliance_.forget();
   response_.forget(replayed);
+  if (rebases_ && !replayed) rebase_.forget();
   if (replayed) return;
   field_.note_change();
   if (stream_) stream_->clear();

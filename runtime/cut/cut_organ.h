@@ -10,6 +10,7 @@
 #include "runtime/contact/body.h"
 #include "runtime/contact/touch.h"
 #include "runtime/cut/cut_field.h"
+#include "runtime/cut/cut_rebase.h"
 #include "runtime/cut/cut_response.h"
 #include "runtime/cut/cut_stream.h"
 #include "runtime/cut/cut_target.h"
@@ -33,6 +34,8 @@ class CutOrgan final : public Body, public CutTarget {
     std::int32_t surface_nodes = 0, first_reserve = 0;  // the surface nodes from there on are in reserve
     std::int32_t contact_nodes = 0, constraints = 0;    // of a step, at most
     CutCapacity capacity;                               // new_nodes: at most those in reserve
+    std::int32_t rebase_at = 0;                         // rank from which on the compliance is re-based; 0: never
+    std::int32_t most_slots = 0;                        // nodes on which a cut may act
     // Where a body in another thread follows: it, and what it is told by. The organ is then the linear one of that body.
     MeshFollower* beside = nullptr;
     CutStream* stream = nullptr;
@@ -42,7 +45,8 @@ class CutOrgan final : public Body, public CutTarget {
 
   // After all rows of the offset are there: CutResponse::take_loads().
   bool take_loads(SceneMemory& memory, const HyperelasticBody& body, const std::uint8_t* may_divide) {
-    return response_.take_loads(memory, body, may_divide, touch_->offset.rows());
+    return response_.take_loads(memory, body, may_divide, touch_->offset.rows()) &&
+           (!rebases_ || rebase_.take_loads(memory));
   }
 
   CutResult take_change(const CutChange& change, bool replayed = false) override;
@@ -55,6 +59,8 @@ class CutOrgan final : public Body, public CutTarget {
   // So does Body::forget().
   void forget_changes(bool replayed = false) override;
   void show(const CutTriangles& triangles) override;
+
+  CutRebase* rebase() override { return rebases_ ? &rebase_ : nullptr; }
 
   const CutResponse& response() const { return response_; }
 
@@ -71,6 +77,8 @@ class CutOrgan final : public Body, public CutTarget {
   TouchState* touch_ = nullptr;
   CutResponse response_;
   CutField field_;
+  CutRebase rebase_;
+  bool rebases_ = false;
   Vec3* brought_ = nullptr;  // [nodes in reserve] m
 };
 

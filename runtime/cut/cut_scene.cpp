@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/cut/cut_rebase.h"
+
 namespace palpate {
 namespace {
 
@@ -52,8 +54,10 @@ void CutScene::remove_tissue(const double* centre, double radius, double held, d
 }
 
 double CutScene::most_operations() const {
+  const CutRebase* const rebase = source_.target->rebase();
   return static_cast<double>(source_.operations) +
-         cost_of(CutLog::Unit::remove, source_.rank, source_.target->compliance().supports().most_foundations());
+         cost_of(CutLog::Unit::remove, source_.rank, source_.target->compliance().supports().most_foundations()) +
+         (rebase ? rebase->most_operations() : 0);
 }
 
 // Operations of a unit at a rank: the products with the matrix between the patterns (measured: docs/accuracy.md, "Cuts"). foundations: of the
@@ -63,11 +67,11 @@ double CutScene::cost_of(CutLog::Unit::Kind kind, std::int32_t rank, int foundat
   return kind == CutLog::Unit::split ? 2e4 + square : 4e4 + 2 * square + foundations * (4e4 + 3 * square);
 }
 
-double CutScene::cost_of(const CutLog::Unit& unit) const {
-  const CutCompliance& compliance = source_.target->compliance();
+double CutScene::cost_of(const CutLog::Unit& unit, std::int32_t rank) const {
+  const CutSupports& supports = source_.target->compliance().supports();
   const int foundations =
-      unit.kind == CutLog::Unit::remove ? compliance.supports().foundations_of(unit.change.removed[unit.number]) : 0;
-  return cost_of(unit.kind, compliance.rank(), foundations);
+      unit.kind == CutLog::Unit::remove ? supports.foundations_of(unit.change.removed[unit.number]) : 0;
+  return cost_of(unit.kind, rank, foundations);
 }
 
 void CutScene::begin_step(TouchStep&) {
@@ -83,6 +87,7 @@ void CutScene::begin_step(TouchStep&) {
     }
   }
   source_.target->end_changes(false);
+  if (CutRebase* const rebase = source_.target->rebase()) go_on(*rebase, left);
   tell_state();
 }
 
@@ -90,10 +95,14 @@ void CutScene::begin_step(TouchStep&) {
 // have to follow the last change first: a blade that cuts in each step would leave it no solution.
 void CutScene::follow(double* left) {
   if (log_.left() == 0 || source_.target->awaits_body()) return;
+  CutRebase* const rebase = source_.target->rebase();
   while (log_.left() > 0 && *left > 0) {
+    if (rebase && rebase->is_short() && rebase->makes_room()) return rebase->ask();
     const CutLog::Unit unit = log_.next();
-    *left -= cost_of(unit);
-    if (!take(unit, false)) {
+    *left -= cost_of(unit, source_.target->compliance().rank());
+    const CutOutcome outcome = take(unit, false);
+    if (outcome == CutOutcome::full && rebase && rebase->makes_room()) return rebase->ask();
+    if (outcome != CutOutcome::made) {
       // What is tied together stays so.
       told_.is_full = 1;
       log_.drop_rest();
@@ -107,10 +116,25 @@ void CutScene::follow(double* left) {
   }
 }
 
-// replayed: of a state that was restored.
-bool CutScene::take(const CutLog::Unit& unit, bool replayed) {
-  CutTarget& target = *source_.target;
-  if (unit.kind == CutLog::Unit::hold) return target.ground(unit.number, kHoldsPiece, replayed) == CutOutcome::made;
+// Re-basing, with what a step has left, but at least by one tile or unit.
+void CutScene::go_on(CutRebase& rebase, double left) {
+  if (rebase.is_due()) rebase.begin(log_.place());
+  if (rebase.fills()) left -= rebase.fill_tile();
+  while (rebase.fills() && left > 0) left -= rebase.fill_tile();
+  bool has_all = rebase.follows(), is_first = true;
+  if (has_all)
+    log_.for_each_done(rebase.followed(), [&](const CutLog::Unit& unit, std::int32_t place) {
+      has_all = left > 0 || is_first;
+      if (!has_all) return false;
+      left -= cost_of(unit, rebase.rank()), is_first = false;
+      has_all = rebase.follow(place + CutLog::kUnit, [&](CutCompliance& of) { return give(unit, of); });
+      if (!has_all) rebase.give_up();
+      return has_all;
+    });
+  if (has_all) rebase.finish(false);
+}
+
+CutChange CutScene::change_of(const CutLog::Unit& unit) {
   CutChange one;
   if (unit.kind == CutLog::Unit::split) {
     one = unit.change;
@@ -119,9 +143,22 @@ bool CutScene::take(const CutLog::Unit& unit, bool replayed) {
   } else {
     one.removed = unit.change.removed + unit.number, one.removed_count = 1;
   }
-  if (target.take_change(one, replayed).outcome != CutOutcome::made) return false;
-  if (unit.kind == CutLog::Unit::split) add_node(one.new_nodes->node);
-  return true;
+  return one;
+}
+
+bool CutScene::give(const CutLog::Unit& unit, CutCompliance& to) {
+  if (unit.kind == CutLog::Unit::hold) return to.ground(unit.number, kHoldsPiece) == CutOutcome::made;
+  return to.apply(change_of(unit)).outcome == CutOutcome::made;
+}
+
+// replayed: of a state that was restored.
+CutOutcome CutScene::take(const CutLog::Unit& unit, bool replayed) {
+  CutTarget& target = *source_.target;
+  if (unit.kind == CutLog::Unit::hold) return target.ground(unit.number, kHoldsPiece, replayed);
+  const CutChange one = change_of(unit);
+  const CutOutcome outcome = target.take_change(one, replayed).outcome;
+  if (outcome == CutOutcome::made && unit.kind == CutLog::Unit::split) add_node(one.new_nodes->node);
+  return outcome;
 }
 
 std::int32_t CutScene::write_nodes(std::int32_t* nodes, std::int32_t most) const {
@@ -215,6 +252,8 @@ void CutScene::log_change() {
 void CutScene::tell_state() {
   told_.nodes = mesh_.nodes() - source_.body.node_count, told_.pieces = mesh_.pieces().count();
   told_.waiting = mesh_.pending(), told_.left = log_.left(), told_.rank = source_.target->compliance().rank();
+  const CutRebase* const rebase = source_.target->rebase();
+  if (rebase) told_.rebased = rebase->count(), told_.rebasing = !rebase->is_idle();
 }
 
 // The body is at rest.
@@ -230,7 +269,12 @@ void CutScene::forget_rest() {
 
 void CutScene::restored() {
   source_.target->forget_changes(true);
-  log_.for_each_done([&](const CutLog::Unit& unit) { take(unit, true); });
+  const auto each = [&](std::int32_t from, auto visit) { log_.for_each_done(from, visit); };
+  const auto again = [&](const CutLog::Unit& unit) { take(unit, true); };
+  if (CutRebase* const rebase = source_.target->rebase())
+    rebase->restore(each, again, give);
+  else
+    each(0, [&](const CutLog::Unit& unit, std::int32_t) { return again(unit), true; });
   source_.target->end_changes(true);
   surface_.restored(touch());
 }

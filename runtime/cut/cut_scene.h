@@ -66,9 +66,12 @@ class CutScene final : public RowSource {
   PlacedMesh placed() const { return {&mesh_.state().rest(), mesh_.nodes_of(0), position_, node_}; }
   TouchState& touch() const { return *source_.touched.touch; }
   static double cost_of(CutLog::Unit::Kind kind, std::int32_t rank, int foundations);
-  double cost_of(const CutLog::Unit& unit) const;
+  double cost_of(const CutLog::Unit& unit, std::int32_t rank) const;
   void follow(double* left);
-  bool take(const CutLog::Unit& unit, bool replayed);
+  void go_on(CutRebase& rebase, double left);
+  static CutChange change_of(const CutLog::Unit& unit);
+  static bool give(const CutLog::Unit& unit, CutCompliance& to);
+  CutOutcome take(const CutLog::Unit& unit, bool replayed);
   bool change_mesh();
   void place_nodes();
   void take_change();

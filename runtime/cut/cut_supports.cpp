@@ -48,6 +48,10 @@ void CutSupports::forget() {
   if (held_) std::fill_n(held_, all_nodes_, 1.0);
 }
 
+void CutSupports::begin_from(const CutSupports& now) {
+  if (held_) std::copy_n(now.held_, all_nodes_, held_);
+}
+
 bool CutSupports::make_faces(SceneMemory& memory, const HyperelasticBody& body, const SupportedSurface& surface,
                              const CutTissue& tissue) {
   const auto corners = 4 * static_cast<std::size_t>(body.tetrahedron_count);

@@ -27,6 +27,8 @@ class CutSupports {
   bool create(SceneMemory& memory, const HyperelasticBody& body, const SupportedSurface& surface,
               const CutTissue& tissue);
   void forget();
+  // Of the same body and surface: with the springs that `now` has.
+  void begin_from(const CutSupports& now);
 
   // A face of the surface at rest.
   struct Face {

@@ -9,6 +9,8 @@
 
 namespace palpate {
 
+class CutRebase;
+
 class CutTarget {
  public:
   const CutCompliance& compliance() const { return compliance_; }
@@ -36,6 +38,8 @@ class CutTarget {
   virtual void end_changes(bool /*replayed*/) {}
   // Changes wait for a body beside the touch.
   virtual bool awaits_body() const { return false; }
+  // What re-bases the compliance; nullptr: nothing does.
+  virtual CutRebase* rebase() { return nullptr; }
   // The surface shows the last changes: triangles.changed().
   virtual void show(const CutTriangles& /*triangles*/) {}
   // Back to the uncut body, as a new scene has it, after Body::forget(). replayed: before the changes of a saved state.

@@ -12,6 +12,7 @@ bool CutTissue::create(SceneMemory& memory, const HyperelasticBody& body, std::i
   first_ = memory.array<std::int32_t>(nodes + 1), around_ = memory.array<std::int32_t>(corners);
   parent_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_new));
   origin_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_new));
+  base_ = memory.array<std::int32_t>(static_cast<std::size_t>(most_new));
   loads_ = memory.array<LoadShare>(nodes + static_cast<std::size_t>(most_new));
   if (memory.failed()) return false;
   forget();
@@ -32,14 +33,23 @@ void CutTissue::forget() {
   std::copy_n(body_->tetrahedra, 4 * tetrahedra, corners_);
   std::fill_n(removed_, tetrahedra, std::uint8_t{0});
   std::fill_n(loads_, most_nodes(), LoadShare{});
-  new_count_ = 0;
+  new_count_ = 0, base_nodes_ = body_->node_count;
+}
+
+void CutTissue::begin_from(const CutTissue& now) {
+  const std::size_t tetrahedra = static_cast<std::size_t>(body_->tetrahedron_count);
+  std::copy_n(now.corners_, 4 * tetrahedra, corners_);
+  std::copy_n(now.removed_, tetrahedra, removed_);
+  std::copy_n(now.loads_, most_nodes(), loads_);
+  std::copy_n(now.parent_, now.new_count_, parent_), std::copy_n(now.origin_, now.new_count_, origin_);
+  new_count_ = now.new_count_, base_nodes_ = now.nodes();
 }
 
 void CutTissue::add_node(std::int32_t from, LoadShare share) {
   LoadShare &goes = loads_[nodes()], &stays = loads_[from];
   goes = {share.in_volume * stays.in_volume, share.on_surface * stays.on_surface};
   stays.in_volume -= goes.in_volume, stays.on_surface -= goes.on_surface;
-  parent_[new_count_] = from, origin_[new_count_] = origin(from);
+  parent_[new_count_] = from, origin_[new_count_] = origin(from), base_[new_count_] = base(from);
   ++new_count_;
 }
 

@@ -55,7 +55,14 @@ class CutTissue {
   std::int32_t tetrahedra() const { return body_->tetrahedron_count; }
   std::int32_t region(std::int32_t e) const { return body_->region[e]; }
 
+  // Nodes below it are those of a base: a body, cut or not, whose compliance is known (cut_base.h). At first that is the body at rest. And the node of the
+  // base that a node is, or began as.
+  std::int32_t base_nodes() const { return base_nodes_; }
+  std::int32_t base(std::int32_t node) const { return node < base_nodes_ ? node : base_[node - body_->node_count]; }
+
   void forget();  // back to the body at rest
+  // Of the same body: as `now` is, which is the base from now on.
+  void begin_from(const CutTissue& now);
 
   // gets the number nodes(). share: of what `from` has of the loads.
   void add_node(std::int32_t from, LoadShare share);
@@ -104,13 +111,13 @@ class CutTissue {
   void add_quarter(std::int32_t e, NodeGradients& site) const;
 
   const HyperelasticBody* body_ = nullptr;
-  std::int32_t* corners_ = nullptr;                     // [tetrahedra][4]
-  std::uint8_t* removed_ = nullptr;                     // [tetrahedra]
-  std::int32_t* first_ = nullptr;                       // [nodes at rest + 1] into around_
-  std::int32_t* around_ = nullptr;                      // tetrahedra of each node at rest, ascending
-  std::int32_t *parent_ = nullptr, *origin_ = nullptr;  // [most_new]
-  LoadShare* loads_ = nullptr;                          // [most_nodes()]
-  std::int32_t new_count_ = 0, most_new_ = 0, largest_star_ = 0;
+  std::int32_t* corners_ = nullptr;                                       // [tetrahedra][4]
+  std::uint8_t* removed_ = nullptr;                                       // [tetrahedra]
+  std::int32_t* first_ = nullptr;                                         // [nodes at rest + 1] into around_
+  std::int32_t* around_ = nullptr;                                        // tetrahedra of each node at rest, ascending
+  std::int32_t *parent_ = nullptr, *origin_ = nullptr, *base_ = nullptr;  // [most_new]
+  LoadShare* loads_ = nullptr;                                            // [most_nodes()]
+  std::int32_t new_count_ = 0, most_new_ = 0, base_nodes_ = 0, largest_star_ = 0;
 };
 
 }  // namespace palpate

@@ -27,6 +27,7 @@ constexpr EffectKey kKeys[] = {
     {PALPATE_CUT_KEY(cut_operations), PALPATE_KEY_COUNT, "", "", 1000, 1'000'000'000},
     {PALPATE_CUT_KEY(cut_points), PALPATE_KEY_COUNT, "", "", 2, PALPATE_MAX_BLADE_POINTS},
     {PALPATE_CUT_KEY(cut_lips), PALPATE_KEY_COUNT, "", "", 0, 1000},
+    {PALPATE_CUT_KEY(cut_rebase), PALPATE_KEY_COUNT, "", "", 0, 4096},
 };
 constexpr const char* kResponseIsOfTheWhole =
     "response curves were measured on the organ that is whole: take force LINEAR and radial OFF, or leave cut OFF";
@@ -38,6 +39,11 @@ constexpr const char* kAveragedShear =
     "cut: take a bundle of p1 or p1-anp, deformation LINEAR, or leave cut OFF";
 constexpr const char* kOnTheSurface =
     "what is bound to the triangles of the whole organ does not follow a cut: leave it out, or leave cut OFF";
+constexpr const char* kRebasesTheLinearOrgan =
+    "cut_rebase is of the linear organ: under large deformation the rank of a cut costs time in the body's own method: "
+    "take deformation LINEAR, or leave cut_rebase 0";
+constexpr const char* kRebasesBelowTheRank =
+    "re-basing begins while cuts still have room to go on: take cut_rebase below cut_rank, or leave it 0";
 constexpr EffectNeed kNeeds[] = {
     {"collision", 1u << PALPATE_COLLISION_DEFORMED,
      "lips of a cut are where forces have moved them: take collision DEFORMED, or leave cut OFF"},
@@ -59,9 +65,16 @@ bool is_large(const palpate_scene_def& def) {
   return deforms(def, PALPATE_DEFORMATION_LARGE);
 }
 
+const palpate_cut_def& cut_of(const palpate_scene_def& def) {
+  return part_of<palpate_cut_def>(def, cut_effect);
+}
+
 const char* check(const palpate_scene_def& def) {
   const bool knows_all = is_large(def) || deforms(def, PALPATE_DEFORMATION_LARGE_AUTO);
   if (def.shape == PALPATE_SHAPE_VOLUME && !knows_all) return kBelowTheSurface;
+  const std::int32_t rebase = cut_of(def).cut_rebase;
+  if (rebase > 0 && !is_linear(def)) return kRebasesTheLinearOrgan;
+  if (rebase >= cut_of(def).cut_rank) return kRebasesBelowTheRank;
   return key_number(def, "fine_surface") != 0 || key_number(def, "render_mesh") != 0 ? kOnTheSurface : nullptr;
 }
 
@@ -78,10 +91,6 @@ struct CutOfScene {
 
 CutOfScene* cut_of(const palpate_scene* scene) {
   return scene ? static_cast<CutOfScene*>(scene->state_of(cut_effect)) : nullptr;
-}
-
-const palpate_cut_def& cut_of(const palpate_scene_def& def) {
-  return part_of<palpate_cut_def>(def, cut_effect);
 }
 
 RowBudget rows(const palpate_scene_def& def) {
@@ -117,8 +126,12 @@ double most_of_changes(const palpate_scene& scene, double) {
 }
 
 // Memory of the pairs of these nodes grows with their square; a cut of this rank acts on fewer.
-std::int32_t slots_of(const palpate_cut_def& def, const CutRegion& region) {
-  return std::min(region.node_count, def.cut_rank + def.cut_rank / 4);
+std::int32_t slots_of(const palpate_cut_def& def, std::int32_t most_slots) {
+  return std::min(most_slots, def.cut_rank + def.cut_rank / 4);
+}
+// Nodes on which a cut may act: of the region, and where the compliance is re-based new ones.
+std::int32_t most_slots(const palpate_cut_def& def, const CutRegion& region, std::int32_t new_nodes) {
+  return region.node_count + (def.cut_rebase > 0 ? new_nodes : 0);
 }
 
 // The body that is cut. False where memory ends.
@@ -137,10 +150,14 @@ bool create_target(const SectionReader& reader, palpate_scene& scene, CutOfScene
     large.follower->follow_beside(&cut.organ, &cut.beside);
   }
   organ.body = &region.body, organ.tensors = &scene.tensors, organ.touchable = scene.touchable;
-  organ.pairs = &*cut.pairs, organ.pair_nodes = region.nodes, organ.pair_count = 0, organ.preload = preload;
+  organ.pairs = &*cut.pairs, organ.pair_nodes = region.nodes, organ.preload = preload;
+  // The base of a later compliance has to be as precise as the pairs.
+  organ.pair_count = cut_of(scene.def).cut_rebase > 0 ? region.node_count : 0;
   organ.surface_nodes = reader.surface_nodes(), organ.first_reserve = region.first_reserve;
   organ.contact_nodes = scene.def.max_contact_nodes, organ.constraints = scene.touch.most_constraints;
   organ.capacity = capacity, organ.supports = region.supports;
+  organ.rebase_at = cut_of(scene.def).cut_rebase;
+  organ.most_slots = most_slots(cut_of(scene.def), region, capacity.new_nodes);
   return cut.organ.create(reader.memory(), organ, scene.touch);
 }
 
@@ -175,7 +192,8 @@ palpate_status prepare(EffectBuild& build) {
   source.rank = def.cut_rank, source.operations = def.cut_operations, source.blade_points = def.cut_points;
   cut->pairs.emplace(scene.tensors, region.pairs);
   CutCapacity capacity;
-  capacity.nodes = slots_of(def, region), capacity.new_nodes = source.new_nodes, capacity.patterns = def.cut_rank;
+  capacity.new_nodes = source.new_nodes, capacity.patterns = def.cut_rank;
+  capacity.nodes = slots_of(def, most_slots(def, region, source.new_nodes));
   if (const char* const wrong = cut->scene.create(memory, source))
     return fail(reader.error(), PALPATE_ERROR_CONTENT, reader.find(SectionId::tetrahedra)->offset,
                 "cut: %s; rebuild the bundle", wrong);

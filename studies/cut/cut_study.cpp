@@ -128,8 +128,17 @@ class Study {
     std::set<std::int32_t> columns(region_.begin(), region_.end());
     columns.insert(plan_.contacts.begin(), plan_.contacts.end());
     const FactoredBody factored(body, setting.element);
-    const Nodes listed(columns.begin(), columns.end());
-    begin(body, std::make_unique<StoredPairs>(factored, listed, body_.nodes(), setting.single), listed);
+    listed_.assign(columns.begin(), columns.end());
+    large_ = std::make_unique<LargeBody>(body, setting_.element);
+    pairs_ = std::make_unique<StoredPairs>(factored, listed_, body_.nodes(), setting.single);
+    CutCapacity capacity{static_cast<std::int32_t>(listed_.size()), static_cast<std::int32_t>(most_) + 1, 0,
+                         setting_.single ? 2e-3 : 1e-9};
+    capacity.patterns = setting_.cut == "split" ? 7 * static_cast<std::int32_t>(most_) + 60
+                                                : 4 * static_cast<std::int32_t>(listed_.size()) + 60;
+    if (setting_.rebased) capacity.nodes += capacity.new_nodes, capacity.patterns = std::min(capacity.patterns, 500);
+    if (!cut_->create(memory_, large_->get(), *pairs_, capacity) ||
+        (setting_.rebased && !next_->create(memory_, large_->get(), *pairs_, capacity)))
+      throw std::bad_alloc();
   }
   ~Study() { memory_.release_all(); }
 
@@ -147,23 +156,6 @@ class Study {
   }
 
  private:
-  void begin(const ElasticBody& body, std::unique_ptr<StoredPairs> pairs, Nodes listed) {
-    large_ = std::make_unique<LargeBody>(body, setting_.element), pairs_ = std::move(pairs),
-    listed_ = std::move(listed);
-    first_tetrahedra_.clear();
-    for (std::size_t e = 0; e < body_.corners().size(); ++e)
-      if (body_.is_left(e)) first_tetrahedra_.push_back(static_cast<std::int32_t>(e));
-    memory_.release_all();
-    memory_ = SceneMemory(palpate_allocator{});
-    cut_ = std::make_unique<CutCompliance>();
-    CutCapacity capacity{static_cast<std::int32_t>(listed_.size()), static_cast<std::int32_t>(most_) + 1, 0,
-                         setting_.single ? 2e-3 : 1e-9};
-    capacity.patterns = setting_.cut == "split" ? 7 * static_cast<std::int32_t>(most_) + 60
-                                                : 4 * static_cast<std::int32_t>(listed_.size()) + 60;
-    if (setting_.rebased) capacity.patterns = std::min(capacity.patterns, 500);
-    if (!cut_->create(memory_, large_->get(), *pairs_, capacity)) throw std::bad_alloc();
-  }
-
   bool change(std::int32_t item) {
     OwnedChange change;
     if (setting_.cut == "removed")
@@ -171,16 +163,8 @@ class Study {
     else
       change = body_.split(item, [&](std::size_t e) { return along(body_.centre(e), plan_.axis) > plan_.plane; });
     if (change.removed.empty() && change.new_nodes.empty()) return false;
-    // Tetrahedra have other numbers in a body that was re-based.
-    OwnedChange own = change;
-    const auto renumber = [&](std::int32_t& e) {
-      const auto at = std::ranges::lower_bound(first_tetrahedra_, e);
-      e = static_cast<std::int32_t>(at - first_tetrahedra_.begin());
-    };
-    for (auto& moved : own.moved) renumber(moved.tetrahedron);
-    for (auto& removed : own.removed) renumber(removed);
     const double begun = studies::thread_seconds();
-    const CutResult result = cut_->apply(own.get());
+    const CutResult result = cut_->apply(change.get());
     took_.push_back(studies::thread_seconds() - begun);
     least_share_ = std::min(least_share_, result.outcome == CutOutcome::made ? result.least_share : 1);
     if (result.outcome != CutOutcome::made) {
@@ -208,17 +192,15 @@ class Study {
     return nodes;
   }
 
-  Json point() {
-    const Nodes nodes = asked();
+  // C' between nodes, [3 nodes][3 nodes]; the times of a node and of a pair.
+  Eigen::MatrixXd compliance(const Nodes& nodes, std::vector<double>* contact, double* pair) {
     const auto count = static_cast<Eigen::Index>(nodes.size());
     std::vector<std::vector<double>> response(nodes.size(), std::vector<double>(cut_->response_numbers()));
-    std::vector<double> contact;
-    for (int pass = 0; pass < 2; ++pass)
-      for (std::size_t k = 0; k < nodes.size(); ++k) {
-        const double begun = studies::thread_seconds();
-        if (!cut_->find_response(nodes[k], response[k].data())) throw std::runtime_error("a node has no column");
-        contact.push_back(studies::thread_seconds() - begun);
-      }
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+      const double begun = studies::thread_seconds();
+      if (!cut_->find_response(nodes[k], response[k].data())) throw std::runtime_error("a node has no column");
+      contact->push_back(studies::thread_seconds() - begun);
+    }
     Eigen::MatrixXd is(3 * count, 3 * count);
     const double begun = studies::thread_seconds();
     for (Eigen::Index a = 0; a < count; ++a)
@@ -229,7 +211,17 @@ class Study {
         for (int r = 0; r < 3; ++r)
           for (int s = 0; s < 3; ++s) is(3 * a + r, 3 * b + s) = block.m[r][s];
       }
-    const double pair = (studies::thread_seconds() - begun) / static_cast<double>(count * count);
+    *pair = (studies::thread_seconds() - begun) / static_cast<double>(count * count);
+    return is;
+  }
+
+  Json point() {
+    const Nodes nodes = asked();
+    const auto count = static_cast<Eigen::Index>(nodes.size());
+    std::vector<double> contact;
+    double pair = 0;
+    compliance(nodes, &contact, &pair);
+    const Eigen::MatrixXd is = compliance(nodes, &contact, &pair);
     const Eigen::MatrixXd columns = FactoredBody(body_.now(), setting_.element).columns(nodes);
     Eigen::MatrixXd right(3 * count, 3 * count);
     for (std::size_t k = 0; k < nodes.size(); ++k)
@@ -259,7 +251,6 @@ class Study {
             {"force_error", force_error},
             {"least_share", least_share_},
             {"loose", refused_},
-            {"rebase_ms", 1e3 * rebase_seconds_},
             {"region_nodes", region_.size()},
             {"region_MB", 1e-6 * (setting_.single ? 4 : 8) * 9 * region *
                               (region + static_cast<double>(body_.rest().surface_count))}};
@@ -267,30 +258,27 @@ class Study {
 
   void rebase() {
     Nodes nodes = listed_;
-    for (std::int32_t n = static_cast<std::int32_t>(large_->get().node_count); n < body_.nodes(); ++n)
-      nodes.push_back(n);
-    const auto rows = static_cast<Eigen::Index>(3 * nodes.size());
-    Eigen::MatrixXd c(rows, rows);
-    const double begun = studies::thread_seconds();
-    if (!cut_->fill(memory_, nodes.data(), static_cast<std::int32_t>(nodes.size()), c.data()))
-      throw std::runtime_error("a node has no column");
-    rebase_seconds_ = studies::thread_seconds() - begun;
+    for (std::int32_t n = large_->get().node_count; n < body_.nodes(); ++n) nodes.push_back(n);
+    std::vector<double> contact;
+    double pair = 0;
+    auto pairs =
+        std::make_unique<StoredPairs>(compliance(nodes, &contact, &pair), nodes, body_.nodes(), setting_.single);
+    next_->begin_from(*cut_, *pairs);
+    std::swap(cut_, next_), std::swap(pairs_, pairs);
     ++rebases_;
-    auto pairs = std::make_unique<StoredPairs>(std::move(c), nodes, body_.nodes(), setting_.single);
-    begin(body_.now(), std::move(pairs), std::move(nodes));
   }
 
   Setting setting_;
   Plan plan_;
   std::size_t most_, done_ = 0;
   CutReference body_;
-  Nodes region_, listed_, first_tetrahedra_;
+  Nodes region_, listed_;
   SceneMemory memory_{palpate_allocator{}};
   std::unique_ptr<LargeBody> large_;
   std::unique_ptr<StoredPairs> pairs_;
-  std::unique_ptr<CutCompliance> cut_;
+  std::unique_ptr<CutCompliance> cut_ = std::make_unique<CutCompliance>(), next_ = std::make_unique<CutCompliance>();
   std::vector<double> took_;
-  double least_share_ = 1, rebase_seconds_ = 0;
+  double least_share_ = 1;
   int rebases_ = 0, refused_ = 0;
 };
 

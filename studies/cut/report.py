@@ -11,7 +11,7 @@ WORDS = {"split": "split nodes", "removed": "removed tetrahedra"}
 COLUMNS = (("element", "element"), ("cut", "cut"), ("stored", "stored as"), ("rebases_at", "re-based at rank"), ("rebased", "times re-based"), ("count", "changes"), ("rank", "rank"),
            ("slots", "nodes that it acts on"), ("compliance_error", "error of the compliance"), ("force_error", "largest error of a force"),
            ("change_us", "a change, us"), ("worst_us", "worst of the last 20, us"), ("contact_us", "a new contact node, us"),
-           ("between_us", "a pair of them, us"), ("rebase_ms", "re-basing, ms"), ("region_nodes", "nodes of the region"),
+           ("between_us", "a pair of them, us"), ("region_nodes", "nodes of the region"),
            ("region_MB", "columns in the bundle, MB"), ("loose", "changes refused as loose"), ("least_share", "least share of stiffness"))
 
 

@@ -167,6 +167,9 @@ const std::vector<Effect>& effects() {
   return list;
 }
 
+// The rank of the slit is twice that.
+constexpr std::int32_t kRebasesAt = 6;
+
 SceneOfEffects scene_with(const std::vector<const Effect*>& all) {
   SceneOfEffects scene;
   // A few constraints: the scene's matrices stay small.
@@ -178,6 +181,8 @@ SceneOfEffects scene_with(const std::vector<const Effect*>& all) {
     effect->apply(scene);
     if (effect->needs) effect->needs(scene, named);
   }
+  // A linear organ that is cut goes on from another base in the middle of the slit.
+  if (scene.cut && scene.def.large.deformation == PALPATE_DEFORMATION_LINEAR) scene.def.cut.cut_rebase = kRebasesAt;
   return scene;
 }
 

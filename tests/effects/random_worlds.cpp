@@ -159,6 +159,7 @@ void RandomWorld::let_be_cut(Organ& organ, std::mt19937_64 random) {
   def.inside.inside = PALPATE_INSIDE_OFF, def.crossings.crossings = PALPATE_CROSSINGS_OFF, def.needles.needles = 0;
   def.preload = PALPATE_PRELOAD_OFF;  // it would open the cut, also when all is let go
   def.cut.cut = PALPATE_CUT_ON, def.cut.cut_operations = any(0, 2) > 1 ? 20'000 : 1'000'000;
+  if (def.large.deformation == PALPATE_DEFORMATION_LINEAR && seed_ % 2 > 0) def.cut.cut_rebase = 12;
   organ.blade.place = Vector3d(0.03, 0.025, 0.03) + any_vector(0.02);
   organ.blade.edge = 0.02 * (Vector3d(0, 0, 1) + any_vector(0.4)), organ.blade.ahead = any_vector(1).normalized();
   for (Wander& wander : organ.blade.way)

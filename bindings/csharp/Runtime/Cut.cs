@@ -20,5 +20,8 @@ namespace Palpate {
     public int Waiting, Left, Rank;
     /// <summary>There are no nodes or no rank left, and nothing more is cut.</summary>
     public bool IsFull;
+    /// <summary>How often the compliance was re-based; it is being re-based.</summary>
+    public int Rebased;
+    public bool Rebasing;
   }
 }

@@ -277,10 +277,10 @@ namespace Palpate {
       try {
         palpate_cut_state* state = palpate_scene_cut_state(scene);
         if (state == null) throw new ArgumentException("the scene does not cut");
-        return new CutState { Surface = state->surface,    Area = state->area,   Faces = state->faces,
-                              Removed = state->removed,    Nodes = state->nodes, Pieces = state->pieces,
-                              Waiting = state->waiting,    Left = state->left,   Rank = state->rank,
-                              IsFull = state->is_full != 0 };
+        return new CutState { Surface = state->surface,     Area = state->area,       Faces = state->faces,
+                              Removed = state->removed,     Nodes = state->nodes,     Pieces = state->pieces,
+                              Waiting = state->waiting,     Left = state->left,       Rank = state->rank,
+                              IsFull = state->is_full != 0, Rebased = state->rebased, Rebasing = state->rebasing != 0 };
       } finally {
         End(ref touches);
       }

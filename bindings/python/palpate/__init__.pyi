@@ -269,6 +269,7 @@ class _Effects(TypedDict, total=False):
     cut_operations: int
     cut_points: int
     cut_lips: int
+    cut_rebase: int
     # (end of what is printed)
     relaxation: Optional[Sequence[tuple[float, float]]]
     loads: Optional[Sequence[tuple[Sequence[float], float]]]

@@ -8,14 +8,14 @@ import { reader, writer } from "./struct.js";
 /** @typedef {{force: number[], torque: number[], work: number, frictionWork: number, area: number, inTissue: number, cuts: number}} BladeState
  *  A blade after a touch, as palpate_blade_state; in the world: the force and the torque on it. */
 /** @typedef {{surface: number, area: number, faces: number, removed: number, nodes: number, pieces: number, waiting: number, left: number, rank: number,
- *   isFull: boolean}} CutState
+ *   isFull: boolean, rebased: number, rebasing: boolean}} CutState
  *  What has been cut, as palpate_cut_state. surface: goes up where the surface has changed. */
 /** @typedef {{triangles: Int32Array, isLip: Uint8Array, nodes: Int32Array}} CutSurface  [count][3] nodes of a shape, and for each triangle whether a cut made it.
  *  nodes: [count][2] the nodes that cuts have made, each with the bundle's that it comes from, at whose place it lies at rest. */
 
 const MOST_POINTS = 16; // PALPATE_MAX_BLADE_POINTS
 const BLADE_STATE = { vector: ["force", "torque"], number: ["work", "friction_work", "area"], integer: ["in_tissue", "cuts"] };
-const CUT_STATE = { whole: ["surface"], number: ["area"], integer: ["faces", "removed", "nodes", "pieces", "waiting", "left", "rank"] };
+const CUT_STATE = { whole: ["surface"], number: ["area"], integer: ["faces", "removed", "nodes", "pieces", "waiting", "left", "rank", "rebased"] };
 
 /** Bytes of a blade with its points. @param {Runtime} runtime */
 export const bladeBytes = (runtime) => runtime.field("palpate_blade") + 24 * MOST_POINTS;
@@ -43,7 +43,7 @@ export const readBladeState = (runtime, at) => reader(runtime, "palpate_blade_st
 /** @param {Runtime} runtime @param {number} at @returns {CutState} */
 export function readCutState(runtime, at) {
   const from = reader(runtime, "palpate_cut_state", at);
-  return { ...from.all(CUT_STATE), isFull: from.integer("is_full") !== 0 };
+  return { ...from.all(CUT_STATE), isFull: from.integer("is_full") !== 0, rebasing: from.integer("rebasing") !== 0 };
 }
 
 /** @param {Runtime} runtime @param {number} scene @returns {CutSurface} copies */

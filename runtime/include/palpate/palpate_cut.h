@@ -44,6 +44,12 @@ typedef struct palpate_cut_def {
                              may press on one another in a step, without friction. Where more would, those that have
                              pressed and the nearest do (PALPATE_STEP_CONTACTS_DROPPED). 0: lips pass through one
                              another, without cost                                                                */
+  int32_t cut_rebase;     /* default 0 [0 .. 4096]: from this rank on, below cut_rank, the steps re-base the
+                             compliance: what the cuts have added so far becomes a part of it, within cut_operations of
+                             each step, and the rank begins at zero again. So the rank bounds the time of a step and no
+                             longer what can be cut. 0: never. Memory: 144 bytes for each pair of nodes of the surface
+                             that move, and the arrays of cut_rank twice. With deformation LINEAR alone          */
+  int32_t reserved;       /* 0                                                                                    */
 } palpate_cut_def;
 PALPATE_API void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes);
 static inline palpate_cut_def palpate_default_cut_def(void) {
@@ -120,8 +126,10 @@ typedef struct palpate_cut_state {
   int32_t pieces;   /* of the organ, 1 where nothing has come off                                              */
   int32_t waiting;  /* faces that a blade has met and that cannot be cut yet: the surface would not be closed  */
   int32_t left;     /* changes that the compliance does not have yet: 0 in most steps                          */
-  int32_t rank;     /* of what the cuts add to the compliance                                                  */
+  int32_t rank;     /* of what the cuts add to the compliance, since it was last re-based                      */
   int32_t is_full;  /* 1: there are no nodes or no rank left, and nothing more is cut                          */
+  int32_t rebased;  /* how often the compliance was re-based (cut_rebase)                                      */
+  int32_t rebasing; /* 1: it is being re-based                                                                 */
 } palpate_cut_state;
 /* Inside the scene and valid until the next step; NULL for a scene that does not cut. Call it in the thread of palpate_scene_touch. */
 PALPATE_API const palpate_cut_state* palpate_scene_cut_state(const palpate_scene* scene);

@@ -25,16 +25,26 @@ using Eigen::VectorXd;
 
 constexpr char kAll[] = "{ box = { min = [-1, -1, -1], max = [100, 100, 100] }, where = \"all\" }";
 
+// While it is there, linear scenes re-base the compliance, from this rank on.
+struct Rebases {
+  explicit Rebases(std::int32_t at) { rank = at; }
+  ~Rebases() { rank = 0; }
+  Rebases(const Rebases&) = delete;
+  Rebases& operator=(const Rebases&) = delete;
+  inline static std::int32_t rank = 0;
+};
+
 SceneDef cut_def() {
   SceneDef def = unlimited_def();
   def.collision = PALPATE_COLLISION_DEFORMED, def.contact = PALPATE_CONTACT_POINT, def.shape = PALPATE_SHAPE_SURFACE;
   def.cut.cut = PALPATE_CUT_ON, def.cut.cut_operations = 1'000'000'000;
+  def.cut.cut_rebase = Rebases::rank;
   return def;
 }
 
 SceneDef large_def(palpate_deformation_model as = PALPATE_DEFORMATION_LARGE) {
   SceneDef def = cut_def();
-  def.large.deformation = as;
+  def.large.deformation = as, def.cut.cut_rebase = 0;
   return def;
 }
 constexpr palpate_deformation_model kLarge[] = {PALPATE_DEFORMATION_LARGE, PALPATE_DEFORMATION_LARGE_BESIDE,
@@ -217,7 +227,7 @@ palpate_tool puller(const palpate_grip& grip, std::int32_t id) {
 // ---- the body that is left -------------------------------------------------------------------------------------------
 
 // Grips draw both sides of a cut apart: the field and the forces are those of the mesh that is left.
-TEST(CutScene, AnOpenedCutIsThatOfTheStiffnessFactoredAnew) {
+void compare_opened_cut() {
   for (const Element element : {Element::p1, Element::p1_anp})
     for (const bool stands : {false, true}) {
       Played played(stands ? standing_block(element) : block(element));
@@ -225,6 +235,7 @@ TEST(CutScene, AnOpenedCutIsThatOfTheStiffnessFactoredAnew) {
       EXPECT_GT(played.state().nodes, 10);
       EXPECT_EQ(played.state().left, 0);
       EXPECT_EQ(played.state().pieces, 1);
+      EXPECT_GE(played.state().rebased, Rebases::rank > 0 ? 2 : 0);
       palpate_grip up = grip_at_node(nearest(played, {0.08, 0.05, 0.02}, 0.025, 1), {0, 0.006, 0.001}),
                    down = grip_at_node(nearest(played, {0.08, 0, 0.02}, 0.025, -1), {0, -0.006, 0});
       for (int s = 0; s < 3; ++s) ASSERT_EQ(played.touch({puller(up, 1), puller(down, 2)}), 0u);
@@ -257,6 +268,9 @@ TEST(CutScene, AnOpenedCutIsThatOfTheStiffnessFactoredAnew) {
         for (int i = 0; i < 3; ++i)
           EXPECT_NEAR(right[3 * played.in_mesh(grip->node) + i], grip->displacement[i], 1e-6) << name_of(element);
     }
+}
+TEST(CutScene, AnOpenedCutIsThatOfTheStiffnessFactoredAnew) {
+  compare_opened_cut();
 }
 
 // ---- what was held before a cut --------------------------------------------------------------------------------------
@@ -351,7 +365,7 @@ HeldError held_error(Played& played, const ElasticBody& left, Element element, d
   return found;
 }
 
-TEST(CutScene, JawsHoldTheSideThatTheyTouchedBeforeTheCut) {
+void hold_a_side_with_jaws() {
   for (const Element element : {Element::p1, Element::p1_anp})
     for (const int side : {1, -1}) {
       SceneDef def = holding_def();
@@ -375,9 +389,12 @@ TEST(CutScene, JawsHoldTheSideThatTheyTouchedBeforeTheCut) {
       EXPECT_GT(Vector3d(palpate_contacts_tool(played.contacts, 0)->force_raw).norm(), 0.01);
     }
 }
+TEST(CutScene, JawsHoldTheSideThatTheyTouchedBeforeTheCut) {
+  hold_a_side_with_jaws();
+}
 
 // A thread from the world to a point of a triangle, and one to a disc; on either side of the coming cut.
-TEST(CutScene, LinksHoldTheTrianglesThatTheyWereGiven) {
+void hold_triangles_with_links() {
   for (const int side : {1, -1})
     for (const double radius : {0.0, 0.005}) {
       Played played(block(Element::p1), holding_def());
@@ -413,9 +430,12 @@ TEST(CutScene, LinksHoldTheTrianglesThatTheyWereGiven) {
       EXPECT_LT((middle - Vector3d(now.x, now.y, now.z)).norm(), 1e-6);
     }
 }
+TEST(CutScene, LinksHoldTheTrianglesThatTheyWereGiven) {
+  hold_triangles_with_links();
+}
 
 // A plate presses the block on a table and has drawn it along; a cut between them divides nodes that stick.
-TEST(CutScene, AnObstacleHoldsBothLipsWithItsFriction) {
+void hold_lips_with_an_obstacle() {
   palpate_obstacle plates[2] = {palpate_default_obstacle(), palpate_default_obstacle()};
   SceneDef def = cut_def();
   def.obstacles.count = 2, def.obstacles.list = plates;
@@ -457,6 +477,9 @@ TEST(CutScene, AnObstacleHoldsBothLipsWithItsFriction) {
       EXPECT_NEAR(after[static_cast<std::size_t>(3 * n) + d], before[static_cast<std::size_t>(3 * own) + d], 2e-6) << n;
   }
   EXPECT_GT(divided, 3);
+}
+TEST(CutScene, AnObstacleHoldsBothLipsWithItsFriction) {
+  hold_lips_with_an_obstacle();
 }
 
 // ---- lips that press on one another ----------------------------------------------------------------------------------
@@ -549,7 +572,7 @@ SceneDef lips_def(SceneDef def) {
 
 // Two grips squeeze a block that is cut between them, in a plane of the mesh and beside one, where the lips have teeth of half an edge. The force is nearly that of the
 // frictionless contact of smooth lips, and 3 times that of lips that pass through one another (p1; p1-anp hardly gives way in volume).
-TEST(CutScene, LipsThatArePressedTogetherDoNotPassThroughOneAnother) {
+void press_lips() {
   for (const Element element : {Element::p1, Element::p1_anp})
     for (const double at : {0.025, 0.022}) {
       SCOPED_TRACE(name_of(element) + std::string(at == 0.022 ? ", teeth" : ", smooth"));
@@ -581,6 +604,9 @@ TEST(CutScene, LipsThatArePressedTogetherDoNotPassThroughOneAnother) {
       for (int s = 0; s < 20; ++s) ASSERT_EQ(played.touch({puller(grips[0], 1), puller(grips[1], 2)}), 0u) << s;
       EXPECT_EQ(lips_that_press(played), 0);
     }
+}
+TEST(CutScene, LipsThatArePressedTogetherDoNotPassThroughOneAnother) {
+  press_lips();
 }
 
 // Without a blade, the effect changes nothing beyond rounding.
@@ -641,7 +667,7 @@ TEST(CutScene, APieceThatComesOffIsToldAndStaysWhereAGripDrawsIt) {
 }
 
 // The lobe lies on its foundation alone, which a blade has divided, and whose edge is removed.
-TEST(CutScene, ALobeThatIsCutOffLiesOnItsFoundation) {
+void cut_a_lobe_off() {
   for (const Element element : {Element::p1, Element::p1_anp}) {
     Played played(standing_block(element));
     for (double y = -0.01; y < 0.06; y += 0.001) {
@@ -681,6 +707,9 @@ TEST(CutScene, ALobeThatIsCutOffLiesOnItsFoundation) {
     for (int i = 0; i < 3; ++i)
       EXPECT_NEAR(field[3 * played.in_mesh(drawn) + i], grip.displacement[i], 1e-6) << name_of(element);
   }
+}
+TEST(CutScene, ALobeThatIsCutOffLiesOnItsFoundation) {
+  cut_a_lobe_off();
 }
 
 TEST(CutScene, RemovedTissueLeavesAClosedSurfaceAndASofterOrgan) {
@@ -1200,6 +1229,7 @@ struct RemovedBall {
 void compare_outside(const RemovedBall& ball) {
   const Outside outside;
   for (auto& [element, def] : kinds()) {
+    if (Rebases::rank > 0 && def.large.deformation != PALPATE_DEFORMATION_LINEAR) continue;
     SCOPED_TRACE(std::string(name_of(element)) + " " + std::to_string(def.large.deformation));
     SceneDef moved = def;
     moved.motions.motions = 1, moved.cut.cut_lips = 0;
@@ -1247,7 +1277,8 @@ TEST(CutScene, TissueThatIsRemovedAtAnEdgeTakesItsLoadsAlong) {
 void save_and_restore(palpate_deformation_model as) {
   SceneDef def = holding_def();
   if (as != PALPATE_DEFORMATION_LINEAR) def.large.deformation = as;
-  def.cut.cut_operations = 20'000;  // some changes wait for the next step
+  int rebasing = 0;                                               // states that were saved meanwhile
+  def.cut.cut_operations = Rebases::rank > 0 ? 100'000 : 20'000;  // some changes wait for the next step
   Played one(block(Element::p1_anp), def), two(block(Element::p1_anp), def);
   palpate_link link = palpate_default_link();
   link.kind = PALPATE_LINK_THREAD, link.rest_length = 0.004;
@@ -1278,9 +1309,10 @@ void save_and_restore(palpate_deformation_model as) {
   bool waited = false;
   for (int s = 0; s < 160; ++s) {
     step(one, s);
-    if (s % 23 == 7) {
+    if (s % (Rebases::rank > 0 ? 2 : 23) == (Rebases::rank > 0 ? 1 : 7)) {
       std::vector<std::uint64_t> state(palpate_scene_state_bytes(one.scene.get()) / 8);
       palpate_error error = {};
+      rebasing += one.state().rebasing;
       ASSERT_EQ(palpate_scene_save(one.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK) << error.text;
       ASSERT_EQ(palpate_scene_restore(two.scene.get(), state.data(), 8 * state.size(), &error), PALPATE_OK)
           << error.text;
@@ -1288,11 +1320,16 @@ void save_and_restore(palpate_deformation_model as) {
       step(two, s);
       ASSERT_EQ(bytes(one), bytes(two)) << s;
       ASSERT_EQ(one.triangles(), two.triangles()) << s;
+      ASSERT_EQ(std::memcmp(&one.state(), &two.state(), sizeof one.state()), 0) << s;
     }
     waited = waited || one.state().left > 0;
   }
-  EXPECT_TRUE(waited);
+  EXPECT_TRUE(waited || Rebases::rank > 0);
   EXPECT_GT(one.state().nodes, 5);
+  if (Rebases::rank > 0) {
+    EXPECT_GT(rebasing, 1);
+    EXPECT_GT(one.state().rebased, 1);
+  }
   palpate_scene_reset(one.scene.get());
   EXPECT_EQ(one.state().nodes, 0);
   EXPECT_EQ(one.triangles().size(), one.of.body.triangles.size());
@@ -1310,6 +1347,85 @@ TEST(CutScene, ASavedStateUnderLargeDeformationGoesOnWithTheSameBitsAndAResetSce
   for (const palpate_deformation_model as : kLarge) {
     SCOPED_TRACE(as);
     save_and_restore(as);
+  }
+}
+
+// ---- re-basing -------------------------------------------------------------------------------------------------------
+
+TEST(CutScene, ARebasedOrganIsThatOfTheStiffnessFactoredAnew) {
+  const Rebases at(30);
+  compare_opened_cut();
+  cut_a_lobe_off();
+}
+TEST(CutScene, WhatWasHeldIsHeldWhereTheComplianceIsRebased) {
+  const Rebases at(30);
+  hold_a_side_with_jaws();
+  hold_triangles_with_links();
+  hold_lips_with_an_obstacle();
+  press_lips();
+}
+TEST(CutScene, ARebasedOrganBearsWhatActsFromOutside) {
+  const Rebases at(30);
+  compare_outside({0.06, 0.0125, 0.0055, {0.038, 0.002}, 1e-5});
+}
+TEST(CutScene, ASavedStateGoesOnWhileTheComplianceIsRebased) {
+  const Rebases at(24);
+  save_and_restore(PALPATE_DEFORMATION_LINEAR);
+}
+
+// Within few operations of each step, while a blade cuts and a tool presses: beside a scene that never re-bases, in each step.
+TEST(CutScene, RebasingDoesNotShowWhileItGoesOn) {
+  for (const Element element : {Element::p1, Element::p1_anp}) {
+    SceneDef def = cut_def();
+    def.cut.cut_operations = 200'000;
+    Played plain(block(element), def);
+    def.cut.cut_rebase = 40;
+    Played rebased(block(element), def);
+    int meanwhile = 0;
+    double worst = 0, most = 0;
+    for (int s = 0; s < 400; ++s) {
+      const Vector3d p(0.06 + 2e-5 * s, 0.012, 0.0405 - 1e-5 * s);
+      const palpate_tool probe = point_tool(p.data(), 1);
+      const std::int32_t nodes = rebased.state().nodes;
+      const bool was = rebased.state().rebasing;
+      for (Played* played : {&plain, &rebased}) {
+        played->blade(0.09 - 1.5e-4 * s, 0.025);
+        ASSERT_EQ(played->touch({probe}), 0u) << s;
+      }
+      ASSERT_EQ(plain.triangles(), rebased.triangles()) << s;
+      meanwhile += was && rebased.state().nodes > nodes;
+      const auto force = [](Played& of) { return Vector3d(palpate_contacts_tool(of.contacts, 0)->force_raw); };
+      worst = std::max(worst, (force(plain) - force(rebased)).norm()), most = std::max(most, force(plain).norm());
+      const std::vector<float> a = plain.positions(), b = rebased.positions();
+      for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 1e-6) << s;
+    }
+    EXPECT_GT(meanwhile, 3) << "new nodes while it is re-based";
+    EXPECT_GE(rebased.state().rebased, 2);
+    EXPECT_LT(rebased.state().rank, plain.state().rank / 2);
+    EXPECT_LT(worst, 1e-5 * most);
+  }
+}
+
+TEST(CutScene, RebasingMakesRoomWhereTheRankIsFull) {
+  SceneDef def = cut_def();
+  def.cut.cut_rank = 60;
+  Played full(block(Element::p1_anp), def);
+  full.cut(0.03);
+  EXPECT_EQ(full.state().is_full, 1);
+  for (const std::int32_t operations : {20'000, 1'000'000'000}) {
+    def.cut.cut_rebase = 30, def.cut.cut_operations = operations;
+    Played rebased(block(Element::p1_anp), def);
+    for (int s = 0; s < 5000 && (s < 70 || rebased.state().left > 0 || rebased.state().rebasing); ++s) {
+      rebased.blade(std::max(0.0305, 0.09 - 1e-3 * s), 0.025);
+      ASSERT_EQ(rebased.touch(), 0u) << s;
+    }
+    EXPECT_EQ(rebased.state().is_full, 0);
+    EXPECT_EQ(rebased.state().left, 0);
+    EXPECT_GT(rebased.state().nodes, full.state().nodes + 10);
+    EXPECT_GT(rebased.state().rebased, 3);
+    Played whole(block(Element::p1_anp));
+    whole.cut(0.03);
+    EXPECT_EQ(whole.state().nodes, rebased.state().nodes);
   }
 }
 
@@ -1383,6 +1499,13 @@ TEST(CutScene, BadInputIsRefused) {
   Played uncut(block(Element::p1), plain);
   EXPECT_EQ(palpate_scene_cut_state(uncut.scene.get()), nullptr);
   EXPECT_EQ(palpate_scene_set_blade(uncut.scene.get(), 0, &blade, &error), PALPATE_ERROR_ARGUMENT);
+  // Re-basing is of the linear organ, and begins below the rank that is there.
+  for (SceneDef wrong : {large_def(), large_def(PALPATE_DEFORMATION_LARGE_BESIDE), cut_def()}) {
+    wrong.cut.cut_rebase = wrong.large.deformation == PALPATE_DEFORMATION_LINEAR ? 600 : 300;
+    palpate_scene* made = nullptr;
+    EXPECT_EQ(palpate_scene_create(block(Element::p1).bundle.get(), &wrong, &made, &error), PALPATE_ERROR_ARGUMENT);
+    EXPECT_THAT(error.text, ::testing::HasSubstr("cut_rebase"));
+  }
   // A bundle without a region.
   palpate_scene* created = nullptr;
   const SceneDef def = cut_def();

@@ -43,6 +43,7 @@ class RandomCutScene {
     def.cut.cut = PALPATE_CUT_ON, def.cut.cut_rank = random_() % 3 == 0 ? 150 : 600;
     def.cut.cut_operations = random_() % 2 ? 30'000 : 1'000'000;
     is_large_ = deformation != PALPATE_DEFORMATION_LINEAR;
+    if (!is_large_ && seed % 3 > 0) def.cut.cut_rebase = seed % 3 == 1 ? 40 : 100;
     if (is_large_) def.large.deformation = deformation;
     palpate_error error = {};
     palpate_scene* made = nullptr;

@@ -12,7 +12,7 @@ import { word } from "./words";
 const MOST_PAIRS = 1000, MOST_FRICTION = 100, MOST_POINTS = 100_000, MOST_NODES = 3000, MOST_FORCE = 1e6, MOST_NEEDLE = 0.01, MOST_LINKS = 1000, MOST_LOADS = 4, MOST_OBSTACLES = 16, MOST_OBSTACLE_NODES = 2048, MOST_BLADES = 4, MOST_TOUGHNESS = 1e6, MOST_SHEAR = 1e6, MOST_SAMPLES = 65_536; // of palpate.h and palpate_world.h
 const TOP = ["name", "unit", "csv_unit", "effects", "relaxation", "rate", "limits", "world", "organ", "motion", "load", "obstacle", "tool", "link"];
 // displacement: beyond it palpate-run warns; it changes nothing that is computed.
-const OF_LIMITS = ["points", "contact_nodes", "needle_places", "obstacle_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement", "crossings_calls", "crossings_operations", "cut_nodes", "cut_rank", "cut_operations", "cut_points", "cut_lips"];
+const OF_LIMITS = ["points", "contact_nodes", "needle_places", "obstacle_nodes", "force", "force_slew", "tool_speed", "release_distance", "operations", "displacement", "crossings_calls", "crossings_operations", "cut_nodes", "cut_rank", "cut_operations", "cut_points", "cut_lips", "cut_rebase"];
 const OF_ORGAN = ["name", "bundle", "position", "turn", "effects", "relaxation"];
 const OF_MOTION = ["name", "organ", "sine", "amounts", "amounts_csv"];
 const OF_LOAD = ["name", "organ", "near", "at", "radius", "force", "forces", "traction", "tractions", "frame"];
@@ -107,7 +107,7 @@ function limitsOf(limits: Table): PageEffects {
   const all = {
     forceLimit: number("force"), forceSlew: number("force_slew"), maxToolSpeed: number("tool_speed"),
     releaseDistance: number("release_distance"), maxOperations: wholeOf(limits, "operations", "[limits]"), crossingsCalls: wholeOf(limits, "crossings_calls", "[limits]"), crossingsOperations: wholeOf(limits, "crossings_operations", "[limits]"),
-    cutNodes: wholeOf(limits, "cut_nodes", "[limits]"), cutRank: wholeOf(limits, "cut_rank", "[limits]"), cutOperations: wholeOf(limits, "cut_operations", "[limits]"), cutPoints: wholeOf(limits, "cut_points", "[limits]"), cutLips: wholeOf(limits, "cut_lips", "[limits]"),
+    cutNodes: wholeOf(limits, "cut_nodes", "[limits]"), cutRank: wholeOf(limits, "cut_rank", "[limits]"), cutOperations: wholeOf(limits, "cut_operations", "[limits]"), cutPoints: wholeOf(limits, "cut_points", "[limits]"), cutLips: wholeOf(limits, "cut_lips", "[limits]"), cutRebase: wholeOf(limits, "cut_rebase", "[limits]"),
   };
   return Object.fromEntries(Object.entries(all).filter(([, value]) => value !== undefined));
 }
