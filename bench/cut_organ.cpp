@@ -9,6 +9,7 @@
 
 #include "runtime/contact/touch.h"
 #include "runtime/cut/cut_field.h"
+#include "runtime/cut/cut_rebase.h"
 #include "runtime/cut/cut_response.h"
 #include "studies/bodies/bodies.h"
 #include "studies/cut/cut_body.h"
@@ -76,7 +77,7 @@ struct Organ {
     const auto count = static_cast<std::int32_t>(body.nodes.size());
     for (std::int32_t n = 0; n < mesh_nodes; ++n) listed.push_back(n);
     pairs = std::make_unique<StoredPairs>(uncut, listed, count);
-    compliance.create(memory, large.get(), *pairs, {mesh_nodes, count - mesh_nodes, patterns});
+    compliance.create(memory, large.get(), *pairs, {count, count - mesh_nodes, patterns});
     CutResponse::Source source;
     PatternFields::Source& of = source.of;
     of.compliance = source.compliance = &compliance, of.tensors = &stored.tensors;
@@ -92,6 +93,11 @@ struct Organ {
     limits.of.surface_nodes = count, limits.of.offset = &offset, limits.of.predicts = true;
     solver.create(memory, limits);
     field.create(memory, &stored.tensors, &response, &offset, &solver, {192, 64});
+    CutRebase::Parts parts;
+    parts.body = &large.get(), parts.pairs = pairs.get(), parts.compliance = &compliance, parts.response = &response;
+    parts.field = &field, parts.offset = &offset, parts.at = patterns / 2, parts.most_slots = count;
+    parts.capacity = {count, count - mesh_nodes, patterns};
+    rebase.create(memory, parts), rebase.take_loads(memory);
     work.create(kUnlimitedOperations);
     if (memory.failed()) std::abort();
   }
@@ -136,6 +142,7 @@ struct Organ {
   Offset offset;
   ContactSolver solver;
   CutField field;
+  CutRebase rebase;
   StepWork work;
   std::vector<ContactNode> nodes;
   std::vector<ContactConstraint> constraints;
@@ -206,6 +213,19 @@ void run(Element element, const char* name) {
       if (organ.response.rank() >= 390) break;
     }
     measure(organ, "  split");
+    const std::int32_t rank = organ.response.rank();
+    std::vector<double> tiles;
+    const auto all = Clock::now();
+    for (organ.rebase.begin(0); organ.rebase.fills();) {
+      const auto begin = Clock::now();
+      organ.rebase.fill_tile();
+      tiles.push_back(since(begin));
+    }
+    organ.rebase.finish(false);
+    const double took = 1e-3 * since(all);
+    std::printf("  re-basing at rank %d: %d tiles, %.0f us each, %.0f ms in all\n", rank,
+                static_cast<int>(tiles.size()), median(tiles), took);
+    measure(organ, "  re-based");
     const std::size_t last = apply.size() > 10 ? apply.size() - 10 : 0;
     std::printf("  a split node: compliance %.0f us, Z %.0f us\n",
                 median({apply.begin() + static_cast<std::ptrdiff_t>(last), apply.end()}),

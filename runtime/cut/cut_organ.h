@@ -60,6 +60,7 @@ class CutOrgan final : public Body, public CutTarget {
   void forget_changes(bool replayed = false) override;
   void show(const CutTriangles& triangles) override;
 
+  double take_operations() override { return response_.fields().take_operations(); }
   CutRebase* rebase() override { return rebases_ ? &rebase_ : nullptr; }
 
   const CutResponse& response() const { return response_; }

@@ -20,11 +20,12 @@ bool CutRebase::create(SceneMemory& memory, const Parts& parts) {
     numbers_.node[k] = k < numbers_.columns ? of.touchable[k] : of.first_reserve + k - numbers_.columns;
     numbers_.of_node[numbers_.node[k]] = k;
   }
-  fields.number(numbers_.of_node);
-  if (!next_.create(memory, *parts.body, *parts.pairs, parts.capacity, parts.supports) ||
+  const std::size_t stride = static_cast<std::size_t>(padded_row(3 * numbers_.most));
+  if (!fields.create_base(memory, numbers_.of_node, stride) ||
+      !next_.create(memory, *parts.body, *parts.pairs, parts.capacity, parts.supports) ||
       !next_fields_.create_beside(memory, fields, next_))
     return false;
-  const std::size_t stride = static_cast<std::size_t>(padded_row(3 * numbers_.most)), of_rank = next_.stride(),
+  const std::size_t of_rank = next_.stride(),
                     all_nodes = static_cast<std::size_t>(parts.body->node_count + parts.capacity.new_nodes);
   for (int b = 0; b < 2; ++b) {
     bases_[b].stride = stride;

@@ -47,6 +47,8 @@ class CutRebase {
   std::int32_t count() const { return state_.count; }
   // Of the compliance that follows.
   std::int32_t rank() const { return state_.stage == kFollow ? next_.rank() : 0; }
+  // Counted operations of the last follow(), beside those of the compliance.
+  double take_operations() { return next_fields_.take_operations(); }
   double most_operations() const { return cost_of_tile(kRun, parts_.capacity.patterns, true); }
 
   // Whether a unit of a change may find no room in the compliance. It then waits for the next base, where that has more.

@@ -101,6 +101,7 @@ void CutScene::follow(double* left) {
     const CutLog::Unit unit = log_.next();
     *left -= cost_of(unit, source_.target->compliance().rank());
     const CutOutcome outcome = take(unit, false);
+    *left -= source_.target->take_operations();
     if (outcome == CutOutcome::full && rebase && rebase->makes_room()) return rebase->ask();
     if (outcome != CutOutcome::made) {
       // What is tied together stays so.
@@ -128,6 +129,7 @@ void CutScene::go_on(CutRebase& rebase, double left) {
       if (!has_all) return false;
       left -= cost_of(unit, rebase.rank()), is_first = false;
       has_all = rebase.follow(place + CutLog::kUnit, [&](CutCompliance& of) { return give(unit, of); });
+      left -= rebase.take_operations();
       if (!has_all) rebase.give_up();
       return has_all;
     });

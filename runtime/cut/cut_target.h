@@ -38,6 +38,8 @@ class CutTarget {
   virtual void end_changes(bool /*replayed*/) {}
   // Changes wait for a body beside the touch.
   virtual bool awaits_body() const { return false; }
+  // Counted operations of the last changes, beside those of the compliance.
+  virtual double take_operations() { return 0; }
   // What re-bases the compliance; nullptr: nothing does.
   virtual CutRebase* rebase() { return nullptr; }
   // The surface shows the last changes: triangles.changed().

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/base/step_work.h"
 #include "runtime/contact/node_compliance.h"
 #include "runtime/cut/dense_loops.h"
 #include "runtime/dense/superposition.h"
@@ -27,13 +28,11 @@ bool PatternFields::create(SceneMemory& memory, const Source& source) {
   s.of_node = memory.array<double>(3 * numbers);
   s.pair_row = memory.array<double>(9 * static_cast<std::size_t>(source.pair_count));
   s.pattern = memory.array<double>(static_cast<std::size_t>(kPatternsAtOnce) * numbers);
-  s.moved_by = memory.array<float>(numbers);
-  s.row = memory.array<const void*>(3 * slots);
-  s.coefficient = memory.array<float>(3 * slots);
+  s.moved_by = memory.array<float>(kPatternsAtOnce * numbers);
+  s.row = memory.array<const void*>(kPatternsAtOnce * 3 * slots);
+  s.coefficient = memory.array<float>(kPatternsAtOnce * 3 * slots);
   s.entry = memory.array<Entry>(kMostEntries);
   s.first = memory.array<std::int32_t>(slots), s.slot = memory.array<std::int32_t>(slots);
-  s.sum = memory.array<double>(static_cast<std::size_t>(padded_row(3 * source.surface_nodes)));
-  s.sum_row = memory.array<const double*>(kMostSources), s.sum_coefficient = memory.array<double>(kMostSources);
   if (memory.failed()) return false;
   for (std::int32_t n = 0; n < source.surface_nodes; ++n) s.column[n] = -1;
   for (std::int32_t k = 0; k < source.tensors->columns; ++k) s.column[source.touchable[k]] = k;
@@ -85,6 +84,13 @@ bool PatternFields::add_patterns() {
   return known;
 }
 
+double PatternFields::cost_of(std::int32_t first, std::int32_t end) const {
+  double forces = 0;
+  for (std::int32_t p = first; p < end; ++p)
+    source_.compliance->basis().for_each_force(p, [&](std::int32_t, Vec3) { ++forces; });
+  return forces * 9 * (base_ ? 2 : 1) * source_.surface_nodes / kDense;
+}
+
 // shared_.of_node: C of the surface nodes at rest, by their numbers, for unit forces on a node at rest.
 bool PatternFields::read_column(std::int32_t node) {
   const auto numbers = 3 * static_cast<std::size_t>(source_.surface_nodes);
@@ -115,12 +121,35 @@ bool PatternFields::read_pairs(std::int32_t node) {
                              3 * static_cast<std::size_t>(source_.pair_count));
 }
 
-// A pattern's field as a sum of stored rows, as the shape of any forces is.
-bool PatternFields::superpose_pattern(std::int32_t pattern) {
+// The fields of patterns as sums of stored rows, as the shape of any forces is: run by run of numbers, so that the patterns of a change, which act on the
+// same nodes, find their rows in the cache.
+bool PatternFields::superpose_patterns(std::int32_t first, std::int32_t end) {
+  constexpr std::size_t kRun = 384;
+  const std::size_t rows = 3 * static_cast<std::size_t>(source_.compliance->most_slots()),
+                    numbers = 3 * static_cast<std::size_t>(source_.first_reserve),
+                    patterns = static_cast<std::size_t>(end - first);
+  int count[kPatternsAtOnce];
+  for (std::size_t k = 0; k < patterns; ++k)
+    if (!list_rows(first + static_cast<std::int32_t>(k), k * rows, &count[k])) return false;
+  for (std::size_t begin = 0; begin < numbers; begin += kRun)
+    for (std::size_t k = 0; k < patterns; ++k)
+      superpose(source_.tensors->surface.type, shared_.row + k * rows, shared_.coefficient + k * rows, count[k], begin,
+                std::min(kRun, numbers - begin), shared_.moved_by + k * numbers + begin);
+  for (std::int32_t n = 0; n < nodes(); ++n)
+    for (std::size_t i = 0; i < 3; ++i) {
+      double* const z = row(n) + i * stride_ + static_cast<std::size_t>(first);
+      const float* const moved = shared_.moved_by + 3 * static_cast<std::size_t>(origin_[n]) + i;
+      for (std::size_t k = 0; k < patterns; ++k) z[k] = static_cast<double>(moved[k * numbers]);
+    }
+  return true;
+}
+
+// The stored rows of a pattern and their coefficients, from a place on in the lists.
+bool PatternFields::list_rows(std::int32_t pattern, std::size_t at, int* count) {
   const CutCompliance& compliance = *source_.compliance;
   const Tensors& tensors = *source_.tensors;
-  int rows = 0;
   bool known = true;
+  *count = 0;
   compliance.basis().for_each_force(pattern, [&](std::int32_t slot, Vec3 force) {
     const std::int32_t node = compliance.tissue().origin(compliance.node_of_slot(slot)),
                        column = node < source_.surface_nodes ? shared_.column[node] : -1;
@@ -128,17 +157,12 @@ bool PatternFields::superpose_pattern(std::int32_t pattern) {
     if (column < 0) return;
     known = known && self_compliance(tensors.stiffness + 9 * static_cast<std::size_t>(column), &self);
     const Vec3 modified = self * force;
-    for (int j = 0; j < 3; ++j) {
-      shared_.row[rows] = tensors.surface.row(column, j);
-      shared_.coefficient[rows++] = static_cast<float>(modified[j]) * tensors.surface.row_scale(column, j);
+    for (int j = 0; j < 3; ++j, ++*count) {
+      const std::size_t place = at + static_cast<std::size_t>(*count);
+      shared_.row[place] = tensors.surface.row(column, j);
+      shared_.coefficient[place] = static_cast<float>(modified[j]) * tensors.surface.row_scale(column, j);
     }
   });
-  const auto numbers = 3 * static_cast<std::size_t>(source_.first_reserve);
-  superpose(tensors.surface.type, shared_.row, shared_.coefficient, rows, 0, numbers, shared_.moved_by);
-  for (std::int32_t n = 0; n < nodes(); ++n)
-    for (std::size_t i = 0; i < 3; ++i)
-      row(n)[i * stride_ + static_cast<std::size_t>(pattern)] =
-          static_cast<double>(shared_.moved_by[3 * static_cast<std::size_t>(origin_[n]) + i]);
   return known;
 }
 
@@ -151,13 +175,14 @@ bool PatternFields::fill(std::int32_t first, std::int32_t end) {
     const auto read = [this](std::int32_t node) { return read_column(node); };
     known = fill_by_columns(first, end, shared_.of_node, source_.surface_nodes, read, all);
   } else {
-    for (std::int32_t p = first; p < end; ++p) known = superpose_pattern(p) && known;
+    known = superpose_patterns(first, end);
     const auto read = [this](std::int32_t node) { return read_pairs(node); };
     if (source_.pair_count > 0)
       known = known && fill_by_columns(first, end, shared_.pair_row, source_.pair_count, read, paired);
   }
   if (!known) return false;
-  for (std::int32_t p = first; p < end && base_; ++p) add_base(p);
+  if (base_) add_base(first, end);
+  operations_ += cost_of(first, end);
   // The jump of a new node moves it and those that come from it.
   const CutBasis& basis = source_.compliance->basis();
   const CutTissue& tissue = source_.compliance->tissue();
@@ -214,15 +239,49 @@ bool PatternFields::fill_by_columns(std::int32_t first, std::int32_t end, const 
 
 // ---- the base --------------------------------------------------------------------------------------------------------
 
-void PatternFields::add_base(std::int32_t pattern) {
+bool PatternFields::create_base(SceneMemory& memory, const std::int32_t* base_number, std::size_t stride) {
+  base_number_ = base_number;
+  shared_.sum = memory.array<double>(kPatternsAtOnce * stride);
+  shared_.sum_row = memory.array<const double*>(kMostSources);
+  shared_.sum_coefficient = memory.array<double>(kPatternsAtOnce * kMostSources);
+  return !memory.failed();
+}
+
+// Of patterns first .. end - 1 at once: they act on the same nodes, whose rows are long.
+void PatternFields::add_base(std::int32_t first, std::int32_t end) {
   const CutCompliance& compliance = *source_.compliance;
-  begin_sum();
-  compliance.basis().for_each_force(
-      pattern, [&](std::int32_t slot, Vec3 force) { add_to_sum(surface_node(compliance.node_of_slot(slot)), force); });
-  const double* const sum = end_sum();
+  const CutBasis& basis = compliance.basis();
+  const std::size_t stride = base_->stride, patterns = static_cast<std::size_t>(end - first);
+  std::int32_t slots = 0;
+  for (std::int32_t p = first; p < end; ++p)
+    basis.for_each_force(p, [&](std::int32_t slot, Vec3) {
+      if (shared_.first[slot] == 0) shared_.slot[slots] = slot, shared_.first[slot] = ++slots;
+    });
+  std::fill_n(shared_.sum, patterns * stride, 0.0);
+  for (std::int32_t begin = 0; begin < slots; begin += kMostSources / 3) {
+    const std::int32_t count = std::min(kMostSources / 3, slots - begin), sources = 3 * count;
+    for (std::int32_t k = 0; k < count; ++k) {
+      const std::int32_t number = number_[surface_node(compliance.node_of_slot(shared_.slot[begin + k]))];
+      for (int i = 0; i < 3; ++i) shared_.sum_row[3 * k + i] = base_->row(std::max(0, number), i);
+    }
+    std::fill_n(shared_.sum_coefficient, patterns * static_cast<std::size_t>(sources), 0.0);
+    for (std::int32_t p = first; p < end; ++p)
+      basis.for_each_force(p, [&](std::int32_t slot, Vec3 force) {
+        const std::int32_t k = shared_.first[slot] - 1 - begin;
+        if (k < 0 || k >= count || number_[surface_node(compliance.node_of_slot(slot))] < 0) return;
+        double* const of_slot = shared_.sum_coefficient + (p - first) * sources + 3 * k;
+        store3(load3(of_slot) + force, of_slot);  // of a node and of those that split from it
+      });
+    add_row_sums(shared_.sum, end - first, stride, padded_row(3 * base_->count), shared_.sum_row, sources,
+                 shared_.sum_coefficient);
+  }
+  for (std::int32_t s = 0; s < slots; ++s) shared_.first[shared_.slot[s]] = 0;
   for (std::int32_t n = 0; n < nodes(); ++n)
-    for (int i = 0; i < 3 && number_[n] >= 0; ++i)
-      row(n)[static_cast<std::size_t>(i) * stride_ + static_cast<std::size_t>(pattern)] += sum[3 * number_[n] + i];
+    for (std::size_t i = 0; i < 3 && number_[n] >= 0; ++i) {
+      double* const z = row(n) + i * stride_ + static_cast<std::size_t>(first);
+      const double* const sum = shared_.sum + 3 * static_cast<std::size_t>(number_[n]) + i;
+      for (std::size_t k = 0; k < patterns; ++k) z[k] += sum[k * stride];
+    }
 }
 
 Mat3 PatternFields::added(std::int32_t a, std::int32_t b) const {

@@ -25,12 +25,12 @@ class PatternFields {
     std::int32_t surface_nodes = 0;
     std::int32_t first_reserve = 0;  // the surface nodes from here on become the new nodes, in their order
   };
-  // Memory: 24 bytes for each surface node and pattern, 180 for each surface node.
+  // Memory: 24 bytes for each surface node and pattern, 360 for each surface node, 600 for each slot.
   bool create(SceneMemory& memory, const Source& source);
   // Of the same source, but for the compliance: beside `other`, which is not asked at the same time.
   bool create_beside(SceneMemory& memory, const PatternFields& other, const CutCompliance& compliance);
-  // Bases are numbered so. Borrowed.
-  void number(const std::int32_t* base_number) { base_number_ = base_number; }
+  // It may get a base, whose rows are `stride` numbers apart. base_number: [surface nodes], borrowed.
+  bool create_base(SceneMemory& memory, const std::int32_t* base_number, std::size_t stride);
 
   void forget();
   // As `now` is, without a pattern, on a base that has all its nodes.
@@ -52,6 +52,12 @@ class PatternFields {
   // The compliance has more patterns. False where a pair is not known. Cost: for each slot of the new patterns the column of its node, for
   // each of their forces three multiply-adds at each surface node; on a base, twice as much.
   bool add_patterns();
+  // Counted operations of add_patterns() since the last call.
+  double take_operations() {
+    const double counted = operations_;
+    operations_ = 0;
+    return counted;
+  }
 
   const Source& source() const { return source_; }
   std::int32_t first_new() const { return source_.first_reserve; }
@@ -85,11 +91,13 @@ class PatternFields {
   };
   void add_node(std::int32_t own, std::int32_t parent);
   bool fill(std::int32_t first, std::int32_t end);
-  bool superpose_pattern(std::int32_t pattern);
+  bool superpose_patterns(std::int32_t first, std::int32_t end);
+  bool list_rows(std::int32_t pattern, std::size_t at, int* count);
   template <class Read, class Index>
   bool fill_by_columns(std::int32_t first, std::int32_t end, const double* column, std::int32_t count, Read read,
                        Index index);
-  void add_base(std::int32_t pattern);
+  void add_base(std::int32_t first, std::int32_t end);
+  double cost_of(std::int32_t first, std::int32_t end) const;
   bool read_column(std::int32_t node);
   bool read_pairs(std::int32_t node);
   void flush_sum() const;
@@ -108,16 +116,17 @@ class PatternFields {
     double* of_node = nullptr;          // [3][3 surface nodes] the column of a slot's node
     double* pair_row = nullptr;         // [3][3 pair_count]
     double* pattern = nullptr;          // [kPatternsAtOnce][3 surface nodes]
-    float* moved_by = nullptr;          // [surface nodes][3] m per unit of a pattern
-    const void** row = nullptr;         // [3 slots]
-    float* coefficient = nullptr;       // [3 slots]
+    float* moved_by = nullptr;          // [kPatternsAtOnce][surface nodes][3] m per unit of a pattern
+    const void** row = nullptr;         // [kPatternsAtOnce][3 slots]
+    float* coefficient = nullptr;       // [kPatternsAtOnce][3 slots]
     Entry* entry = nullptr;             // [kMostEntries]
     std::int32_t* first = nullptr;      // [slots] into entry, plus 1
     std::int32_t* slot = nullptr;       // [slots] that have entries
-    double* sum = nullptr;              // [3 surface nodes, padded]
+    double* sum = nullptr;              // [kPatternsAtOnce][stride of a base]
     const double** sum_row = nullptr;   // [kMostSources]
-    double* sum_coefficient = nullptr;  // [kMostSources]
+    double* sum_coefficient = nullptr;  // [kPatternsAtOnce][kMostSources]
   } shared_;
+  double operations_ = 0;
   mutable std::int32_t sources_ = 0;
 };
 

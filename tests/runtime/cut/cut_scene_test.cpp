@@ -1278,7 +1278,7 @@ void save_and_restore(palpate_deformation_model as) {
   SceneDef def = holding_def();
   if (as != PALPATE_DEFORMATION_LINEAR) def.large.deformation = as;
   int rebasing = 0;                                               // states that were saved meanwhile
-  def.cut.cut_operations = Rebases::rank > 0 ? 100'000 : 20'000;  // some changes wait for the next step
+  def.cut.cut_operations = Rebases::rank > 0 ? 150'000 : 20'000;  // some changes wait for the next step
   Played one(block(Element::p1_anp), def), two(block(Element::p1_anp), def);
   palpate_link link = palpate_default_link();
   link.kind = PALPATE_LINK_THREAD, link.rest_length = 0.004;
