@@ -68,10 +68,10 @@ class CutRebase {
   bool fills() const { return state_.stage == kFill; }
   // One more tile of A'. Returns its operations.
   double fill_tile();
-  // The next compliance takes what came since begin(): the place in the log up to which it has all, and one unit, by `take` of it.
+  // All tiles are there, and the next compliance takes what came since begin(); followed(): the place in the log up to which it has all.
   bool follows() const { return state_.stage == kFollow; }
   std::int32_t followed() const { return state_.followed; }
-  // apply(CutCompliance&) makes the unit, which ends at a place in the log. False where it cannot be made: the base is given up.
+  // One unit more, up to a place in the log. apply(CutCompliance&) makes it. False where it cannot be made: the base is to be given up.
   template <class Apply>
   bool follow(std::int32_t end, Apply apply) {
     if (!apply(next_)) return false;
@@ -146,6 +146,7 @@ void CutRebase::restore(ForEach for_each, Take take, Apply apply) {
     return saved.stage == kFollow && at < saved.followed &&
            follow(at + CutLog::kUnit, [&](CutCompliance& of) { return apply(unit, of); });
   });
+  take_operations();  // of no step
   state_ = saved;
 }
 

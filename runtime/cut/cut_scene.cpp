@@ -278,6 +278,7 @@ void CutScene::restored() {
   else
     each(0, [&](const CutLog::Unit& unit, std::int32_t) { return again(unit), true; });
   source_.target->end_changes(true);
+  source_.target->take_operations();  // of no step
   surface_.restored(touch());
 }
 

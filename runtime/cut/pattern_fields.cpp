@@ -53,7 +53,7 @@ bool PatternFields::create_beside(SceneMemory& memory, const PatternFields& othe
 
 void PatternFields::forget() {
   for (std::int32_t n = source_.first_reserve; n < nodes(); ++n) origin_[n] = n;
-  new_count_ = filled_ = 0, base_ = nullptr;
+  new_count_ = filled_ = 0, base_ = nullptr, operations_ = 0;
 }
 
 void PatternFields::begin_from(const PatternFields& now, const CutBase& base) {
