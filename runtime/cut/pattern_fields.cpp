@@ -84,11 +84,12 @@ bool PatternFields::add_patterns() {
   return known;
 }
 
+// Rows in single precision, which most bundles have, are summed twice as fast as those of a base.
 double PatternFields::cost_of(std::int32_t first, std::int32_t end) const {
   double forces = 0;
   for (std::int32_t p = first; p < end; ++p)
     source_.compliance->basis().for_each_force(p, [&](std::int32_t, Vec3) { ++forces; });
-  return forces * 9 * (base_ ? 2 : 1) * source_.surface_nodes / kDense;
+  return forces * 9 * (base_ ? 1.5 : 0.5) * source_.surface_nodes / kDense;
 }
 
 // shared_.of_node: C of the surface nodes at rest, by their numbers, for unit forces on a node at rest.

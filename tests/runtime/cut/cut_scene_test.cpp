@@ -1380,7 +1380,7 @@ TEST(CutScene, ASavedStateGoesOnWhileTheComplianceIsRebased) {
 TEST(CutScene, RebasingDoesNotShowWhileItGoesOn) {
   for (const Element element : {Element::p1, Element::p1_anp}) {
     SceneDef def = cut_def();
-    def.cut.cut_operations = 200'000;
+    def.cut.cut_operations = 500'000;
     Played plain(block(element), def);
     def.cut.cut_rebase = 40;
     Played rebased(block(element), def);
