@@ -30,7 +30,8 @@ export { PalpateError, Scene, World };
  *   needles?: boolean, needlePlaces?: number, motions?: boolean, maxLinks?: number, report?: "off" | "contacts",
  *   queries?: boolean | "off" | "on", dent?: "off" | "discs", inside?: boolean | "off" | "on", forceControl?: boolean,
  *   obstacleNodes?: number, crossings?: boolean | "off" | "on", crossingsCalls?: number, crossingsOperations?: number,
- *   cut?: boolean | "off" | "on", cutNodes?: number, cutRank?: number, cutOperations?: number, cutPoints?: number, cutLips?: number, cutRebase?: number,
+ *   cut?: boolean | "off" | "on", cutNodes?: number, cutRank?: number, cutOperations?: number, cutPoints?: number, cutLips?: number,
+ *   cutRebase?: number,
  * }} SceneKeys */
 // (end of what is printed)
 /** @typedef {SceneKeys & {relaxation?: {share: number, time: number}[], loads?: {centre: ArrayLike<number>, radius: number}[], obstacles?: Obstacle[], renderMesh?: RenderMesh, fineSurface?: FineSurface}} Effects

@@ -43,12 +43,11 @@ typedef struct palpate_cut_def {
   int32_t cut_lips;       /* default 64 [0 .. 1000]: pairs of nodes, across from one another on the lips of a cut, that
                              may press on one another in a step, without friction. Where more would, the nearest do
                              (PALPATE_STEP_CONTACTS_DROPPED). 0: lips pass through one another, without cost       */
-  int32_t
-      cut_rebase;   /* default 0 [0 .. 4096]: from this rank on, below cut_rank, steps re-base the compliance: what the
-                         cuts have added becomes a part of it, within cut_operations of each step, and the rank begins at
-                         zero: it bounds the time of a step, not what can be cut. 0: never. Deformation LINEAR alone.
-                         Memory: 144 bytes a pair of surface nodes that move, cut_rank's twice                       */
-  int32_t reserved; /* 0                                                                                    */
+  int32_t cut_rebase;     /* default 0 [0 .. 4096]: from this rank on, below cut_rank, steps re-base the compliance: the
+                             cuts so far become a part of it, within cut_operations of each step, and the rank begins at
+                             zero: it bounds the time of a step, not what can be cut. 0: never. LINEAR alone. Memory:
+                             144 bytes a pair of surface nodes that move, and cut_rank's twice                     */
+  int32_t reserved;       /* 0                                                                                    */
 } palpate_cut_def;
 PALPATE_API void palpate_init_cut_def(palpate_cut_def* def, size_t struct_bytes);
 static inline palpate_cut_def palpate_default_cut_def(void) {
