@@ -32,10 +32,10 @@ async function draw(page, [fromX, fromY], [toX, toY]) {
   await page.mouse.move(x + fromX, y + fromY);
   await page.mouse.down();
   for (let i = 1; i <= steps; ++i) await page.mouse.move(x + fromX + ((toX - fromX) * i) / steps, y + fromY + ((toY - fromY) * i) / steps);
-  await page.waitForFunction(() => globalThis.palpateViewer.shown.cut.edges.length === 1);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.cut?.edges.length === 1);
   const held = await shown(page);
   await page.mouse.up();
-  await page.waitForFunction(() => globalThis.palpateViewer.shown.cut.edges.length === 0);
+  await page.waitForFunction(() => globalThis.palpateViewer.shown.cut?.edges.length === 0);
   return held;
 }
 const isWhole = (page, triangles) => page.waitForFunction((count) => globalThis.palpateViewer.shown.triangles === count && !globalThis.palpateViewer.shown.cut?.faces, triangles);
