@@ -4,24 +4,6 @@
 
 namespace palpate {
 
-bool ListedPairs::read(std::int32_t node, const std::int32_t* others, std::int32_t count, double* rows,
-                       std::size_t stride) const {
-  const std::int32_t own = index_of_node_[node];
-  if (own < 0) return false;
-  for (std::int32_t k = 0; k < count; ++k) {
-    const std::int32_t other = index_of_node_[others[k]];
-    if (other < 0) return false;
-    for (int i = 0; i < 3; ++i) {
-      const double* const from = matrix_ +
-                                 static_cast<std::size_t>(3 * own + i) * 3 * static_cast<std::size_t>(count_) +
-                                 3 * static_cast<std::size_t>(other);
-      for (int j = 0; j < 3; ++j)
-        rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(3 * k + j)] = from[j];
-    }
-  }
-  return true;
-}
-
 bool TensorPairs::read(std::int32_t node, const std::int32_t* others, std::int32_t count, double* rows,
                        std::size_t stride) const {
   const std::int32_t column = column_of_node_[node];

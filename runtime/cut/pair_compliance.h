@@ -18,21 +18,6 @@ class PairCompliance {
   ~PairCompliance() = default;
 };
 
-// Of some nodes, as one matrix: a re-based compliance.
-class ListedPairs final : public PairCompliance {
- public:
-  // matrix: [3 count][3 count] m/N, symmetric; index_of_node: -1: not listed. Both are borrowed.
-  ListedPairs(const double* matrix, std::int32_t count, const std::int32_t* index_of_node)
-      : matrix_(matrix), index_of_node_(index_of_node), count_(count) {}
-  bool read(std::int32_t node, const std::int32_t* others, std::int32_t count, double* rows,
-            std::size_t stride) const override;
-
- private:
-  const double* matrix_;
-  const std::int32_t* index_of_node_;
-  std::int32_t count_;
-};
-
 // Of the bundle's tensors: nodes that may be touched and those of the corridor. Cost: as Tensors::displacement, for each pair.
 class TensorPairs final : public PairCompliance {
  public:

@@ -257,8 +257,24 @@ StoredPairs::StoredPairs(const FactoredBody& body, const std::vector<std::int32_
 
 StoredPairs::StoredPairs(Eigen::MatrixXd matrix, const std::vector<std::int32_t>& nodes, std::int32_t all_nodes,
                          bool single)
-    : matrix_(rounded(std::move(matrix), single)),
-      index_(index_of(nodes, all_nodes)),
-      pairs_(matrix_.data(), static_cast<std::int32_t>(nodes.size()), index_.data()) {}
+    : matrix_(rounded(std::move(matrix), single)), index_(index_of(nodes, all_nodes)) {}
+
+bool StoredPairs::read(std::int32_t node, const std::int32_t* others, std::int32_t count, double* rows,
+                       std::size_t stride) const {
+  const std::int32_t own = index_[static_cast<std::size_t>(node)];
+  if (own < 0) return false;
+  for (std::int32_t k = 0; k < count; ++k) {
+    const std::int32_t other = index_[static_cast<std::size_t>(others[k])];
+    if (other < 0) return false;
+    for (int i = 0; i < 3; ++i) {
+      const double* const from = matrix_.data() +
+                                 static_cast<std::size_t>(3 * own + i) * static_cast<std::size_t>(matrix_.rows()) +
+                                 3 * static_cast<std::size_t>(other);
+      for (int j = 0; j < 3; ++j)
+        rows[static_cast<std::size_t>(i) * stride + static_cast<std::size_t>(3 * k + j)] = from[j];
+    }
+  }
+  return true;
+}
 
 }  // namespace palpate

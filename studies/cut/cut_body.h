@@ -92,14 +92,11 @@ class StoredPairs final : public PairCompliance {
   // matrix: [3 listed][3 listed].
   StoredPairs(Eigen::MatrixXd matrix, const std::vector<std::int32_t>& nodes, std::int32_t all_nodes, bool single);
   bool read(std::int32_t node, const std::int32_t* others, std::int32_t count, double* rows,
-            std::size_t stride) const override {
-    return pairs_.read(node, others, count, rows, stride);
-  }
+            std::size_t stride) const override;
 
  private:
   Eigen::MatrixXd matrix_;
   std::vector<std::int32_t> index_;  // of each node; -1: none
-  ListedPairs pairs_;
 };
 
 }  // namespace palpate
